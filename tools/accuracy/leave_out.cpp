@@ -236,9 +236,8 @@ std::string advice(const Trial& t, const FeatureResult& f, double floor) {
   }
   if (!t.used) return same_error ? "stay without it" : "without it the error is larger";
   if (!same_error) return "keep: the error rises";
-  if (f.feature == "energy" || f.feature == "mean force") {
+  if (f.feature == "energy" || f.feature == "mean force")
     return f.saves > 0.02 ? "leave out unless it is read" : "costs next to nothing";
-  }
   if (f.saves > 0.02) return "leave out";
   return f.saves < -0.02 ? "keep: without it the scene is slower" : "costs next to nothing";
 }

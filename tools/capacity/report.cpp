@@ -134,12 +134,11 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   for (const Regime regime : regimes)
     text += fmt::format("  {:<11} {}\n", facts_of(regime).name, facts_of(regime).meaning);
   text += '\n';
-  if (!result.infinite.empty()) {
+  if (!result.infinite.empty())
     text +=
         "Patches of infinitely many bristles, one thread: a step of each, alone (in cache) and among ten "
         "thousand.\n\n" +
         infinite_table(report).text() + '\n';
-  }
   if (!result.contacts.empty()) {
     text += fmt::format(
         "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
@@ -147,12 +146,11 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
         time_text(options.deadline_s), within_a_percent);
     text += contacts_table(report).text() + '\n';
   }
-  if (!result.targets.empty()) {
+  if (!result.targets.empty())
     text +=
         "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
         "p99.\n\n" +
         targets_table(report).text() + '\n' + missed_lines(result.targets);
-  }
   if (result.rows.empty()) return text;
   if (!result.comparisons.empty()) {
     text +=

@@ -42,9 +42,8 @@ double after_rest(const std::string& model, const Settings& s, double rest_s) {
   const auto move = [&](double way, double speed) {
     const double step = dbar / 50.0;
     double highest = 0.0;
-    for (long k = 0; k < std::lround(way / step); ++k) {
+    for (long k = 0; k < std::lround(way / step); ++k)
       highest = std::max(highest, -subject.step({step, 0.0}, step / speed, load).end.x);
-    }
     return highest;
   };
   move(20.0 * dbar, 1e-3);
@@ -111,9 +110,8 @@ void over_rests(const ExperimentInput& input, const std::string& model, Experime
 
 void check_break_away(const Settings& settings) {
   const std::vector<double>& loads = settings.numbers("loads");
-  if (std::adjacent_find(loads.begin(), loads.end(), std::not_equal_to<>()) == loads.end()) {
+  if (std::adjacent_find(loads.begin(), loads.end(), std::not_equal_to<>()) == loads.end())
     throw UserError("experiment break-away: loads must hold two loads that differ");
-  }
 }
 
 void run_break_away(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

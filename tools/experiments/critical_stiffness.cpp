@@ -241,10 +241,9 @@ void run_critical_stiffness(const ExperimentInput& input, const std::string& mod
   double least = INFINITY, worst = 0.0;
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const Response r = measure_response(model, s, speeds[i]);
-    for (std::size_t k = 0; k < r.t.size(); ++k) {
+    for (std::size_t k = 0; k < r.t.size(); ++k)
       result.series.push_back(
           {"response", model, {speeds[i], 0.0, r.t[k] * speeds[i] / dbar, r.force[k] * speeds[i] / kinetic}});
-    }
     const double theory = critical_by_theory(r, s.number("mass"), 1e-5 * kinetic / speeds[i], range);
     const double found = critical_by_bisection(model, s, speeds[i], range);
     result.series.push_back({"theory", model, {speeds[i], theory, 0.0, 0.0}});

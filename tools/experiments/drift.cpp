@@ -34,9 +34,8 @@ struct Profile {
   double force(double t) const {
     if (t < ramp) return middle() * t / ramp;
     if (t < wavering_from()) return middle();
-    if (t < wavering_until()) {
+    if (t < wavering_until())
       return middle() + 0.5 * (high - low) * sine_of_turns(frequency * (t - wavering_from()));
-    }
     return middle() * std::max(0.0, 1.0 - (t - wavering_until()) / unload);
   }
 };
@@ -80,9 +79,8 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
     const double friction = block.advance(subject, {profile.force(before + 0.5 * dt)}, dt, load);
     hold.add(t, block.position());
     cycle.add(t, block.position());
-    if (k % every == 0) {
+    if (k % every == 0)
       result.series.push_back({"fig2", model, {t, profile.force(t), -friction, block.position()}});
-    }
   }
   const double creep = (hold.mean(3) - hold.mean(1)) / (0.5 * profile.hold);
   result.findings.push_back({"hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding")});
@@ -124,14 +122,12 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
 void check_step(const Settings& s) {
   const double longest = 0.05 * std::min({1.0 / s.number("frequency"), 1.0 / s.number("slope_frequency"),
                                           s.number("hold_time"), s.number("ramp_time")});
-  if (s.number("dt") > longest) {
+  if (s.number("dt") > longest)
     throw UserError(
         fmt::format("experiment drift: dt is {:g} s; at these times and frequencies at most {:g} s",
                     s.number("dt"), longest));
-  }
-  if (s.number("force_low") > s.number("force_high")) {
+  if (s.number("force_low") > s.number("force_high"))
     throw UserError("experiment drift: force_low is above force_high");
-  }
 }
 
 void run_drift(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

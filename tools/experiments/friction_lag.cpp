@@ -61,10 +61,9 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
 }
 
 void check_friction_lag(const Settings& settings) {
-  if (settings.number("velocity_amplitude") >= settings.number("velocity_mean")) {
+  if (settings.number("velocity_amplitude") >= settings.number("velocity_mean"))
     throw UserError(
         "experiment friction-lag: velocity_amplitude must be below velocity_mean: sliding is one-way");
-  }
 }
 
 void run_friction_lag(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

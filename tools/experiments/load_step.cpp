@@ -20,9 +20,8 @@ class Contact {
     const double largest = 1.0 / settings_.number("steps_per_length");
     const auto steps = std::max(1L, static_cast<long>(std::ceil(way / largest - 1e-9)));
     const double step = way * dbar_ / static_cast<double>(steps);
-    for (long k = 0; k < steps; ++k) {
+    for (long k = 0; k < steps; ++k)
       friction_ = -subject_.step({step, 0.0}, step / settings_.number("velocity"), load).end.x;
-    }
     return friction_;
   }
   double rest(double load) { return friction_ = -subject_.step({}, settings_.number("dt"), load).end.x; }

@@ -32,9 +32,8 @@ class Path {
       work_ += friction_ * (next - x_);
       x_ = next;
       const bool stops = stop(friction_);
-      if (k % 10 == 0 || k == steps || stops) {
+      if (k % 10 == 0 || k == steps || stops)
         result_.series.push_back({panel_, subject_.name(), {x_, friction_}});
-      }
       if (stops) return;
     }
   }

@@ -292,12 +292,11 @@ std::string experiment_json(const std::vector<ExperimentReport>& reports, const 
   }
   if (!cost.empty()) {
     json["cost"] = Json::array();
-    for (const CostRow& row : cost) {
+    for (const CostRow& row : cost)
       json["cost"].push_back({{"model", row.model},
                               {"motion", row.motion},
                               {"ns_per_step", row.ns},
                               {"quartiles_ns", {row.low, row.high}}});
-    }
   }
   return json.dump(2) + "\n";
 }
@@ -320,9 +319,8 @@ std::string experiment_page(std::span<const ExperimentReport> reports, const std
       for (const Phenomenon& p : report.experiment->phenomena) {
         text += fmt::format("| {} | {}{} |", report.experiment->name, p.title,
                             p.unit.empty() ? "" : ", " + p.unit);
-        for (const std::string& model : of) {
+        for (const std::string& model : of)
           text += cell(find(report.result, p.id, model), "**yes**", "**no**") + "|";
-        }
         text += '\n';
       }
     }

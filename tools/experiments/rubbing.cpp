@@ -85,12 +85,11 @@ void strokes(const ExperimentInput& input, const std::string& model, ExperimentR
       last = rub(contact, stroke, s.number("steps_per_length"));
       if (cycle == 1) first = last;
       if (cycle == 10) tenth = last;
-      if (is_shown_on_the_axis(cycle)) {
+      if (is_shown_on_the_axis(cycle))
         result.series.push_back(
             {"stroke",
              model,
              {stroke, static_cast<double>(cycle), last.highest, last.work / (4.0 * stroke)}});
-      }
     }
     hardest = std::max(hardest, last.highest / first.highest);
     if (stroke >= 1.5) {

@@ -64,9 +64,8 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
     sxy += (x[i] - mx) * (y[i] - my);
   }
   Line line{sxy / sxx, 0.0};
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  for (std::size_t i = 0; i < x.size(); ++i)
     line.worst = std::max(line.worst, std::fabs(y[i] - my - line.slope * (x[i] - mx)));
-  }
   return line;
 }
 
@@ -94,9 +93,8 @@ void run_slide_hold_slide(const ExperimentInput& input, const std::string& model
 
 void check_slide_hold_slide(const Settings& settings) {
   const std::vector<double>& holds = settings.numbers("holds");
-  if (holds.size() < 2 || !std::is_sorted(holds.begin(), holds.end(), std::less_equal<>())) {
+  if (holds.size() < 2 || !std::is_sorted(holds.begin(), holds.end(), std::less_equal<>()))
     throw UserError("experiment slide-hold-slide: holds must be two or more, ascending");
-  }
 }
 
 }  // namespace

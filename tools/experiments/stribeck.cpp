@@ -80,9 +80,8 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
 
 void check_stribeck(const Settings& settings) {
   const std::vector<double>& speeds = settings.numbers("speeds");
-  if (!std::is_sorted(speeds.begin(), speeds.end(), std::less_equal<>())) {
+  if (!std::is_sorted(speeds.begin(), speeds.end(), std::less_equal<>()))
     throw UserError("experiment stribeck: speeds must ascend");
-  }
 }
 
 void run_stribeck(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

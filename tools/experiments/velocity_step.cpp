@@ -70,12 +70,11 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
     const Steps found = steps_at(model, s, speeds[i]);
     for (const bool up : {true, false}) {
       const Step& step = up ? found.up : found.down;
-      for (std::size_t k = 0; k < step.friction.size(); ++k) {
+      for (std::size_t k = 0; k < step.friction.size(); ++k)
         result.series.push_back(
             {up ? "up" : "down",
              model,
              {speeds[i], each * static_cast<double>(k + 1), step.friction[k], step.before}});
-      }
     }
     const double highest = *std::max_element(found.up.friction.begin(), found.up.friction.end());
     const double direct = (highest - found.up.before) / e_folds;
@@ -97,9 +96,8 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
 }
 
 void check_velocity_step(const Settings& settings) {
-  if (settings.numbers("speeds").size() < 2) {
+  if (settings.numbers("speeds").size() < 2)
     throw UserError("experiment velocity-step: speeds must be two or more: a way must be told from a time");
-  }
 }
 
 }  // namespace

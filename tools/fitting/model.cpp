@@ -29,10 +29,9 @@ FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail
       rings_(rings_of(data.columns.disc, detail)),
       square_lever_(over_rings(2, [](double) { return 1.0; })) {
   const std::size_t n = data.samples();
-  for (std::size_t k = 0; k < n; ++k) {
+  for (std::size_t k = 0; k < n; ++k)
     speed_.push_back(data.axes == 1 ? std::fabs(data.velocity[k])
                                     : std::hypot(data.velocity[k], data.velocity[k + n]));
-  }
 }
 
 /// Returns the ageing for which delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))): a snap length

@@ -211,9 +211,8 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
     if (criterion(point, count) < criterion(best, count)) best = point;
   }
   if (has_time_terms(best)) {
-    for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
+    for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
       why_[p] = contains(best.free, p) ? std::string() : "not seen beside ageing and strengthening";
-    }
     best = try_saturating(best);
   }
   if (!several_speeds()) why_[fit_strengthening] = why_[fit_strengthening_speed] = "one speed only";

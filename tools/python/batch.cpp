@@ -24,14 +24,12 @@ bristle::Span<T> elements(const py::array& array, const py::dtype& dtype, const 
   if (!array.dtype().equal(dtype))
     throw bristle::Error(std::string(name) + ": make it with bristle." + name +
                          "(...); its dtype is bristle." + (written ? "response" : "motion") + "_dtype");
-  if (array.ndim() != 1 || (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T)))) {
+  if (array.ndim() != 1 || (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T))))
     throw bristle::Error(std::string(name) +
                          ": one dimension without gaps is needed (numpy.ascontiguousarray)");
-  }
-  if (reinterpret_cast<std::uintptr_t>(array.data()) % alignof(T) != 0) {
+  if (reinterpret_cast<std::uintptr_t>(array.data()) % alignof(T) != 0)
     throw bristle::Error(std::string(name) +
                          ": the array is not aligned (numpy.require(a, requirements='A'))");
-  }
   if (written && !array.writeable()) throw bristle::Error(std::string(name) + ": the array is read-only");
   return {static_cast<T*>(const_cast<void*>(array.data())), static_cast<std::size_t>(array.size())};
 }
@@ -40,10 +38,9 @@ bristle::StepReport step_arrays(Batch& self, double dt, const py::array& motions
                                 const py::array& responses) {
   const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
   const auto out = elements<Response>(responses, response_dtype(), "responses", true);
-  if (in.size() != out.size()) {
+  if (in.size() != out.size())
     throw bristle::Error("responses: as many as motions are needed: " + std::to_string(in.size()) + ", not " +
                          std::to_string(out.size()));
-  }
   const Batch::Turn turn(self);
   const py::gil_scoped_release release;
   return self.batch.step(dt, in, out);

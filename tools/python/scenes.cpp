@@ -85,10 +85,9 @@ SceneRun run(cli::Scene scene, const std::optional<std::uint64_t>& steps, const 
              const std::optional<std::size_t>& out_patches) {
   if (steps && *steps == 0)
     throw bristle::Error("steps is 0; allowed: 1 or more, or None for the scene's duration");
-  if (bristles && !(*bristles >= 1 && *bristles <= bristle::max_bristles_per_patch)) {
+  if (bristles && !(*bristles >= 1 && *bristles <= bristle::max_bristles_per_patch))
     throw bristle::Error("bristles is " + std::to_string(*bristles) + "; allowed: 1 to " +
                          std::to_string(bristle::max_bristles_per_patch));
-  }
   if (!(clip_load >= 0.0 && clip_load <= 1e9))
     throw bristle::Error("clip_load is " + std::to_string(clip_load) + " N; allowed: 0 to 1e9");
   if (trace) cli::replace_motion(scene, trace->string(), clip_load);

@@ -242,16 +242,14 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
         table.fail(key, "is for population = \"infinite\"; this patch has representatives");
     return;
   }
-  if (material.snap_rule != bristle::SnapRule::redraw) {
+  if (material.snap_rule != bristle::SnapRule::redraw)
     table.fail(
         "population",
         "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
         "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
-  }
-  if (o.compared.literal) {
+  if (o.compared.literal)
     table.fail("step_rule",
                "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
-  }
   // A resolution of 0 means automatic, as a missing key does.
   o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
   if (o.resolution > 0.0 && o.resolution < 1.0)
@@ -381,10 +379,9 @@ using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion fil
                                                                  ///< clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
-  if (!trace->has_load && motion.load_steps.empty()) {
+  if (!trace->has_load && motion.load_steps.empty())
     throw UserError(
         fmt::format("{}: {} has no column load; add one, or give load in the scene", where, trace->name));
-  }
   motion.type = MotionType::trace;
   for (const int axis : {0, 1})
     motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // clears the motion that the file replaces
@@ -447,10 +444,9 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
 }
 
 void check_axes(const ScenePatch& patch, const std::string& where) {
-  if (patch.options.axes == 1 && patch.motion->moves_along_y()) {
+  if (patch.options.axes == 1 && patch.motion->moves_along_y())
     throw UserError(
         fmt::format("{}: moves along y (or turns), but patch '{}' has axes = 1", where, patch.name));
-  }
 }
 
 // ------------------------------------------------------------------------ readers of [[body]] tables
@@ -495,9 +491,8 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
   body.mass = table.number("mass", {0.0, 1e9, true, "kg"});
   body.gravity = table.number("gravity", {0.0, 1e6, false, "m/s^2"}, body.gravity);
   if (table.has("velocity")) table.pair("velocity", {-1e6, 1e6, false, "m/s"}, body.velocity);
-  if (table.has("extra_load") && table.has("extra_load_steps")) {
+  if (table.has("extra_load") && table.has("extra_load_steps"))
     table.fail("extra_load", "is given twice: extra_load and extra_load_steps");
-  }
   const Range extra{-body.mass * body.gravity, 1e9, false, "N (the weight can be lifted, no more)"};
   if (table.has("extra_load")) body.extra_load = {{0.0, table.number("extra_load", extra)}};
   if (table.has("extra_load_steps")) body.extra_load = read_load_steps(table, "extra_load_steps", extra);
@@ -512,9 +507,8 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
       table.fail("patches", fmt::format("names '{}', which body '{}' rests on already", name, on->second));
     if (patch.motion)
       table.fail("patches", fmt::format("names '{}', which a [[motion]] moves already", name));
-    if (!body.patches.empty() && patch.options.axes != body.axes) {
+    if (!body.patches.empty() && patch.options.axes != body.axes)
       table.fail("patches", "have different axes; those under one body must have the same");
-    }
     body.axes = patch.options.axes;
     // Adds the mean force to the outputs of a patch under a body, whose motion is solved from it.
     patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;
@@ -559,12 +553,11 @@ void check_size(const Scene& scene) {
     patches += patch.count;
   }
   constexpr std::uint64_t most = 1ull << 28;
-  if (bristles > most || patches > 1'000'000) {
+  if (bristles > most || patches > 1'000'000)
     throw UserError(
         fmt::format("{}: {} bristles in {} patches; allowed: at most {} in at most 1000000, or what --memory "
                     "gives room to",
                     scene.file, bristles, patches, most));
-  }
 }
 
 }  // namespace
@@ -613,9 +606,8 @@ std::size_t Scene::patch_count() const noexcept {
 double Scene::trace_length() const noexcept {
   double longest = 0.0;
   for (const ScenePatch& patch : patches) {
-    if (patch.motion && patch.motion->type == MotionType::trace) {
+    if (patch.motion && patch.motion->type == MotionType::trace)
       longest = std::max(longest, patch.motion->rows().back().t);
-    }
   }
   return longest;
 }
@@ -682,9 +674,8 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
   }
   check_all_moved(scene);
   check_size(scene);
-  if (!scene.duration && scene.trace_length() == 0.0) {
+  if (!scene.duration && scene.trace_length() == 0.0)
     table.table("scene").fail("key 'duration' is missing (only a scene with a trace may leave it out)");
-  }
   return scene;
 }
 
