@@ -108,18 +108,16 @@ std::string head(const Scene& scene, const AccuracyResult& r) {
                         count_text(r.copies));
   text +=
       "\nErrors: difference of forces from the limit of many bristles, over the rms of the force, of the "
-      "patch that is "
-      "worst; the scatter that a patch with so many real bristles would have is part of it. Times: one "
-      "thread's CPU, "
-      "median over rounds. A scene step is one dt of the scene, in however many steps.\n";
+      "patch that is worst; the scatter that a patch with so many real bristles would have is part of it. "
+      "Times: one thread's CPU, median over rounds. A scene step is one dt of the scene, in however many "
+      "steps.\n";
   if (!r.no_literal.empty())
     text += fmt::format("The literal rule, the paper's loop, is not among the settings: {}.\n", r.no_literal);
   if (!scene.bodies.empty()) {
     text +=
         "Bodies: forces are compared at equal times. Breaking away or stopping a little earlier or later "
-        "counts as error "
-        "until both are at rest again, and then the force still holds what the stop left; few bristles make "
-        "that large.\n";
+        "counts as error until both are at rest again, and then the force still holds what the stop left; "
+        "few bristles make that large.\n";
   }
   return text;
 }

@@ -15,8 +15,7 @@ constexpr Regime regimes[] = {Regime::rest,    Regime::tremor,  Regime::preslidi
 
 const char* const note_on_p99 =
     "Steps run back to back on this machine as it is: preemption and other load count in p99. Where only p99 "
-    "is "
-    "late and the median well inside, a probe is tried up to four times, the confirming run twice.";
+    "is late and the median well inside, a probe is tried up to four times, the confirming run twice.";
 
 Json times_json(const StepTimes& t) {
   return {{"bristles", t.bristles},
@@ -127,8 +126,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (!text.empty()) text += '\n';
   text += fmt::format(
       "{}, state hash of a fixed scene {:016x}\ndeadline {}, dt {}, snap lengths uniform on 5 to 15 um "
-      "(default material: lognormal), "
-      "motion along (0.8, 0.6)\n",
+      "(default material: lognormal), motion along (0.8, 0.6)\n",
       measured_with(conditions(), result.isa), result.state_hash, time_text(options.deadline_s),
       time_text(capacity_dt_s));
   for (const Regime regime : regimes)
@@ -155,8 +153,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (!result.comparisons.empty()) {
     text +=
         "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
-        "paper's "
-        "loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
+        "paper's loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
     text += comparisons_table(report).text() + '\n';
   } else {
     text += "plain loops left out: built for another machine or without them\n\n";

@@ -278,8 +278,7 @@ Experiment critical_stiffness_experiment() {
       {{"critical_stiffness", "soft springs make it stick and slip, stiff ones do not",
         "a slow pull is steady on a spring stiffer than a critical one (Rabinowicz 1958; Rice and Ruina "
         "1983; Heslot et al. 1994)",
-        "critical stiffness by bisection, least of the speeds; 0: steady on every spring "
-        "of the range tried",
+        "critical stiffness by bisection, least of the speeds; 0: steady on every spring of the range tried",
         "N/m", "above 0"},
        {"linear_theory", "as linear theory says",
         "the critical stiffness follows from the response to a small step in speed (Rice and Ruina 1983)",

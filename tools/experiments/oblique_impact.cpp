@@ -143,8 +143,7 @@ Experiment oblique_impact_experiment() {
         "largest difference of speed and spin from it, over it", "%", "below 1 %"},
        {"recoils", "the contact springs back",
         "the energy stored in it reverses the slip of middling angles (Maw, Barber and Fawcett, Wear 38, "
-        "1976; "
-        "measured by them in 1981)",
+        "1976; measured by them in 1981)",
         "least scaled slip after the impact", "", "below -1"},
        {"impact_energy", "no impact gains energy", "elastic energy is given back once",
         "largest gain of the energy of slip", "%", "below 0.1 %"}},

@@ -140,8 +140,7 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   std::string text = fmt::format(
       "\n## Cost\n\nCPU time of one step of one contact, two axes, force at the end and mean, all models "
       "interleaved: median (quartiles), ns.\nPresliding: steps of 0.003 mean snap lengths; sliding: 1. "
-      "Brush: "
-      "900 bristles, single precision; infinite brush: 8 pieces.\n{}; {}; commit {}.\n\n"
+      "Brush: 900 bristles, single precision; infinite brush: 8 pieces.\n{}; {}; commit {}.\n\n"
       "| model | presliding | sliding |\n|---|---|---|\n",
       c.cpu, c.flags, c.commit);
   for (const std::string& model : models) {

@@ -283,8 +283,7 @@ Experiment rubbing_experiment() {
         "", "within 10 % of 1"},
        {"open_loops", "presliding loops stay open",
         "loops below break-away lose energy cycle after cycle (Courtney-Pratt and Eisner 1957; Mindlin's "
-        "fretting "
-        "loops)",
+        "fretting loops)",
         "work of the last loop, half a presliding length to either side, over that of rigid Coulomb friction",
         "%", "above 2 %"},
        {"lasts_from", "loops last from some stroke on", "as above",
@@ -298,8 +297,7 @@ Experiment rubbing_experiment() {
        {"ratchet", "no drift under forces that waver widely",
         "a force that wavers below break-away moves nothing permanently (Dupont et al. 2002)",
         "drift per cycle, worst of forces between 0.2 and 0.5, 0 and 0.8, -0.3 and 0.8, -0.5 and 0.9 of "
-        "kinetic "
-        "friction",
+        "kinetic friction",
         "lengths", "below 1e-4 presliding lengths"},
        {"ratchet_taps", "nor when it is tapped", "as above, with short pushes",
         "drift per cycle, worst of the same forces", "lengths", "below 1e-4 presliding lengths"},

@@ -50,8 +50,7 @@ double read_load(double load_n, std::string_view cell, double clip_load_n, const
   if (load_n >= -clip_load_n) return 0.0;
   throw UserError(fmt::format(
       "{}: column load: {} is negative; allowed: {}; clip_load in the scene's [[motion]], or --clip-load, "
-      "takes "
-      "what a sensor shows at zero load as 0",
+      "takes what a sensor shows at zero load as 0",
       where, cell, clip_load_n > 0.0 ? fmt::format("{} N or more (clip_load)", -clip_load_n) : "0 or more"));
 }
 

@@ -73,8 +73,7 @@ void Fitter::refuse_without_friction(const FitPoint& point) {
   if (brush >= least_friction * force) return;
   throw UserError(
       fmt::format("{}: {:.2g} % of the force is friction of a brush, less than {:g} %: the rest goes with "
-                  "the speed, or is "
-                  "an offset (nothing to fit; sign, columns?)",
+                  "the speed, or is an offset (nothing to fit; sign, columns?)",
                   data_.columns.name, 100.0 * brush / force, 100.0 * least_friction));
 }
 

@@ -131,8 +131,7 @@ void define_batch(py::module_& module) {
            }),
            py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), py::arg("servo_core") = -1,
            "threads: that may step, the caller included; 0 = one per core. isa: \"scalar\", \"sse2\", ...; "
-           "None = the "
-           "best here. servo_core: workers keep off this core.")
+           "None = the best here. servo_core: workers keep off this core.")
       .def(
           "add",
           [](Batch& self, const Material& material, const PatchOptions& options) {
@@ -176,8 +175,7 @@ void define_batch(py::module_& module) {
           "Spends every allocation before the loop.")
       .def("step", &step_arrays, py::arg("dt"), py::arg("motions"), py::arg("responses"),
            "Moves patches over dt (s); responses[i] answers motions[i], in place. Arrays of bristle.motions "
-           "and "
-           "bristle.responses, which no other thread may touch meanwhile. Bad input sets a status, never "
+           "and bristle.responses, which no other thread may touch meanwhile. Bad input sets a status, never "
            "raises.")
       .def(
           "step",
@@ -219,8 +217,7 @@ void define_batch(py::module_& module) {
           "The responses to trial motions, each from the state as it is, which does not change.")
       .def("info", &info_of, py::arg("id"),
            "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros "
-           "for an "
-           "unknown id.")
+           "for an unknown id.")
       .def(
           "stored_energy",
           [](Batch& self, std::uint64_t id) {
@@ -240,8 +237,7 @@ void define_batch(py::module_& module) {
       .def("save_state", &save_state, "The state of all patches as bytes.")
       .def("restore_state", &restore_state, py::arg("state"),
            "Restores what save_state gave, in a batch with the same patches. Raises bristle.Error, state "
-           "unchanged, "
-           "where it does not fit.")
+           "unchanged, where it does not fit.")
       .def("__len__",
            [](Batch& self) {
              const Batch::Turn turn(self);

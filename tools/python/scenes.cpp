@@ -129,13 +129,10 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
 
 constexpr const char* run_doc =
     "Runs the scene from its beginning, as fast as it can, and returns a SceneRun. steps: instead of the "
-    "scene's "
-    "duration. threads, bristles (of each patch): instead of the scene's. isa: None = the best here. trace: "
-    "a "
-    "motion file, CSV t,x,y,load, in place of the scene's motion; its loads from -clip_load (N) to 0 count "
-    "as 0. out_patches: so many patches are recorded, "
-    "about 220 bytes a step each; None = as many as the scene says. Lets go of the interpreter's lock; "
-    "Ctrl-C ends it. Raises bristle.Error.";
+    "scene's duration. threads, bristles (of each patch): instead of the scene's. isa: None = the best here. "
+    "trace: a motion file, CSV t,x,y,load, in place of the scene's motion; its loads from -clip_load (N) to "
+    "0 count as 0. out_patches: so many patches are recorded, about 220 bytes a step each; None = as many as "
+    "the scene says. Lets go of the interpreter's lock; Ctrl-C ends it. Raises bristle.Error.";
 
 /// Binds run(), which takes its scene or the scene's file as `first` of its arguments.
 template <class Owner, class Run, class... First>
@@ -199,8 +196,7 @@ void define_scene_run(py::module_& module) {
       .def_property_readonly(
           "state_hash", [](const SceneRun& r) { return r.result.state_hash; },
           "Of all patches at the end: the same on every machine, f\"{run.state_hash:016x}\" as the command "
-          "line "
-          "prints it.")
+          "line prints it.")
       .def_property_readonly(
           "steps", [](const SceneRun& r) { return r.result.steps; }, "Steps done.")
       .def_property_readonly(

@@ -160,9 +160,8 @@ SceneMaterial read_material(TomlTable table) {
                          "kinetic_speed", "fall_per_decade", "growth_per_decade"})) {
         table.fail(
             "mixes coefficients (typical, kinetic, peak, presliding_length, bristles_per_newton, law, "
-            "spread, "
-            "damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) with "
-            "bristle parameters; give one kind");
+            "spread, damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) "
+            "with bristle parameters; give one kind");
       }
       table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
                    "asperity_height_deviation", "snap_length", "rule", "viscous_friction",

@@ -225,13 +225,9 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
   text += fmt::format(
       "bristle {}, commit {}, {}\n"
       "A mass on one patch, one axis, no applied force. k = K T^2/m from {:.3g} to {:.3g}, c = C T/m "
-      "(devices: "
-      "beta = b T/m) "
-      "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, {}. Each cell from two "
-      "starts: "
-      "a push within presliding, and steady sliding; the worse counts. {} steps. Population of maps and "
-      "slope: "
-      "{}.\n\n",
+      "(devices: beta = b T/m) from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, {}. "
+      "Each cell from two starts: a push within presliding, and steady sliding; the worse counts. {} steps. "
+      "Population of maps and slope: {}.\n\n",
       c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
       result.seconds.back(), to_string(options.rule), options.quick ? 4000 : 8000, population_name(options));
   text += maps_table(report).text();
@@ -263,10 +259,9 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
   text += pulled_table(result);
   text +=
       "\nA car (400 kg on one wheel of 0.3 m, a bed) rolls up a slope of 5 %, stops and rolls back in 8 s: "
-      "speed "
-      "off\nthat of rolling without slip, and the most energy gained in a step. k = K T^2 (1/m + r^2/I). "
-      "Midpoint: solved\nfor the mean force. Held: the force of the last step; linear theory bounds k by "
-      "4.\n\n";
+      "speed off\nthat of rolling without slip, and the most energy gained in a step. k = K T^2 (1/m + "
+      "r^2/I). Midpoint: solved\nfor the mean force. Held: the force of the last step; linear theory bounds "
+      "k by 4.\n\n";
   text += wheels_table(result);
   text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
   return text;

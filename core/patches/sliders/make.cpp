@@ -203,8 +203,7 @@ Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const Patch
   if (options.population == Population::infinite)
     throw Error(
         "PatchOptions: population = infinite: the material has SnapRule::slide, whose bristles are strata of "
-        "its "
-        "law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
+        "its law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
   if (options.compared.literal)
     throw Error("PatchOptions: the literal rule is the paper's loop of snaps; SnapRule::slide has none");
   if (options.fluctuation != 0)
