@@ -6,7 +6,6 @@
 // off the core that the stepping thread is bound to (BatchOptions::with_servo_core).
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <cstdlib>
 #include <optional>
 

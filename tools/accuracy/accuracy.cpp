@@ -10,7 +10,6 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/files/output_file.hpp"
-#include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/progress.hpp"

@@ -1,11 +1,6 @@
 // Measures what each feature of a scene (such as ageing or double precision) costs in time and gains in
 // accuracy, by alternate runs with and without the feature.
 #include <algorithm>
-#include <cmath>
-#include <optional>
-#include <utility>
-
-#include <fmt/format.h>
 
 #include <bristle/deadline_monitor.hpp>
 #include <bristle/error.hpp>

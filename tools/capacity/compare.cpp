@@ -1,7 +1,6 @@
 // Times the library and plain friction loops in turns, so that other programs slow all of them alike.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <string>
 #include <utility>

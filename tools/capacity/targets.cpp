@@ -1,10 +1,8 @@
 // Measures the library's speed targets, each in a short run of its own. Loops that form a ratio run in
 // turns.
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <memory>
-#include <optional>
 #include <thread>
 #include <utility>
 

@@ -2,7 +2,6 @@
 // rest.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "tools/experiments/body.hpp"
 #include "tools/experiments/experiment.hpp"

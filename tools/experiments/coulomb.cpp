@@ -2,7 +2,6 @@
 // the apparent area.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "tools/experiments/experiment.hpp"
 #include "tools/experiments/subject.hpp"

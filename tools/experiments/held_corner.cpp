@@ -8,9 +8,6 @@
 namespace cli {
 namespace {
 
-using rivals::Pair;
-using rivals::SpinForce;
-
 /// Mean distance of a unit square's points from a corner: torque over friction when it turns about it.
 const double mean_arm = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
 
@@ -27,7 +24,7 @@ class HeldPlate {
   };
   Moment turn(double angle, double dt_s) {
     const rivals::Turn centre(turned_, angle);
-    const SpinForce f = subject_.step(centre.way(half_, half_), angle, dt_s, load_);
+    const rivals::SpinForce f = subject_.step(centre.way(half_, half_), angle, dt_s, load_);
     turned_ += angle;
     return {f.end.torque + rivals::cross(centre.end_arm(half_, half_), f.end.force),
             f.mean.torque + rivals::cross(centre.mean_arm(half_, half_), f.mean.force)};

@@ -9,7 +9,6 @@
 namespace cli {
 namespace {
 
-using rivals::Pair;
 using rivals::Wrench;
 
 /// Returns mean force and torque of a disc in steady motion at the ratio eps = v / (omega R) of sliding to

@@ -8,8 +8,6 @@
 namespace cli {
 namespace {
 
-using rivals::SpinForce;
-
 /// Friction of a disc first pulled or turned from rest: a force, or torque over radius, N; > 0: resists.
 struct FirstMotion {
   double slope = 0.0;  ///< stiffness over the first thousandth of a presliding length, N/m
@@ -25,7 +23,7 @@ FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bo
   const double first = 1e-3 * dbar, step = dbar / s.number("steps_per_length");
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
   const auto move = [&](double way) {
-    const SpinForce f =
+    const rivals::SpinForce f =
         subject.step({turns ? 0.0 : way, 0.0}, turns ? way / radius : 0.0, way / s.number("velocity"), load);
     return turns ? -f.end.torque / radius : -f.end.force.x;
   };

@@ -1,5 +1,4 @@
 // Experiment on steady sliding that continues in a new direction in the plane.
-#include <algorithm>
 #include <cmath>
 
 #include "tools/experiments/experiment.hpp"

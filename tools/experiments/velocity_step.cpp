@@ -2,7 +2,6 @@
 // approaches its level at the new speed over a characteristic distance (Dieterich 1979; Ruina 1983).
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "tools/experiments/experiment.hpp"
 #include "tools/experiments/sliding.hpp"

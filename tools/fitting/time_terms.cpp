@@ -7,12 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include <fmt/format.h>
-
 namespace cli {
 namespace {
-
-using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
 constexpr double rest_samples = 10.0;  // number of samples at one place that count as a rest
@@ -169,7 +165,7 @@ FitPoint Fitter::try_saturating(FitPoint point) {
   best.sum_of_squares = std::numeric_limits<double>::infinity();
   for (const double share : {0.5, 0.75}) {
     FitPoint other = point;
-    other.frame.form = AgeingForm::saturating;
+    other.frame.form = bristle::AgeingForm::saturating;
     if (!contains(other.free, fit_ageing_time)) other.free.push_back(fit_ageing_time);
     assume(model_, other);
     other.values[fit_ageing] = std::clamp(5.0 * point.values[fit_ageing], 0.02, 0.5);

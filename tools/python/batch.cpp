@@ -12,7 +12,6 @@
 namespace bristle_python {
 
 using bristle::Motion;
-using bristle::PatchId;
 using bristle::Response;
 
 namespace {

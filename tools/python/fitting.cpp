@@ -1,5 +1,4 @@
 // Binds fit(), which does what `bristle fit` does, for a file or arrays.
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>

@@ -1,7 +1,6 @@
 #include "tools/virtual_room/floor_mesh.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 
 #include <Eigen/Geometry>

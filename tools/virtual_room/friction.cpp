@@ -1,7 +1,6 @@
 #include "tools/virtual_room/friction.hpp"
 
 #include <bit>
-#include <cmath>
 
 #include <Eigen/LU>
 

@@ -1,7 +1,6 @@
 // Bristles that age (core/patches/AGEING.md): their ages between steps, and constants for long steps at one
 // sliding speed.
 #include <algorithm>
-#include <cmath>
 
 #include "core/materials/elementary.hpp"
 #include "core/materials/steady_sliding.hpp"

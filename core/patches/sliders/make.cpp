@@ -1,7 +1,6 @@
 // Makes and resets a patch of bristles that slide.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <string>
 

@@ -1,6 +1,5 @@
 // Hash and bytes of a patch of bristles that slide. The format of the bytes:
 // core/patches/SAVED_STATE.md.
-#include <cmath>
 
 #include "core/common/hashing.hpp"
 #include "core/patches/sliders/sliders.hpp"
