@@ -66,8 +66,7 @@ struct ContactModel {
   // --- saved state of the model, which follows that of the shared part (saved_state.hpp)
   std::uint64_t (*signature)(const Patch&) noexcept;  ///< hash of the options and material that a saved state
                                                       ///< must agree with
-  std::size_t (*saved_size)(const Patch&) noexcept;   ///< number of bytes that `save` writes, which depends
-                                                      ///< on options and material alone
+  /// Writes the state. The number of bytes depends on options and material alone.
   void (*save)(const Patch&, ByteWriter&) noexcept;
   /// Checks bytes of a saved state. `contact`: saved shared part of the patch. Returns null, or the name of a
   /// value that no patch can have.

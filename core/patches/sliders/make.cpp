@@ -116,7 +116,6 @@ constexpr ContactModel sliders_model = {
     .describe = &describe<T>,
     .read_bristles = &read_bristles<T>,
     .signature = &signature<T>,
-    .saved_size = &saved_sliders_size<T>,
     .save = &save_sliders<T>,
     .find_fault = &find_slider_fault<T>,
     .restore = &restore_sliders<T>};
