@@ -79,15 +79,13 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
     const double friction = block.advance(subject, {profile.force(before + 0.5 * dt)}, dt, load);
     hold.add(t, block.position());
     cycle.add(t, block.position());
-    if (k % every == 0)
-      result.series.push_back({"fig2", model, {t, profile.force(t), -friction, block.position()}});
+    if (k % every == 0) result.add("fig2", model, {t, profile.force(t), -friction, block.position()});
   }
   const double creep = (hold.mean(3) - hold.mean(1)) / (0.5 * profile.hold);
-  result.findings.push_back({"hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding")});
+  result.add("hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding"));
   const auto last = static_cast<std::size_t>(profile.cycles) - 1;
   const double drift = cycle.mean(last) - cycle.mean(last - 1);
-  result.findings.push_back(
-      {"drift_per_cycle", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding")});
+  result.add("drift_per_cycle", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
 }
 
 void slope(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -109,12 +107,12 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
                          (middle > tilting ? shake * sine_of_turns(frequency * (middle - tilting)) : 0.0);
     const double friction = block.advance(subject, {force}, dt, load);
     period.add(t, block.position());
-    if (k % every == 0) result.series.push_back({"slope", model, {t, force, -friction, block.position()}});
+    if (k % every == 0) result.add("slope", model, {t, force, -friction, block.position()});
   }
   const auto last = static_cast<std::size_t>(periods) - 1, middle = last / 2;
   const double speed =
       (period.mean(last) - period.mean(middle)) * frequency / static_cast<double>(last - middle);
-  result.findings.push_back({"slope", model, 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding")});
+  result.add("slope", model, 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding"));
 }
 
 // Limits the time step to a 20th of the shortest event (hold, ramp, cycle), so that the measured means and
@@ -174,6 +172,7 @@ Experiment drift_experiment() {
         "below a thousandth of the presliding length a second"}},
       {"t[s]", "applied[N]", "friction[N]", "x[m]"},
       &run_drift,
+      {},
       &check_step};
 }
 

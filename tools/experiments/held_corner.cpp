@@ -63,7 +63,7 @@ void turn_steadily(const std::string& model, const Settings& s, ExperimentResult
     if (k >= 0) sum += moment;
   }
   const double share = sum / static_cast<double>(measure) / (sliding_friction(model, s) * side * mean_arm);
-  result.findings.push_back({"corner_moment", model, share, std::fabs(share - 1.0) < 0.01});
+  result.add("corner_moment", model, share, std::fabs(share - 1.0) < 0.01);
 }
 
 void hold(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -81,12 +81,10 @@ void hold(const ExperimentInput& input, const std::string& model, ExperimentResu
     const double applied = full * (s.number("held") - s.number("wavers") * std::cos(phase));
     spin += dt * (applied + plate.turn(dt * spin, dt).end) / inertia;
     if (k % std::max(1L, per_cycle / 20) == 0)
-      result.series.push_back(
-          {"hold", model, {static_cast<double>(k) * dt, applied / full, 1e6 * side * plate.turned()}});
+      result.add("hold", model, {static_cast<double>(k) * dt, applied / full, 1e6 * side * plate.turned()});
   }
   const double drift = (plate.turned() - begin) * side / static_cast<double>(cycles);
-  result.findings.push_back(
-      {"corner_holds", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding")});
+  result.add("corner_holds", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
 }
 
 void run_held_corner(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

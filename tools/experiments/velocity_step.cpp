@@ -70,16 +70,14 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
     for (const bool up : {true, false}) {
       const Step& step = up ? found.up : found.down;
       for (std::size_t k = 0; k < step.friction.size(); ++k)
-        result.series.push_back(
-            {up ? "up" : "down",
-             model,
-             {speeds[i], each * static_cast<double>(k + 1), step.friction[k], step.before}});
+        result.add(up ? "up" : "down", model,
+                   {speeds[i], each * static_cast<double>(k + 1), step.friction[k], step.before});
     }
     const double highest = *std::max_element(found.up.friction.begin(), found.up.friction.end());
     const double direct = (highest - found.up.before) / e_folds;
     const double fall = (found.up.before - found.up.after) / e_folds;
     const double way = each * evolution_way(found.up);
-    result.series.push_back({"step", model, {speeds[i], way, direct, fall}});
+    result.add("step", model, {speeds[i], way, direct, fall});
     least = std::min(least, direct);
     most = std::max(most, direct);
     smallest_fall = std::min(smallest_fall, fall);
@@ -87,11 +85,11 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
     longest = std::max(longest, way);
     input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
   }
-  result.findings.push_back({"direct_effect", model, 100.0 * least, least > 0.005 && most < 2.0 * least});
-  result.findings.push_back({"speed_fall", model, 100.0 * smallest_fall, smallest_fall > 0.005});
+  result.add("direct_effect", model, 100.0 * least, least > 0.005 && most < 2.0 * least);
+  result.add("speed_fall", model, 100.0 * smallest_fall, smallest_fall > 0.005);
   const bool falls = smallest_fall > 0.005;
-  result.findings.push_back({"evolution_way", model, falls ? shortest : 0.0,
-                             falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest});
+  result.add("evolution_way", model, falls ? shortest : 0.0,
+             falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest);
 }
 
 void check_velocity_step(const Settings& settings) {
@@ -131,6 +129,7 @@ Experiment velocity_step_experiment() {
         "", "0.05 to 5, and at no speed 1.5 times as long"}},
       {"speed[m/s]", "x_over_presliding", "friction_over_kinetic", "before_over_kinetic"},
       &run_velocity_step,
+      {},
       &check_velocity_step};
 }
 
