@@ -25,10 +25,9 @@ void add_batch_benchmark(const std::string& name, const char* label,
 template <const Regime& regime, SnapRule rule>
 std::shared_ptr<MeasuredScene> make_equal(const BatchOptions& options) {
   auto scene = std::make_shared<MeasuredScene>(options);
-  for (std::uint32_t i = 0; i < patch_count; ++i) {
+  for (std::uint32_t i = 0; i < patch_count; ++i)
     scene->add(plain_material(usual_law(), rule),
                plain_options(100, usual_axes, Precision::single, usual_outputs()).with_seed(i + 1), regime);
-  }
   scene->settle();
   return scene;
 }
@@ -61,9 +60,8 @@ std::shared_ptr<MeasuredScene> make_mixed(const BatchOptions& options) {
 
 void register_batches() {
   add_batch_benchmark("all_snap/keep", all_snap.motion, make_equal<all_snap, SnapRule::keep>);
-  if (!BRISTLE_MINIMAL) {
+  if (!BRISTLE_MINIMAL)
     add_batch_benchmark("all_snap/redraw", all_snap.motion, make_equal<all_snap, SnapRule::redraw>);
-  }
   add_batch_benchmark("presliding/keep", presliding.motion, make_equal<presliding, SnapRule::keep>);
   add_batch_benchmark("stick/keep", stick.motion, make_equal<stick, SnapRule::keep>);
   add_batch_benchmark("resting", "every patch named, displacement 0", make_equal<rest, SnapRule::keep>);

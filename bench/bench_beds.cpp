@@ -27,25 +27,22 @@ namespace bristle_bench {
 
 namespace {
 
-using bristle::BedBatch;
 using bristle::BedMaterial;
 using bristle::BedMotion;
-using bristle::BedOptions;
 using bristle::BedPressure;
 using bristle::BedResponse;
 using bristle::BedShape;
-using bristle::plain::Wrench;
 
 /// Batch of equal beds (contacts of elastic bodies), with the motion of each.
 struct Beds {
-  BedBatch batch;
+  bristle::BedBatch batch;
   std::vector<BedMotion> in;
   std::vector<BedResponse> out;
 
   Beds(const BedMaterial& material, const BedShape& shape, double load, std::size_t n = 1, int threads = 1,
        bool all = false)
       : batch(BatchOptions().with_threads(threads)), in(n), out(n) {
-    BedOptions options;
+    bristle::BedOptions options;
     options.max_normal_load = load;
     options.all_outputs = all;
     for (BedMotion& motion : in) {
@@ -231,7 +228,7 @@ void register_ellipses() {
           for (int i = 0; i < 100; ++i) bed->step();
           auto solver = std::make_shared<bristle::plain::Fastsim>(
               n, n, ellipse_a, ellipse_b, ellipse_flexibility, ellipse_friction, ellipse_load);
-          const Wrench w = solver->solve(0.0, -6.25e-4, 0.625);
+          const bristle::plain::Wrench w = solver->solve(0.0, -6.25e-4, 0.625);
           ours = [=] { benchmark::DoNotOptimize(bed->step().torque); };
           rival = [=] { benchmark::DoNotOptimize(solver->solve(0.0, -6.25e-4, 0.625).torque); };
           return Figures{384.0, 1.0 * n * n, ellipse_error(bed->out[0].force[1], bed->out[0].torque),

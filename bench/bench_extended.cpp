@@ -25,10 +25,6 @@ namespace bristle_bench {
 
 namespace {
 
-using bristle::ExtendedMotion;
-using bristle::ExtendedPatches;
-using bristle::ExtendedResponse;
-using bristle::Outline;
 using bristle::Population;
 using rivals::LuGreGrid;
 using rivals::Pair;
@@ -47,7 +43,7 @@ class BrushDisc {
                                      .with_population(population)
                                      .with_resolution(resolution);
     motion_.id = patches_.add(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), options,
-                              Outline::disc(radius, bristle::Pressure::uniform, rings, around));
+                              bristle::Outline::disc(radius, bristle::Pressure::uniform, rings, around));
     motion_.normal_load = load_n;
     batch_.warm_up();
   }
@@ -65,9 +61,9 @@ class BrushDisc {
 
  private:
   PatchBatch batch_;
-  ExtendedPatches patches_;
-  ExtendedMotion motion_;
-  ExtendedResponse response_;
+  bristle::ExtendedPatches patches_;
+  bristle::ExtendedMotion motion_;
+  bristle::ExtendedResponse response_;
 };
 
 /// Disc of dry LuGre cells with the brush's friction and stiffness.

@@ -7,11 +7,7 @@ namespace bristle_bench {
 
 namespace {
 
-using bristle::ContactMatcher;
 using bristle::ContactPoint;
-using bristle::KeyedOptions;
-using bristle::KeyedPatches;
-using bristle::MatcherOptions;
 
 constexpr std::uint32_t contact_count = 10000;
 
@@ -21,7 +17,7 @@ struct KeyedScene {
   KeyedScene(std::uint32_t fresh_keys, bool seeded)
       : patches(batch, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::keep),
                 plain_options(100, 1, Precision::single, Outputs::end),
-                KeyedOptions{}.with_capacity(2 * contact_count).with_seed_from_key(seeded)),
+                bristle::KeyedOptions{}.with_capacity(2 * contact_count).with_seed_from_key(seeded)),
         fresh(fresh_keys) {
     batch.warm_up();
     for (std::uint32_t i = 0; i < contact_count; ++i) keys.push_back(next++);
@@ -34,7 +30,7 @@ struct KeyedScene {
     return sum + patches.end_step();
   }
   PatchBatch batch;
-  KeyedPatches patches;
+  bristle::KeyedPatches patches;
   std::uint32_t fresh;
   std::vector<std::uint64_t> keys;
   std::uint64_t next = 1, place = 0;
@@ -52,7 +48,7 @@ void add_find_benchmark(std::uint32_t fresh, bool seeded) {
 
 void add_match_benchmark(std::uint32_t per_pair) {
   add_benchmark("keys/match/" + std::to_string(per_pair) + "per_pair", [=](benchmark::State& state) {
-    ContactMatcher matcher(MatcherOptions{}.with_capacity(contact_count));
+    bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(contact_count));
     std::vector<ContactPoint> points(contact_count);
     for (std::uint32_t i = 0; i < contact_count; ++i) points[i] = {i / per_pair, {0.01 * i, 0.0, 0.0}};
     std::vector<std::uint64_t> keys(contact_count);

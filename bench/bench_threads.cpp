@@ -6,7 +6,6 @@
 // off the core that the stepping thread is bound to (BatchOptions::with_servo_core).
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <cstdlib>
 #include <optional>
 
@@ -122,12 +121,11 @@ void add_shared_step(const std::string& name, const SharedStep& what) {
     if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
     MeasuredScene scene(options);
     unsetenv("BRISTLE_SHARING");
-    for (std::uint32_t i = 0; i < what.patches; ++i) {
+    for (std::uint32_t i = 0; i < what.patches; ++i)
       scene.add(plain_material(usual_law(), SnapRule::keep),
                 plain_options(what.bristles / what.patches, usual_axes, Precision::single, usual_outputs())
                     .with_seed(i + 1),
                 what.regime);
-    }
     scene.settle();
     std::optional<BoundThread> here;
     if (what.bound) here.emplace();

@@ -149,9 +149,8 @@ void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_b
   state.counters["ns_per_bristle"] = ns_per_bristle;
   state.counters["bristles_per_ms"] = 1e6 / ns_per_bristle;
   state.counters["visited"] = visited / (steps * n);
-  if (bytes_per_bristle > 0.0) {
+  if (bytes_per_bristle > 0.0)
     state.SetBytesProcessed(static_cast<std::int64_t>(steps * n * bytes_per_bristle));
-  }
 }
 
 /// Registers a benchmark by name; it measures real time, because workers step too.

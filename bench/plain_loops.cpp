@@ -476,9 +476,8 @@ PlainLoop::PlainLoop(const PlainOptions& options) : options_(options) {
   columns_.delta = floats + stride;
   if (options_.axes == 2) columns_.zy = floats + 2 * stride;
   if (options_.rule == Rule::redraw) columns_.draws = static_cast<std::uint32_t*>(memory_) + 3 * stride;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < n; ++i)
     columns_.delta[i] = static_cast<float>(options_.mean_snap_length_m * first_length(i));
-  }
   step_ = options_.axes == 1 ? find_step<1>(options_.rule, options_.mean, options_.style)
                              : find_step<2>(options_.rule, options_.mean, options_.style);
 }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cmath>
-#include <initializer_list>
 
 #include "tools/virtual_room/room_state.hpp"
 

@@ -2,7 +2,6 @@
 // Catch.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <stdexcept>

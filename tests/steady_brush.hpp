@@ -2,9 +2,7 @@
 // deflection.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include "reference_table.hpp"

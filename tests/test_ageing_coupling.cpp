@@ -16,8 +16,6 @@
 
 namespace bristle_test::test_ageing_coupling {
 
-using bristle::Ageing;
-using bristle::Coefficients;
 using bristle::Population;
 
 namespace {
@@ -25,8 +23,8 @@ namespace {
 constexpr double load = 2.0, length = 1e-5, tau = 1e-3, beta = 0.03;
 
 Material ageing_material() {
-  return Material::from_coefficients(Coefficients{}.with_presliding_length(length))
-      .with_ageing(Ageing::logarithmic(beta, tau));
+  return Material::from_coefficients(bristle::Coefficients{}.with_presliding_length(length))
+      .with_ageing(bristle::Ageing::logarithmic(beta, tau));
 }
 
 /// Returns options of an infinite brush or of representatives. Representatives take double precision if the

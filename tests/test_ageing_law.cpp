@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -23,14 +22,11 @@ using bristle::Ageing;
 using bristle::AgeingForm;
 using bristle::Coefficients;
 using bristle::Material;
-using bristle::SnapLaw;
 using bristle::SnapLength;
 using bristle::SnapRule;
 using bristle_test::message_of;
 using bristle_test::names;
 using bristle_test::number;
-using bristle_test::read_table;
-using bristle_test::Row;
 
 namespace {
 
@@ -124,7 +120,7 @@ double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double
 }  // namespace
 
 TEST_CASE("Kinetic friction at a speed is that of the table of contacts that age", "[ageing]") {
-  for (const Row& row : read_table("ageing_steady.csv")) {
+  for (const bristle_test::Row& row : bristle_test::read_table("ageing_steady.csv")) {
     const SnapRule rule = row.at("variant") == "keep" ? SnapRule::keep : SnapRule::redraw;
     const Material m =
         ageing_material(law_of(row.at("dist")), Ageing::logarithmic(number(row, "beta"), tau), rule);
@@ -305,7 +301,7 @@ TEST_CASE("Coefficients of fast sliding give the strength of ageing to first ord
   // With equal snap lengths and kappa = 1, bristles in contact have the mean length 1 and the mean deflection
   // 1 / ln 2 - 1, in units of that length.
   const Material single = Material::from_coefficients(coefficients_with(0.0, 1.0, 0.0)
-                                                          .with_law(SnapLaw::single)
+                                                          .with_law(bristle::SnapLaw::single)
                                                           .with_peak(0.35 / (1.0 / std::log(2.0) - 1.0))
                                                           .with_growth_per_decade(0.08));
   CHECK(single.ageing_strength == Approx(0.08 / ln10 * (1.0 / std::log(2.0) - 1.0)).epsilon(1e-9));

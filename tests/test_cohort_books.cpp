@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include "core/materials/kernel_law.hpp"
@@ -23,9 +22,6 @@ using bristle_test::Brush;
 using bristle_test::dbar;
 using bristle_test::infinite_options;
 using bristle_test::load_n;
-using bristle_test::saved_state;
-using bristle_test::step_one;
-using bristle_test::tick;
 
 namespace {
 
@@ -46,7 +42,7 @@ struct OpenBrush {
     id = BatchAccess::add(batch, made);
   }
   bristle::Response step(double dx, double dy, double load) {
-    return step_one(batch, bristle::Motion{id, {dx * dbar, dy * dbar}, load});
+    return bristle_test::step_one(batch, bristle::Motion{id, {dx * dbar, dy * dbar}, load});
   }
 
   bristle::PatchBatch batch;
@@ -296,7 +292,7 @@ TEST_CASE("A restored state does not hold by the bound of the state before", "[c
     b->step(0.0);
     b->step(0.45);
   }
-  const std::vector<std::byte> state = saved_state(brush.patch.batch);
+  const std::vector<std::byte> state = bristle_test::saved_state(brush.patch.batch);
   brush.load = 0.0;
   brush.step(0.0);
   brush.load = load_n;

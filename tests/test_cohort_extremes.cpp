@@ -5,15 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <vector>
 
 #include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
 namespace bristle_test::test_cohort_extremes {
-
-using bristle::Population;
 
 namespace {
 

@@ -15,8 +15,6 @@
 
 namespace bristle_test::test_cohorts {
 
-using bristle::Population;
-
 namespace {
 
 struct Place {

@@ -24,7 +24,6 @@ namespace test_contact_model {
 namespace {
 
 using namespace bristle::detail;
-using bristle::PatchInfo;
 using bristle::Span;
 using bristle_test::dbar;
 using bristle_test::plain_material;
@@ -112,10 +111,9 @@ const ContactModel coulomb_model = [] {
     hasher.add(deflection_sum(p, 0));
     return hasher.value();
   };
-  m.describe = [](const Patch&, PatchInfo& info) noexcept { info.kernel = "coulomb"; };
+  m.describe = [](const Patch&, bristle::PatchInfo& info) noexcept { info.kernel = "coulomb"; };
   m.read_bristles = [](const Patch&, std::size_t, Span<double>, Span<double>, Span<double>) noexcept {};
   m.signature = [](const Patch& p) noexcept { return p.material().hash; };
-  m.saved_size = [](const Patch&) noexcept { return sizeof(double); };
   m.save = [](const Patch& p, ByteWriter& write) noexcept { write(deflection_sum(p, 0)); };
   m.find_fault = [](const Patch&, const Patch&, ByteReader read) noexcept -> const char* {
     double bent = 0.0;

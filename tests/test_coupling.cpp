@@ -2,7 +2,6 @@
 #include <catch2/catch.hpp>
 
 #include <array>
-#include <string>
 
 #include "coupling_example.hpp"
 #include "expect.hpp"

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <functional>
 #include <random>
-#include <string>
 
 #include "expect.hpp"
 #include "scenes.hpp"

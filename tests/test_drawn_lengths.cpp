@@ -4,13 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <string>
 #include <vector>
 
 #include "core/materials/kernel_law.hpp"
-#include "expect.hpp"
 
 namespace test_drawn_lengths {
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -88,8 +87,7 @@ TEST_CASE("Slide-hold-slide: rate and state relaxes, heals and peaks as its equa
 }
 
 TEST_CASE(
-    "Slide-hold-slide: on a stiff contact the peak of rate and state is b ln(1 + v t / Dc) above its "
-    "sliding",
+    "Slide-hold-slide: on a stiff contact the peak of rate and state is b ln(1 + v t / Dc) above its sliding",
     "[experiment]") {
   const double v = 1e-4, b = 0.04;  // the experiment's defaults: a 0.02, Dc 20 um
   const ExperimentResult result =

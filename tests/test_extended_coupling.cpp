@@ -13,10 +13,8 @@
 namespace bristle_test::test_extended_coupling {
 
 using bristle::BodyVector;
-using bristle::Coefficients;
 using bristle::ExtendedContact;
 using bristle::ExtendedMotion;
-using bristle::ExtendedPatches;
 using bristle::ExtendedResponse;
 using bristle::Outline;
 using bristle::Population;
@@ -90,7 +88,7 @@ struct Body {
   }
 
   PatchBatch batch;
-  ExtendedPatches patches{batch};
+  bristle::ExtendedPatches patches{batch};
   bristle::CellContacts<Dof> cells;
   bristle::MovingBody<Dof> body;
   std::vector<ExtendedContact<Dof>> contacts;
@@ -142,7 +140,7 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
   CAPTURE(name_of(population), name_of(way));
   constexpr double dt = 0.04, length = 10e-6;
   Disc disc(Material::from_coefficients(
-                Coefficients{}.with_presliding_length(length).with_damping_per_newton(100.0)),
+                bristle::Coefficients{}.with_presliding_length(length).with_damping_per_newton(100.0)),
             options_of(population, Disc::load, 200), 2);
   const double limit = 0.4 * Disc::load;
   const auto swing = [&](int steps) {

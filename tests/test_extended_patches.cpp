@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -28,7 +27,6 @@ namespace bristle_test::test_extended_patches {
 using bristle::ExtendedMotion;
 using bristle::ExtendedPatches;
 using bristle::ExtendedResponse;
-using bristle::KeyedPatches;
 using bristle::Outline;
 using bristle::PatchCell;
 using bristle::Population;
@@ -795,7 +793,7 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   const Material material = plain_material(smooth, SnapRule::redraw);
   const PatchOptions options = plain_options(900).with_max_normal_load(load_n).with_seed(5);
   const Outline outline = Outline::disc(2e-4, Pressure::uniform, 2);
-  KeyedPatches keyed(pads, material, options, outline, bristle::KeyedOptions{}.with_capacity(3));
+  bristle::KeyedPatches keyed(pads, material, options, outline, bristle::KeyedOptions{}.with_capacity(3));
   const auto slide = [](ExtendedPatches& of, PatchId id) {
     ExtendedResponse response;
     for (int k = 0; k < 30; ++k) {

@@ -20,7 +20,6 @@ using Catch::Matchers::Contains;
 using namespace bristle_test;
 using bristle::SnapLaw;
 using bristle::SnapRule;
-using cli::FitParameter;
 using cli::PathPoint;
 
 namespace {
@@ -382,9 +381,10 @@ TEST_CASE("Derivatives of the force are its differences, on a line and on a disc
       p[cli::fit_asymmetry] = 0.05;
       p[cli::fit_delay] = 0.02;
       p[cli::fit_drift] = 0.1;
-      for (const FitParameter q : {cli::fit_kinetic, cli::fit_strengthening, cli::fit_strengthening_speed,
-                                   cli::fit_viscous, cli::fit_damping, cli::fit_stribeck, cli::fit_delay,
-                                   cli::fit_asymmetry, cli::fit_offset, cli::fit_drift}) {
+      for (const cli::FitParameter q :
+           {cli::fit_kinetic, cli::fit_strengthening, cli::fit_strengthening_speed, cli::fit_viscous,
+            cli::fit_damping, cli::fit_stribeck, cli::fit_delay, cli::fit_asymmetry, cli::fit_offset,
+            cli::fit_drift}) {
         CAPTURE(cli::fit_name(q));
         constexpr double h = 1e-4;
         const double unit = model.scale(p, q);

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
 #include "tests/fit_helpers.hpp"
 #include "tests/sliding_springs.hpp"
 #include "tests/synthetic_friction.hpp"

@@ -4,7 +4,6 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <string>
 
 #include "tests/fit_helpers.hpp"
 #include "tests/synthetic_friction.hpp"

@@ -9,7 +9,6 @@
 #include <future>
 #include <iterator>
 #include <string>
-#include <vector>
 
 #include <sys/stat.h>
 #include <sys/wait.h>

@@ -26,7 +26,6 @@ using bristle_test::expect;
 using bristle_test::expect_near;
 using bristle_test::message_of;
 using bristle_test::names;
-using bristle_test::saved_state;
 
 namespace {
 
@@ -643,7 +642,7 @@ TEST_CASE("Joints save and restore their state, and refuse what is not theirs", 
       }
       a.step({angle, {}, {}, {}}, {torque});
     }
-    std::vector<std::byte> state = saved_state(a);
+    std::vector<std::byte> state = bristle_test::saved_state(a);
     CHECK(a.save_state({state.data(), state.size() - 1}) == 0);
     b.restore_state(state);
     CHECK(b.state_hash() == a.state_hash());

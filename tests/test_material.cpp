@@ -16,7 +16,6 @@
 #include "reference_table.hpp"
 #include "scenes.hpp"
 
-#include <bristle/error.hpp>
 #include <bristle/material.hpp>
 
 namespace test_material {

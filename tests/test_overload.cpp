@@ -14,7 +14,6 @@
 
 namespace bristle_test::test_overload {
 
-using bristle::DetailDecision;
 using bristle::LoadShedder;
 using bristle::LoadShedderOptions;
 using bristle::ShedReport;

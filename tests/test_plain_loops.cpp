@@ -15,7 +15,6 @@ using bristle::plain::PaperLoop;
 using bristle::plain::PlainLoop;
 using bristle::plain::PlainOptions;
 using bristle::plain::Rule;
-using bristle::plain::StreamLoop;
 using bristle::plain::Style;
 
 namespace {
@@ -157,7 +156,7 @@ TEST_CASE("The paper's loop adds the damper of every bristle", "[bench]") {
 }
 
 TEST_CASE("The streaming loop counts the bytes it reads and writes", "[bench]") {
-  StreamLoop stream(1000, 3, 2);
+  bristle::plain::StreamLoop stream(1000, 3, 2);
   CHECK(stream.bytes() == 1000 * 4 * (3 + 2));
   // The stream's first step turns two columns of 1000 zeros into ones, the second turns them back.
   CHECK(stream.step() == 2.0 * 1000.0);

@@ -1405,7 +1405,7 @@ class EveryCall(unittest.TestCase):
                 call = getattr(objects.get(owner) or getattr(bristle, owner)(), name) if parameters else None
             for wrong, _, _ in parameters:
                 values = {"vary": vary, "steps": 1} if name == "sweep" else {}
-                values |= {p: SCENES / "stroke.toml" if "PathLike" in kind else self.VALUES[kind]
+                values |= {p: SCENES / "stroke.toml" if "_Path" in kind else self.VALUES[kind]
                            for p, kind, needed in parameters if needed and p not in values}
                 with self.subTest(call=f"{owner}.{name}", argument=wrong):
                     with self.assertRaises((TypeError, bristle.Error)) as raised:

@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <optional>
 #include <random>
-#include <string>
 #include <vector>
 
 #include "brute_pieces.hpp"

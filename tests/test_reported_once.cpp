@@ -4,8 +4,6 @@
 
 #include <cfloat>
 #include <cmath>
-#include <cstring>
-#include <string>
 #include <vector>
 
 #include "core/patches/saved_state.hpp"

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "expect.hpp"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -35,13 +34,12 @@ using bristle_test::number;
 using bristle_test::Quantile;
 using bristle_test::read_table;
 using bristle_test::reduced_material;
-using bristle_test::reference_law;
 using bristle_test::Row;
 
 namespace {
 
 Material material_of(const Row& row, double mean) {
-  return reduced_material(reference_law(row.at("dist"), mean),
+  return reduced_material(bristle_test::reference_law(row.at("dist"), mean),
                           row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw,
                           number(row, "kappa"), number(row, "residual_over_dbar"));
 }

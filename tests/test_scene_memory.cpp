@@ -11,7 +11,6 @@
 
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
-#include "tools/files/user_error.hpp"
 #include "tools/scene/scene_memory.hpp"
 #include "tools/scene/scene_stepper.hpp"
 

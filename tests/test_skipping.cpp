@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "bristle/bristle.hpp"
 #include "scenes.hpp"
@@ -18,12 +16,11 @@ namespace {
 using namespace bristle;
 using bristle_test::is_scalar;
 using bristle_test::plain_options;
-using bristle_test::stepped_eagerly;
 
 /// Two batches whose results must never differ: one skips blocks, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy{BatchOptions{}};
-  PatchBatch eager{stepped_eagerly()};
+  PatchBatch eager{bristle_test::stepped_eagerly()};
   PatchId id;
   std::uint64_t visited_lazy = 0;
   std::uint64_t visited_eager = 0;

@@ -4,26 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "../core/materials/elementary.hpp"
-#include "brute_force.hpp"
 #include "expect.hpp"
+#include "brute_force.hpp"
 
-#include <bristle/error.hpp>
 #include <bristle/snap_length.hpp>
 
 namespace test_snap_length {
 
 using bristle::SnapLaw;
 using bristle::SnapLength;
-using bristle_test::expect;
 using bristle_test::expect_near;
-
-using bristle_test::message_of;
-using bristle_test::names;
 
 namespace {
 
@@ -341,7 +335,7 @@ TEST_CASE("Laws compare by what defines them", "[snap_length]") {
 
 TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap_length][bad_input]") {
   const auto refuses = [](const std::function<void()>& call, const std::vector<std::string>& parts) {
-    return names(message_of(call), parts);
+    return bristle_test::names(bristle_test::message_of(call), parts);
   };
   for (double bad : {0.0, -1.0, 1e-310, 0.99e-12, 1.001e3, 1e300, inf, -inf, nan_value}) {
     INFO(bad);

@@ -232,11 +232,9 @@ TEST_CASE("Tables of a disc with long bristles", "[.spin-table]") {
                                  1.4, 1.5,  1.75, 2.0,  2.5, 3.0, 4.0, 6.0,  10.0};
   std::puts(
       "# A disc turned from rest, its bristles not short beside its radius (dbar_over_R): torque over that "
-      "of short "
-      "bristles in\n# steady spin. Renewal theory on 400 rings, 200 steps a mean snap length "
+      "of short bristles in\n# steady spin. Renewal theory on 400 rings, 200 steps a mean snap length "
       "(tests/brute_spin.hpp, turned_from_rest); with half\n# of both the largest change is 5e-5. Bristles "
-      "one by "
-      "one agree within their noise.\ndist,pressure,dbar_over_R,s=phi*R/dbar,T_over_T_kinetic");
+      "one by one agree within their noise.\ndist,pressure,dbar_over_R,s=phi*R/dbar,T_over_T_kinetic");
   for (const BrutePressure pressure : {BrutePressure::even, BrutePressure::hertz}) {
     const char* name = pressure == BrutePressure::hertz ? "hertz" : "uniform";
     for (const double length : {0.1, 0.3}) {
@@ -248,16 +246,11 @@ TEST_CASE("Tables of a disc with long bristles", "[.spin-table]") {
   }
   std::puts(
       "# A disc that slides along x and spins counter-clockwise for good, its bristles not short beside its "
-      "radius "
-      "(dbar_over_R),\n# law uniform_0.5_1.5, redraw: mean deflection along x, aside along y (the force on "
-      "the disc is "
-      "the other way) and\n# torque, over those of kinetic friction. 1000 points with 40 bristles each, 8 "
-      "seeds, mean "
-      "over a way of 100 mean snap\n# lengths of the fastest point after as long a beginning "
-      "(tests/brute_spin.hpp); "
-      "error: the standard error of the mean\n# over the seeds, the largest of the three. The points "
-      "themselves add "
-      "up to 0.001 at eps <= "
+      "radius (dbar_over_R),\n# law uniform_0.5_1.5, redraw: mean deflection along x, aside along y (the "
+      "force on the disc is the other way) and\n# torque, over those of kinetic friction. 1000 points with "
+      "40 bristles each, 8 seeds, mean over a way of 100 mean snap\n# lengths of the fastest point after as "
+      "long a beginning (tests/brute_spin.hpp); error: the standard error of the mean\n# over the seeds, the "
+      "largest of the three. The points themselves add up to 0.001 at eps <= "
       "0.1.\npressure,dbar_over_R,v_over_omegaR,F_over_muN,aside_over_muN,T_over_muNR,error");
   for (const BrutePressure pressure : {BrutePressure::even, BrutePressure::hertz}) {
     for (const double length : {0.1, 0.3}) {

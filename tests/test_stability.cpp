@@ -14,7 +14,6 @@
 namespace bristle_test::test_stability {
 
 using cli::LoopResult;
-using cli::LoopSetup;
 using cli::Scheme;
 using cli::Verdict;
 
@@ -61,7 +60,7 @@ TEST_CASE("The linear loops have the spectral radii and limits of theory", "[sta
 TEST_CASE("A mass on the brush settles and rings as the independent simulation says", "[stability]") {
   for (const Row& row : read_table("closed_loop_cases.csv")) {
     const std::string& name = row.at("case");
-    LoopSetup s;
+    cli::LoopSetup s;
     s.scheme = scheme_of_case(name);
     s.mass_kg = number(row, "m_kg");
     s.dt_s = number(row, "T");

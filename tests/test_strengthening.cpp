@@ -2,10 +2,8 @@
 // and bodies that it stops, against the equation of motion in steps far finer than the coupling's.
 #include <catch2/catch.hpp>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 
 #include "expect.hpp"
 #include "scenes.hpp"

@@ -7,10 +7,8 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <cstdio>
 #include <memory>
-#include <string>
 #include <thread>
 #include <utility>
 #include <vector>

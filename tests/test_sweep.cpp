@@ -3,16 +3,13 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <set>
 #include <sstream>
 #include <string>
@@ -44,7 +41,6 @@ using bristle_test::Outcome;
 using bristle_test::read_file;
 using bristle_test::run_cli;
 using Catch::Matchers::Contains;
-using cli::SweepValue;
 using cli::UserError;
 using Folder = bristle_test::TemporaryFolder;
 
@@ -113,7 +109,7 @@ double number(const std::vector<std::vector<std::string>>& table, std::size_t ro
 
 std::vector<double> numbers_of(const std::string& range) {
   std::vector<double> numbers;
-  for (const SweepValue& value : cli::parse_varied("key=" + range).values)
+  for (const cli::SweepValue& value : cli::parse_varied("key=" + range).values)
     numbers.push_back(value.get<double>());
   return numbers;
 }

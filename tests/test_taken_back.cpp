@@ -21,7 +21,6 @@
 namespace bristle_test::test_taken_back {
 
 using bristle::Ageing;
-using bristle::Population;
 
 namespace {
 
@@ -32,7 +31,7 @@ Material redrawn(const SnapLength& law = SnapLength::lognormal(dbar, 0.3)) {
   return plain_material(law, SnapRule::redraw);
 }
 PatchOptions infinite_options() {
-  return PatchOptions{}.with_population(Population::infinite).with_max_normal_load(1.0);
+  return PatchOptions{}.with_population(bristle::Population::infinite).with_max_normal_load(1.0);
 }
 
 /// Checks that saving, restoring and saving a patch's state again gives equal bytes.

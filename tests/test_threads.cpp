@@ -340,8 +340,7 @@ TEST_CASE("A step of middle size is shared only while workers are awake", "[thre
 }
 
 TEST_CASE("A caller that workers held up steps alone for a while, longer each time", "[threads]") {
-  using bristle::detail::Retreat;
-  Retreat retreat;
+  bristle::detail::Retreat retreat;
   const auto steps_alone = [&] {
     std::uint32_t count = 0;
     while (!retreat.is_over()) ++count;
@@ -453,9 +452,8 @@ TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]"
 }
 
 TEST_CASE("Workers run on the cores of the process, less the servo cores of all batches", "[threads]") {
-  using bristle::detail::worker_cores;
   const auto cores = [](std::vector<int> process, std::vector<int> servo, int own) {
-    return cores_of(worker_cores(set_of(process), set_of(servo), own));
+    return cores_of(bristle::detail::worker_cores(set_of(process), set_of(servo), own));
   };
   using List = std::vector<int>;
   CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});

@@ -16,7 +16,6 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <filesystem>
@@ -32,10 +31,6 @@
 namespace {
 
 using bristle::Material;
-using bristle::Motion;
-using bristle::PatchBatch;
-using bristle::PatchId;
-using bristle::PatchOptions;
 using bristle::SnapRule;
 using bristle::TimeHistogram;
 
@@ -88,7 +83,7 @@ struct Random {
 
 struct Step {
   double dt;
-  Motion motion;
+  bristle::Motion motion;
 };
 
 /// Random path of a contact that goes straight, turns, reverses and rests. Displacements are 0, or 1e-6 to
@@ -153,15 +148,15 @@ struct UnderWay {
 
 /// Patch that is stepped in one part of the soak, with the random path that it follows.
 struct Walk {
-  PatchBatch batch;
-  PatchId id;
+  bristle::PatchBatch batch;
+  bristle::PatchId id;
   Path path;
 
   Walk(const Model& model, std::uint64_t part) : path(part) {
     Material material;
     material.snap_rule = model.rule;
     material.snap_length = bristle::SnapLength::lognormal(mean_length, 0.3);
-    PatchOptions options;
+    bristle::PatchOptions options;
     options.outputs = bristle::Outputs::all;
     options.max_normal_load = 1.0;
     options.seed = static_cast<std::uint32_t>(part + 1);

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "bristle/error.hpp"

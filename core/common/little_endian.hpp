@@ -10,34 +10,41 @@
 
 namespace bristle::detail {
 
+/// Writes to memory; without memory (null) it only counts the bytes.
 class ByteWriter {
  public:
-  explicit ByteWriter(std::byte* to) noexcept : at_(to) {}
+  explicit ByteWriter(std::byte* to) noexcept : to_(to) {}
+  std::size_t bytes() const noexcept { return bytes_; }
   template <class T>
   void operator()(const T& value) noexcept {
+    std::byte* const at = take(sizeof(T));
+    if (at == nullptr) return;
     std::array<std::byte, sizeof(T)> bytes;
     std::memcpy(bytes.data(), &value, sizeof(T));
     if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
-    std::memcpy(at_, bytes.data(), sizeof(T));
-    at_ += sizeof(T);
+    std::memcpy(at, bytes.data(), sizeof(T));
   }
   template <class T>
   void column(const T* values, std::uint32_t count) noexcept {
     if constexpr (std::endian::native == std::endian::little) {
-      std::memcpy(at_, values, count * sizeof(T));
-      at_ += count * sizeof(T);
+      if (std::byte* const at = take(count * sizeof(T))) std::memcpy(at, values, count * sizeof(T));
     } else {
       for (std::uint32_t i = 0; i < count; ++i) (*this)(values[i]);
     }
   }
   template <class T>
   void zeros(std::uint32_t count) noexcept {
-    std::memset(at_, 0, count * sizeof(T));
-    at_ += count * sizeof(T);
+    if (std::byte* const at = take(count * sizeof(T))) std::memset(at, 0, count * sizeof(T));
   }
 
  private:
-  std::byte* at_;
+  std::byte* take(std::size_t bytes) noexcept {
+    std::byte* const at = to_ == nullptr ? nullptr : to_ + bytes_;
+    bytes_ += bytes;
+    return at;
+  }
+  std::byte* to_;
+  std::size_t bytes_ = 0;
 };
 
 class ByteReader {

@@ -13,12 +13,9 @@
 
 namespace bristle {
 
-using detail::ByteReader;
-using detail::ByteWriter;
 using detail::KeyTable;
 using detail::mix_key;
 using detail::SteppingCall;
-using detail::SteppingSide;
 
 namespace {
 
@@ -157,7 +154,7 @@ struct KeyedPool {
   void restore_state(Span<const std::byte> from);
 
   const char* const name;
-  mutable SteppingSide stepping_side;
+  mutable detail::SteppingSide stepping_side;
   const Owner owner;
   const KeyedOptions options;
   const std::uint32_t seed;
@@ -230,7 +227,7 @@ std::uint32_t KeyedPool::size() const noexcept {
 std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
   const SteppingCall call(stepping_side);
   if (to.size() < state_size()) return 0;
-  ByteWriter write(to.data() + detail::seal_size);
+  detail::ByteWriter write(to.data() + detail::seal_size);
   write(pool[0].id);
   write(step);
   write(refused);
@@ -248,7 +245,7 @@ std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
 void KeyedPool::restore_state(Span<const std::byte> from) {
   const SteppingCall call(stepping_side);
   const auto fail = [this](const char* why) { detail::refuse_saved(name, why); };
-  ByteReader read = detail::open_sealed(name, from, saved_magic);
+  detail::ByteReader read = detail::open_sealed(name, from, saved_magic);
   if (from.size() != state_size()) fail("is of a pool with another capacity");
   std::uint64_t first_id = 0, its_step = 0, its_refused = 0, last_seen = 0;
   std::uint32_t places = 0, held = 0;

@@ -265,11 +265,10 @@ double find_spread(const Family& family, double ratio, double residual_share) {
   // Ratios outside the possible range by no more than this are treated as the ends of the range.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
-  if (!(ratio >= lowest - rounding && ratio <= highest + rounding)) {
+  if (!(ratio >= lowest - rounding && ratio <= highest + rounding))
     detail::refuse(where, what, ratio,
                    detail::number_text(lowest) + " to " + detail::number_text(highest) + " (" +
                        describe(family, residual_share) + ")");
-  }
   const double wanted = std::min(std::max(ratio, lowest), highest);
   return family.of_paper() ? solve_spread(family, widest, wanted) : solve_spread_fast(family, widest, wanted);
 }
@@ -465,26 +464,22 @@ Material Material::from_coefficients(const Coefficients& c) {
   require_within(where, "damping_per_newton", c.damping_per_newton, 0.0, 1e15, "s/m");
   require_within(where, "viscous_friction", c.viscous_friction, 0.0, 1e15, "N s/m");
   require_within(where, "stribeck_velocity", c.stribeck_velocity, 0.0, 1e15, "m/s");
-  if (static_cast<int>(c.rule) > static_cast<int>(SnapRule::slide)) {
+  if (static_cast<int>(c.rule) > static_cast<int>(SnapRule::slide))
     detail::refuse(where, "rule", static_cast<int>(c.rule), "redraw (0), keep (1) or slide (2)");
-  }
-  if (c.damper_decay != DamperDecay::exponential && c.damper_decay != DamperDecay::gaussian) {
+  if (c.damper_decay != DamperDecay::exponential && c.damper_decay != DamperDecay::gaussian)
     detail::refuse(where, "damper_decay", static_cast<int>(c.damper_decay),
                    "exponential (0) or gaussian (1)");
-  }
-  if (static_cast<int>(c.law) > static_cast<int>(SnapLaw::exponential)) {
+  if (static_cast<int>(c.law) > static_cast<int>(SnapLaw::exponential))
     throw Error("Coefficients: law = " + std::string(to_string(c.law)) +
                 "; allowed are single, uniform, normal, lognormal, exponential: coefficients do not "
                 "determine a table; keep the Material, or give another law and its spread");
-  }
 
   require_within(where, "residual_share", c.residual_share, 0.0, largest_residual_share);
   require_within(where, "shared_renewal", c.shared_renewal, 0.0, largest_renewal,
                  "bristles renewed by a snap");
-  if (c.law == SnapLaw::exponential && c.rule == SnapRule::keep && c.shared_renewal != 0.0) {
+  if (c.law == SnapLaw::exponential && c.rule == SnapRule::keep && c.shared_renewal != 0.0)
     detail::refuse(where, "shared_renewal", c.shared_renewal,
                    "0 with law exponential and rule keep: its shortest bristles would renew all others");
-  }
 
   check_ageing(c);
 

@@ -328,8 +328,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   if (renewals > most_renewals)
     refuse("Material", "shared_renewal", material.shared_renewal,
            "less: with so many bristles of next to no length each snap draws others that snap at once, and "
-           "nearly "
-           "no friction is left (or make the lengths longer)");
+           "nearly no friction is left (or make the lengths longer)");
   const double kinetic = material.snap_rule == SnapRule::slide
                              ? 1.0 - material.drop
                              : kinetic_deflection(length, material.snap_rule, material.shared_renewal);

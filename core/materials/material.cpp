@@ -35,9 +35,8 @@ void Material::validate() const {
                          largest_parameter, "N/m");
   detail::require_within("Material", "asperity_height_deviation", asperity_height_deviation,
                          smallest_positive, largest_parameter, "m");
-  if (static_cast<int>(snap_rule) > static_cast<int>(SnapRule::slide)) {
+  if (static_cast<int>(snap_rule) > static_cast<int>(SnapRule::slide))
     detail::refuse("Material", "snap_rule", static_cast<int>(snap_rule), "redraw (0), keep (1) or slide (2)");
-  }
   const bool slides = snap_rule == SnapRule::slide;
   detail::require_within("Material", "drop", drop, 0.0, slides ? largest_drop : 0.0,
                          slides ? "" : "with snap_rule redraw or keep; snap_rule slide takes it");
@@ -45,18 +44,16 @@ void Material::validate() const {
     detail::refuse("Material", residual_length != 0.0 ? "residual_length" : "shared_renewal",
                    residual_length != 0.0 ? residual_length : shared_renewal,
                    "0 with snap_rule slide: nothing snaps");
-  if (damper_decay != DamperDecay::exponential && damper_decay != DamperDecay::gaussian) {
+  if (damper_decay != DamperDecay::exponential && damper_decay != DamperDecay::gaussian)
     detail::refuse("Material", "damper_decay", static_cast<int>(damper_decay),
                    "exponential (0) or gaussian (1)");
-  }
   detail::require_within("Material", "residual_length", residual_length, 0.0,
                          largest_residual * snap_length.mean(), "m; at most 64 mean snap lengths");
   detail::require_within("Material", "shared_renewal", shared_renewal, 0.0, largest_renewal,
                          "bristles renewed by a snap");
-  if (ageing_form != AgeingForm::logarithmic && ageing_form != AgeingForm::saturating) {
+  if (ageing_form != AgeingForm::logarithmic && ageing_form != AgeingForm::saturating)
     detail::refuse("Material", "ageing_form", static_cast<int>(ageing_form),
                    "logarithmic (0) or saturating (1)");
-  }
   detail::require_within("Material", "ageing_strength", ageing_strength, 0.0, largest_ageing, "");
   detail::require_within("Material", "ageing_time", ageing_time, shortest_ageing_time, longest_ageing_time,
                          "s");

@@ -289,9 +289,8 @@ double SnapLength::moment(int k) const {
       break;
   }
   double sum = 0.0;
-  for (int i = 0; i + 1 < table_size_; ++i) {
+  for (int i = 0; i + 1 < table_size_; ++i)
     sum += segment_partial_moment(k, table_[i], table_[i + 1], detail::infinity);
-  }
   return sum / (table_size_ - 1);
 }
 

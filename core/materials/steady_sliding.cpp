@@ -29,9 +29,8 @@ void add_panel(std::vector<Node>& nodes, double low, double high, const Density&
                                0.1012285362903763};
   const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
   for (int i = 0; i < 4; ++i) {
-    for (const double x : {middle - half * place[i], middle + half * place[i]}) {
+    for (const double x : {middle - half * place[i], middle + half * place[i]})
       nodes.push_back({x, weight[i] * half * density(x)});
-    }
   }
 }
 
@@ -52,9 +51,8 @@ void add_range(std::vector<Node>& nodes, double low, double high, const Density&
 void add_lognormal(std::vector<Node>& nodes, double cv) {
   constexpr double step = 0.125;
   const double s = square_root(log1p(cv * cv));
-  for (double z = -9.0; z <= 9.0 + 2.0 * s; z += step) {
+  for (double z = -9.0; z <= 9.0 + 2.0 * s; z += step)
     nodes.push_back({exp(s * z - 0.5 * s * s), step * normal_density(z)});
-  }
 }
 
 void add_normal(std::vector<Node>& nodes, const SnapLength& law) {

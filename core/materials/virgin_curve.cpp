@@ -147,9 +147,8 @@ double keep_deflection(const SnapLength& law, double x, bool from_left) {
     case SnapLaw::table: {
       const Span<const double> q = law.table_values();
       double sum = 0.0;
-      for (std::size_t i = 0; i + 1 < q.size(); ++i) {
+      for (std::size_t i = 0; i + 1 < q.size(); ++i)
         sum += uniform_remainder(q[i] / mean, q[i + 1] / mean, x, from_left);
-      }
       return sum / static_cast<double>(q.size() - 1);
     }
     default:

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <type_traits>
 
 #include "core/common/assert.hpp"
@@ -35,6 +34,17 @@ struct ColumnRule {
   Filler filler;
   bool hashed;
 };
+
+/// Lists the saved fields of a block of bristles, for writing and for reading.
+template <class Io, class AnyBlock>
+void block_fields(Io& io, AnyBlock& block) noexcept {
+  for (int axis = 0; axis < 2; ++axis) io(block.position[axis]);
+  for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
+}
+constexpr std::size_t saved_block_size = 4 * 8;
+
+/// Whether a saved number is in its range; NaN never is.
+inline bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
 template <class Record>
 std::size_t column_bytes(Record& record) noexcept {

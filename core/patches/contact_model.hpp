@@ -66,8 +66,7 @@ struct ContactModel {
   // --- saved state of the contact model, whose bytes follow those that all models share (saved_state.hpp)
   std::uint64_t (*signature)(const Patch&) noexcept;  ///< hash of the options and material that a saved state
                                                       ///< must agree with
-  std::size_t (*saved_size)(const Patch&) noexcept;   ///< number of bytes that `save` writes, which depends
-                                                      ///< on options and material alone
+  /// Writes the state. The number of bytes depends on options and material alone.
   void (*save)(const Patch&, ByteWriter&) noexcept;
   /// Checks the bytes of a saved state before it is restored. `contact`: saved part that all models share.
   /// Returns null, or the name of a value that no patch can have.

@@ -1,6 +1,4 @@
 // Chooses the contact model of a patch.
-#include <algorithm>
-
 #include "bristle/patch_batch.hpp"
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"

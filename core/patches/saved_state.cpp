@@ -36,7 +36,6 @@ void contact_fields(Io& io, Contact& c) noexcept {
   io(c.pending_loss);
   io(c.pending_snaps);
 }
-constexpr std::size_t contact_size = 8 * 8;
 
 /// Lists the rounding remainders of short displacements, for reading and for writing.
 template <class Io, class Remainder>
@@ -44,15 +43,12 @@ void remainder_fields(Io& io, Remainder& remainder) noexcept {
   io(remainder[0]);
   io(remainder[1]);
 }
-constexpr std::size_t remainder_size = 2 * 8;
 
 /// Times saved for an ageing patch: its own time, and the longest time for which a bristle can have held.
 struct SavedTime {
   Int128 time = 0;
   PatchRecord::Hold hold;
 };
-constexpr std::size_t time_size = 6 * 8;
-std::size_t time_size_of(const Patch& p) noexcept { return p.ages ? time_size : 0; }
 void save_time(const Patch& p, ByteWriter& write) noexcept {
   if (!p.ages) return;
   const PatchRecord& r = *p.record;
@@ -71,6 +67,14 @@ SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
   for (std::int64_t& x : saved.hold.way) read(x);
   return saved;
 }
+/// Writes what follows the head of a saved patch.
+void write_state(const Patch& p, ByteWriter& write) noexcept {
+  contact_fields(write, p);
+  remainder_fields(write, p.record->remainder);
+  save_time(p, write);
+  p.model->save(p, write);
+}
+
 constexpr std::int64_t farthest_way = std::int64_t{1} << 62;
 
 /// Whether the saved times of a patch agree with each other. A step's end is the rounded sum of its start and
@@ -181,7 +185,9 @@ std::uint64_t signature_of(const Patch& p) noexcept {
 }
 
 std::size_t saved_size_of(const Patch& p) noexcept {
-  return saved_patch_size + contact_size + remainder_size + time_size_of(p) + p.model->saved_size(p);
+  ByteWriter count(nullptr);
+  write_state(p, count);
+  return saved_patch_size + count.bytes();
 }
 
 void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
@@ -189,10 +195,7 @@ void save_patch(const Patch& p, std::uint32_t slot, std::byte* to) noexcept {
   const PatchOptions& options = p.record->options;
   const SavedPatch head{slot, p.generation, signature_of(p), saved_size_of(p), options.key, options.seed};
   head_fields(write, head);
-  contact_fields(write, p);
-  remainder_fields(write, p.record->remainder);
-  save_time(p, write);
-  p.model->save(p, write);
+  write_state(p, write);
 }
 
 SavedPatch read_saved_patch(const std::byte* from) noexcept {

@@ -1,5 +1,7 @@
 #include "core/runtime/servo_cores.hpp"
 
+#include <atomic>
+
 #include "core/common/assert.hpp"
 
 namespace bristle::detail {

@@ -6,7 +6,6 @@
 
 #include <sched.h>
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 

@@ -35,8 +35,7 @@ inline void trace(double dt, const bristle::Motion& m, const bristle::Response& 
   std::fprintf(
       stderr,
       "dt %g moved %.17g %.17g load %.17g: status %u elastic %.17g %.17g mean %g %g dissipated %g loss %g "
-      "damper %g "
-      "snaps %llu stored %g limit %.17g\n",
+      "damper %g snaps %llu stored %g limit %.17g\n",
       dt, m.displacement[0], m.displacement[1], m.normal_load, static_cast<unsigned>(r.status), r.elastic[0],
       r.elastic[1], r.mean[0], r.mean[1], r.dissipated, r.contact_loss, r.damper_work,
       static_cast<unsigned long long>(r.snaps), stored, r.force_limit);

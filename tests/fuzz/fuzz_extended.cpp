@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -9,15 +8,13 @@ namespace fuzz {
 namespace {
 
 using bristle::ExtendedMotion;
-using bristle::ExtendedPatches;
 using bristle::ExtendedResponse;
 using bristle::Outline;
-using bristle::PatchBatch;
 using bristle::PatchId;
 
 struct Twin {
-  PatchBatch batch;
-  ExtendedPatches patches;
+  bristle::PatchBatch batch;
+  bristle::ExtendedPatches patches;
   explicit Twin(const bristle::BatchOptions& options) : batch(options), patches(batch) {}
 };
 

@@ -1,4 +1,3 @@
-#include <vector>
 
 #include "brushes.hpp"
 #include "targets.hpp"

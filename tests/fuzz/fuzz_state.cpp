@@ -8,13 +8,11 @@
 namespace fuzz {
 namespace {
 
-using bristle::Motion;
-using bristle::PatchBatch;
 using bristle::Response;
 
 /// Three small patches of different kinds, bent and in contact.
 struct Batch {
-  PatchBatch batch;
+  bristle::PatchBatch batch;
   std::vector<bristle::PatchId> ids;
   std::vector<std::byte> bent;
 
@@ -36,7 +34,7 @@ struct Batch {
     bent = saved_state(batch);
   }
   void step(double dx, double load) {
-    std::vector<Motion> in(ids.size());
+    std::vector<bristle::Motion> in(ids.size());
     std::vector<Response> out(ids.size());
     for (std::size_t i = 0; i < ids.size(); ++i) {
       in[i].id = ids[i];

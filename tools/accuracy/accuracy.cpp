@@ -10,7 +10,6 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/files/output_file.hpp"
-#include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/numbers.hpp"
 #include "tools/reports/progress.hpp"
@@ -32,12 +31,11 @@ void check_size(const AccuracyStudy& study, double seconds) {
   as_scene.as_scene = true;
   as_scene.parts = study.result.scene_parts;
   const double once = study.predict(as_scene);
-  if (10.0 * once > seconds) {
+  if (10.0 * once > seconds)
     throw UserError(
         fmt::format("{}: one run takes about {}, and a study needs ten at least; allow more with "
                     "--seconds {:.0f}, or shorten the scene's duration",
                     study.scene.file, time_text(once), std::ceil(12.0 * once)));
-  }
 }
 
 void check_record(const AccuracyStudy& study) {
@@ -46,11 +44,10 @@ void check_record(const AccuracyStudy& study) {
   // Bytes of the recorded forces. A row (a step of one patch) has two forces and a position, of two numbers
   // each. Seven records exist at once: three references, two pairs, one run, one copy.
   const double bytes = rows * 6.0 * 8.0 * 7.0;
-  if (bytes > 4e9) {
+  if (bytes > 4e9)
     throw UserError(
         fmt::format("{}: {} steps of {} patches are too many to compare; shorten the scene's duration",
                     study.scene.file, step_count(study.cut), study.cut.patch_count()));
-  }
 }
 
 std::string isa_of(const AccuracyOptions& options) {

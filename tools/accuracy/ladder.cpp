@@ -97,10 +97,9 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
     const std::size_t p = stepper.copies()[c].patch;
     const double snap = fine.materials[fine.patches[p].material].material.snap_length.mean();
     r.way[p] = std::max(r.way[p], way[c]);
-    if (moved[c] > 0.0) {
+    if (moved[c] > 0.0)
       r.step_over_snap[p] =
           std::max(r.step_over_snap[p], way[c] / moved[c] / snap * (study.scene.dt / fine.dt));
-    }
   }
 }
 
@@ -319,9 +318,8 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
   if (s.parts == r.scene_parts)
     to.same_steps.push_back(compare(run.record, study.same_steps.mean(), 1, s.mean));
   if (to.paired && round < 2) to.pairs.push_back(compare(run.record, study.paired[round], s.parts, s.mean));
-  if (study.closed_form->any() && to.closed_form.empty()) {
+  if (study.closed_form->any() && to.closed_form.empty())
     to.closed_form = study.closed_form->compare(run.record, s.parts);
-  }
   if (study.is_cut) {
     // Measures times on a part of the run with all copies of each patch, and errors on the whole run with few
     // copies.

@@ -1,11 +1,6 @@
 // Measures what each feature of a scene (such as ageing or double precision) costs in time and gains in
 // accuracy, by alternate runs with and without the feature.
 #include <algorithm>
-#include <cmath>
-#include <optional>
-#include <utility>
-
-#include <fmt/format.h>
 
 #include <bristle/deadline_monitor.hpp>
 #include <bristle/error.hpp>
@@ -236,9 +231,8 @@ std::string advice(const Trial& t, const FeatureResult& f, double floor) {
   }
   if (!t.used) return same_error ? "stay without it" : "without it the error is larger";
   if (!same_error) return "keep: the error rises";
-  if (f.feature == "energy" || f.feature == "mean force") {
+  if (f.feature == "energy" || f.feature == "mean force")
     return f.saves > 0.02 ? "leave out unless it is read" : "costs next to nothing";
-  }
   if (f.saves > 0.02) return "leave out";
   return f.saves < -0.02 ? "keep: without it the scene is slower" : "costs next to nothing";
 }

@@ -98,30 +98,26 @@ std::string head(const Scene& scene, const AccuracyResult& r) {
       count_text(r.reference_bristles));
   for (std::size_t p = 0; p < r.floor.size(); ++p) {
     text += fmt::format("  {}: its own error {} % rms", scene.patches[p].name, percent(r.floor[p]));
-    if (p < r.reference_closed_form.size() && r.reference_closed_form[p]) {
+    if (p < r.reference_closed_form.size() && r.reference_closed_form[p])
       text +=
           fmt::format(", {} % off the closed form of first loading", percent(*r.reference_closed_form[p]));
-    }
     text += '\n';
   }
-  if (r.copies_compared < r.copies) {
+  if (r.copies_compared < r.copies)
     text += fmt::format("errors over {} of {} patches, times over all\n", count_text(r.copies_compared),
                         count_text(r.copies));
-  }
   text +=
       "\nErrors: difference of forces from the limit of many bristles, over the rms of the force, of the "
-      "patch that is "
-      "worst; the scatter that a patch with so many real bristles would have is part of it. Times: one "
-      "thread's CPU, "
-      "median over rounds. A scene step is one dt of the scene, in however many steps.\n";
+      "patch that is worst; the scatter that a patch with so many real bristles would have is part of it. "
+      "Times: one thread's CPU, median over rounds. A scene step is one dt of the scene, in however many "
+      "steps.\n";
   if (!r.no_literal.empty())
     text += fmt::format("The literal rule, the paper's loop, is not among the settings: {}.\n", r.no_literal);
   if (!scene.bodies.empty()) {
     text +=
         "Bodies: forces are compared at equal times. Breaking away or stopping a little earlier or later "
-        "counts as error "
-        "until both are at rest again, and then the force still holds what the stop left; few bristles make "
-        "that large.\n";
+        "counts as error until both are at rest again, and then the force still holds what the stop left; "
+        "few bristles make that large.\n";
   }
   return text;
 }
@@ -133,11 +129,10 @@ std::string threads_text(int threads) {
 
 std::string recommendation_text(const Scene& scene, const AccuracyResult& r) {
   const Recommendation& best = r.recommendation;
-  if (!best.found) {
+  if (!best.found)
     return fmt::format(
         "no setting tried meets {} % with other seeds too; the least error in the search is {} %\n",
         percent(best.wanted), percent(best.least_error));
-  }
   const double parts = static_cast<double>(r.scene_parts) / best.setting.parts;
   std::string text = fmt::format(
       "Cheapest setting with at most {} % rms: {}\n  in the search  {} % at {} us a scene step\n"
@@ -308,10 +303,9 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, c
   const Json report = report_of(scene, options, r);
   std::string text = accuracy_answer(report) + '\n' + head(scene, r);
   text += "\nAll settings, by time\n\n" + settings_table(report, false).text();
-  if (!r.not_run.empty()) {
+  if (!r.not_run.empty())
     text += fmt::format("{} settings more were too slow for the time given (--seconds): {}{}\n",
                         r.not_run.size(), r.not_run.front(), r.not_run.size() > 1 ? ", ..." : "");
-  }
   text += fmt::format(
       "\nThe front: nothing tried is both faster and better. (Steps no longer than the scene's, the force it "
       "uses: {}.)\n"

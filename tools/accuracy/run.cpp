@@ -1,7 +1,6 @@
 #include "tools/accuracy/run.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include <bristle/deadline_monitor.hpp>
 

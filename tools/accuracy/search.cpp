@@ -37,9 +37,8 @@ constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 std::string count_theory(const bristle::Material& m, double snaps_slid, bool random) {
   if (m.snap_rule == bristle::SnapRule::slide) return "-2: strata, each with the mean length of its part";
   if (random) return "-1/2: independent bristles";
-  if (m.snap_rule == bristle::SnapRule::redraw) {
+  if (m.snap_rule == bristle::SnapRule::redraw)
     return snaps_slid > 1.0 ? "-1/2: redrawn at random once they have snapped" : "-1: nearly nothing snaps";
-  }
   return fmt::format("near -1 from {:.0f} bristles on (as many as mean snap lengths moved), less below",
                      std::max(1.0, snaps_slid));
 }
@@ -92,9 +91,8 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
   const AccuracyResult& r = study.result;
   double rounding = 0.0;
   for (const SettingResult& s : r.settings) {
-    if (s.paired && s.setting.parts == 1 && !s.setting.compared.literal) {
+    if (s.paired && s.setting.parts == 1 && !s.setting.compared.literal)
       rounding = std::max(rounding, above_floor * SettingResult::over_runs(s.pairs, p).rms);
-    }
   }
   Points exact, literal;
   for (const SettingResult& s : r.settings) {

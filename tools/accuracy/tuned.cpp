@@ -128,10 +128,9 @@ void set_population(TomlEditor& editor, const toml::table& patch, const bristle:
 
 std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
   std::string text;
-  if (dt_changes(r)) {
+  if (dt_changes(r))
     text +=
         fmt::format("[scene]\ndt = {:.12g}\ndeadline = {:.12g}\n\n", tuned_dt(r), tuned_deadline(scene, r));
-  }
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
     const bristle::PatchOptions o = tuned_options(scene, r, p);
     if (o.population == bristle::Population::infinite) {

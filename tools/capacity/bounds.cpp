@@ -27,8 +27,7 @@ constexpr Bound bounds[] = {
     {"any_speed/redraw/exponential", "instructions: a logarithm a draw"},
     {"any_speed/redraw/",
      "loads: draws follow one another until a jump is exact enough, each a look-up at a random place of a "
-     "table, "
-     "45 cycles for 16 bristles"},
+     "table, 45 cycles for 16 bristles"},
     {"hand/over_keep",
      "loads: renewals read and write bristles at random places and look lengths up; keep does neither"},
     {"hand/", "instructions: a bend or a rising load passes over bristles once more"},
@@ -40,8 +39,7 @@ constexpr Bound bounds[] = {
     {"infinite/sticking", "instructions of the call: no cohort is looked at"},
     {"infinite/",
      "instructions: a turn is followed piece by piece of the path, each past all cohorts: 26,000 for a turn "
-     "of "
-     "8 pieces with the default law, 48,000 of 16 (AVX2)"},
+     "of 8 pieces with the default law, 48,000 of 16 (AVX2)"},
     {"spin/", "instructions: 415 to 440 a cell that glides, 265 to 290 one that sticks, of 78 cells"},
     {"threads/back_to_back",
      "latency: fork and join, and whole groups of 16,384 bristles to a thread; then bytes"},

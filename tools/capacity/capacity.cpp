@@ -8,7 +8,6 @@
 
 #include "tools/capacity/subject.hpp"
 #include "tools/files/output_file.hpp"
-#include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/progress.hpp"
 #include "tools/reports/text_layout.hpp"

@@ -1,7 +1,6 @@
 // Times the library and plain friction loops in turns, so that other programs slow all of them alike.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -140,9 +139,8 @@ std::vector<ComparisonRow> compare_loops(const CapacityOptions& options) {
       contestants.push_back(plain_loop("plain arrays, one loop", what, n, Style::one_loop));
       contestants.push_back(plain_loop("plain arrays, in chunks", what, n, Style::chunked));
       contestants.push_back(stream_loop(what, n));
-      for (ComparisonRow& row : compare(std::move(contestants), to_string(what.regime), n, rounds)) {
+      for (ComparisonRow& row : compare(std::move(contestants), to_string(what.regime), n, rounds))
         rows.push_back(std::move(row));
-      }
     }
   }
   return rows;

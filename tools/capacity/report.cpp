@@ -15,8 +15,7 @@ constexpr Regime regimes[] = {Regime::rest,    Regime::tremor,  Regime::preslidi
 
 const char* const note_on_p99 =
     "Steps run back to back on this machine as it is: preemption and other load count in p99. Where only p99 "
-    "is "
-    "late and the median well inside, a probe is tried up to four times, the confirming run twice.";
+    "is late and the median well inside, a probe is tried up to four times, the confirming run twice.";
 
 Json times_json(const StepTimes& t) {
   return {{"bristles", t.bristles},
@@ -127,19 +126,17 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (!text.empty()) text += '\n';
   text += fmt::format(
       "{}, state hash of a fixed scene {:016x}\ndeadline {}, dt {}, snap lengths uniform on 5 to 15 um "
-      "(default material: lognormal), "
-      "motion along (0.8, 0.6)\n",
+      "(default material: lognormal), motion along (0.8, 0.6)\n",
       measured_with(conditions(), result.isa), result.state_hash, time_text(options.deadline_s),
       time_text(capacity_dt_s));
   for (const Regime regime : regimes)
     text += fmt::format("  {:<11} {}\n", facts_of(regime).name, facts_of(regime).meaning);
   text += '\n';
-  if (!result.infinite.empty()) {
+  if (!result.infinite.empty())
     text +=
         "Patches of infinitely many bristles, one thread: a step of each, alone (in cache) and among ten "
         "thousand.\n\n" +
         infinite_table(report).text() + '\n';
-  }
   if (!result.contacts.empty()) {
     text += fmt::format(
         "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
@@ -147,18 +144,16 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
         time_text(options.deadline_s), within_a_percent);
     text += contacts_table(report).text() + '\n';
   }
-  if (!result.targets.empty()) {
+  if (!result.targets.empty())
     text +=
         "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
         "p99.\n\n" +
         targets_table(report).text() + '\n' + missed_lines(result.targets);
-  }
   if (result.rows.empty()) return text;
   if (!result.comparisons.empty()) {
     text +=
         "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
-        "paper's "
-        "loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
+        "paper's loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
     text += comparisons_table(report).text() + '\n';
   } else {
     text += "plain loops left out: built for another machine or without them\n\n";

@@ -1,10 +1,8 @@
 // Measures the library's speed targets, each in a short run of its own. Loops that form a ratio run in
 // turns.
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <memory>
-#include <optional>
 #include <thread>
 #include <utility>
 
@@ -378,19 +376,17 @@ class Targets {
   }
 
   void two_threads() {
-    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million}) {
+    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million})
       add_sharing(
           fmt::format("threads/back_to_back/{}", n), make(Regime::sliding, SnapRule::keep, Outputs::mean), n,
           1.8, fmt::format("{} bristles, keep, end + mean, all snap, back to back: one thread over two", n));
-    }
     CapacityCase usual = make(Regime::one_snap, SnapRule::redraw, Outputs::mean);
     usual.default_material = true;
-    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million}) {
+    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million})
       add_sharing(fmt::format("threads/default_material/{}", n), usual, n, 1.8,
                   fmt::format("{} bristles of the default material, end + mean, one snap, back to back: one "
                               "thread over two",
                               n));
-    }
   }
 
   /// Measures the speed-up by a second thread in paced steps, one a millisecond. Worker threads stay off the

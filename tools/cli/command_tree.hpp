@@ -1,7 +1,6 @@
 // Lists commands and options from the definition of the command line, for shell completion and the manual.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 

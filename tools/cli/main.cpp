@@ -502,9 +502,7 @@ Action add_run(CLI::App* command) {
       ->add_option_function<std::string>(
           "--memory", [&](const std::string& size) { options.limits.bytes = parse_memory(size); },
           "What the scene may take, e.g. 16G, in place of what is free; lifts the limits of bristles, "
-          "patches "
-          "and "
-          "materials")
+          "patches and materials")
       ->type_name("SIZE");
   add_file(command, "--restore-state", options.restore_state,
            "Continue from this state file, written by a run of the same scene");
@@ -581,8 +579,7 @@ Action add_fit(CLI::App* command) {
       ->check(cli::within(0.0, cli::most_renewed));
   command->add_flag(
       "--rivals", options.rivals,
-      "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the "
-      "rest");
+      "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the rest");
   command
       ->add_option(
           "--fit-until", options.fit_until,

@@ -5,7 +5,6 @@
 using bullet_example::Friction;
 using bullet_example::Run;
 using bullet_example::Sample;
-using bullet_example::Scene;
 
 int main(int argc, char** argv) {
   return bristle_example::compare_scenes(
@@ -16,7 +15,7 @@ int main(int argc, char** argv) {
        {"<scene", "creep um/s", "x mm", "y mm", "turn deg", "contacts", "us a step", "of Bullet's"},
        "t[s],x[m],y[m],z[m],turn[rad]"},
       bullet_example::all_scenes(),
-      [](const Scene& scene) {
+      [](const bullet_example::Scene& scene) {
         return bullet_example::run(scene, {Friction::stock, Friction::anchored, Friction::bristle});
       },
       [](const Run& run, const Run& stock) -> std::vector<std::string> {

@@ -116,11 +116,10 @@ BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
       friction_(VectorXd::Zero(model.nv)),
       other_constraints_(friction_),
       applied_(static_cast<std::size_t>(model.nv)) {
-  if (has_spin(dims_)) {
+  if (has_spin(dims_))
     discs_.emplace(patches_, bristle::Material::from_coefficients(law), options.patch,
                    bristle::Outline::disc(1.0, bristle::Pressure::uniform, options.rings),
                    bristle::KeyedOptions{}.with_capacity(options.contacts));
-  }
   if (options.rolling) {
     const bristle_example::RollingBed& bed = *options.rolling;
     beds_.emplace(bed_batch_, bed.material, bed.shape, bed.options,

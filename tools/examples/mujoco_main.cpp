@@ -7,7 +7,6 @@
 using mujoco_example::Friction;
 using mujoco_example::Run;
 using mujoco_example::Sample;
-using mujoco_example::Scene;
 
 int main(int argc, char** argv) {
   return bristle_example::compare_scenes(
@@ -18,7 +17,7 @@ int main(int argc, char** argv) {
        {"<scene", "creep um/s", "travel mm", "turn deg", "contacts", "us a step", "us a contact"},
        "t[s],travel[m],turn[rad],x[m],y[m],z[m]"},
       mujoco_example::all_scenes(),
-      [](const Scene& scene) {
+      [](const mujoco_example::Scene& scene) {
         return mujoco_example::run(scene, {Friction::stock, Friction::noslip, Friction::bristle});
       },
       [](const Run& run, const Run&) -> std::vector<std::string> {

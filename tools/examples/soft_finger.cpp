@@ -48,9 +48,8 @@ int main() {
   SoftFinger finger;
   bristle::ContactFrame::Wrench last;
   const auto run = [&](const char* what, int ticks, double speed, double spin, double load) {
-    for (int i = 0; i < ticks; ++i) {
+    for (int i = 0; i < ticks; ++i)
       last = finger.tick({speed * SoftFinger::dt, 0, 0}, {0, 0, spin * SoftFinger::dt}, load);
-    }
     std::printf("%-34s force %7.3f %6.3f N, torque %7.3f N mm, pad of %.2f mm\n", what, last[0], last[1],
                 1e3 * last[5], 1e3 * SoftFinger::radius * finger.pads.info(finger.motion.id).scale);
     return bristle::ContactFrame::Wrench(last);

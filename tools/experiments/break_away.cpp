@@ -2,7 +2,6 @@
 // rest.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "tools/experiments/body.hpp"
 #include "tools/experiments/experiment.hpp"
@@ -42,9 +41,8 @@ double after_rest(const std::string& model, const Settings& s, double rest_s) {
   const auto move = [&](double way, double speed) {
     const double step = dbar / 50.0;
     double highest = 0.0;
-    for (long k = 0; k < std::lround(way / step); ++k) {
+    for (long k = 0; k < std::lround(way / step); ++k)
       highest = std::max(highest, -subject.step({step, 0.0}, step / speed, load).end.x);
-    }
     return highest;
   };
   move(20.0 * dbar, 1e-3);
@@ -72,12 +70,12 @@ void over_rates(const ExperimentInput& input, const std::string& model, Experime
   std::vector<BreakAway> found;
   for (const double rate : s.numbers("rates")) {
     found.push_back(pull(model, s, rate, load, load));
-    result.series.push_back({"rate", model, {rate, load, 0.0, found.back().friction, found.back().applied}});
+    result.add("rate", model, {rate, load, 0.0, found.back().friction, found.back().applied});
   }
   const double peak = found.front().friction / (s.number("kinetic") * load);
-  result.findings.push_back({"static_peak", model, peak, peak > 1.05});
+  result.add("static_peak", model, peak, peak > 1.05);
   const double ratio = found.back().friction / found.front().friction;
-  result.findings.push_back({"break_away_rate", model, ratio, ratio < 0.98});
+  result.add("break_away_rate", model, ratio, ratio < 0.98);
 }
 
 void over_loads(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -90,10 +88,10 @@ void over_loads(const ExperimentInput& input, const std::string& model, Experime
     const double rate = s.number("rate_at_loads") * load / s.number("load");
     const BreakAway found = pull(model, s, rate, load, highest);
     friction.push_back(found.friction);
-    result.series.push_back({"load", model, {rate, load, 0.0, found.friction, found.applied}});
+    result.add("load", model, {rate, load, 0.0, found.friction, found.applied});
   }
   const double power = exponent(loads, friction);
-  result.findings.push_back({"break_away_load", model, power, std::fabs(power - 1.0) < 0.1});
+  result.add("break_away_load", model, power, std::fabs(power - 1.0) < 0.1);
 }
 
 void over_rests(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -101,19 +99,18 @@ void over_rests(const ExperimentInput& input, const std::string& model, Experime
   std::vector<double> friction;
   for (const double rest : s.numbers("rests")) {
     friction.push_back(after_rest(model, s, rest));
-    result.series.push_back({"rest", model, {0.0, s.number("load"), rest, friction.back(), 0.0}});
+    result.add("rest", model, {0.0, s.number("load"), rest, friction.back(), 0.0});
   }
   const double again = friction.front() / (s.number("kinetic") * s.number("load"));
-  result.findings.push_back({"peak_again", model, again, again > 1.05});
+  result.add("peak_again", model, again, again > 1.05);
   const double ratio = friction.back() / friction.front();
-  result.findings.push_back({"dwell_time", model, ratio, ratio > 1.02});
+  result.add("dwell_time", model, ratio, ratio > 1.02);
 }
 
 void check_break_away(const Settings& settings) {
   const std::vector<double>& loads = settings.numbers("loads");
-  if (std::adjacent_find(loads.begin(), loads.end(), std::not_equal_to<>()) == loads.end()) {
+  if (std::adjacent_find(loads.begin(), loads.end(), std::not_equal_to<>()) == loads.end())
     throw UserError("experiment break-away: loads must hold two loads that differ");
-  }
 }
 
 void run_break_away(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -154,6 +151,7 @@ Experiment break_away_experiment() {
         "break-away friction after the longest rest, over that after the shortest", "", "above 1.02"}},
       {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"},
       &run_break_away,
+      {},
       &check_break_away};
 }
 

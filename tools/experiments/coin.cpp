@@ -46,7 +46,7 @@ Throw throw_coin(const ExperimentInput& input, const std::string& model, double 
     if (seen.spins_until == 0.0 && spin * radius < stopped_below * start) seen.spins_until = time;
     if (speed > 0.5 * seen_at && speed < 0.97 * shown) {
       shown = speed;
-      result.series.push_back({"coin", model, {ratio, time, v, spin * radius, v / (spin * radius)}});
+      result.add("coin", model, {ratio, time, v, spin * radius, v / (spin * radius)});
     }
   }
   return seen;
@@ -62,8 +62,8 @@ void run_coin(const ExperimentInput& input, const std::string& model, Experiment
                                 std::max(seen.slides_until, seen.spins_until));
     input.progress(static_cast<double>(i + 1) / static_cast<double>(ratios.size()));
   }
-  result.findings.push_back({"coin_ratio", model, worst, worst < 0.12});
-  result.findings.push_back({"stops_at_once", model, 100.0 * apart, apart < 0.01});
+  result.add("coin_ratio", model, worst, worst < 0.12);
+  result.add("stops_at_once", model, 100.0 * apart, apart < 0.01);
 }
 
 }  // namespace

@@ -32,9 +32,8 @@ Settings settings_for(const Experiment& experiment, const ExperimentOptions& opt
     std::string_view text = assignment;
     if (options.name == "all") {
       const auto dot = text.find('.');
-      if (dot == std::string_view::npos || dot > text.find('=')) {
+      if (dot == std::string_view::npos || dot > text.find('='))
         throw UserError(fmt::format("--set {}: with 'all' it needs EXPERIMENT.KEY=VALUE", assignment));
-      }
       if (find_experiment(text.substr(0, dot)).name != experiment.name) continue;
       text.remove_prefix(dot + 1);
     }
@@ -45,9 +44,8 @@ Settings settings_for(const Experiment& experiment, const ExperimentOptions& opt
 
 // Quotes a path. Shell and gnuplot quote single quotes differently, so names with one are refused.
 std::string quoted(const std::string& path) {
-  if (path.find_first_of("'\"\n\\") != std::string::npos) {
+  if (path.find_first_of("'\"\n\\") != std::string::npos)
     throw UserError(fmt::format("{}: gnuplot cannot take quotes or backslashes in a file name", path));
-  }
   return "'" + path + "'";
 }
 
@@ -71,14 +69,12 @@ void check_plot(const ExperimentOptions& options) {
   if (options.plot.empty()) return;
   check_picture_name("--plot", options.plot);
   if (options.name == "all") throw UserError("--plot: one experiment at a time");
-  if (!platform::has_gnuplot()) {
+  if (!platform::has_gnuplot())
     throw UserError("--plot: gnuplot is not installed (Debian: gnuplot-nox); --csv works without");
-  }
   const std::string script = plot_script(options.name);
-  if (!fs::exists(script)) {
+  if (!fs::exists(script))
     throw UserError(
         fmt::format("--plot: {} does not exist; set BRISTLE_PLOTS to the folder of the scripts", script));
-  }
   quoted(options.plot);
   quoted(script);
 }
@@ -167,9 +163,8 @@ void experiment_command(const ExperimentOptions& options) {
     reports.push_back(run_one(*e, options, wanted.size() > 1 && !e->models.empty() ? models_of(e) : models));
   std::vector<CostRow> cost;
   if (options.name == "all" && !options.no_cost) cost = run_cost(models);
-  if (!on_stdout) {
+  if (!on_stdout)
     print_report(findings_text(reports) + (cost.empty() ? std::string() : "\n" + cost_table(cost, models)));
-  }
   if (csv) csv.write(experiment_csv(reports.front()));
   if (json) json.write(experiment_json(reports, cost));
   if (markdown) markdown.write(experiment_page(reports, cost, models));

@@ -48,9 +48,8 @@ std::vector<CostRow> measure_cost(const ExperimentInput& input) {
   std::vector<CostRow> rows;
   for (const Motion& motion : motions) {
     std::vector<std::unique_ptr<Subject>> subjects;
-    for (const std::string& model : input.models) {
+    for (const std::string& model : input.models)
       subjects.push_back(std::make_unique<Subject>(model, s, Subject::Options{2, 1.0}));
-    }
     std::vector<std::vector<double>> times(subjects.size());
     for (std::size_t round = 0; round < rounds; ++round) {
       for (std::size_t m = 0; m < subjects.size(); ++m) {

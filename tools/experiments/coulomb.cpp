@@ -2,7 +2,6 @@
 // the apparent area.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "tools/experiments/experiment.hpp"
 #include "tools/experiments/subject.hpp"
@@ -60,9 +59,9 @@ void slide_over_loads(const ExperimentInput& input, const std::string& model, Ex
   for (const double load : loads) {
     const double friction = steady_friction(model, s, load, highest);
     worst = std::max(worst, std::fabs(friction / load / coefficient - 1.0));
-    result.series.push_back({"load", model, {load, friction, friction / load}});
+    result.add("load", model, {load, friction, friction / load});
   }
-  result.findings.push_back({"proportional_to_load", model, 100.0 * worst, worst < 0.02});
+  result.add("proportional_to_load", model, 100.0 * worst, worst < 0.02);
 }
 
 void over_bristles(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -74,10 +73,10 @@ void over_bristles(const ExperimentInput& input, const std::string& model, Exper
     const double friction = steady_friction(model, s, load, load);
     low = std::min(low, friction);
     high = std::max(high, friction);
-    result.series.push_back({"bristles", model, {n, friction, friction / load}});
+    result.add("bristles", model, {n, friction, friction / load});
   }
   const double spread = (high - low) / (s.number("kinetic") * load);
-  result.findings.push_back({"representatives", model, 100.0 * spread, spread < 0.02});
+  result.add("representatives", model, 100.0 * spread, spread < 0.02);
 }
 
 void over_areas(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -91,10 +90,10 @@ void over_areas(const ExperimentInput& input, const std::string& model, Experime
     const double friction = steady_friction(model, s, load, load) * (is_brush(model) ? touching : 1.0);
     low = std::min(low, friction);
     high = std::max(high, friction);
-    result.series.push_back({"area", model, {area, friction, friction / load}});
+    result.add("area", model, {area, friction, friction / load});
   }
   const double spread = (high - low) / (s.number("kinetic") * load);
-  result.findings.push_back({"area", model, 100.0 * spread, spread < 0.02});
+  result.add("area", model, 100.0 * spread, spread < 0.02);
 }
 
 void run_coulomb(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

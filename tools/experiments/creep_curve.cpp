@@ -61,17 +61,17 @@ void examine(const Wheel& wheel, const Settings& s, const std::string& name, Exp
     const double moment = answer.moment / (wheel.limit * wheel.half);
     worst_force = std::max(worst_force, std::fabs(force - (1.0 - left * left * left)));
     worst_moment = std::max(worst_moment, std::fabs(moment - at * left * left * left));
-    result.series.push_back({"curve", name, {at, force, moment}});
+    result.add("curve", name, {at, force, moment});
     for (const rivals::Traction& t : tractions_of(model))
-      result.series.push_back({fmt::format("traction_{:g}", at), name, {t[0], t[1], t[2]}});
+      result.add(fmt::format("traction_{:g}", at), name, {t[0], t[1], t[2]});
   }
-  result.findings.push_back({"creep_force", name, 100.0 * worst_force, worst_force < 0.01});
+  result.add("creep_force", name, 100.0 * worst_force, worst_force < 0.01);
   const double share = worst_moment * 256.0 / 27.0;
-  result.findings.push_back({"creep_moment", name, 100.0 * share, share < 0.05});
+  result.add("creep_moment", name, 100.0 * share, share < 0.05);
   const double length = relaxation<Model>(wheel, s.number("speed") * dt), theory = 2.0 - 2.0 / std::sqrt(M_E);
-  result.findings.push_back({"relaxation_length", name, length, std::fabs(length / theory - 1.0) < 0.05});
+  result.add("relaxation_length", name, length, std::fabs(length / theory - 1.0) < 0.05);
   const double creep = creep_at_rest<Model>(wheel, 6);
-  result.findings.push_back({"stands", name, 1e6 * creep, std::fabs(creep) < 1e-9});
+  result.add("stands", name, 1e6 * creep, std::fabs(creep) < 1e-9);
 }
 
 void run_creep_curve(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -93,7 +93,7 @@ void run_creep_curve(const ExperimentInput& input, const std::string& model, Exp
 }  // namespace
 
 Experiment creep_curve_experiment() {
-  Experiment experiment = {
+  return {
       "creep-curve",
       "a wheel that rolls and creeps sideways: force, aligning moment, regions that slip, and standing",
       {number_parameter("load", 4000.0, "N", "on the wheel", 1.0, 1e6),
@@ -122,13 +122,12 @@ Experiment creep_curve_experiment() {
         "way that a wheel that does not roll creeps in a cycle of 0.1 to 0.5 of its friction", "um",
         "below 1e-3"}},
       {"s_or_x_over_half", "force_or_traction", "moment_or_bound"},
-      &run_creep_curve};
-  experiment.models = {{"coulomb_wheel", "Coulomb wheel"},
-                       {"slip_formula", "slip formula"},
-                       {"lugre_tyre", "LuGre tyre"},
-                       {"fastsim", "FASTSIM"},
-                       {"bed", "bed"}};
-  return experiment;
+      &run_creep_curve,
+      {{"coulomb_wheel", "Coulomb wheel"},
+       {"slip_formula", "slip formula"},
+       {"lugre_tyre", "LuGre tyre"},
+       {"fastsim", "FASTSIM"},
+       {"bed", "bed"}}};
 }
 
 }  // namespace cli

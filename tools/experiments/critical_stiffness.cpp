@@ -224,10 +224,8 @@ void trace(const Settings& s, const std::string& model, double speed, double cri
     for (long n = 1; n <= steps; ++n) {
       twins.advance();
       if (n % 5 != 0) continue;
-      result.series.push_back(
-          {soft ? "soft" : "stiff",
-           model,
-           {speed, trial.stiffness, each * static_cast<double>(n), twins.difference() / kinetic}});
+      result.add(soft ? "soft" : "stiff", model,
+                 {speed, trial.stiffness, each * static_cast<double>(n), twins.difference() / kinetic});
     }
   }
 }
@@ -241,14 +239,13 @@ void run_critical_stiffness(const ExperimentInput& input, const std::string& mod
   double least = INFINITY, worst = 0.0;
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const Response r = measure_response(model, s, speeds[i]);
-    for (std::size_t k = 0; k < r.t.size(); ++k) {
-      result.series.push_back(
-          {"response", model, {speeds[i], 0.0, r.t[k] * speeds[i] / dbar, r.force[k] * speeds[i] / kinetic}});
-    }
+    for (std::size_t k = 0; k < r.t.size(); ++k)
+      result.add("response", model,
+                 {speeds[i], 0.0, r.t[k] * speeds[i] / dbar, r.force[k] * speeds[i] / kinetic});
     const double theory = critical_by_theory(r, s.number("mass"), 1e-5 * kinetic / speeds[i], range);
     const double found = critical_by_bisection(model, s, speeds[i], range);
-    result.series.push_back({"theory", model, {speeds[i], theory, 0.0, 0.0}});
-    result.series.push_back({"bisection", model, {speeds[i], found, 0.0, 0.0}});
+    result.add("theory", model, {speeds[i], theory, 0.0, 0.0});
+    result.add("bisection", model, {speeds[i], found, 0.0, 0.0});
     least = std::min(least, found);
     const double apart = found == theory ? 0.0 : theory == 0.0 ? 1.0 : std::fabs(found / theory - 1.0);
     worst = std::max(worst, apart);
@@ -256,8 +253,8 @@ void run_critical_stiffness(const ExperimentInput& input, const std::string& mod
       trace(s, model, speeds[i], found, result);
     input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
   }
-  result.findings.push_back({"critical_stiffness", model, least, least > 0.0});
-  result.findings.push_back({"linear_theory", model, 100.0 * worst, worst < 0.1});
+  result.add("critical_stiffness", model, least, least > 0.0);
+  result.add("linear_theory", model, 100.0 * worst, worst < 0.1);
 }
 
 }  // namespace
@@ -279,8 +276,7 @@ Experiment critical_stiffness_experiment() {
       {{"critical_stiffness", "soft springs make it stick and slip, stiff ones do not",
         "a slow pull is steady on a spring stiffer than a critical one (Rabinowicz 1958; Rice and Ruina "
         "1983; Heslot et al. 1994)",
-        "critical stiffness by bisection, least of the speeds; 0: steady on every spring "
-        "of the range tried",
+        "critical stiffness by bisection, least of the speeds; 0: steady on every spring of the range tried",
         "N/m", "above 0"},
        {"linear_theory", "as linear theory says",
         "the critical stiffness follows from the response to a small step in speed (Rice and Ruina 1983)",

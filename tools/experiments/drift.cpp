@@ -34,9 +34,8 @@ struct Profile {
   double force(double t) const {
     if (t < ramp) return middle() * t / ramp;
     if (t < wavering_from()) return middle();
-    if (t < wavering_until()) {
+    if (t < wavering_until())
       return middle() + 0.5 * (high - low) * sine_of_turns(frequency * (t - wavering_from()));
-    }
     return middle() * std::max(0.0, 1.0 - (t - wavering_until()) / unload);
   }
 };
@@ -80,16 +79,13 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
     const double friction = block.advance(subject, {profile.force(before + 0.5 * dt)}, dt, load);
     hold.add(t, block.position());
     cycle.add(t, block.position());
-    if (k % every == 0) {
-      result.series.push_back({"fig2", model, {t, profile.force(t), -friction, block.position()}});
-    }
+    if (k % every == 0) result.add("fig2", model, {t, profile.force(t), -friction, block.position()});
   }
   const double creep = (hold.mean(3) - hold.mean(1)) / (0.5 * profile.hold);
-  result.findings.push_back({"hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding")});
+  result.add("hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding"));
   const auto last = static_cast<std::size_t>(profile.cycles) - 1;
   const double drift = cycle.mean(last) - cycle.mean(last - 1);
-  result.findings.push_back(
-      {"drift_per_cycle", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding")});
+  result.add("drift_per_cycle", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
 }
 
 void slope(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -111,12 +107,12 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
                          (middle > tilting ? shake * sine_of_turns(frequency * (middle - tilting)) : 0.0);
     const double friction = block.advance(subject, {force}, dt, load);
     period.add(t, block.position());
-    if (k % every == 0) result.series.push_back({"slope", model, {t, force, -friction, block.position()}});
+    if (k % every == 0) result.add("slope", model, {t, force, -friction, block.position()});
   }
   const auto last = static_cast<std::size_t>(periods) - 1, middle = last / 2;
   const double speed =
       (period.mean(last) - period.mean(middle)) * frequency / static_cast<double>(last - middle);
-  result.findings.push_back({"slope", model, 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding")});
+  result.add("slope", model, 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding"));
 }
 
 // Limits the time step to a 20th of the shortest event (hold, ramp, cycle), so that the measured means and
@@ -124,14 +120,12 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
 void check_step(const Settings& s) {
   const double longest = 0.05 * std::min({1.0 / s.number("frequency"), 1.0 / s.number("slope_frequency"),
                                           s.number("hold_time"), s.number("ramp_time")});
-  if (s.number("dt") > longest) {
+  if (s.number("dt") > longest)
     throw UserError(
         fmt::format("experiment drift: dt is {:g} s; at these times and frequencies at most {:g} s",
                     s.number("dt"), longest));
-  }
-  if (s.number("force_low") > s.number("force_high")) {
+  if (s.number("force_low") > s.number("force_high"))
     throw UserError("experiment drift: force_low is above force_high");
-  }
 }
 
 void run_drift(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -178,6 +172,7 @@ Experiment drift_experiment() {
         "below a thousandth of the presliding length a second"}},
       {"t[s]", "applied[N]", "friction[N]", "x[m]"},
       &run_drift,
+      {},
       &check_step};
 }
 

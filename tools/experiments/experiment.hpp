@@ -42,6 +42,13 @@ struct SeriesRow {
 struct ExperimentResult {
   std::vector<SeriesRow> series;
   std::vector<Finding> findings;
+
+  void add(std::string panel, std::string model, std::vector<double> values) {
+    series.push_back({std::move(panel), std::move(model), std::move(values)});
+  }
+  void add(std::string phenomenon, std::string model, double value, bool shown) {
+    findings.push_back({std::move(phenomenon), std::move(model), value, shown});
+  }
 };
 
 struct ExperimentInput {
@@ -60,10 +67,10 @@ struct Experiment {
 
   /// Runs the experiment on one model and adds its curves and verdicts. It may report its own progress.
   void (*run)(const ExperimentInput&, const std::string& model, ExperimentResult&);
-  /// Checks settings that depend on each other. Throws UserError.
-  void (*check)(const Settings&) = [](const Settings&) {};
   /// Names and titles of the models, if the experiment has its own; empty: those of model_names().
   std::vector<std::pair<std::string, std::string>> models = {};
+  /// Checks settings that depend on each other. Throws UserError.
+  void (*check)(const Settings&) = [](const Settings&) {};
 };
 
 /// Returns all experiments, in the order in which the table of results has them.

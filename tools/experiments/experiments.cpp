@@ -1,7 +1,6 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <bristle/error.hpp>
 
@@ -61,12 +60,10 @@ std::vector<std::string> choose_models(const std::vector<std::string>& wanted, c
   const NameList known = models_of(experiment);
   if (wanted.empty()) return known;
   for (const std::string& model : wanted) {
-    if (std::find(known.begin(), known.end(), model) == known.end()) {
+    if (std::find(known.begin(), known.end(), model) == known.end())
       throw UserError(fmt::format("{}: '{}' is not a model{}", where, model, allowed_text(model, known)));
-    }
-    if (std::count(wanted.begin(), wanted.end(), model) > 1) {
+    if (std::count(wanted.begin(), wanted.end(), model) > 1)
       throw UserError(fmt::format("{}: '{}' appears twice", where, model));
-    }
   }
   return wanted;
 }

@@ -44,8 +44,8 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   const long every = std::max(1L, steps / 400);
   for (long k = 0; k < steps; k += every) {
     const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);
-    result.series.push_back(
-        {"lag", model, {omega, mean + amplitude * sine_of_turns(turns), force[static_cast<std::size_t>(k)]}});
+    result.add("lag", model,
+               {omega, mean + amplitude * sine_of_turns(turns), force[static_cast<std::size_t>(k)]});
   }
   const auto around = [&](long k) {
     const auto n = static_cast<std::size_t>(steps);
@@ -53,18 +53,17 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
     return 0.5 * (force[(i + n - 1) % n] + force[i]);
   };
   const double up = around(0), down = around(2 * quarter);
-  result.series.push_back({"width", model, {omega, up, down}});
+  result.add("width", model, {omega, up, down});
   if (decides) {
     const double width = (up - down) / (s.number("kinetic") * load);
-    result.findings.push_back({"lag", model, 100.0 * width, width > 0.01});
+    result.add("lag", model, 100.0 * width, width > 0.01);
   }
 }
 
 void check_friction_lag(const Settings& settings) {
-  if (settings.number("velocity_amplitude") >= settings.number("velocity_mean")) {
+  if (settings.number("velocity_amplitude") >= settings.number("velocity_mean"))
     throw UserError(
         "experiment friction-lag: velocity_amplitude must be below velocity_mean: sliding is one-way");
-  }
 }
 
 void run_friction_lag(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -95,6 +94,7 @@ Experiment friction_lag_experiment() {
             "above 1 %"}},
           {"omega[rad/s]", "v[m/s]", "friction[N]"},
           &run_friction_lag,
+          {},
           &check_friction_lag};
 }
 

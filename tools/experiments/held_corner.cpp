@@ -8,9 +8,6 @@
 namespace cli {
 namespace {
 
-using rivals::Pair;
-using rivals::SpinForce;
-
 /// Mean distance of a unit square's points from a corner: torque over friction when it turns about it.
 const double mean_arm = (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;
 
@@ -27,7 +24,7 @@ class HeldPlate {
   };
   Moment turn(double angle, double dt_s) {
     const rivals::Turn centre(turned_, angle);
-    const SpinForce f = subject_.step(centre.way(half_, half_), angle, dt_s, load_);
+    const rivals::SpinForce f = subject_.step(centre.way(half_, half_), angle, dt_s, load_);
     turned_ += angle;
     return {f.end.torque + rivals::cross(centre.end_arm(half_, half_), f.end.force),
             f.mean.torque + rivals::cross(centre.mean_arm(half_, half_), f.mean.force)};
@@ -66,7 +63,7 @@ void turn_steadily(const std::string& model, const Settings& s, ExperimentResult
     if (k >= 0) sum += moment;
   }
   const double share = sum / static_cast<double>(measure) / (sliding_friction(model, s) * side * mean_arm);
-  result.findings.push_back({"corner_moment", model, share, std::fabs(share - 1.0) < 0.01});
+  result.add("corner_moment", model, share, std::fabs(share - 1.0) < 0.01);
 }
 
 void hold(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -84,12 +81,10 @@ void hold(const ExperimentInput& input, const std::string& model, ExperimentResu
     const double applied = full * (s.number("held") - s.number("wavers") * std::cos(phase));
     spin += dt * (applied + plate.turn(dt * spin, dt).end) / inertia;
     if (k % std::max(1L, per_cycle / 20) == 0)
-      result.series.push_back(
-          {"hold", model, {static_cast<double>(k) * dt, applied / full, 1e6 * side * plate.turned()}});
+      result.add("hold", model, {static_cast<double>(k) * dt, applied / full, 1e6 * side * plate.turned()});
   }
   const double drift = (plate.turned() - begin) * side / static_cast<double>(cycles);
-  result.findings.push_back(
-      {"corner_holds", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding")});
+  result.add("corner_holds", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
 }
 
 void run_held_corner(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

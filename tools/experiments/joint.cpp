@@ -61,8 +61,7 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
       const double turned = static_cast<double>(k) / per_length;
       if (way < 0 && found.reversed < 0.0 && friction <= 0.0)
         found.reversed = turned - friction / (friction - before) / per_length;
-      if (draws && way < 0 && turned <= 4.0)
-        result.series.push_back({"reverse", model, {turned, friction / full, 0.0}});
+      if (draws && way < 0 && turned <= 4.0) result.add("reverse", model, {turned, friction / full, 0.0});
     }
   }
   return found;
@@ -85,7 +84,7 @@ double hold_arm(const ExperimentInput& input, const std::string& model, Experime
     arm.advance(joint, {net}, dt, s.number("load"));
     mean[static_cast<std::size_t>(k / steps)] += arm.position() / static_cast<double>(steps);
     if (k % std::max(1L, steps / 50) == 0)
-      result.series.push_back({"hold", model, {turns, net / full, arm.position() / s.number("presliding")}});
+      result.add("hold", model, {turns, net / full, arm.position() / s.number("presliding")});
   }
   return mean[cycles - 1] - mean[cycles - 2];
 }
@@ -98,16 +97,14 @@ void run_joint(const ExperimentInput& input, const std::string& model, Experimen
   for (const double share : weights) {
     rated = lift(input, model, share * s.number("rated"), share == weights.back(), result);
     if (share == weights.front()) first = rated;
-    result.series.push_back({"drive", model, {share, rated.up / full, rated.down / full}});
+    result.add("drive", model, {share, rated.up / full, rated.down / full});
   }
   input.progress(0.5);
-  result.findings.push_back({"joint_load", model, rated.up / first.up, rated.up > 1.05 * first.up});
-  result.findings.push_back({"joint_direction", model, rated.down / rated.up, rated.down > 1.1 * rated.up});
-  result.findings.push_back(
-      {"joint_reverse", model, rated.reversed, rated.reversed > 0.05 && rated.reversed < 3.0});
+  result.add("joint_load", model, rated.up / first.up, rated.up > 1.05 * first.up);
+  result.add("joint_direction", model, rated.down / rated.up, rated.down > 1.1 * rated.up);
+  result.add("joint_reverse", model, rated.reversed, rated.reversed > 0.05 && rated.reversed < 3.0);
   const double creep = hold_arm(input, model, result);
-  result.findings.push_back(
-      {"joint_hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding")});
+  result.add("joint_hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding"));
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 namespace cli {
 namespace {
 
-using rivals::Pair;
 using rivals::Wrench;
 
 /// Returns mean force and torque of a disc in steady motion at the ratio eps = v / (omega R) of sliding to
@@ -48,14 +47,13 @@ void run_limit_surface(const ExperimentInput& input, const std::string& model, E
     const rivals::DiscFriction limit = rivals::coulomb_disc(ratios[i]);
     const double force = w.force.x / friction, torque = w.torque / (friction * radius);
     worst = std::max({worst, std::fabs(force - limit.force), std::fabs(torque - limit.torque)});
-    result.series.push_back(
-        {"limit", model, {ratios[i], force, w.force.y / friction, torque, limit.force, limit.torque}});
+    result.add("limit", model, {ratios[i], force, w.force.y / friction, torque, limit.force, limit.torque});
     input.progress(static_cast<double>(i + 1) / static_cast<double>(ratios.size()));
   }
-  result.findings.push_back({"limit_surface", model, 100.0 * worst, worst < 0.01});
+  result.add("limit_surface", model, 100.0 * worst, worst < 0.01);
   const double slow = 0.1;
   const double eased = steady(model, s, slow).force.x / friction / rivals::coulomb_disc(slow).force;
-  result.findings.push_back({"spin_eases", model, eased, std::fabs(eased - 1.0) < 0.1});
+  result.add("spin_eases", model, eased, std::fabs(eased - 1.0) < 0.1);
 }
 
 }  // namespace

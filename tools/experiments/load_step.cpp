@@ -20,9 +20,8 @@ class Contact {
     const double largest = 1.0 / settings_.number("steps_per_length");
     const auto steps = std::max(1L, static_cast<long>(std::ceil(way / largest - 1e-9)));
     const double step = way * dbar_ / static_cast<double>(steps);
-    for (long k = 0; k < steps; ++k) {
+    for (long k = 0; k < steps; ++k)
       friction_ = -subject_.step({step, 0.0}, step / settings_.number("velocity"), load).end.x;
-    }
     return friction_;
   }
   double rest(double load) { return friction_ = -subject_.step({}, settings_.number("dt"), load).end.x; }
@@ -50,14 +49,14 @@ void sliding(const ExperimentInput& input, const std::string& model, const std::
   const double per_length = s.number("steps_per_length");
   const double kinetic = s.number("kinetic") * load;
   double at_once = 0.0;
-  result.series.push_back({panel, model, {0.0, contact.rest(load)}});
+  result.add(panel, model, {0.0, contact.rest(load)});
   for (long k = 1; k <= std::lround(3.0 * per_length); ++k) {
     const double friction = contact.move(1.0 / per_length, factor * load);
     const double x = static_cast<double>(k) / per_length;
     if (k == 1) at_once = (friction - before) / ((factor - 1.0) * kinetic);
-    result.series.push_back({panel, model, {x, friction}});
+    result.add(panel, model, {x, friction});
   }
-  if (factor > 1.0) result.findings.push_back({"load_up_sliding", model, 100.0 * at_once, at_once < 0.1});
+  if (factor > 1.0) result.add("load_up_sliding", model, 100.0 * at_once, at_once < 0.1);
 }
 
 void resting(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -68,17 +67,17 @@ void resting(const ExperimentInput& input, const std::string& model, ExperimentR
     const double before = contact.move(s.number("bend"), load);
     const double held = contact.rest(load);
     const double after = contact.rest(later * load);
-    result.series.push_back({panel, model, {0.0, before}});
-    result.series.push_back({panel, model, {0.0, held}});
-    result.series.push_back({panel, model, {0.0, after}});
+    result.add(panel, model, {0.0, before});
+    result.add(panel, model, {0.0, held});
+    result.add(panel, model, {0.0, after});
     return std::pair(held, after);
   };
   const auto [held, raised] = bent(up, "rest_up");
   const double change = (raised - held) / (s.number("kinetic") * load);
-  result.findings.push_back({"load_up_rest", model, 100.0 * change, std::fabs(change) < 0.01});
+  result.add("load_up_rest", model, 100.0 * change, std::fabs(change) < 0.01);
   const double left = bent(down, "rest_down").second / (down * load);
   const double most = std::max(s.number("static"), s.number("kinetic"));
-  result.findings.push_back({"load_down_rest", model, left / most, left <= most * 1.001});
+  result.add("load_down_rest", model, left / most, left <= most * 1.001);
 }
 
 void run_load_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

@@ -101,7 +101,7 @@ void run_oblique_impact(const ExperimentInput& input, const std::string& model, 
     const double sign = before.slip() < 0.0 ? -1.0 : 1.0, from = scaled(sign * before.slip());
     const double push = sphere.friction * (1.0 + sphere.restitution) * sphere.approach;
     const double ratio = after.slip() / before.slip();
-    result.series.push_back({panel, model, {at, from, sign * scaled(after.slip()), after.centre, after.rim}});
+    result.add(panel, model, {at, from, sign * scaled(after.slip()), after.centre, after.rim});
     if (from > slides_from)
       worst = std::max({worst, std::fabs(after.centre - before.centre + sign * push) / push,
                         std::fabs(after.rim - before.rim - sign * 2.5 * push) / push});
@@ -115,15 +115,15 @@ void run_oblique_impact(const ExperimentInput& input, const std::string& model, 
   }
   sphere.approach = s.number("approach");
   for (const double spin : s.numbers("spins")) look("spin", spin, {0.0, -spin * sphere.radius});
-  result.findings.push_back({"slides_through", model, 100.0 * worst, worst < 0.01});
-  result.findings.push_back({"recoils", model, recoil, recoil < -1.0});
-  result.findings.push_back({"impact_energy", model, 100.0 * gained, gained < 1e-3});
+  result.add("slides_through", model, 100.0 * worst, worst < 0.01);
+  result.add("recoils", model, recoil, recoil < -1.0);
+  result.add("impact_energy", model, 100.0 * gained, gained < 1e-3);
 }
 
 }  // namespace
 
 Experiment oblique_impact_experiment() {
-  Experiment experiment = {
+  return {
       "oblique-impact",
       "an elastic sphere that strikes a plane obliquely, or spinning",
       {number_parameter("radius", 2.5e-3, "m", "of the sphere", 1e-6, 1.0),
@@ -143,15 +143,13 @@ Experiment oblique_impact_experiment() {
         "largest difference of speed and spin from it, over it", "%", "below 1 %"},
        {"recoils", "the contact springs back",
         "the energy stored in it reverses the slip of middling angles (Maw, Barber and Fawcett, Wear 38, "
-        "1976; "
-        "measured by them in 1981)",
+        "1976; measured by them in 1981)",
         "least scaled slip after the impact", "", "below -1"},
        {"impact_energy", "no impact gains energy", "elastic energy is given back once",
         "largest gain of the energy of slip", "%", "below 0.1 %"}},
       {"angle[deg]_or_spin[rad/s]", "scaled_slip_before", "scaled_slip_after", "v[m/s]", "rim[m/s]"},
-      &run_oblique_impact};
-  experiment.models = {{"coulomb", "Coulomb"}, {"history", "history spring"}, {"bed", "bed"}};
-  return experiment;
+      &run_oblique_impact,
+      {{"coulomb", "Coulomb"}, {"history", "history spring"}, {"bed", "bed"}}};
 }
 
 }  // namespace cli

@@ -29,15 +29,13 @@ const Parameter& Settings::find(std::string_view name) const {
 }
 
 void Settings::check(Parameter& p, std::vector<double> numbers, const std::string& where) {
-  if (numbers.empty() || (!p.is_list && numbers.size() != 1)) {
+  if (numbers.empty() || (!p.is_list && numbers.size() != 1))
     throw UserError(fmt::format("{} takes {}", where, p.is_list ? "at least one number" : "one number"));
-  }
   if (numbers.size() > 1000) throw UserError(fmt::format("{} takes at most 1000 numbers", where));
   for (const double n : numbers) {
-    if (!(n >= p.min && n <= p.max)) {
+    if (!(n >= p.min && n <= p.max))
       throw UserError(fmt::format("{} is {:g}; allowed: {:g} to {:g}{}{}", where, n, p.min, p.max,
                                   p.unit.empty() ? "" : " ", p.unit));
-    }
     if (p.whole && n != std::floor(n)) throw UserError(fmt::format("{} is {:g}; it must be whole", where, n));
   }
   p.numbers = std::move(numbers);

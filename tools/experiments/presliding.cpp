@@ -32,9 +32,7 @@ class Path {
       work_ += friction_ * (next - x_);
       x_ = next;
       const bool stops = stop(friction_);
-      if (k % 10 == 0 || k == steps || stops) {
-        result_.series.push_back({panel_, subject_.name(), {x_, friction_}});
-      }
+      if (k % 10 == 0 || k == steps || stops) result_.add(panel_, subject_.name(), {x_, friction_});
       if (stops) return;
     }
   }
@@ -66,7 +64,7 @@ double virgin(const ExperimentInput& input, const std::string& model, Experiment
     return false;
   });
   const double share = at_tenth / kinetic;
-  result.findings.push_back({"presliding", model, 100.0 * share, share > 0.02 && share < 0.6});
+  result.add("presliding", model, 100.0 * share, share > 0.02 && share < 0.6);
   return peak;
 }
 
@@ -86,7 +84,7 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
           path.move_to(width * dbar);
           path.move_to(-width * dbar);
           const double lost = (path.work() - before) / (2.0 * 4.0 * width * dbar * kinetic);
-          result.findings.push_back({"hysteresis", model, 100.0 * lost, lost > 0.02});
+          result.add("hysteresis", model, 100.0 * lost, lost > 0.02);
         }
       }
     }
@@ -102,7 +100,7 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
   double miss = std::fabs(path.friction() - inner);
   path.move_to(0.6 * dbar);
   miss = std::max(miss, std::fabs(path.friction() - outer));
-  result.findings.push_back({"return_point", model, 100.0 * miss / kinetic, miss < 0.005 * kinetic});
+  result.add("return_point", model, 100.0 * miss / kinetic, miss < 0.005 * kinetic);
 }
 
 void permanent_set(const ExperimentInput& input, const std::string& model, double peak,
@@ -115,7 +113,7 @@ void permanent_set(const ExperimentInput& input, const std::string& model, doubl
   const double furthest = path.x();
   path.move_to(furthest - 8.0 * dbar, [](double friction) { return friction <= 0.0; });
   const double left = path.x() / dbar;
-  result.findings.push_back({"permanent_set", model, left, left > 0.02 && furthest - path.x() > 0.01 * dbar});
+  result.add("permanent_set", model, left, left > 0.02 && furthest - path.x() > 0.01 * dbar);
 }
 
 void run_presliding(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

@@ -8,8 +8,6 @@
 namespace cli {
 namespace {
 
-using rivals::SpinForce;
-
 /// Friction of a disc first pulled or turned from rest: a force, or torque over radius, N; > 0: resists.
 struct FirstMotion {
   double slope = 0.0;  ///< stiffness over the first thousandth of a presliding length, N/m
@@ -25,7 +23,7 @@ FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bo
   const double first = 1e-3 * dbar, step = dbar / s.number("steps_per_length");
   SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
   const auto move = [&](double way) {
-    const SpinForce f =
+    const rivals::SpinForce f =
         subject.step({turns ? 0.0 : way, 0.0}, turns ? way / radius : 0.0, way / s.number("velocity"), load);
     return turns ? -f.end.torque / radius : -f.end.force.x;
   };
@@ -36,8 +34,8 @@ FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bo
     const double friction = move(step);
     found.peak = std::max(found.peak, friction);
     if (k > steps - last) found.steady += friction / static_cast<double>(last);
-    result.series.push_back(
-        {turns ? "turn" : "pull", model, {(first + static_cast<double>(k) * step) / dbar, friction / full}});
+    result.add(turns ? "turn" : "pull", model,
+               {(first + static_cast<double>(k) * step) / dbar, friction / full});
   }
   return found;
 }
@@ -59,7 +57,7 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
     const double force = -subject.step({step, 0.0}, step / (ratio * radius), dt / ratio, load).mean.force.x;
     peak = std::max(peak, force);
     if (k > steps - last) steady += force / static_cast<double>(last);
-    result.series.push_back({"spinning", model, {static_cast<double>(k) / per_length, force / full}});
+    result.add("spinning", model, {static_cast<double>(k) / per_length, force / full});
   }
   return (peak - steady) / full;
 }
@@ -71,16 +69,15 @@ void run_pure_spin(const ExperimentInput& input, const std::string& model, Exper
   input.progress(0.4);
   const double spring = turn.slope / (0.5 * pull.slope);
   const double bends = pull.slope * input.settings.number("presliding") / pull.steady;
-  result.findings.push_back(
-      {"torsion_spring", model, spring, std::fabs(spring - 1.0) < 0.03 && bends < 10.0});
+  result.add("torsion_spring", model, spring, std::fabs(spring - 1.0) < 0.03 && bends < 10.0);
   const double peak = turn.peak / turn.steady;
-  result.findings.push_back({"spin_peak", model, peak, peak > 1.02});
+  result.add("spin_peak", model, peak, peak > 1.02);
   const double share = peak / (pull.peak / pull.steady);
-  result.findings.push_back({"spin_peak_share", model, share, share < 0.98});
+  result.add("spin_peak_share", model, share, share < 0.98);
   const double left = peak_while_spinning(input, model, result) * input.settings.number("kinetic") *
                       input.settings.number("load") / (pull.peak - pull.steady);
   const bool has_peak = pull.peak > 1.02 * pull.steady;
-  result.findings.push_back({"peak_lost", model, has_peak ? left : 0.0, has_peak && left < 0.5});
+  result.add("peak_lost", model, has_peak ? left : 0.0, has_peak && left < 0.5);
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ void find_limits(const std::string& model, const Settings& s, ExperimentResult& 
   for (int k = 0; k < angles; ++k) {
     const double angle = 2.0 * M_PI * k / angles;
     limit[k] = slide(model, s, angle);
-    result.series.push_back({"limit", model, {360.0 * k / angles, limit[k].x, limit[k].y}});
+    result.add("limit", model, {360.0 * k / angles, limit[k].x, limit[k].y});
   }
   for (int k = 0; k < angles; ++k) {
     const Pair e{std::cos(2.0 * M_PI * k / angles), std::sin(2.0 * M_PI * k / angles)};
@@ -75,10 +75,9 @@ void find_limits(const std::string& model, const Settings& s, ExperimentResult& 
     for (const Pair& other : limit) most = std::max(most, dot(other, e));
     least = std::min(least, dot(limit[k], e) / most);
   }
-  result.findings.push_back({"dissipates_most", model, least, least > 0.999});
+  result.add("dissipates_most", model, least, least > 0.999);
   const double ratio = limit[0].x / -limit[angles / 2].x;
-  result.findings.push_back(
-      {"to_and_fro", model, ratio, std::fabs(ratio / s.number("to_over_fro") - 1.0) < 0.01});
+  result.add("to_and_fro", model, ratio, std::fabs(ratio / s.number("to_over_fro") - 1.0) < 0.01);
 }
 
 /// Block on the ground that is free to move along the lay (the direction of the surface's grain). Its
@@ -117,11 +116,10 @@ void shake(const std::string& model, const Settings& s, ExperimentResult& result
     const double phase = 2.0 * M_PI * static_cast<double>(k % per_cycle) / static_cast<double>(per_cycle);
     block.step(force * std::cos(phase));
     if (k % std::max(1L, per_cycle / 50) == 0)
-      result.series.push_back(
-          {"shaken", model, {static_cast<double>(k) * s.number("dt"), std::cos(phase), 1e3 * block.x}});
+      result.add("shaken", model, {static_cast<double>(k) * s.number("dt"), std::cos(phase), 1e3 * block.x});
   }
   const double drift = (block.x - begin) / static_cast<double>(cycles);
-  result.findings.push_back({"ratchet", model, 1e3 * drift, drift < -0.1 * s.number("presliding")});
+  result.add("ratchet", model, 1e3 * drift, drift < -0.1 * s.number("presliding"));
 }
 
 void hold(const std::string& model, const Settings& s, ExperimentResult& result) {
@@ -134,7 +132,7 @@ void hold(const std::string& model, const Settings& s, ExperimentResult& result)
     block.step(force * std::min(1.0, 2.0 * static_cast<double>(k) / static_cast<double>(steps)));
   }
   const double creep = 1e9 * (block.x - begin);
-  result.findings.push_back({"holds_on_nap", model, creep, std::fabs(creep) < 1.0});
+  result.add("holds_on_nap", model, creep, std::fabs(creep) < 1.0);
 }
 
 void run_ratchet(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -148,7 +146,7 @@ void run_ratchet(const ExperimentInput& input, const std::string& model, Experim
 }  // namespace
 
 Experiment ratchet_experiment() {
-  Experiment experiment = {
+  return {
       "ratchet",
       "a block on velvet: friction that depends on the direction, and a block that is shaken",
       {number_parameter("load", 2.5, "N", "normal load, the weight of the block", 1e-6, 1e6),
@@ -177,12 +175,11 @@ Experiment ratchet_experiment() {
         "below its limit a contact does not creep (Dupont et al. 2002)",
         "creep in 1 s under a quarter of the friction along", "nm", "below 1 nm"}},
       {"angle[deg]_or_t[s]", "along_over_load_or_force", "across_over_load_or_x[mm]"},
-      &run_ratchet};
-  experiment.models = {{"ellipse", "MuJoCo cone"},
-                       {"scaled", "Bullet cone"},
-                       {"brush", "brush, elliptic"},
-                       {"nap", "brush, to and fro"}};
-  return experiment;
+      &run_ratchet,
+      {{"ellipse", "MuJoCo cone"},
+       {"scaled", "Bullet cone"},
+       {"brush", "brush, elliptic"},
+       {"nap", "brush, to and fro"}}};
 }
 
 }  // namespace cli

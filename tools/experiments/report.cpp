@@ -140,8 +140,7 @@ std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::s
   std::string text = fmt::format(
       "\n## Cost\n\nCPU time of one step of one contact, two axes, force at the end and mean, all models "
       "interleaved: median (quartiles), ns.\nPresliding: steps of 0.003 mean snap lengths; sliding: 1. "
-      "Brush: "
-      "900 bristles, single precision; infinite brush: 8 pieces.\n{}; {}; commit {}.\n\n"
+      "Brush: 900 bristles, single precision; infinite brush: 8 pieces.\n{}; {}; commit {}.\n\n"
       "| model | presliding | sliding |\n|---|---|---|\n",
       c.cpu, c.flags, c.commit);
   for (const std::string& model : models) {
@@ -292,12 +291,11 @@ std::string experiment_json(const std::vector<ExperimentReport>& reports, const 
   }
   if (!cost.empty()) {
     json["cost"] = Json::array();
-    for (const CostRow& row : cost) {
+    for (const CostRow& row : cost)
       json["cost"].push_back({{"model", row.model},
                               {"motion", row.motion},
                               {"ns_per_step", row.ns},
                               {"quartiles_ns", {row.low, row.high}}});
-    }
   }
   return json.dump(2) + "\n";
 }
@@ -320,9 +318,8 @@ std::string experiment_page(std::span<const ExperimentReport> reports, const std
       for (const Phenomenon& p : report.experiment->phenomena) {
         text += fmt::format("| {} | {}{} |", report.experiment->name, p.title,
                             p.unit.empty() ? "" : ", " + p.unit);
-        for (const std::string& model : of) {
+        for (const std::string& model : of)
           text += cell(find(report.result, p.id, model), "**yes**", "**no**") + "|";
-        }
         text += '\n';
       }
     }

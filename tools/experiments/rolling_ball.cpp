@@ -97,7 +97,7 @@ void run_rolling_ball(const ExperimentInput& input, const std::string& model, Ex
   Ball middle, last;
   const auto show = [&](const char* panel, double t, const Ball& b) {
     if (std::fmod(t + 1e-9, 0.02) < s.number("dt"))
-      result.series.push_back({panel, model, {t, b.v, b.rim, b.v != 0.0 ? (b.v - b.rim) / b.v : 0.0}});
+      result.add(panel, model, {t, b.v, b.rim, b.v != 0.0 ? (b.v - b.rim) / b.v : 0.0});
   };
   roll(input, model, degrees, {}, time, [&](double t, const Ball& b) {
     show("slope", t, b);
@@ -106,25 +106,25 @@ void run_rolling_ball(const ExperimentInput& input, const std::string& model, Ex
   });
   const double pace = gravity * std::sin(degrees * M_PI / 180.0);
   const double ratio = (last.v - middle.v) / (0.5 * time * pace) * 7.0 / 5.0;
-  result.findings.push_back({"rolls_down", model, ratio, std::fabs(ratio - 1.0) < 0.01});
+  result.add("rolls_down", model, ratio, std::fabs(ratio - 1.0) < 0.01);
   const double creep[2] = {(middle.v - middle.rim) / middle.v, (last.v - last.rim) / last.v};
   const double kept = creep[0] > 1e-9 ? creep[1] / creep[0] : 0.0;
-  result.findings.push_back({"creeps_by_distance", model, kept, std::fabs(kept - 1.0) < 0.1});
+  result.add("creeps_by_distance", model, kept, std::fabs(kept - 1.0) < 0.1);
   roll(input, model, 0.0, {speed, speed}, time, [&](double, const Ball& b) { last = b; });
   const double lost = 1.0 - last.v / speed;
-  result.findings.push_back({"rolls_on", model, 100.0 * lost, std::fabs(lost) < 1e-5});
+  result.add("rolls_on", model, 100.0 * lost, std::fabs(lost) < 1e-5);
   roll(input, model, 0.0, {speed, 0.0}, time, [&](double t, const Ball& b) {
     show("thrown", t, b);
     last = b;
   });
   const double end = last.v / speed;
-  result.findings.push_back({"thrown_rolls", model, end, std::fabs(end - 5.0 / 7.0) < 0.01});
+  result.add("thrown_rolls", model, end, std::fabs(end - 5.0 / 7.0) < 0.01);
 }
 
 }  // namespace
 
 Experiment rolling_ball_experiment() {
-  Experiment experiment = {
+  return {
       "rolling-ball",
       "a rubber ball that rolls down a slope, on the level, and after it was thrown without spin",
       {number_parameter("mass", 0.5, "kg", "of the ball", 1e-6, 1e3),
@@ -150,9 +150,8 @@ Experiment rolling_ball_experiment() {
         "at 5/7 of its speed, whatever the friction (Coriolis 1835, billiards)",
         "speed at the end over the first", "", "within 0.01 of 5/7"}},
       {"t[s]", "v[m/s]", "rim[m/s]", "creepage"},
-      &run_rolling_ball};
-  experiment.models = {{"coulomb", "Coulomb"}, {"patch", "patch, dragged"}, {"bed", "bed"}};
-  return experiment;
+      &run_rolling_ball,
+      {{"coulomb", "Coulomb"}, {"patch", "patch, dragged"}, {"bed", "bed"}}};
 }
 
 }  // namespace cli

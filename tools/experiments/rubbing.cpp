@@ -85,12 +85,9 @@ void strokes(const ExperimentInput& input, const std::string& model, ExperimentR
       last = rub(contact, stroke, s.number("steps_per_length"));
       if (cycle == 1) first = last;
       if (cycle == 10) tenth = last;
-      if (is_shown_on_the_axis(cycle)) {
-        result.series.push_back(
-            {"stroke",
-             model,
-             {stroke, static_cast<double>(cycle), last.highest, last.work / (4.0 * stroke)}});
-      }
+      if (is_shown_on_the_axis(cycle))
+        result.add("stroke", model,
+                   {stroke, static_cast<double>(cycle), last.highest, last.work / (4.0 * stroke)});
     }
     hardest = std::max(hardest, last.highest / first.highest);
     if (stroke >= 1.5) {
@@ -104,16 +101,16 @@ void strokes(const ExperimentInput& input, const std::string& model, ExperimentR
       lasts_from = std::min(lasts_from, stroke);
     if (stroke == 0.5) {
       const double open = last.work / (4.0 * stroke);
-      result.findings.push_back({"open_loops", model, 100.0 * open, open > open_loop});
+      result.add("open_loops", model, 100.0 * open, open > open_loop);
     }
     input.progress(0.6 * static_cast<double>(i + 1) / static_cast<double>(list.size()));
   }
-  result.findings.push_back({"hardening", model, hardest, hardest <= 1.25});
+  result.add("hardening", model, hardest, hardest <= 1.25);
   if (wide) {
     const double worst = 1.0 - least > most - 1.0 ? least : most;
-    result.findings.push_back({"loop_work", model, worst, std::fabs(worst - 1.0) <= 0.1});
+    result.add("loop_work", model, worst, std::fabs(worst - 1.0) <= 0.1);
   }
-  if (lasts_from < 1e300) result.findings.push_back({"lasts_from", model, lasts_from, lasts_from <= 1.5});
+  if (lasts_from < 1e300) result.add("lasts_from", model, lasts_from, lasts_from <= 1.5);
 }
 
 /// Moves a contact as a hand that tries to hold still: the sum of two swings, at 8 and 11 Hz.
@@ -133,11 +130,11 @@ void tremor(const ExperimentInput& input, const std::string& model, ExperimentRe
     if (t <= 0.5) first = std::max(first, f);  // first 0.5 s, which are four swings of 8 Hz
     if (k > steps - steps / 10) last = std::max(last, f);
     if (k % window == 0) {
-      result.series.push_back({"tremor", model, {swing, t, highest, 0.0}});
+      result.add("tremor", model, {swing, t, highest, 0.0});
       highest = 0.0;
     }
   }
-  result.findings.push_back({"tremor", model, last / first, last / first <= 1.25});
+  result.add("tremor", model, last / first, last / first <= 1.25);
 }
 
 void circle(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -157,10 +154,10 @@ void circle(const ExperimentInput& input, const std::string& model, ExperimentRe
       at = next;
     }
     if (turn == 2) first = last;
-    result.series.push_back({"circle", model, {radius, static_cast<double>(turn), last, 0.0}});
+    result.add("circle", model, {radius, static_cast<double>(turn), last, 0.0});
   }
   const double ratio = last / first;
-  result.findings.push_back({"circle", model, ratio, std::fabs(ratio - 1.0) <= 0.1});
+  result.add("circle", model, ratio, std::fabs(ratio - 1.0) <= 0.1);
 }
 
 /// Loads a block with a force that wavers between two shares of kinetic friction. Returns its drift per cycle
@@ -187,8 +184,7 @@ double ratchet(const ExperimentInput& input, const std::string& model, double lo
       mean += block.position() / dbar / static_cast<double>(steps);
     }
     means.push_back(mean);
-    result.series.push_back(
-        {taps ? "ratchet_taps" : "ratchet", model, {high, static_cast<double>(cycle + 1), low, mean}});
+    result.add(taps ? "ratchet_taps" : "ratchet", model, {high, static_cast<double>(cycle + 1), low, mean});
   }
   const auto last = means.size() - 1, middle = last / 2;
   return (means[last] - means[middle]) / static_cast<double>(last - middle);
@@ -202,7 +198,7 @@ void ratchets(const ExperimentInput& input, const std::string& model, Experiment
       const double drift = ratchet(input, model, low, high, taps, result);
       if (std::fabs(drift) > std::fabs(worst)) worst = drift;
     }
-    result.findings.push_back({taps ? "ratchet_taps" : "ratchet", model, worst, std::fabs(worst) < 1e-4});
+    result.add(taps ? "ratchet_taps" : "ratchet", model, worst, std::fabs(worst) < 1e-4);
     input.progress(taps ? 0.95 : 0.85);
   }
 }
@@ -224,10 +220,10 @@ void echo(const ExperimentInput& input, const std::string& model, ExperimentResu
       ++counted;
     }
     if (std::fabs(x) <= 2.0) near = std::max(near, f);
-    if (x > -6.0) result.series.push_back({"echo", model, {away, x, f, 0.0}});
+    if (x > -6.0) result.add("echo", model, {away, x, f, 0.0});
   }
   const double excess = 100.0 * (near / (before / static_cast<double>(std::max(counted, 1L))) - 1.0);
-  result.findings.push_back({"echo", model, excess, excess < 3.0});
+  result.add("echo", model, excess, excess < 3.0);
 }
 
 void run_rubbing(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -284,8 +280,7 @@ Experiment rubbing_experiment() {
         "", "within 10 % of 1"},
        {"open_loops", "presliding loops stay open",
         "loops below break-away lose energy cycle after cycle (Courtney-Pratt and Eisner 1957; Mindlin's "
-        "fretting "
-        "loops)",
+        "fretting loops)",
         "work of the last loop, half a presliding length to either side, over that of rigid Coulomb friction",
         "%", "above 2 %"},
        {"lasts_from", "loops last from some stroke on", "as above",
@@ -299,8 +294,7 @@ Experiment rubbing_experiment() {
        {"ratchet", "no drift under forces that waver widely",
         "a force that wavers below break-away moves nothing permanently (Dupont et al. 2002)",
         "drift per cycle, worst of forces between 0.2 and 0.5, 0 and 0.8, -0.3 and 0.8, -0.5 and 0.9 of "
-        "kinetic "
-        "friction",
+        "kinetic friction",
         "lengths", "below 1e-4 presliding lengths"},
        {"ratchet_taps", "nor when it is tapped", "as above, with short pushes",
         "drift per cycle, worst of the same forces", "lengths", "below 1e-4 presliding lengths"},

@@ -18,9 +18,8 @@ namespace {
 double parse_number(std::string_view text, const std::string& where) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) {
+  if (error != std::errc() || end != text.data() + text.size())
     throw UserError(fmt::format("{}: '{}' is not a number", where, text));
-  }
   return value;
 }
 
@@ -57,9 +56,8 @@ std::vector<double> toml_numbers(const toml::node& node, const std::string& wher
 
 void Settings::set(std::string_view assignment, const std::string& prefix) {
   const auto equals = assignment.find('=');
-  if (equals == std::string_view::npos) {
+  if (equals == std::string_view::npos)
     throw UserError(fmt::format("{} {}: needs KEY=VALUE", prefix, assignment));
-  }
   const std::string name(trim(assignment.substr(0, equals)));
   const std::string_view value = trim(assignment.substr(equals + 1));
   Parameter& p = find(name, prefix);
@@ -75,10 +73,9 @@ void Settings::read_file(const std::string& path, const std::string& experiment,
                          const std::function<bool(std::string_view)>& is_table_name) {
   const toml::table file = parse_toml(read_text_file(path, std::size_t{1} << 20), path);
   for (const auto& [key, node] : file) {
-    if (node.is_table() && !is_table_name(key.str())) {
+    if (node.is_table() && !is_table_name(key.str()))
       throw UserError(
           fmt::format("{}:{}: '{}' is not an experiment", path, node.source().begin.line, key.str()));
-    }
   }
   const toml::table* own = file[experiment].as_table();
   for (const auto& [key, node] : own ? *own : file) {

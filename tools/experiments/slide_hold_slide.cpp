@@ -24,7 +24,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
   const double kinetic = s.number("kinetic") * load;
   const double step = dbar / s.number("steps_per_length");
   const auto row = [&](double t, double x, double friction) {
-    result.series.push_back({"trace", model, {duration, t, x / dbar, friction / kinetic}});
+    result.add("trace", model, {duration, t, x / dbar, friction / kinetic});
   };
   Hold found;
   row(0.0, 0.0, slide(subject, s.number("settling") * dbar, speed, step, load));
@@ -64,9 +64,8 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
     sxy += (x[i] - mx) * (y[i] - my);
   }
   Line line{sxy / sxx, 0.0};
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  for (std::size_t i = 0; i < x.size(); ++i)
     line.worst = std::max(line.worst, std::fabs(y[i] - my - line.slope * (x[i] - mx)));
-  }
   return line;
 }
 
@@ -78,25 +77,22 @@ void run_slide_hold_slide(const ExperimentInput& input, const std::string& model
   for (const double duration : s.numbers("holds")) {
     last = hold(model, s, duration, result);
     const double dbar = s.number("presliding");
-    result.series.push_back(
-        {"peak", model, {duration, last.way / s.number("speed"), last.way / dbar, last.peak / kinetic}});
+    result.add("peak", model, {duration, last.way / s.number("speed"), last.way / dbar, last.peak / kinetic});
     logarithms.push_back(std::log(duration));
     peaks.push_back(last.peak / kinetic);
     input.progress(static_cast<double>(peaks.size()) / static_cast<double>(s.numbers("holds").size()));
   }
   const Line line = fit_line(logarithms, peaks);
   const double rise = line.slope * (logarithms.back() - logarithms.front());
-  result.findings.push_back(
-      {"healing", model, 100.0 * line.slope, line.slope > 0.005 && line.worst < 0.2 * rise});
+  result.add("healing", model, 100.0 * line.slope, line.slope > 0.005 && line.worst < 0.2 * rise);
   const double relaxed = (last.held - last.relaxed) / kinetic;
-  result.findings.push_back({"hold_relaxation", model, 100.0 * relaxed, relaxed > 0.01});
+  result.add("hold_relaxation", model, 100.0 * relaxed, relaxed > 0.01);
 }
 
 void check_slide_hold_slide(const Settings& settings) {
   const std::vector<double>& holds = settings.numbers("holds");
-  if (holds.size() < 2 || !std::is_sorted(holds.begin(), holds.end(), std::less_equal<>())) {
+  if (holds.size() < 2 || !std::is_sorted(holds.begin(), holds.end(), std::less_equal<>()))
     throw UserError("experiment slide-hold-slide: holds must be two or more, ascending");
-  }
 }
 
 }  // namespace
@@ -125,6 +121,7 @@ Experiment slide_hold_slide_experiment() {
         "%", "above 1 %"}},
       {"hold[s]", "t[s]", "x_over_presliding", "friction_over_kinetic"},
       &run_slide_hold_slide,
+      {},
       &check_slide_hold_slide};
 }
 

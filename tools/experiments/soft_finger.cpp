@@ -126,7 +126,7 @@ double lost_in_loop(Finger finger, const std::string& model, double most, double
       work += 0.5 * (force + finger.force) * (finger.x - x);
       x = finger.x;
       force = finger.force;
-      if (share == 0.5) result.series.push_back({"loop", model, {x / way, force / most}});
+      if (share == 0.5) result.add("loop", model, {x / way, force / most});
     });
   }
   return work / (most * way);
@@ -145,11 +145,10 @@ void run_soft_finger(const ExperimentInput& input, const std::string& model, Exp
     const double slope = (pulled.force - before) / pulled.step;
     if (k == 0) first = slope;
     if (before < 0.5 * most) half = slope;
-    if (k % 10 == 0)
-      result.series.push_back({"stiffness", model, {0.5 * (before + pulled.force) / most, slope / first}});
+    if (k % 10 == 0) result.add("stiffness", model, {0.5 * (before + pulled.force) / most, slope / first});
   }
   const double ratio = half / first;
-  result.findings.push_back({"rim_slips", model, ratio, std::fabs(ratio - std::cbrt(0.5)) < 0.02});
+  result.add("rim_slips", model, ratio, std::fabs(ratio - std::cbrt(0.5)) < 0.02);
   input.progress(0.4);
 
   const double wide = lost_in_loop(make(), model, most, 0.5, s, result),
@@ -157,8 +156,7 @@ void run_soft_finger(const ExperimentInput& input, const std::string& model, Exp
   const bool loses = std::min(wide, narrow) > 1e-5;  // a loss below this is a rounding error of single
                                                      // precision
   const double power = loses ? std::log2(wide / narrow) : 0.0;
-  result.findings.push_back(
-      {"loops_lose", model, power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1});
+  result.add("loops_lose", model, power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1);
   input.progress(0.8);
 
   Finger eased = make();
@@ -170,13 +168,13 @@ void run_soft_finger(const ExperimentInput& input, const std::string& model, Exp
     eased.pull_to(0.5 * most);
   }
   const double moved = eased.x / before, theory = std::pow(0.8, 2.0 / 3.0) * bent(0.5 / 0.8) / bent(0.5);
-  result.findings.push_back({"eased_rim_slips", model, moved, std::fabs(moved - theory) < 0.02});
+  result.add("eased_rim_slips", model, moved, std::fabs(moved - theory) < 0.02);
 }
 
 }  // namespace
 
 Experiment soft_finger_experiment() {
-  Experiment experiment = {
+  return {
       "soft-finger",
       "an elastic fingertip that is dragged below its friction: it slips from its rim",
       {number_parameter("load", 5.0, "N", "normal load", 1e-6, 1e6),
@@ -196,10 +194,8 @@ Experiment soft_finger_experiment() {
         "displacement after a fifth of the load is taken away, over that before; half of its friction", "",
         "within 0.02 of 1.118"}},
       {"force_or_x", "stiffness_or_force"},
-      &run_soft_finger};
-  experiment.models = {
-      {"dahl", "Dahl"}, {"patch", "patch, dragged"}, {"outline", "outline of patches"}, {"bed", "bed"}};
-  return experiment;
+      &run_soft_finger,
+      {{"dahl", "Dahl"}, {"patch", "patch, dragged"}, {"outline", "outline of patches"}, {"bed", "bed"}}};
 }
 
 }  // namespace cli

@@ -31,11 +31,10 @@ void pull(const Settings& s, const std::string& model, const std::string& panel,
       stuck += std::fabs(block.velocity()) < 0.02 * speed ? 1.0 : 0.0;
       watched += 1.0;
     }
-    if (k % every == 0)
-      result.series.push_back({panel, model, {t, force, block.position(), block.velocity()}});
+    if (k % every == 0) result.add(panel, model, {t, force, block.position(), block.velocity()});
   }
   const double swing = (high - low) / (s.number("kinetic") * load);
-  result.findings.push_back({phenomenon, model, 100.0 * swing, swing > 0.1 && stuck > 0.1 * watched});
+  result.add(phenomenon, model, 100.0 * swing, swing > 0.1 && stuck > 0.1 * watched);
 }
 
 void run_stick_slip(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {

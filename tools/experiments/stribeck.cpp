@@ -41,7 +41,7 @@ Curve measure(const ExperimentInput& input, const std::string& model, const std:
   for (const double v : input.settings.numbers("speeds")) {
     curve.speed.push_back(v);
     curve.force.push_back(steady_force(model, s, v));
-    result.series.push_back({panel, model, {v, curve.force.back()}});
+    result.add(panel, model, {v, curve.force.back()});
   }
   return curve;
 }
@@ -54,7 +54,7 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
   const auto lowest = std::min_element(lubricated.force.begin(), lubricated.force.end());
   const double before = *std::max_element(lubricated.force.begin(), lowest + 1);
   const double fall = (before - *lowest) / kinetic;
-  result.findings.push_back({"stribeck_fall", model, 100.0 * fall, fall > 0.02});
+  result.add("stribeck_fall", model, 100.0 * fall, fall > 0.02);
   double near_vs = 0.0, distance = INFINITY;
   for (std::size_t i = 0; i < lubricated.speed.size(); ++i) {
     const double away = std::fabs(std::log(lubricated.speed[i] / vs));
@@ -62,9 +62,9 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
     distance = std::min(distance, away);
   }
   const double early = (lubricated.force.front() - near_vs) / kinetic;
-  result.findings.push_back({"stribeck_early", model, 100.0 * early, early > 0.02});
+  result.add("stribeck_early", model, 100.0 * early, early > 0.02);
   const double rise = (lubricated.force.back() - *lowest) / kinetic;
-  result.findings.push_back({"viscous_rise", model, 100.0 * rise, rise > 0.02});
+  result.add("viscous_rise", model, 100.0 * rise, rise > 0.02);
   double low = INFINITY, high = -INFINITY;
   int away_from_rest = 0;
   for (std::size_t i = 0; i < dry.speed.size(); ++i) {
@@ -75,14 +75,13 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
   }
   if (away_from_rest < 2) return;  // fewer than two speeds leave nothing to compare
   const double spread = (high - low) / kinetic;
-  result.findings.push_back({"dry_constant", model, 100.0 * spread, spread < 0.02});
+  result.add("dry_constant", model, 100.0 * spread, spread < 0.02);
 }
 
 void check_stribeck(const Settings& settings) {
   const std::vector<double>& speeds = settings.numbers("speeds");
-  if (!std::is_sorted(speeds.begin(), speeds.end(), std::less_equal<>())) {
+  if (!std::is_sorted(speeds.begin(), speeds.end(), std::less_equal<>()))
     throw UserError("experiment stribeck: speeds must ascend");
-  }
 }
 
 void run_stribeck(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
@@ -121,6 +120,7 @@ Experiment stribeck_experiment() {
         "spread of the force from ten Stribeck velocities on, over kinetic friction", "%", "below 2 %"}},
       {"v[m/s]", "friction[N]"},
       &run_stribeck,
+      {},
       &check_stribeck};
 }
 

@@ -1,7 +1,6 @@
 // Friction model under test, a brush or a rival, behind one interface.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <string_view>
 #include <variant>

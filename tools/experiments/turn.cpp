@@ -1,5 +1,4 @@
 // Experiment on steady sliding that continues in a new direction in the plane.
-#include <algorithm>
 #include <cmath>
 
 #include "tools/experiments/experiment.hpp"
@@ -31,14 +30,14 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
     if (k > 0) force = -subject.step(step * new_way, dt, load).end;
     const double y = static_cast<double>(k) / per_length;
     const double along = dot(force, new_way), aside = dot(force, sideways_axis);
-    result.series.push_back({"turn", model, {degrees, y, along / kinetic, aside / kinetic}});
+    result.add("turn", model, {degrees, y, along / kinetic, aside / kinetic});
     if (half < 0.0 && std::fabs(aside) <= 0.5 * std::fabs(sideways_0)) half = y;
     if (reversed < 0.0 && along >= 0.0) reversed = y;
   }
   if (degrees == 90.0) {
-    result.findings.push_back({"turn", model, half, half > 0.05 && half < 3.0});
+    result.add("turn", model, half, half > 0.05 && half < 3.0);
   } else if (degrees == 180.0 && old_share < 0.0) {
-    result.findings.push_back({"reversal", model, reversed, reversed > 0.05 && reversed < 3.0});
+    result.add("reversal", model, reversed, reversed > 0.05 && reversed < 3.0);
   }
 }
 

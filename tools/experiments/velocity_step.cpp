@@ -2,7 +2,6 @@
 // approaches its level at the new speed over a characteristic distance (Dieterich 1979; Ruina 1983).
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "tools/experiments/experiment.hpp"
 #include "tools/experiments/sliding.hpp"
@@ -70,18 +69,15 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
     const Steps found = steps_at(model, s, speeds[i]);
     for (const bool up : {true, false}) {
       const Step& step = up ? found.up : found.down;
-      for (std::size_t k = 0; k < step.friction.size(); ++k) {
-        result.series.push_back(
-            {up ? "up" : "down",
-             model,
-             {speeds[i], each * static_cast<double>(k + 1), step.friction[k], step.before}});
-      }
+      for (std::size_t k = 0; k < step.friction.size(); ++k)
+        result.add(up ? "up" : "down", model,
+                   {speeds[i], each * static_cast<double>(k + 1), step.friction[k], step.before});
     }
     const double highest = *std::max_element(found.up.friction.begin(), found.up.friction.end());
     const double direct = (highest - found.up.before) / e_folds;
     const double fall = (found.up.before - found.up.after) / e_folds;
     const double way = each * evolution_way(found.up);
-    result.series.push_back({"step", model, {speeds[i], way, direct, fall}});
+    result.add("step", model, {speeds[i], way, direct, fall});
     least = std::min(least, direct);
     most = std::max(most, direct);
     smallest_fall = std::min(smallest_fall, fall);
@@ -89,17 +85,16 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
     longest = std::max(longest, way);
     input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
   }
-  result.findings.push_back({"direct_effect", model, 100.0 * least, least > 0.005 && most < 2.0 * least});
-  result.findings.push_back({"speed_fall", model, 100.0 * smallest_fall, smallest_fall > 0.005});
+  result.add("direct_effect", model, 100.0 * least, least > 0.005 && most < 2.0 * least);
+  result.add("speed_fall", model, 100.0 * smallest_fall, smallest_fall > 0.005);
   const bool falls = smallest_fall > 0.005;
-  result.findings.push_back({"evolution_way", model, falls ? shortest : 0.0,
-                             falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest});
+  result.add("evolution_way", model, falls ? shortest : 0.0,
+             falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest);
 }
 
 void check_velocity_step(const Settings& settings) {
-  if (settings.numbers("speeds").size() < 2) {
+  if (settings.numbers("speeds").size() < 2)
     throw UserError("experiment velocity-step: speeds must be two or more: a way must be told from a time");
-  }
 }
 
 }  // namespace
@@ -134,6 +129,7 @@ Experiment velocity_step_experiment() {
         "", "0.05 to 5, and at no speed 1.5 times as long"}},
       {"speed[m/s]", "x_over_presliding", "friction_over_kinetic", "before_over_kinetic"},
       &run_velocity_step,
+      {},
       &check_velocity_step};
 }
 

@@ -84,10 +84,9 @@ double parse_quantity(std::string_view text, std::span<const Unit> units, const 
   const auto [rest, error] = std::from_chars(text.data(), end, value);
   const std::string_view unit = trim({rest, static_cast<std::size_t>(end - rest)});
   const Unit* const known = unit.empty() ? &units.front() : find_unit(units, unit);
-  if (error != std::errc() || !std::isfinite(value) || !known) {
+  if (error != std::errc() || !std::isfinite(value) || !known)
     throw UserError(fmt::format("{} is '{}'; allowed: a number, alone ({}) or with a unit: {}", what, text,
                                 units.front().name, unit_names(units)));
-  }
   return value / known->per_si;
 }
 
@@ -101,10 +100,9 @@ std::string_view skip_to_header(std::string_view text, const std::string& name, 
                                 std::size_t& header_line) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   // Refuses a zero byte in CSV text: the library that splits lines would end a cell there and lose the rest.
-  if (const auto zero = text.find('\0'); zero != std::string_view::npos) {
+  if (const auto zero = text.find('\0'); zero != std::string_view::npos)
     throw UserError(
         fmt::format("{}:{}: a zero byte: not a text file", name, count_lines(text.substr(0, zero)) + 1));
-  }
   header_line = 1;
   while (text.starts_with('#')) {
     const auto end = text.find('\n');
@@ -162,9 +160,8 @@ double parse_number(std::string_view cell, std::string_view column, const std::s
   double value = 0.0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (error == std::errc::result_out_of_range) return fail("is out of the range of a number");
-  if (error != std::errc() || end != digits.data() + digits.size()) {
+  if (error != std::errc() || end != digits.data() + digits.size())
     return fail(cell.empty() ? "is empty: a number is needed" : "is not a number");
-  }
   if (!std::isfinite(value)) return fail("is not finite");
   return value;
 }

@@ -1,9 +1,7 @@
 // Writes a scene's force file: CSV, one row per step and patch. Its columns: tools/scenes/README.md.
 #pragma once
 
-#include <cstddef>
 #include <string>
-#include <vector>
 
 #include <fmt/format.h>
 

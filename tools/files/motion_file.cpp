@@ -31,12 +31,10 @@ CsvHeader read_header(std::string_view line, const std::string& where, MotionFil
   };
   need(header.present[column_t], "column t");
   need(header.present[column_x] || header.present[column_vx], "column x (nor vx)");
-  if (header.present[column_x] && header.present[column_vy] && !header.present[column_y]) {
+  if (header.present[column_x] && header.present[column_vy] && !header.present[column_y])
     throw UserError(fmt::format("{}: columns x and vy together: give x and y, or vx and vy", where));
-  }
-  if (!header.present[column_x] && header.present[column_y]) {
+  if (!header.present[column_x] && header.present[column_y])
     throw UserError(fmt::format("{}: columns vx and y together: give x and y, or vx and vy", where));
-  }
   file.from_velocity = !header.present[column_x];
   file.has_y = header.present[file.from_velocity ? column_vy : column_y];
   file.has_load = header.present[column_load];
@@ -52,8 +50,7 @@ double read_load(double load_n, std::string_view cell, double clip_load_n, const
   if (load_n >= -clip_load_n) return 0.0;
   throw UserError(fmt::format(
       "{}: column load: {} is negative; allowed: {}; clip_load in the scene's [[motion]], or --clip-load, "
-      "takes "
-      "what a sensor shows at zero load as 0",
+      "takes what a sensor shows at zero load as 0",
       where, cell, clip_load_n > 0.0 ? fmt::format("{} N or more (clip_load)", -clip_load_n) : "0 or more"));
 }
 
@@ -90,9 +87,8 @@ MotionFile parse_motion_file(std::string_view text, const std::string& name, dou
     last_vy = value[column_vy];
     file.rows.push_back(row);
   });
-  if (file.rows.size() < 2) {
+  if (file.rows.size() < 2)
     throw UserError(fmt::format("{}: {} data rows; a motion needs at least 2", name, file.rows.size()));
-  }
   return file;
 }
 

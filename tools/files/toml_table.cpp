@@ -53,9 +53,8 @@ std::string TomlTable::name() {
   const auto plain = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
   };
-  if (result.empty() || !std::all_of(result.begin(), result.end(), plain)) {
+  if (result.empty() || !std::all_of(result.begin(), result.end(), plain))
     fail("name", fmt::format("is '{}'; allowed: letters, digits, _ and -, at least one", result));
-  }
   what_ += fmt::format(" '{}'", result);
   return result;
 }
@@ -79,9 +78,8 @@ const toml::node& TomlTable::need(std::string_view key) const {
 }
 
 double TomlTable::checked(const toml::node& node, std::string_view key, const Range& range) const {
-  if (!node.is_number()) {
+  if (!node.is_number())
     fail(key, fmt::format("is {}; a number is needed, {}", spell(node), describe(range)));
-  }
   const double value = *node.value<double>();
   const bool inside =
       std::isfinite(value) && value <= range.max && (range.above ? value > range.min : value >= range.min);
@@ -102,9 +100,8 @@ std::int64_t TomlTable::integer(std::string_view key, std::int64_t min, std::int
   const toml::node* node = table_.get(key);
   if (!node) return otherwise;
   const auto* value = node->as_integer();
-  if (!value || value->get() < min || value->get() > max) {
+  if (!value || value->get() < min || value->get() > max)
     fail(key, fmt::format("is {}; a whole number from {} to {} is needed", spell(*node), min, max));
-  }
   return value->get();
 }
 

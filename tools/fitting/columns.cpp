@@ -71,10 +71,9 @@ unsigned pick(const CsvHeader& header, std::span<const unsigned> names, const st
   unsigned found = column_count;
   for (const unsigned c : names) {
     if (!header.present[c]) continue;
-    if (found != column_count) {
+    if (found != column_count)
       throw UserError(
           fmt::format("{}: columns {} and {} together: give one", where, kinds[found].name, kinds[c].name));
-    }
     found = c;
   }
   return found;

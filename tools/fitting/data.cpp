@@ -161,9 +161,8 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
       const double before = (x[begin] - x[begin - 1]) / quantum, after = (x[end] - x[begin]) / quantum;
       if (std::fabs(std::fabs(before) - 1.0) < 0.1 && std::fabs(after - before) < 0.1) {
         const double enters = 0.5 * (t[begin - 1] + t[begin]), leaves = 0.5 * (t[end - 1] + t[end]);
-        for (std::size_t i = begin; i < end; ++i) {
+        for (std::size_t i = begin; i < end; ++i)
           smooth[i] = x[i] + before * quantum * ((t[i] - enters) / (leaves - enters) - 0.5);
-        }
       }
     }
     begin = end;
@@ -364,12 +363,11 @@ double relative_stiffness(const FitColumns& c) {
 void settle_sign(FitData& data, ForceSign sign) {
   const double work = relative_work(data.columns);
   double direction = std::fabs(work) > 0.15 ? work : relative_stiffness(data.columns);
-  if (std::fabs(direction) < 0.15) {
+  if (std::fabs(direction) < 0.15)
     refuse(data.columns,
            fmt::format("the force does not go with the motion (its work is {:.0f} % of what a force that "
                        "always opposes it would do): this is no friction of x",
                        100.0 * std::fabs(work)));
-  }
   const ForceSign found = direction > 0.0 ? ForceSign::by_body : ForceSign::on_body;
   data.sign_found = sign == ForceSign::automatic;
   if (!data.sign_found && sign != found) {
@@ -406,9 +404,8 @@ void settle_load(FitData& data, std::optional<double> given) {
 }
 
 void refuse_hopeless(const FitColumns& c) {
-  if (c.t.size() < fewest_samples) {
+  if (c.t.size() < fewest_samples)
     refuse(c, fmt::format("{} data rows; a fit needs at least {}", c.t.size(), fewest_samples));
-  }
   const auto [low, high] = std::minmax_element(c.x.begin(), c.x.end());
   if (*low == *high && !c.planar()) refuse(c, "no motion: the position never changes");
   const auto [least, most] = std::minmax_element(c.force.begin(), c.force.end());
@@ -750,10 +747,9 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   }
   data.range = std::sqrt(square_range);
   if (data.range == 0.0) refuse(c, "no motion: the position never changes within a file");
-  if (data.range < 4.0 * data.quantum) {
+  if (data.range < 4.0 * data.quantum)
     refuse(c, fmt::format("no motion to speak of: the position takes {:.0f} steps of its encoder ({:.3g} m)",
                           data.range / data.quantum, data.quantum));
-  }
   const double noise = data.position_noise;
   const double slack = std::max(5.0 * std::min(noise, 0.01 * data.range), 2.0 * data.quantum);
   for (std::size_t axis = 0; axis < places.size(); ++axis) {

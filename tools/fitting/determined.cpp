@@ -3,17 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
-#include "tools/files/user_error.hpp"
 #include "tools/fitting/least_squares.hpp"
 
 namespace cli {
 namespace {
 
-using bristle::SnapLaw;
 // Standard deviation of the logarithm of a parameter above which it counts as undetermined: its 95 % interval
 // then spans a factor of seven.
 constexpr double widest_deviation = 0.5;

@@ -73,8 +73,7 @@ void Fitter::refuse_without_friction(const FitPoint& point) {
   if (brush >= least_friction * force) return;
   throw UserError(
       fmt::format("{}: {:.2g} % of the force is friction of a brush, less than {:g} %: the rest goes with "
-                  "the speed, or is "
-                  "an offset (nothing to fit; sign, columns?)",
+                  "the speed, or is an offset (nothing to fit; sign, columns?)",
                   data_.columns.name, 100.0 * brush / force, 100.0 * least_friction));
 }
 
@@ -161,10 +160,9 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
 /// Adds remarks to the result: the speed, age and direction for which its numbers hold.
 void Fitter::note(const FitPoint& point, FitResult& result) const {
   const FitFrame& frame = result.frame;
-  if (frame.speed > 0.0) {
+  if (frame.speed > 0.0)
     result.notes.push_back(
         fmt::format("kinetic is the dry friction in sliding at {:.3g} mm/s", 1e3 * frame.speed));
-  }
   if (point.values[fit_ageing] > 0.0) {
     result.notes.push_back(fmt::format(
         "presliding length and peak are those of bristles that have held for {:.3g} s", frame.age));
@@ -223,12 +221,11 @@ FitResult Fitter::report(const FitPoint& point) {
   result.explained = 1.0 - r.squaredNorm() / squares;
   if (result.explained >= least_explained && point.free.empty())
     throw UserError(fmt::format("{}: the record determines no number of the material", data_.columns.name));
-  if (!(result.explained >= least_explained)) {
+  if (!(result.explained >= least_explained))
     throw UserError(
         fmt::format("{}: the brush explains {:.0f} % of the force, less than {:.0f} %: this is not friction "
                     "of this motion (sign, units, columns?)",
                     data_.columns.name, 100.0 * std::max(result.explained, 0.0), 100.0 * least_explained));
-  }
   result.correlated_samples = correlated_samples(r);
   const Eigen::MatrixXd j = jacobian(model_, point);
   result.held_out_rms = std::sqrt(held_out_squares(j, r, data_.samples()) / static_cast<double>(r.size()));

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include <fmt/format.h>
-
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/fitter.hpp"
 #include "tools/fitting/least_squares.hpp"

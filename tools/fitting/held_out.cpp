@@ -1,5 +1,4 @@
 // Tests whether a term of a fit predicts parts of the record that the fit did not use.
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>

@@ -503,8 +503,7 @@ JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differen
 std::string fit_text(const JointLog& log, const JointFit& fit) {
   std::string text = fmt::format(
       "{}: {}.\nA row of {} bristles is off by {:.3g} N m rms of {:.3g}; {} samples over {:.4g} s, {} runs "
-      "along the "
-      "log.\n\n",
+      "along the log.\n\n",
       log.name, log.understood, joint_fit_options().bristles, fit.fitted_rms,
       std::hypot(size(log.motor), size(log.outside)), log.t.size(), log.t.back() - log.t.front(), fit.runs);
   Table table({"<number", "value", "95 % from", "to", "<unit"});

@@ -35,10 +35,9 @@ struct RivalModel {
 VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
   if (start != StartState::straight) {  // slides far before the record begins
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
-    for (int i = 0; i < 100; ++i) {
+    for (int i = 0; i < 100; ++i)
       rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
                    data.load.front());
-    }
   }
   VectorXd force(static_cast<Eigen::Index>(data.force.size()));
   const std::vector<double>& t = data.columns.t;
@@ -91,9 +90,8 @@ struct RivalResiduals {
     fill(p, at);
     for (Eigen::Index i = 0; i < p.size(); ++i) {
       if (i >= model.logarithms) {  // parameters of viscous friction and offset, in which the force is linear
-        for (Eigen::Index k = 0; k < at.size(); ++k) {
+        for (Eigen::Index k = 0; k < at.size(); ++k)
           out(k, i) = i == model.logarithms ? data.velocity[static_cast<std::size_t>(k)] / speed : 1.0;
-        }
         continue;
       }
       constexpr double step = 1e-3;
@@ -353,13 +351,11 @@ std::string brush_values(const FitResult& r) {
 
 Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, double until) {
   const FitColumns part = first_part(columns, until);
-  if (part.t.size() == columns.t.size()) {
+  if (part.t.size() == columns.t.size())
     throw UserError(fmt::format("--fit-until {:g} s: nothing is left to judge; the record ends after {:g} s",
                                 until, columns.t.back() - columns.t.front()));
-  }
-  if (columns.planar()) {
+  if (columns.planar())
     throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
-  }
   const FitData train = prepare_fit_data(part, options.sign, options.load, options.mass);
   const FitData whole = prepare_fit_data(columns, train.sign, options.load, options.mass);
   Progress progress("rivals", options.quiet);
@@ -436,10 +432,9 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
 
   const double kinetic = train.force_scale / train.mean_load;
   std::vector<VectorXd> guesses;
-  for (const double speed : {0.1 * train.slow, train.slow, train.fast}) {
+  for (const double speed : {0.1 * train.slow, train.slow, train.fast})
     guesses.push_back(
         (VectorXd(4) << std::log(kinetic), std::log(std::max(speed, 1e-12)), 0.0, 0.0).finished());
-  }
   add_rival(coulomb_model(), guesses, 0.3);
 
   guesses.clear();
@@ -459,9 +454,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
   const RivalModel maxwell = maxwell_model(train);
   const std::vector<double> lengths = trial_lengths(train, 12);
   for (const double low : {lengths[0], lengths[3], lengths[5]}) {
-    for (const double high : {lengths[7], lengths[9], lengths[11]}) {
+    for (const double high : {lengths[7], lengths[9], lengths[11]})
       guesses.push_back(maxwell_guess(maxwell, train, low, high));
-    }
   }
   add_rival(maxwell, guesses, 0.6);
   fit_brush("brush, the paper's", paper, 0.65);
@@ -489,20 +483,17 @@ std::string judgement_table(const Judgements& all) {
                         best([](const Judgement& j) { return j.judged.reversal; }))
           : fmt::format("No model is named closest, since not all could be fitted ({}).", failures);
   std::string text = fmt::format(
-      "{}\n\nFitted to the first {:g} s ({} samples), "
-      "judged on the rest: {} samples within {:.3g} um\nafter a turn (reversal, twice the presliding "
-      "length), {} "
-      "beyond (sliding). Residuals in N, rms.\n\n",
+      "{}\n\nFitted to the first {:g} s ({} samples), judged on the rest: {} samples within {:.3g} um\nafter "
+      "a turn (reversal, twice the presliding length), {} beyond (sliding). Residuals in N, rms.\n\n",
       winner, all.until, all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length,
       all.sliding_samples);
   Table table({"<model", "numbers", "fitted", "judged", "reversal", "sliding"});
   const auto number = [](double value) {
     return std::isnan(value) ? std::string("-") : fmt::format("{:.4g}", value);
   };
-  for (const Judgement& j : all.models) {
+  for (const Judgement& j : all.models)
     table.add({j.model, fmt::format("{}", j.parameters), number(j.fitted), number(j.judged.all),
                number(j.judged.reversal), number(j.judged.sliding)});
-  }
   text += table.text() + '\n';
   for (const Judgement& j : all.models) text += fmt::format("{}: {}\n", j.model, j.values);
   return text;

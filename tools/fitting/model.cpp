@@ -29,10 +29,9 @@ FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail
       rings_(rings_of(data.columns.disc, detail)),
       square_lever_(over_rings(2, [](double) { return 1.0; })) {
   const std::size_t n = data.samples();
-  for (std::size_t k = 0; k < n; ++k) {
+  for (std::size_t k = 0; k < n; ++k)
     speed_.push_back(data.axes == 1 ? std::fabs(data.velocity[k])
                                     : std::hypot(data.velocity[k], data.velocity[k + n]));
-  }
 }
 
 /// Returns the ageing for which delta(a) = delta(A) (1 + b (ln(1 + a/tau) - ln(1 + A/tau))): a snap length
@@ -164,7 +163,7 @@ Eigen::VectorXd FitModel::low_passed(Eigen::VectorXd force, double time) const {
   return force;
 }
 
-Eigen::VectorXd FitModel::before_sensor(const FitValues& p) {
+Eigen::VectorXd FitModel::force_on_stage(const FitValues& p) {
   Eigen::VectorXd f = elastic_coefficient(p) * elastic(p);
   const std::size_t n = data_.samples();
   if (p[fit_strengthening] != 0.0) {
@@ -185,8 +184,6 @@ Eigen::VectorXd FitModel::before_sensor(const FitValues& p) {
   return f;
 }
 
-Eigen::VectorXd FitModel::force_on_stage(const FitValues& p) { return before_sensor(p); }
-
 void FitModel::settle_stage(const FitValues& p) {
   if (!bends_stage(p)) return;
   constexpr int most_rounds = 100;
@@ -203,7 +200,7 @@ void FitModel::settle_stage(const FitValues& p) {
 }
 
 Eigen::VectorXd FitModel::force(const FitValues& p) {
-  Eigen::VectorXd f = low_passed(before_sensor(p), p[fit_delay]);
+  Eigen::VectorXd f = low_passed(force_on_stage(p), p[fit_delay]);
   const std::size_t n = data_.samples();
   const double middle = data_.start() + 0.5 * data_.length();
   for (Eigen::Index i = 0; i < f.size(); ++i) {
@@ -247,7 +244,7 @@ Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter param
 Eigen::VectorXd FitModel::derivative(const FitValues& p, FitParameter parameter, bool central) {
   if (parameter == fit_delay) {
     constexpr double step = 0.02;
-    const Eigen::VectorXd f = before_sensor(p);
+    const Eigen::VectorXd f = force_on_stage(p);
     return (low_passed(f, p[fit_delay] * std::exp(step)) - low_passed(f, p[fit_delay] * std::exp(-step))) /
            (2.0 * step);
   }
@@ -264,7 +261,7 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
   const auto dry_force = [&] {
     FitValues dry = p;
     for (const FitParameter q : {fit_asymmetry, fit_viscous, fit_damping}) dry[q] = 0.0;
-    return before_sensor(dry);
+    return force_on_stage(dry);
   };
   if (parameter == fit_asymmetry) return unit * dry_force().cwiseAbs();
   Eigen::VectorXd d = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(data_.force.size()));
@@ -318,87 +315,57 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
 
 double FitModel::scale(const FitValues& p, FitParameter parameter) const {
   if (is_logarithmic(parameter)) return p[parameter];
+  if (parameter == fit_residual || parameter == fit_renewal || parameter == fit_ageing ||
+      parameter == fit_asymmetry)
+    return 1.0;
+  const double force = data_.force_scale;
+  if (parameter == fit_strengthening) return force / data_.mean_load;
+  if (parameter == fit_viscous) return force / std::max(data_.fast, 1e-12);
+  // Scale of a damper whose highest force equals the data's.
+  if (parameter == fit_damping) return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
+  if (parameter == fit_softening) return data_.range / (force * force);
+  return parameter == fit_drift || parameter == fit_drift_y ? force / data_.length() : force;
+}
+
+FitModel::Range FitModel::range(FitParameter parameter) const {
   const double force = data_.force_scale;
   switch (parameter) {
-    case fit_residual:
-    case fit_renewal:
-    case fit_ageing:
-    case fit_asymmetry:
-      return 1.0;
-    case fit_strengthening:
-      return force / data_.mean_load;
-    case fit_viscous:
-      return force / std::max(data_.fast, 1e-12);
-    case fit_damping:  // scale of a damper whose highest force equals the data's
-      return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
-    case fit_softening:
-      return data_.range / (force * force);
-    case fit_drift:
-    case fit_drift_y:
-      return force / data_.length();
-    default:
-      return force;
-  }
-}
-
-double FitModel::lowest(FitParameter parameter) const {
-  switch (parameter) {
-    case fit_length:
-      return std::max({0.5 * data_.quantum, 0.5 * data_.finest_move, 1e-5 * data_.range, 1e-11});
-    case fit_spread:
-      // Returns more than 0.05, the least spread of an infinite brush, since derivatives look below.
-      return 0.0525;
-    case fit_residual:
-    case fit_renewal:
-    case fit_ageing:
-      return 0.0;
-    case fit_ageing_time:
-      return std::clamp(0.01 * frame_.shortest_age, 1e-7, 1e6);
-    case fit_strengthening_speed:
-      return std::clamp(1e-3 * data_.slow, 1e-12, 1.0);
-    case fit_stribeck:
-      return std::max(0.1 * data_.slow, 1e-9);
-    case fit_compliance:
-      return 1e-5 * highest(fit_compliance);
-    case fit_softening:
-      return -highest(fit_softening);
-    case fit_delay:
-      return 0.02 * data_.sample_time;
     case fit_kinetic:
-      return 1e-5 * data_.force_scale / data_.mean_load;
-    default:
-      return 1e-6;
-  }
-}
-
-double FitModel::highest(FitParameter parameter) const {
-  switch (parameter) {
-    case fit_length:
-      return std::min(std::max(10.0 * data_.range, 10.0 * lowest(fit_length)), 100.0);
+      return {1e-5 * force / data_.mean_load, 1e4 * force / data_.mean_load};
+    case fit_length: {
+      const double low = std::max({0.5 * data_.quantum, 0.5 * data_.finest_move, 1e-5 * data_.range, 1e-11});
+      return {low, std::min(std::max(10.0 * data_.range, 10.0 * low), 100.0)};
+    }
     case fit_spread:
-      return largest_spread(options_.law, options_.rule);
+      // Begins above 0.05, the least spread of an infinite brush, since derivatives look below.
+      return {0.0525, largest_spread(options_.law, options_.rule)};
     case fit_residual:
-      return widest_residual;
+      return {0.0, widest_residual};
     case fit_renewal:
-      return most_renewed;
+      return {0.0, most_renewed};
     case fit_ageing:
-      return frame_.form == bristle::AgeingForm::saturating ? bristle::largest_ageing : 0.2;
-    case fit_ageing_time:
-      return std::clamp(frame_.longest_age, 10.0 * lowest(fit_ageing_time), 1e8);
-    case fit_strengthening_speed:
-      return std::max(data_.fast, 10.0 * lowest(fit_strengthening_speed));
-    case fit_stribeck:
-      return std::max(10.0 * data_.fast, 100.0 * lowest(fit_stribeck));
+      return {0.0, frame_.form == bristle::AgeingForm::saturating ? bristle::largest_ageing : 0.2};
+    case fit_ageing_time: {
+      const double low = std::clamp(0.01 * frame_.shortest_age, 1e-7, 1e6);
+      return {low, std::clamp(frame_.longest_age, 10.0 * low, 1e8)};
+    }
+    case fit_strengthening_speed: {
+      const double low = std::clamp(1e-3 * data_.slow, 1e-12, 1.0);
+      return {low, std::max(data_.fast, 10.0 * low)};
+    }
+    case fit_stribeck: {
+      const double low = std::max(0.1 * data_.slow, 1e-9);
+      return {low, std::max(10.0 * data_.fast, 100.0 * low)};
+    }
     case fit_compliance:  // with the largest compliance the stage takes up the whole motion
-      return data_.range / data_.force_scale;
+      return {1e-5 * (data_.range / force), data_.range / force};
     case fit_softening:
-      return data_.range / (data_.force_scale * data_.force_scale);
+      return {-(data_.range / (force * force)), data_.range / (force * force)};
     case fit_delay:
-      return std::max(std::min(200.0 * data_.sample_time, 0.05 * data_.length()), data_.sample_time);
-    case fit_kinetic:
-      return 1e4 * data_.force_scale / data_.mean_load;
+      return {0.02 * data_.sample_time,
+              std::max(std::min(200.0 * data_.sample_time, 0.05 * data_.length()), data_.sample_time)};
     default:
-      return 1e6;
+      return {1e-6, 1e6};
   }
 }
 

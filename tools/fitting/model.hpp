@@ -50,9 +50,13 @@ class FitModel {
   }
   /// Returns whether a parameter shapes the elastic force, so that the brush must be stepped again.
   static bool bends(FitParameter p) { return p >= fit_length && p <= fit_ageing_time; }
-  /// Returns the lower end of the range in which a parameter is searched; highest(), the upper end.
-  double lowest(FitParameter parameter) const;
-  double highest(FitParameter parameter) const;
+  struct Range {
+    double low, high;
+  };
+  /// Returns the range in which a parameter is searched.
+  Range range(FitParameter parameter) const;
+  double lowest(FitParameter parameter) const { return range(parameter).low; }
+  double highest(FitParameter parameter) const { return range(parameter).high; }
 
   /// Returns the elastic friction at the samples (N) for an elastic friction coefficient of 1.
   const Eigen::VectorXd& elastic(const FitValues& values);
@@ -81,7 +85,6 @@ class FitModel {
   }
   double damper(double speed, double stribeck) const;
   Eigen::VectorXd derivative_before_sensor(const FitValues& values, FitParameter parameter, bool central);
-  Eigen::VectorXd before_sensor(const FitValues& values);
   /// Applies the sensor's first-order low-pass to a force that is linear between samples.
   Eigen::VectorXd low_passed(Eigen::VectorXd force, double time) const;
   BrushShape shape(const FitValues& values) const;

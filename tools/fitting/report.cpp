@@ -1,7 +1,6 @@
 // Writes reports of `bristle fit`: table, JSON, CSV, TOML, picture. Schema: tools/reports/JSON.md.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
 #include <optional>

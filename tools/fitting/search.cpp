@@ -81,16 +81,14 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
   point.values[fit_kinetic] = 1.0;  // at this value, the derivative is the force for a coefficient of
                                     // 1
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
-  for (std::size_t i = 0; i < linear.size(); ++i) {
+  for (std::size_t i = 0; i < linear.size(); ++i)
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
-  }
   const Eigen::Map<const Eigen::VectorXd> f(data_.force.data(), samples());
   const Eigen::VectorXd solution = solve_least_squares(a, f);
   point.sum_of_squares = (a * solution - f).squaredNorm();
   const FitValues at = point.values;
-  for (std::size_t i = 0; i < linear.size(); ++i) {
+  for (std::size_t i = 0; i < linear.size(); ++i)
     point.values[linear[i]] = solution[static_cast<Eigen::Index>(i)] * model_.scale(at, linear[i]);
-  }
   return point;
 }
 
@@ -365,10 +363,9 @@ FitPoint Fitter::choose() {
   if (of_plain.core.free.empty() || promises_rubbing(of_plain.core) ||
       (has_more && promises_rubbing(of_plain.whole)))
     of_rubbed = completed(search_rubbed(), 0.75);
-  if (of_plain.core.free.empty() && of_rubbed.core.free.empty()) {
+  if (of_plain.core.free.empty() && of_rubbed.core.free.empty())
     throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
                                 data_.columns.name));
-  }
   if (!of_plain.whole.free.empty() && !of_rubbed.whole.free.empty()) {
     const FitPoint point = made_to_rub(of_plain.whole);
     const double count = samples_that_count(point);

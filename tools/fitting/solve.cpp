@@ -127,9 +127,8 @@ Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {
   assume(model, point);
   Eigen::MatrixXd j(static_cast<Eigen::Index>(model.data().force.size()),
                     static_cast<Eigen::Index>(point.free.size()));
-  for (std::size_t i = 0; i < point.free.size(); ++i) {
+  for (std::size_t i = 0; i < point.free.size(); ++i)
     j.col(static_cast<Eigen::Index>(i)) = model.derivative(point.values, point.free[i]);
-  }
   return j;
 }
 

@@ -7,12 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include <fmt/format.h>
-
 namespace cli {
 namespace {
-
-using bristle::AgeingForm;
 
 constexpr std::size_t most_starts = 3;
 constexpr double rest_samples = 10.0;  // number of samples at one place that count as a rest
@@ -169,7 +165,7 @@ FitPoint Fitter::try_saturating(FitPoint point) {
   best.sum_of_squares = std::numeric_limits<double>::infinity();
   for (const double share : {0.5, 0.75}) {
     FitPoint other = point;
-    other.frame.form = AgeingForm::saturating;
+    other.frame.form = bristle::AgeingForm::saturating;
     if (!contains(other.free, fit_ageing_time)) other.free.push_back(fit_ageing_time);
     assume(model_, other);
     other.values[fit_ageing] = std::clamp(5.0 * point.values[fit_ageing], 0.02, 0.5);
@@ -211,9 +207,8 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
     if (criterion(point, count) < criterion(best, count)) best = point;
   }
   if (has_time_terms(best)) {
-    for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
+    for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
       why_[p] = contains(best.free, p) ? std::string() : "not seen beside ageing and strengthening";
-    }
     best = try_saturating(best);
   }
   if (!several_speeds()) why_[fit_strengthening] = why_[fit_strengthening_speed] = "one speed only";

@@ -4,7 +4,6 @@
 // unless a text does.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <ctime>

@@ -12,7 +12,6 @@
 namespace bristle_python {
 
 using bristle::Motion;
-using bristle::PatchId;
 using bristle::Response;
 
 namespace {
@@ -24,14 +23,12 @@ bristle::Span<T> elements(const py::array& array, const py::dtype& dtype, const 
   if (!array.dtype().equal(dtype))
     throw bristle::Error(std::string(name) + ": make it with bristle." + name +
                          "(...); its dtype is bristle." + (written ? "response" : "motion") + "_dtype");
-  if (array.ndim() != 1 || (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T)))) {
+  if (array.ndim() != 1 || (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T))))
     throw bristle::Error(std::string(name) +
                          ": one dimension without gaps is needed (numpy.ascontiguousarray)");
-  }
-  if (reinterpret_cast<std::uintptr_t>(array.data()) % alignof(T) != 0) {
+  if (reinterpret_cast<std::uintptr_t>(array.data()) % alignof(T) != 0)
     throw bristle::Error(std::string(name) +
                          ": the array is not aligned (numpy.require(a, requirements='A'))");
-  }
   if (written && !array.writeable()) throw bristle::Error(std::string(name) + ": the array is read-only");
   return {static_cast<T*>(const_cast<void*>(array.data())), static_cast<std::size_t>(array.size())};
 }
@@ -40,10 +37,9 @@ bristle::StepReport step_arrays(Batch& self, double dt, const py::array& motions
                                 const py::array& responses) {
   const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
   const auto out = elements<Response>(responses, response_dtype(), "responses", true);
-  if (in.size() != out.size()) {
+  if (in.size() != out.size())
     throw bristle::Error("responses: as many as motions are needed: " + std::to_string(in.size()) + ", not " +
                          std::to_string(out.size()));
-  }
   const Batch::Turn turn(self);
   const py::gil_scoped_release release;
   return self.batch.step(dt, in, out);
@@ -134,8 +130,7 @@ void define_batch(py::module_& module) {
            }),
            py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), py::arg("servo_core") = -1,
            "threads: that may step, the caller included; 0 = one per core. isa: \"scalar\", \"sse2\", ...; "
-           "None = the "
-           "best here. servo_core: workers keep off this core.")
+           "None = the best here. servo_core: workers keep off this core.")
       .def(
           "add",
           [](Batch& self, const Material& material, const PatchOptions& options) {
@@ -179,8 +174,7 @@ void define_batch(py::module_& module) {
           "Spends every allocation before the loop.")
       .def("step", &step_arrays, py::arg("dt"), py::arg("motions"), py::arg("responses"),
            "Moves patches over dt (s); responses[i] answers motions[i], in place. Arrays of bristle.motions "
-           "and "
-           "bristle.responses, which no other thread may touch meanwhile. Bad input sets a status, never "
+           "and bristle.responses, which no other thread may touch meanwhile. Bad input sets a status, never "
            "raises.")
       .def(
           "step",
@@ -222,8 +216,7 @@ void define_batch(py::module_& module) {
           "The responses to trial motions, each from the state as it is, which does not change.")
       .def("info", &info_of, py::arg("id"),
            "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros "
-           "for an "
-           "unknown id.")
+           "for an unknown id.")
       .def(
           "stored_energy",
           [](Batch& self, std::uint64_t id) {
@@ -243,8 +236,7 @@ void define_batch(py::module_& module) {
       .def("save_state", &save_state, "The state of all patches as bytes.")
       .def("restore_state", &restore_state, py::arg("state"),
            "Restores what save_state gave, in a batch with the same patches. Raises bristle.Error, state "
-           "unchanged, "
-           "where it does not fit.")
+           "unchanged, where it does not fit.")
       .def("__len__",
            [](Batch& self) {
              const Batch::Turn turn(self);

@@ -1,5 +1,4 @@
 // Saves the state of a batch as bytes, and makes batches work with pickle and copy.
-#include <algorithm>
 #include <memory>
 
 #include <pybind11/stl.h>
@@ -11,7 +10,6 @@
 namespace bristle_python {
 
 using bristle::BatchRecipe;
-using bristle::Material;
 using bristle::PatchOptions;
 using bristle::PatchRecipe;
 
@@ -127,7 +125,7 @@ Pickled read_state(const py::object& object) {
       {},
       py::cast<py::bytes>(state[7])};
   BatchRecipe& recipe = read.recipe;
-  recipe.materials = py::cast<std::vector<Material>>(state[2]);
+  recipe.materials = py::cast<std::vector<bristle::Material>>(state[2]);
   recipe.generations = vector_of<std::uint32_t>(state[5]);
   recipe.free_slots = vector_of<std::uint32_t>(state[6]);
   const py::list kinds = state[3];

@@ -241,10 +241,8 @@ void define_beds(py::module_& module) {
           "deflection (m), memory. Zeros for an unknown id.")
       .def("step", &step, py::arg("ids"), py::arg("motions"),
            "Moves n beds. motions: shape (n, 6): displacement x, y (m), spin (rad), rolled x, y (m), normal "
-           "load "
-           "(N). A dict of arrays: status, force (n, 2), torque, mean (n, 2), mean_torque, dissipated, "
-           "stored, "
-           "tangent (n, 3, 3), slipping_share; on the moving body.")
+           "load (N). A dict of arrays: status, force (n, 2), torque, mean (n, 2), mean_torque, dissipated, "
+           "stored, tangent (n, 3, 3), slipping_share; on the moving body.")
       .def("find_force", &find_force, py::arg("ids"), py::arg("motions"),
            "The responses to trial motions, each from the state as it is, which does not change.")
       .def("bristles", &bristles_of, py::arg("id"),

@@ -69,9 +69,8 @@ void define_experiments(py::module_& module) {
       "A classic friction experiment (tools/EXPERIMENTS.md) on the brush and its rivals, all or those in "
       "`models`; other keywords set its parameters (`bristle experiment list`). Returns a dict: name, title, "
       "parameters, findings (a list of dicts: phenomenon, model, value, unit, shown, ...), columns, and "
-      "series, "
-      "{(panel, model): array of shape (rows, columns)}. Lets go of the interpreter's lock; Ctrl-C ends it. "
-      "Raises bristle.Error.");
+      "series, {(panel, model): array of shape (rows, columns)}. Lets go of the interpreter's lock; Ctrl-C "
+      "ends it. Raises bristle.Error.");
 }
 
 }  // namespace bristle_python

@@ -202,14 +202,12 @@ void define_extended(py::module_& module) {
                                    std::to_string(id) + "; allowed is 0 to 1e6, of a patch that is there");
           },
           py::arg("id"), py::arg("scale"), "Size of the outline, in its size as given.")
-      .def(
-          "step", &step, py::arg("dt"), py::arg("ids"), py::arg("motions"),
-          "Moves n patches over dt (s). motions: shape (n, 4): displacement x, y (m), spin (rad), normal "
-          "load "
-          "(N). A dict of arrays: status; end, elastic, damper, mean of shape (n, 3): force (N), then torque "
-          "about the centre (N m), on the moving body; stiffness, damping of shape (n, 3, 3); force_limit, "
-          "torque_limit, dissipated, contact_loss, damper_work. mean and energies are zero where "
-          "PatchOptions.outputs has them not.")
+      .def("step", &step, py::arg("dt"), py::arg("ids"), py::arg("motions"),
+           "Moves n patches over dt (s). motions: shape (n, 4): displacement x, y (m), spin (rad), normal "
+           "load (N). A dict of arrays: status; end, elastic, damper, mean of shape (n, 3): force (N), then "
+           "torque about the centre (N m), on the moving body; stiffness, damping of shape (n, 3, 3); "
+           "force_limit, torque_limit, dissipated, contact_loss, damper_work. mean and energies are zero "
+           "where PatchOptions.outputs has them not.")
       .def("find_force", &find_force, py::arg("dt"), py::arg("ids"), py::arg("motions"),
            "The responses to trial motions, each from the state as it is, which does not change.")
       .def("info", &info_of, py::arg("id"), "A dict with the fields of ExtendedInfo.")

@@ -1,5 +1,4 @@
 // Binds fit(), which does what `bristle fit` does, for a file or arrays.
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -239,12 +238,10 @@ void define_result(py::module_& module) {
           "parameters", [](const Fit& fit) { return parameters_of(fit, true, true); },
           "FitEstimate by name: kinetic, presliding_length (m), spread, residual_share, shared_renewal, "
           "ageing, ageing_time (s), speed_strengthening, strengthening_speed (m/s), viscous_friction (N "
-          "s/m), "
-          "damping_per_newton (s/m), stribeck_velocity (m/s), stage_compliance (m/N), sensor_delay (s), "
-          "asymmetry, sensor_offset (N), sensor_drift "
-          "(N/s), the same of "
-          "a second axis, and what follows from them: peak, stiffness_per_newton (1/m), kinetic_forward, "
-          "kinetic_backward. With ageing or strengthening report[\"holds_at\"] says at which speed and age.")
+          "s/m), damping_per_newton (s/m), stribeck_velocity (m/s), stage_compliance (m/N), sensor_delay "
+          "(s), asymmetry, sensor_offset (N), sensor_drift (N/s), the same of a second axis, and what "
+          "follows from them: peak, stiffness_per_newton (1/m), kinetic_forward, kinetic_backward. With "
+          "ageing or strengthening report[\"holds_at\"] says at which speed and age.")
       .def_property_readonly(
           "not_determined", [](const Fit& fit) { return parameters_of(fit, false, true); },
           "Those of parameters that the data do not determine.")
@@ -290,23 +287,17 @@ void define_fitting(py::module_& module) {
       py::arg("delay") = py::none(),
       "A material from measured friction in a CSV file with the columns t,x,load,force "
       "(tools/fitting/README.md), or in several that are one record. load: N, in place of a column. columns: "
-      "the "
-      "file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
+      "the file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
       "\"um\"}). speed: m/s, where no column has the motion; stroke: m, of strokes to and fro at it; "
       "position: instead, another logger's file, clock seconds later than it says. clip_load: N, loads from "
-      "minus this "
-      "to 0 count "
-      "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
-      "that the force sensor accelerates. "
-      "sign: whose force, \"on\" the body or \"by\" it; "
-      "\"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\", \"exponential\" or, where bristles "
-      "slide, \"free\". rule: \"redraw\", \"keep\", \"slide\", or \"auto\" for redraw or slide, what "
-      "predicts better. residual (a "
-      "share of the presliding length, 0 to 0.95), renewal (0 to 8), compliance of the stage (m/N) and delay "
-      "of the force sensor (s) hold these; None fits them, "
-      "residual=0, renewal=0 is the paper's brush; other rules have neither. Takes seconds "
-      "and lets go of the interpreter's lock. Raises bristle.Error on data that nothing can be learnt "
-      "from.");
+      "minus this to 0 count as 0. radius: m, at which columns angle and torque act; disc: instead, that of "
+      "a full disc. mass: kg that the force sensor accelerates. sign: whose force, \"on\" the body or \"by\" "
+      "it; \"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\", \"exponential\" or, where "
+      "bristles slide, \"free\". rule: \"redraw\", \"keep\", \"slide\", or \"auto\" for redraw or slide, "
+      "what predicts better. residual (a share of the presliding length, 0 to 0.95), renewal (0 to 8), "
+      "compliance of the stage (m/N) and delay of the force sensor (s) hold these; None fits them, "
+      "residual=0, renewal=0 is the paper's brush; other rules have neither. Takes seconds and lets go of "
+      "the interpreter's lock. Raises bristle.Error on data that nothing can be learnt from.");
   module.def(
       "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",

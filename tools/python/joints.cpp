@@ -172,10 +172,9 @@ void define_joints(py::module_& module) {
   };
   define_step("step", &step<&JointFriction::step>,
               "Moves all joints to their angles (rad, not wrapped), with their speeds (rad/s) and torques (N "
-              "m); None is "
-              "zero. Returns the torque of friction on each joint (N m). The keyword arrays are written in "
-              "place: torque, "
-              "mean, derivatives of the torque, gradient (13, n), status (uint32, 4: bad input, torque 0).");
+              "m); None is zero. Returns the torque of friction on each joint (N m). The keyword arrays are "
+              "written in place: torque, mean, derivatives of the torque, gradient (13, n), status (uint32, "
+              "4: bad input, torque 0).");
   define_step("find_torque", &step<&JointFriction::find_torque>, "As step, without changing the state.");
   joints.def(
       "reset",

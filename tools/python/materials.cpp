@@ -240,8 +240,7 @@ void define_materials(py::module_& module) {
         return all;
       },
       "Names of pairs of surfaces for Coefficients.typical and Material.typical, and where their numbers "
-      "come "
-      "from.");
+      "come from.");
   module.def(
       "virgin_deflection",
       [](const SnapLength& law, const std::string& rule, const Doubles& x_over_mean) {
@@ -250,8 +249,7 @@ void define_materials(py::module_& module) {
       },
       py::arg("law"), py::arg("rule"), py::arg("x_over_mean"),
       "Mean deflection at displacement x from straight bristles, both in units of the mean snap length. "
-      "Takes "
-      "arrays.");
+      "Takes arrays.");
 }
 
 }  // namespace bristle_python

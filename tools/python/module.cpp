@@ -80,8 +80,7 @@ PYBIND11_MODULE(_bristle, module) {
   module.attr("__name__") = "bristle";
   module.doc() =
       "Brush-model friction: patches of elastic bristles that stick, bend and snap, stepped by SIMD kernels. "
-      "SI units. "
-      "Forces act on the moving body.";
+      "SI units. Forces act on the moving body.";
   module.attr("__version__") = bristle::library_version();
   py::register_exception<bristle::Error>(module, "Error", PyExc_ValueError);
   define_materials(module);

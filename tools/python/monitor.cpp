@@ -31,9 +31,8 @@ py::dict worst_of(const DeadlineMonitor& monitor) {
 
 DeadlineMonitor snapshot_of(const DeadlineMonitor& monitor) {
   DeadlineMonitor copy;
-  if (!monitor.snapshot(copy)) {
+  if (!monitor.snapshot(copy))
     throw bristle::Error("DeadlineMonitor.snapshot: the loop leaves no gap between two ticks to read in");
-  }
   return copy;
 }
 

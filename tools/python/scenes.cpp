@@ -85,10 +85,9 @@ SceneRun run(cli::Scene scene, const std::optional<std::uint64_t>& steps, const 
              const std::optional<std::size_t>& out_patches) {
   if (steps && *steps == 0)
     throw bristle::Error("steps is 0; allowed: 1 or more, or None for the scene's duration");
-  if (bristles && !(*bristles >= 1 && *bristles <= bristle::max_bristles_per_patch)) {
+  if (bristles && !(*bristles >= 1 && *bristles <= bristle::max_bristles_per_patch))
     throw bristle::Error("bristles is " + std::to_string(*bristles) + "; allowed: 1 to " +
                          std::to_string(bristle::max_bristles_per_patch));
-  }
   if (!(clip_load >= 0.0 && clip_load <= 1e9))
     throw bristle::Error("clip_load is " + std::to_string(clip_load) + " N; allowed: 0 to 1e9");
   if (trace) cli::replace_motion(scene, trace->string(), clip_load);
@@ -130,13 +129,10 @@ std::vector<std::string> names_of(const std::vector<Named>& all) {
 
 constexpr const char* run_doc =
     "Runs the scene from its beginning, as fast as it can, and returns a SceneRun. steps: instead of the "
-    "scene's "
-    "duration. threads, bristles (of each patch): instead of the scene's. isa: None = the best here. trace: "
-    "a "
-    "motion file, CSV t,x,y,load, in place of the scene's motion; its loads from -clip_load (N) to 0 count "
-    "as 0. out_patches: so many patches are recorded, "
-    "about 220 bytes a step each; None = as many as the scene says. Lets go of the interpreter's lock; "
-    "Ctrl-C ends it. Raises bristle.Error.";
+    "scene's duration. threads, bristles (of each patch): instead of the scene's. isa: None = the best here. "
+    "trace: a motion file, CSV t,x,y,load, in place of the scene's motion; its loads from -clip_load (N) to "
+    "0 count as 0. out_patches: so many patches are recorded, about 220 bytes a step each; None = as many as "
+    "the scene says. Lets go of the interpreter's lock; Ctrl-C ends it. Raises bristle.Error.";
 
 /// Binds run(), which takes its scene or the scene's file as `first` of its arguments.
 template <class Owner, class Run, class... First>
@@ -200,8 +196,7 @@ void define_scene_run(py::module_& module) {
       .def_property_readonly(
           "state_hash", [](const SceneRun& r) { return r.result.state_hash; },
           "Of all patches at the end: the same on every machine, f\"{run.state_hash:016x}\" as the command "
-          "line "
-          "prints it.")
+          "line prints it.")
       .def_property_readonly(
           "steps", [](const SceneRun& r) { return r.result.steps; }, "Steps done.")
       .def_property_readonly(

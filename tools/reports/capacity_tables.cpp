@@ -130,8 +130,7 @@ std::string capacity_answer(const Json& capacity) {
   if (busy > 0)
     text += fmt::format(
         "LOWER BOUND, MACHINE BUSY in {} of {} rows: others delayed one step in a hundred. The column "
-        "\"median "
-        "allows\" says what would fit if they had not; run it again on a quiet machine.\n",
+        "\"median allows\" says what would fit if they had not; run it again on a quiet machine.\n",
         busy, rows.size());
   return text;
 }

@@ -1,7 +1,6 @@
 #include "tools/reports/table.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <numeric>
 #include <string_view>
 

@@ -1,7 +1,6 @@
 #include "tools/reports/text_layout.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 
 #include <fmt/color.h>

@@ -95,8 +95,7 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
   }
   const Pair mean_rate = (1.0 / dt_s) * (z - start);
   const Pair end_rate = v - (alpha * way / dt_s / steady) * z;
-  return {-(s.stiffness * z + s.damping * end_rate + s.viscous_friction * v),
-          -(s.stiffness * mean + s.damping * mean_rate + s.viscous_friction * v)};
+  return {s.bristle_force(z, end_rate, v), s.bristle_force(mean, mean_rate, v)};
 }
 
 }  // namespace rivals

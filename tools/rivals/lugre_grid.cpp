@@ -30,10 +30,7 @@ LuGreGrid::Moved LuGreGrid::move_exactly(Pair z, Pair way, double dt_s, double l
   if (length_m > 0.0) r = relax(z, (zss / length_m) * way, length_m / zss);
   const Pair v = (1.0 / dt_s) * way;
   const Pair end_rate = v - (speed / zss) * r.end, mean_rate = (1.0 / dt_s) * (r.end - z);
-  const Surface& s = surface_;
-  return {r.end,
-          {-(s.stiffness * r.end + s.damping * end_rate + s.viscous_friction * v),
-           -(s.stiffness * r.mean + s.damping * mean_rate + s.viscous_friction * v)}};
+  return {r.end, {surface_.bristle_force(r.end, end_rate, v), surface_.bristle_force(r.mean, mean_rate, v)}};
 }
 
 LuGreGrid::Moved LuGreGrid::move_by_euler(Pair z, Pair way, double dt_s, double load_n) const noexcept {
@@ -43,10 +40,7 @@ LuGreGrid::Moved LuGreGrid::move_by_euler(Pair z, Pair way, double dt_s, double 
   const Pair rate = v - (speed / zss) * z;
   const Pair end = z + dt_s * rate;
   const Pair end_rate = v - (speed / zss) * end;
-  const Surface& s = surface_;
-  return {end,
-          {-(s.stiffness * end + s.damping * end_rate + s.viscous_friction * v),
-           -(0.5 * s.stiffness * (z + end) + s.damping * rate + s.viscous_friction * v)}};
+  return {end, {surface_.bristle_force(end, end_rate, v), surface_.bristle_force(0.5 * (z + end), rate, v)}};
 }
 
 template <class Move>
@@ -71,10 +65,9 @@ SpinForce LuGreGrid::step(Pair displacement, double angle, double dt_s, double l
     std::fill(zy_.begin(), zy_.end(), 0.0);
     return {};
   }
-  if (rule_ == StepRule::euler) {
+  if (rule_ == StepRule::euler)
     return step_cells(displacement, angle,
                       [&](Pair z, Pair way) { return move_by_euler(z, way, dt_s, load_n); });
-  }
   return step_cells(displacement, angle,
                     [&](Pair z, Pair way) { return move_exactly(z, way, dt_s, load_n); });
 }

@@ -37,6 +37,10 @@ struct Surface {
     const double u = speed_m_per_s / stribeck_velocity;
     return load_n * (kinetic_coefficient + (static_coefficient - kinetic_coefficient) * std::exp(-u * u));
   }
+  /// Returns the force of a bristle that is bent by z (m), whose bend changes at `rate`, at velocity v (m/s).
+  Pair bristle_force(Pair z, Pair rate, Pair v) const noexcept {
+    return -(stiffness * z + damping * rate + viscous_friction * v);
+  }
 };
 
 }  // namespace rivals

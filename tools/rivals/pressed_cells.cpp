@@ -8,13 +8,11 @@ namespace rivals {
 namespace {
 
 void check(int across, double size_m, const char* size_name) {
-  if (across < 1) {
+  if (across < 1)
     throw std::invalid_argument("across is " + std::to_string(across) + "; a grid needs at least one cell");
-  }
-  if (!(size_m > 0.0 && std::isfinite(size_m))) {
+  if (!(size_m > 0.0 && std::isfinite(size_m)))
     throw std::invalid_argument(std::string(size_name) + " is " + std::to_string(size_m) +
                                 " m; it must be above zero");
-  }
 }
 
 double middle_of(int cell, int across, double width) { return width * ((cell + 0.5) / across - 0.5); }

@@ -1,8 +1,6 @@
 #include "tools/run/bed_run.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <iterator>
 #include <optional>
 #include <vector>
 
@@ -73,14 +71,13 @@ bristle::BedMaterial read_material(const TomlTable& table) {
 }
 
 bristle::BedShape read_shape(const TomlTable& table) {
-  using bristle::BedPressure;
   using bristle::BedShape;
   double half[2] = {0.0, 0.0}, cells[2] = {0.0, 0.0};
   if (table.has("half")) table.pair("half", half_width, half);
   if (table.has("cells")) table.pair("cells", {1.0, 65536.0}, cells);
   const bool rolls = table.has("rolling");
   const auto pressure =
-      static_cast<BedPressure>(table.choice("pressure", {"uniform", "parabolic", "hertz"}, 1));
+      static_cast<bristle::BedPressure>(table.choice("pressure", {"uniform", "parabolic", "hertz"}, 1));
   const auto cell = [&](int axis, int otherwise) {
     return cells[axis] == 0.0 ? otherwise : static_cast<int>(cells[axis]);
   };

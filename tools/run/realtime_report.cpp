@@ -118,11 +118,10 @@ std::string worst_tick_text(const PacedLoopResult& loop, int threads) {
     causes.push_back("preempted " + times_text(worst.events.involuntary_switches));
   if (threads > 1 && worst.events.other_switches > 0)
     causes.push_back("workers preempted " + times_text(worst.events.other_switches));
-  if (worst.events.minor_faults + worst.events.major_faults > 0) {
+  if (worst.events.minor_faults + worst.events.major_faults > 0)
     causes.push_back(fmt::format("page faults: {}, {} of them from disk",
                                  count_text(worst.events.minor_faults + worst.events.major_faults),
                                  count_text(worst.events.major_faults)));
-  }
   if (loop.stolen_worst_s > 0.0)
     causes.push_back(fmt::format("the hypervisor took {} in that segment", time_text(loop.stolen_worst_s)));
   if (causes.size() == 1 && worst.cpu <= m.deadline())
@@ -144,12 +143,11 @@ std::string realtime_table(const RealtimeResult& r, int threads) {
   text += '\n';
   for (const std::string& line : r.refused) text += fmt::format("{:<12}{}\n", "refused", line);
   if (r.stopped) text += fmt::format("{:<12}by a signal, before the end of the scene\n", "stopped");
-  if (r.held_up > 0) {
+  if (r.held_up > 0)
     text += fmt::format(
         "{:<12}{} ticks, because writing and counting between ticks took too long: give fewer "
         "patches, no --out, or a lower --rate\n",
         "left out", count_text(r.held_up));
-  }
   Table table({"<loop, alternating", "ticks", "step p50", "p99", "p99.9", "max", "jitter p50", "p99", "p99.9",
                "max", "late: program", "machine", "skipped", "longest run", "stolen"});
   table.add(loop_row("bristle", r.ours));

@@ -111,11 +111,10 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
                                   ? ""
                                   : "; columns not used: " + one_line(joined(trace.ignored_columns))));
   }
-  if (!options.out.empty()) {
+  if (!options.out.empty())
     line("forces", fmt::format("{}: {} of {} patches{}", options.out, count_text(r.patches_written),
                                count_text(patch_count),
                                r.patches_written < patch_count ? " (out_patches in the scene)" : ""));
-  }
   return text;
 }
 
@@ -133,9 +132,8 @@ std::string force_table(const Scene& scene, const RunResult& r) {
     std::vector<Cell> row = {name_of(scene.patches[p]), force_text(patch.load.mean())};
     for (int axis = 0; axis < axes; ++axis) {
       const ForceStatistics& f = patch.force[axis];
-      for (const double value : {f.mean(), f.rms(), f.min, f.max}) {
+      for (const double value : {f.mean(), f.rms(), f.min, f.max})
         row.push_back(axis < scene.patches[p].options.axes ? force_text(value) : "-");
-      }
     }
     table.add(std::move(row));
   }
@@ -338,10 +336,9 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
   report["patch_count"] = scene.patch_count();
   report["memory_bytes"] = r.memory_bytes;
   report["patches"] = Json::array();
-  for (std::size_t p = 0; p < scene.patches.size(); ++p) {
+  for (std::size_t p = 0; p < scene.patches.size(); ++p)
     report["patches"].push_back(
         patch_json(scene.patches[p], scene.materials[scene.patches[p].material].material, r.patches[p]));
-  }
   report["bodies"] = Json::array();
   for (std::size_t b = 0; b < r.bodies.size(); ++b) {
     const BodyResult& body = r.bodies[b];

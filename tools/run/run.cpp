@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <optional>
 
 #include <fmt/format.h>
@@ -139,9 +138,8 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
   const double fx = response.elastic[0];
   const double fy = patch.options.axes == 2 ? response.elastic[1] : 0.0;
   const double force = std::sqrt(fx * fx + fy * fy);
-  if (motion.normal_load >= 0.1 * patch.options.max_normal_load) {
+  if (motion.normal_load >= 0.1 * patch.options.max_normal_load)
     result.highest_coefficient = std::max(result.highest_coefficient, force / motion.normal_load);
-  }
   const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
@@ -393,11 +391,10 @@ void run_command(const RunOptions& options) {
   const double scene_dt = scene.dt;
   if (options.realtime) {
     if (options.realtime->rate_hz) set_rate(scene, *options.realtime->rate_hz);
-    if (!(scene.dt >= 1e-5 && scene.dt <= 1.0)) {
+    if (!(scene.dt >= 1e-5 && scene.dt <= 1.0))
       throw UserError(fmt::format(
           "{}: --realtime takes 1 to 100,000 ticks per second, and dt is {} s; give another --rate",
           options.scene, scene.dt));
-    }
     if (options.realtime->thread.fifo_priority && !options.realtime->thread.core &&
         options.threads.value_or(scene.threads) != 1) {
       throw UserError(

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -51,9 +50,8 @@ void check_place_of_state(const std::string& path) {
   int why = there == platform::Kind::nothing ? errno : 0;
   if (there == platform::Kind::other)
     throw UserError(path + ": is not a file: a state file cannot take its place");
-  if (why == 0 || why == ENOENT) {
+  if (why == 0 || why == ENOENT)
     why = platform::takes_files(platform::path_of(path).parent_path()) ? 0 : errno;
-  }
   if (why != 0) throw UserError(fmt::format("{}: cannot be written: {}", path, std::strerror(why)));
 }
 

@@ -33,6 +33,7 @@ constexpr Range frequency_range{0.0, 1e6, true, "Hz"};
 constexpr Range turns{-1e6, 1e6, false, "turns"};
 constexpr Range any_positive{0.0, 1e300, true, ""};
 constexpr Range any_not_negative{0.0, 1e300, false, ""};
+constexpr Range ageing_times{bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"};
 
 // -------------------------------------------------------------------- readers of [[material]] tables
 
@@ -72,31 +73,66 @@ bristle::SnapRule read_rule(const TomlTable& table, bristle::SnapRule otherwise)
 bristle::AgeingForm read_ageing_form(const TomlTable& table) {
   return static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
 }
-double read_ageing_time(const TomlTable& table, double otherwise) {
-  return table.number("ageing_time",
-                      {bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"}, otherwise);
+
+/// Key of a [[material]] table whose value is a number, with the field that it sets and its range.
+template <class Parameters>
+struct NumberKey {
+  const char* name;
+  double Parameters::*field;
+  Range range = any_not_negative;
+};
+using M = bristle::Material;
+constexpr NumberKey<M> bristle_keys[] = {
+    {"bristle_stiffness", &M::bristle_stiffness},
+    {"bristle_damping", &M::bristle_damping},
+    {"viscous_friction", &M::viscous_friction},
+    {"stribeck_velocity", &M::stribeck_velocity},
+    {"normal_stiffness", &M::normal_stiffness, any_positive},
+    {"asperity_height_deviation", &M::asperity_height_deviation, any_positive},
+    {"shared_renewal", &M::shared_renewal, {0.0, bristle::largest_renewal}},
+    {"ageing_strength", &M::ageing_strength, {0.0, bristle::largest_ageing}},
+    {"ageing_time", &M::ageing_time, ageing_times},
+    {"speed_strengthening", &M::speed_strengthening},
+    {"strengthening_speed", &M::strengthening_speed, any_positive},
+    {"drop", &M::drop, {0.0, bristle::largest_drop}}};
+using C = bristle::Coefficients;
+constexpr NumberKey<C> coefficient_keys[] = {
+    {"kinetic", &C::kinetic, any_positive},
+    {"spread", &C::spread},
+    {"presliding_length", &C::presliding_length, {0.0, 1.0, true, "m"}},
+    {"bristles_per_newton", &C::bristles_per_newton, any_positive},
+    {"damping_per_newton", &C::damping_per_newton},
+    {"viscous_friction", &C::viscous_friction},
+    {"stribeck_velocity", &C::stribeck_velocity},
+    {"residual_share", &C::residual_share, {0.0, 0.98}},
+    {"shared_renewal", &C::shared_renewal, {0.0, bristle::largest_renewal}},
+    {"kinetic_speed", &C::kinetic_speed},
+    {"fall_per_decade", &C::fall_per_decade},
+    {"growth_per_decade", &C::growth_per_decade},
+    {"ageing_time", &C::ageing_time, ageing_times},
+    {"speed_strengthening", &C::speed_strengthening},
+    {"strengthening_speed", &C::strengthening_speed, any_positive},
+    {"drop", &C::drop, {0.0, bristle::largest_drop}}};
+
+/// Refuses keys other than numbers of `keys` and `others`, then reads the numbers.
+template <class Parameters, std::size_t n>
+void read_numbers(const TomlTable& table, const NumberKey<Parameters> (&keys)[n],
+                  std::vector<std::string_view> others, Parameters& to) {
+  for (const NumberKey<Parameters>& key : keys) others.push_back(key.name);
+  table.allow(others);
+  for (const NumberKey<Parameters>& key : keys)
+    to.*key.field = table.number(key.name, key.range, to.*key.field);
 }
 
 bristle::Material read_bristle_parameters(const TomlTable& table) {
   bristle::Material m;
-  m.bristle_stiffness = table.number("bristle_stiffness", any_not_negative, m.bristle_stiffness);
-  m.bristle_damping = table.number("bristle_damping", any_not_negative, m.bristle_damping);
-  m.viscous_friction = table.number("viscous_friction", any_not_negative, m.viscous_friction);
-  m.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, m.stribeck_velocity);
-  m.normal_stiffness = table.number("normal_stiffness", any_positive, m.normal_stiffness);
-  m.asperity_height_deviation =
-      table.number("asperity_height_deviation", any_positive, m.asperity_height_deviation);
+  read_numbers(table, bristle_keys,
+               {"name", "snap_length", "rule", "damper_decay", "residual_length", "ageing_form"}, m);
   if (table.has("snap_length")) m.snap_length = read_snap_length(table.table("snap_length"));
   m.snap_rule = read_rule(table, bristle::SnapRule::redraw);
   m.residual_length =
       table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()}, 0.0);
-  m.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, 0.0);
   m.ageing_form = read_ageing_form(table);
-  m.ageing_strength = table.number("ageing_strength", {0.0, bristle::largest_ageing}, 0.0);
-  m.ageing_time = read_ageing_time(table, m.ageing_time);
-  m.speed_strengthening = table.number("speed_strengthening", any_not_negative, 0.0);
-  m.strengthening_speed = table.number("strengthening_speed", any_positive, m.strengthening_speed);
-  m.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
   return m;
 }
 
@@ -114,10 +150,11 @@ bristle::Coefficients read_typical(const TomlTable& table) {
 
 bristle::Coefficients read_coefficients(const TomlTable& table) {
   bristle::Coefficients c = read_typical(table);
-  c.kinetic = table.number("kinetic", any_positive, c.kinetic);
-  c.spread = table.number("spread", any_not_negative, c.spread);
+  c.drop = 0.0;
+  read_numbers(table, coefficient_keys,
+               {"name", "typical", "peak", "peak_over_kinetic", "law", "rule", "damper_decay", "ageing_form"},
+               c);
   c.rule = read_rule(table, c.rule);
-  c.drop = table.number("drop", {0.0, bristle::largest_drop}, 0.0);
   // Requires the key `peak` unless `drop` (slide rule) or `spread` (other rules) is given, from which the
   // peak follows.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
@@ -127,22 +164,9 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
     if (table.has("peak")) table.fail("peak_over_kinetic", "is given beside peak; give one of them");
     c.peak = c.kinetic * table.number("peak_over_kinetic", {1.0, 1e3});
   }
-  c.presliding_length = table.number("presliding_length", {0.0, 1.0, true, "m"}, c.presliding_length);
-  c.bristles_per_newton = table.number("bristles_per_newton", any_positive, c.bristles_per_newton);
   c.law = static_cast<bristle::SnapLaw>(table.choice(
       "law", {"single", "uniform", "normal", "lognormal", "exponential"}, static_cast<std::size_t>(c.law)));
-  c.damping_per_newton = table.number("damping_per_newton", any_not_negative, c.damping_per_newton);
-  c.viscous_friction = table.number("viscous_friction", any_not_negative, c.viscous_friction);
-  c.stribeck_velocity = table.number("stribeck_velocity", any_not_negative, c.stribeck_velocity);
-  c.residual_share = table.number("residual_share", {0.0, 0.98}, c.residual_share);
-  c.shared_renewal = table.number("shared_renewal", {0.0, bristle::largest_renewal}, c.shared_renewal);
-  c.kinetic_speed = table.number("kinetic_speed", any_not_negative, c.kinetic_speed);
-  c.fall_per_decade = table.number("fall_per_decade", any_not_negative, c.fall_per_decade);
-  c.growth_per_decade = table.number("growth_per_decade", any_not_negative, c.growth_per_decade);
   c.ageing_form = read_ageing_form(table);
-  c.ageing_time = read_ageing_time(table, c.ageing_time);
-  c.speed_strengthening = table.number("speed_strengthening", any_not_negative, c.speed_strengthening);
-  c.strengthening_speed = table.number("strengthening_speed", any_positive, c.strengthening_speed);
   return c;
 }
 
@@ -160,40 +184,11 @@ SceneMaterial read_material(TomlTable table) {
                          "kinetic_speed", "fall_per_decade", "growth_per_decade"})) {
         table.fail(
             "mixes coefficients (typical, kinetic, peak, presliding_length, bristles_per_newton, law, "
-            "spread, "
-            "damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) with "
-            "bristle parameters; give one kind");
+            "spread, damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) "
+            "with bristle parameters; give one kind");
       }
-      table.allow({"name", "bristle_stiffness", "bristle_damping", "normal_stiffness",
-                   "asperity_height_deviation", "snap_length", "rule", "viscous_friction",
-                   "stribeck_velocity", "damper_decay", "residual_length", "shared_renewal", "ageing_form",
-                   "ageing_strength", "ageing_time", "speed_strengthening", "strengthening_speed", "drop"});
       result.material = read_bristle_parameters(table);
     } else {
-      table.allow({"name",
-                   "typical",
-                   "kinetic",
-                   "peak",
-                   "peak_over_kinetic",
-                   "presliding_length",
-                   "bristles_per_newton",
-                   "law",
-                   "spread",
-                   "rule",
-                   "damping_per_newton",
-                   "viscous_friction",
-                   "stribeck_velocity",
-                   "damper_decay",
-                   "residual_share",
-                   "shared_renewal",
-                   "kinetic_speed",
-                   "fall_per_decade",
-                   "growth_per_decade",
-                   "ageing_form",
-                   "ageing_time",
-                   "speed_strengthening",
-                   "strengthening_speed",
-                   "drop"});
       result.coefficients = read_coefficients(table);
       result.material = bristle::Material::from_coefficients(*result.coefficients);
     }
@@ -242,16 +237,14 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
         table.fail(key, "is for population = \"infinite\"; this patch has representatives");
     return;
   }
-  if (material.snap_rule != bristle::SnapRule::redraw) {
+  if (material.snap_rule != bristle::SnapRule::redraw)
     table.fail(
         "population",
         "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
         "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
-  }
-  if (o.compared.literal) {
+  if (o.compared.literal)
     table.fail("step_rule",
                "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
-  }
   // A resolution of 0 means automatic, as a missing key does.
   o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
   if (o.resolution > 0.0 && o.resolution < 1.0)
@@ -381,10 +374,9 @@ using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion fil
                                                                  ///< clip_load
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
-  if (!trace->has_load && motion.load_steps.empty()) {
+  if (!trace->has_load && motion.load_steps.empty())
     throw UserError(
         fmt::format("{}: {} has no column load; add one, or give load in the scene", where, trace->name));
-  }
   motion.type = MotionType::trace;
   for (const int axis : {0, 1})
     motion.velocity[axis] = motion.amplitude[axis] = 0.0;  // clears the motion that the file replaces
@@ -406,32 +398,35 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
   motion.turn_per_copy = table.number("turn_per_copy", turns, 0.0);
   motion.delay_per_copy = table.number("delay_per_copy", seconds, 0.0);
 
+  const auto allow = [&](std::initializer_list<std::string_view> own) {
+    std::vector<std::string_view> keys = {"patch",      "type",          "load",
+                                          "load_steps", "turn_per_copy", "delay_per_copy"};
+    keys.insert(keys.end(), own);
+    table.allow(keys);
+  };
   switch (motion.type) {
     case MotionType::hold:
-      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy"});
+      allow({});
       break;
     case MotionType::ramp:
-      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "velocity",
-                   "from", "until"});
+      allow({"velocity", "from", "until"});
       table.pair("velocity", {-1e6, 1e6, false, "m/s"}, motion.velocity);
       motion.from = table.number("from", seconds, 0.0);
       motion.until = table.number("until", seconds, motion.until);
       if (!(motion.until > motion.from)) table.fail("until", "must come after from");
       break;
     case MotionType::sine:
-      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "amplitude",
-                   "frequency", "phase"});
+      allow({"amplitude", "frequency", "phase"});
       table.pair("amplitude", position, motion.amplitude);
       motion.frequency = table.number("frequency", frequency_range);
       motion.phase = table.number("phase", turns, 0.0);
       break;
     case MotionType::keyframes:
-      table.allow({"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "keyframes"});
+      allow({"keyframes"});
       motion.keyframes = read_keyframes(table, motion.load_steps.empty());
       break;
     case MotionType::trace: {
-      table.allow(
-          {"patch", "type", "load", "load_steps", "turn_per_copy", "delay_per_copy", "file", "clip_load"});
+      allow({"file", "clip_load"});
       const std::filesystem::path path =
           platform::path_of(scene_path).parent_path() / platform::path_of(table.text("file"));
       const double clip_load = table.number("clip_load", load_range, 0.0);
@@ -447,10 +442,9 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
 }
 
 void check_axes(const ScenePatch& patch, const std::string& where) {
-  if (patch.options.axes == 1 && patch.motion->moves_along_y()) {
+  if (patch.options.axes == 1 && patch.motion->moves_along_y())
     throw UserError(
         fmt::format("{}: moves along y (or turns), but patch '{}' has axes = 1", where, patch.name));
-  }
 }
 
 // ------------------------------------------------------------------------ readers of [[body]] tables
@@ -495,9 +489,8 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
   body.mass = table.number("mass", {0.0, 1e9, true, "kg"});
   body.gravity = table.number("gravity", {0.0, 1e6, false, "m/s^2"}, body.gravity);
   if (table.has("velocity")) table.pair("velocity", {-1e6, 1e6, false, "m/s"}, body.velocity);
-  if (table.has("extra_load") && table.has("extra_load_steps")) {
+  if (table.has("extra_load") && table.has("extra_load_steps"))
     table.fail("extra_load", "is given twice: extra_load and extra_load_steps");
-  }
   const Range extra{-body.mass * body.gravity, 1e9, false, "N (the weight can be lifted, no more)"};
   if (table.has("extra_load")) body.extra_load = {{0.0, table.number("extra_load", extra)}};
   if (table.has("extra_load_steps")) body.extra_load = read_load_steps(table, "extra_load_steps", extra);
@@ -512,9 +505,8 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
       table.fail("patches", fmt::format("names '{}', which body '{}' rests on already", name, on->second));
     if (patch.motion)
       table.fail("patches", fmt::format("names '{}', which a [[motion]] moves already", name));
-    if (!body.patches.empty() && patch.options.axes != body.axes) {
+    if (!body.patches.empty() && patch.options.axes != body.axes)
       table.fail("patches", "have different axes; those under one body must have the same");
-    }
     body.axes = patch.options.axes;
     // Adds the mean force to the outputs of a patch under a body, whose motion is solved from it.
     patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;
@@ -559,12 +551,11 @@ void check_size(const Scene& scene) {
     patches += patch.count;
   }
   constexpr std::uint64_t most = 1ull << 28;
-  if (bristles > most || patches > 1'000'000) {
+  if (bristles > most || patches > 1'000'000)
     throw UserError(
         fmt::format("{}: {} bristles in {} patches; allowed: at most {} in at most 1000000, or what --memory "
                     "gives room to",
                     scene.file, bristles, patches, most));
-  }
 }
 
 }  // namespace
@@ -613,9 +604,8 @@ std::size_t Scene::patch_count() const noexcept {
 double Scene::trace_length() const noexcept {
   double longest = 0.0;
   for (const ScenePatch& patch : patches) {
-    if (patch.motion && patch.motion->type == MotionType::trace) {
+    if (patch.motion && patch.motion->type == MotionType::trace)
       longest = std::max(longest, patch.motion->rows().back().t);
-    }
   }
   return longest;
 }
@@ -682,9 +672,8 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
   }
   check_all_moved(scene);
   check_size(scene);
-  if (!scene.duration && scene.trace_length() == 0.0) {
+  if (!scene.duration && scene.trace_length() == 0.0)
     table.table("scene").fail("key 'duration' is missing (only a scene with a trace may leave it out)");
-  }
   return scene;
 }
 

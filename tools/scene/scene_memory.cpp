@@ -1,7 +1,6 @@
 #include "tools/scene/scene_memory.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <string>
 #include <tuple>

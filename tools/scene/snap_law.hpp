@@ -10,7 +10,8 @@ namespace cli {
 
 /// Largest spread (standard deviation over mean) of snap lengths that the library accepts: for the rule
 /// redraw, and for keep (core/MODEL.md, "Jumps").
-constexpr double widest_redraw_cv = 1.25, widest_cv = 3.0;
+using bristle::widest_redraw_cv;
+constexpr double widest_cv = 3.0;
 
 /// Makes a law of snap lengths with this mean (m) and spread (standard deviation over mean): lognormal,
 /// normal (cut at 0; the spread is the uncut law's), uniform, exponential or single (whose spread is fixed).

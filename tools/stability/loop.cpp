@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Eigenvalues>
 
@@ -201,10 +200,9 @@ void Loop::step_implicitly() {
     solve_displacements<2>(batch_, s_.dt_s, body_, none, contacts, motions);
   } else {
     const double k = response_.stiffness, c = response_.damping, t = s_.dt_s;
-    for (int a = 0; a < s_.axes; ++a) {
+    for (int a = 0; a < s_.axes; ++a)
       motion_.displacement[a] =
           t * (s_.mass_kg * axis_[a].v + t * response_.elastic[a]) / (s_.mass_kg + t * t * k + t * c);
-    }
   }
   batch_.step(s_.dt_s, motions, {&response_, 1});
   if (s_.scheme == Scheme::predictor) {
@@ -235,9 +233,7 @@ double Loop::energy(const Quarter& q) const {
 }
 
 Verdict Loop::judge(const Quarter& before, const Quarter& last) const {
-  if (s_.quantum_m > 0.0 && last.peak_to_peak() <= quanta_at_rest * s_.quantum_m) {
-    return Verdict::settles;
-  }
+  if (s_.quantum_m > 0.0 && last.peak_to_peak() <= quanta_at_rest * s_.quantum_m) return Verdict::settles;
   const double ratio = energy(last) / energy(before);
   if (last.snaps > 0) {
     const bool lasts =

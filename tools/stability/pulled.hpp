@@ -7,7 +7,6 @@
 #include <vector>
 
 #include <bristle/material.hpp>
-#include <bristle/patch.hpp>
 
 #include "tools/stability/loop.hpp"
 

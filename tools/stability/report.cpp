@@ -30,9 +30,8 @@ std::string cases_table(const StabilityResult& result) {
     std::vector<Cell> cells = {row.name, to_string(s.scheme),
                                fmt::format("{:.3g}", s.stiffness * s.dt_s * s.dt_s / s.mass_kg),
                                fmt::format("{:.3g}", s.damping * s.dt_s / s.mass_kg)};
-    for (const LoopResult& r : row.results) {
+    for (const LoopResult& r : row.results)
       cells.push_back(fmt::format("{} {:.2g}", to_string(r.verdict), r.peak_to_peak_m / s.mean_snap_length));
-    }
     table.add(std::move(cells));
   }
   return table.text();
@@ -40,12 +39,11 @@ std::string cases_table(const StabilityResult& result) {
 
 std::string pulled_table(const StabilityResult& result) {
   Table table({"<contact", "<coupling", "k_c N/m", "measured", "force N", "speed over pull"});
-  for (const PullRow& row : result.pulled) {
+  for (const PullRow& row : result.pulled)
     table.add({row.pull.name, row.scheme == Scheme::predictor ? "predictor" : "midpoint",
                fmt::format("{:.4g}", row.theory), fmt::format("{:.3f} k_c", row.measured / row.theory),
                fmt::format("{:.3g} to {:.3g}", row.soft.lowest_force, row.soft.highest_force),
                fmt::format("{:.2g} to {:.3g}", row.soft.slowest, row.soft.fastest)});
-  }
   return table.text();
 }
 
@@ -179,19 +177,17 @@ Json report_of(const StabilityOptions& options, const StabilityResult& result) {
                                   {"stable_at_none", {{"cells", v.never}, {"settle", v.never_settle}}}}}});
   }
   report["stopping_distances"] = Json::array();
-  for (const StopRow& row : result.stops) {
+  for (const StopRow& row : result.stops)
     report["stopping_distances"].push_back({{"k", row.k},
                                             {"way_over_mean_snap_length", row.slide},
                                             {"scheme", to_string(row.scheme)},
                                             {"ratio", row.ratio}});
-  }
   report["rests"] = Json::array();
-  for (const RestRow& r : result.rests) {
+  for (const RestRow& r : result.rests)
     report["rests"].push_back({{"scheme", to_string(r.scheme)},
                                {"seconds", r.seconds},
                                {"first_second_m", r.first_second_m},
                                {"creep_m", r.creep_m}});
-  }
   report["cases"] = Json::array();
   for (const CaseRow& row : result.cases) {
     const LoopSetup& s = row.setup;
@@ -212,9 +208,8 @@ Json report_of(const StabilityOptions& options, const StabilityResult& result) {
                                {"starts", starts}});
   }
   report["late_force"] = Json::array();
-  for (const LateRow& row : result.late) {
+  for (const LateRow& row : result.late)
     report["late_force"].push_back({{"force", row.force}, {"device_damping_over_kt", row.damping_over_kt}});
-  }
   report["pulled"] = pulled_json(result);
   report["wheels"] = wheels_json(result);
   report["seconds"] = result.seconds_taken;
@@ -230,13 +225,9 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
   text += fmt::format(
       "bristle {}, commit {}, {}\n"
       "A mass on one patch, one axis, no applied force. k = K T^2/m from {:.3g} to {:.3g}, c = C T/m "
-      "(devices: "
-      "beta = b T/m) "
-      "from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, {}. Each cell from two "
-      "starts: "
-      "a push within presliding, and steady sliding; the worse counts. {} steps. Population of maps and "
-      "slope: "
-      "{}.\n\n",
+      "(devices: beta = b T/m) from {:.3g} to {:.3g}. Snap lengths uniform, 0.5 to 1.5 of the mean dbar, {}. "
+      "Each cell from two starts: a push within presliding, and steady sliding; the worse counts. {} steps. "
+      "Population of maps and slope: {}.\n\n",
       c.version, c.commit, c.flags, result.ks.front(), result.ks.back(), result.seconds.front(),
       result.seconds.back(), to_string(options.rule), options.quick ? 4000 : 8000, population_name(options));
   text += maps_table(report).text();
@@ -249,19 +240,17 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
   text += "\nStopping distance from sliding over the true one, no damper:\n\n";
   text += stops_table(report).text();
   text += "\nA block (rigid, four patches) at rest on a slope, two thirds of the way to sliding:\n";
-  for (const RestRow& r : result.rests) {
+  for (const RestRow& r : result.rests)
     text += fmt::format("  {:<20} {:g} s: settled within {:.3g} um, then crept {:.2g} m = {:.2g} dbar\n",
                         to_string(r.scheme), r.seconds, 1e6 * r.first_second_m, r.creep_m,
                         r.creep_over_snap_length);
-  }
   text +=
       "\nCases in SI units (keep, uniform snap lengths): verdict, peak to peak over dbar, by start "
       "speed:\n\n";
   text += cases_table(result);
   text += "\nThe device damping that pays for a force applied one step late, measured on a stuck patch:\n";
-  for (const LateRow& row : result.late) {
+  for (const LateRow& row : result.late)
     text += fmt::format("  {:<4} force  b = {:.3f} K T\n", row.force, row.damping_over_kt);
-  }
   text +=
       "\nA mass that a spring pulls over a contact that ages (infinite brush): above the\n"
       "critical stiffness k_c it slides steadily, below in jerks. By linear theory, by\n"
@@ -270,10 +259,9 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
   text += pulled_table(result);
   text +=
       "\nA car (400 kg on one wheel of 0.3 m, a bed) rolls up a slope of 5 %, stops and rolls back in 8 s: "
-      "speed "
-      "off\nthat of rolling without slip, and the most energy gained in a step. k = K T^2 (1/m + r^2/I). "
-      "Midpoint: solved\nfor the mean force. Held: the force of the last step; linear theory bounds k by "
-      "4.\n\n";
+      "speed off\nthat of rolling without slip, and the most energy gained in a step. k = K T^2 (1/m + "
+      "r^2/I). Midpoint: solved\nfor the mean force. Held: the force of the last step; linear theory bounds "
+      "k by 4.\n\n";
   text += wheels_table(result);
   text += fmt::format("\nTook {}.\n", time_text(result.seconds_taken));
   return text;

@@ -10,7 +10,6 @@
 #include <bristle/error.hpp>
 
 #include "tools/files/output_file.hpp"
-#include "tools/files/text_file.hpp"
 #include "tools/files/user_error.hpp"
 #include "tools/reports/jobs.hpp"
 #include "tools/reports/progress.hpp"

@@ -1,7 +1,6 @@
 // Parses the option `--vary KEY=RANGE`: a key of a scene, and the values that it takes in a study.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "tools/files/user_error.hpp"
-#include "tools/sweep/override.hpp"
 
 namespace cli {
 namespace {

@@ -3,9 +3,6 @@
 #include <mutex>
 #include <thread>
 
-#include <fmt/format.h>
-
-#include "tools/files/user_error.hpp"
 #include "tools/reports/jobs.hpp"
 #include "tools/sweep/sweep.hpp"
 

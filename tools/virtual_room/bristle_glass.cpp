@@ -40,9 +40,8 @@ void BristleGlass::find_snaps(const BristleView& now) {
   float displacement[2];
   for (int axis = 0; axis < 2; ++axis) {
     moves_.clear();
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < count; ++i)
       moves_.push_back(axis == 0 ? now.zx[i] - before_.zx[i] : now.zy[i] - before_.zy[i]);
-    }
     displacement[axis] = median(moves_);
   }
   for (std::size_t i = 0; i < count; ++i) {

@@ -44,9 +44,8 @@ void block_on_surface(const RoomMeasures& m, const Pose& block, Surface surface,
     const Vector3 point = block.position + block.orientation * corner_of(m, i);
     const Plane plane = plane_at(m, surface, flat, point);
     const double gap = plane.normal.dot(point) - plane.offset;
-    if (gap < block_margin) {
+    if (gap < block_margin)
       add_touch(touches, {Touch::Pair::block_surface, surface, i, point, plane.normal, gap});
-    }
   }
 }
 
@@ -54,9 +53,7 @@ void tool_on_surface(const RoomMeasures& m, const Vector3& tool, Surface surface
                      Touches& touches) {
   const Plane plane = plane_at(m, surface, flat, tool);
   const double gap = plane.normal.dot(tool) - plane.offset - m.tool_radius;
-  if (gap < tool_margin) {
-    add_touch(touches, {Touch::Pair::tool_surface, surface, 0, tool, plane.normal, gap});
-  }
+  if (gap < tool_margin) add_touch(touches, {Touch::Pair::tool_surface, surface, 0, tool, plane.normal, gap});
 }
 
 void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool, Touches& touches) {
@@ -76,10 +73,9 @@ void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool
     distance = -depth;
   }
   const double gap = distance - m.tool_radius;
-  if (gap < tool_margin) {
+  if (gap < tool_margin)
     add_touch(touches, {Touch::Pair::block_tool, Surface::floor, 0,
                         block.position + block.orientation * closest, -(block.orientation * out), gap});
-  }
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "tools/virtual_room/floor_mesh.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 
 #include <Eigen/Geometry>
@@ -48,9 +47,8 @@ FloorMesh::FloorMesh(const std::vector<Triangle>& triangles) {
     const Triangle& t = triangles_[i];
     const Vector3 least = t[0].cwiseMin(t[1]).cwiseMin(t[2]), most = t[0].cwiseMax(t[1]).cwiseMax(t[2]);
     for (std::size_t x = cell_of(least.x(), 0); x <= cell_of(most.x(), 0); ++x) {
-      for (std::size_t y = cell_of(least.y(), 1); y <= cell_of(most.y(), 1); ++y) {
+      for (std::size_t y = cell_of(least.y(), 1); y <= cell_of(most.y(), 1); ++y)
         grid_[x * cells + y].push_back(i);
-      }
     }
   }
 }

@@ -1,7 +1,6 @@
 #include "tools/virtual_room/friction.hpp"
 
 #include <bit>
-#include <cmath>
 
 #include <Eigen/LU>
 
@@ -23,9 +22,8 @@ void set_surface(rivals::Rival& rival, FrictionModel model, const rivals::Surfac
 }
 
 double limit_of(const rivals::Rival& rival, double load) {
-  if (const auto* coulomb = std::get_if<rivals::Coulomb>(&rival)) {
+  if (const auto* coulomb = std::get_if<rivals::Coulomb>(&rival))
     return coulomb->surface.kinetic_coefficient * load;
-  }
   return std::visit([&](const auto& m) { return m.surface.stribeck_force(0.0, load); }, rival);
 }
 
@@ -56,9 +54,8 @@ void Friction::take(const Parameters& p) noexcept {
   pad_ = p.pad;
   pad_id_ = p.pad_id;
   if (pad_ != nullptr) pad_->set_scale(pad_id_, p.settings.pad_radius);
-  for (std::size_t i = 0; i < patch_count; ++i) {
+  for (std::size_t i = 0; i < patch_count; ++i)
     set_surface(rivals_[i], model_, i == tool_patch ? p.tool_surface : p.surface, forget);
-  }
 }
 
 Velocity Friction::find_motion(double dt_s, const Body& body, const Velocity& external,
@@ -99,9 +96,8 @@ Velocity Friction::find_brush_motion(double dt_s, const Body& body, const Veloci
   bristle::predict_displacements<velocities>(batch_, dt_s, body, external, {feet_.data(), n + probes},
                                              {motions_.data(), n + probes});
   Velocity mean;
-  for (int v = 0; v < velocities; ++v) {
+  for (int v = 0; v < velocities; ++v)
     mean[v] = motions_[n + static_cast<std::size_t>(v / 2)].displacement[v % 2] / dt_s;
-  }
   move_pad(dt_s, mean, contacts);
   return mean;
 }
@@ -161,9 +157,8 @@ Velocity Friction::find_rival_motion(double dt_s, const Body& body, const Veloci
       const Vector9 impulse = dt_s * c.rows.transpose() * Eigen::Vector2d(force.x, force.y);
       r += impulse;
       scale = std::max(scale, impulse.norm());
-      if (with_slope) {
+      if (with_slope)
         slope += dt_s * dt_s * c.rows.transpose() * stiffness_of(rival, d, force, dt_s, c.load) * c.rows;
-      }
     }
     return r;
   };
@@ -256,9 +251,8 @@ std::uint64_t Friction::state_hash() const noexcept {
     hash ^= hash >> 32;
   };
   for (std::size_t i = 0; i < patch_count; ++i) {
-    if (model_ == FrictionModel::brush) {
+    if (model_ == FrictionModel::brush)
       mix(is_pad(i) ? pad_->state_hash(pad_id_) : batch_.state_hash(ids_[i]));
-    }
     if (const auto* lugre = std::get_if<rivals::LuGre>(&rivals_[i])) {
       mix(std::bit_cast<std::uint64_t>(lugre->z.x));
       mix(std::bit_cast<std::uint64_t>(lugre->z.y));

@@ -3,9 +3,6 @@
 
 #include <imgui.h>
 
-#include <cstdint>
-#include <vector>
-
 namespace room {
 
 namespace colours {

@@ -1,7 +1,6 @@
 #include "tools/virtual_room/hand_motion.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "tools/files/csv_rows.hpp"
 #include "tools/files/motion_file.hpp"

@@ -13,7 +13,6 @@
 #include <cstring>
 #include <deque>
 #include <filesystem>
-#include <limits>
 #include <thread>
 #include <utility>
 
@@ -123,9 +122,8 @@ struct HapticLoop::Impl {
         computing(dt),
         ending(dt),
         period(no_deadline) {
-    if (!(given.rate_hz >= 1000.0 && given.rate_hz <= 10000.0)) {
+    if (!(given.rate_hz >= 1000.0 && given.rate_hz <= 10000.0))
       throw cli::UserError(fmt::format("rate {:g} Hz; allowed: 1000 to 10000 Hz", given.rate_hz));
-    }
     if (!own_device) own_device = std::make_unique<MouseDevice>(exchange);
     device = own_device.get();
     changes.assign(given.changes.begin(), given.changes.end());
@@ -208,9 +206,7 @@ struct HapticLoop::Impl {
   void take_parameters(const Order& order) noexcept {
     const bool begins = order.parameters.settings.compare != world.settings().compare;
     world.take(order.parameters);
-    for (std::size_t i = 0; i < most_compared; ++i) {
-      beside[i]->world.take(order.beside[i]);
-    }
+    for (std::size_t i = 0; i < most_compared; ++i) beside[i]->world.take(order.beside[i]);
     // Resets the worlds for a new scene, as bristles bent in the old one would push its block.
     if (begins) reset_worlds();
   }
@@ -329,9 +325,8 @@ struct HapticLoop::Impl {
       presence = 1.0;
       simulated.store(0.0, std::memory_order_release);
     }
-    if (order.recording != Recording::as_it_is) {
+    if (order.recording != Recording::as_it_is)
       recording = hand_recorded = order.recording == Recording::begin;
-    }
     if (order.message.text[0]) remember(order.message.text);
     orders_taken.fetch_add(1, std::memory_order_release);
   }
@@ -462,9 +457,8 @@ struct HapticLoop::Impl {
     Order order;
     order.parameters = maker.make(wanted, anew);
     order.has_parameters = true;
-    for (std::size_t i = 0; i < most_compared; ++i) {
+    for (std::size_t i = 0; i < most_compared; ++i)
       order.beside[i] = beside_parameters(*beside[i], order.parameters, i, anew);
-    }
     order.revision = ++revisions;
     order.message = to_message(order.parameters.message);
     recorder.know(revisions, order.parameters.settings);

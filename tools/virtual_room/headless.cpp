@@ -114,9 +114,8 @@ void run_real(const RunOptions& o, HapticLoop& loop, const DrawFrame& draw, Summ
 }  // namespace
 
 void run_headless(const RunOptions& options, HapticLoop& loop, const DrawFrame& draw) {
-  if (!(options.seconds > 0.0)) {
+  if (!(options.seconds > 0.0))
     throw cli::UserError("no duration; give --seconds, or a script whose hand moves");
-  }
   Summary summary;
   (options.virtual_clock ? run_virtual : run_real)(options, loop, draw, summary);
   loop.finish_recording();

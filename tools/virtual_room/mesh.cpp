@@ -30,9 +30,8 @@ void join_rings(Triangles& shape, std::uint32_t first, int rings, int around) {
 std::vector<float> rounded_stations(float half, float radius) {
   constexpr int steps = 5;
   std::vector<float> stations;
-  for (int i = 0; i <= steps; ++i) {
+  for (int i = 0; i <= steps; ++i)
     stations.push_back(-half + radius * (1 - std::cos(pi / 4 * static_cast<float>(i) / steps)) * 3.4142135f);
-  }
   for (int i = steps; i >= 0; --i) stations.push_back(-stations[static_cast<std::size_t>(i)]);
   return stations;
 }
@@ -113,9 +112,8 @@ Triangles make_rod(int around, float end_radius) {
       shape.vertices.push_back(
           {Vector3f(radius * std::cos(angle), radius * std::sin(angle), static_cast<float>(j)), normal});
     }
-    for (std::uint32_t i = 1; i <= static_cast<std::uint32_t>(around); ++i) {
+    for (std::uint32_t i = 1; i <= static_cast<std::uint32_t>(around); ++i)
       shape.indices.insert(shape.indices.end(), {centre, centre + i, centre + i + 1});
-    }
   }
   return shape;
 }

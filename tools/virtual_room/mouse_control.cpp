@@ -37,9 +37,8 @@ void MouseControl::move(float px, float py, MouseButtons buttons, const Area& sc
     }
     drag_ = Drag::none;
   }
-  if (drag_ == Drag::hand) {
+  if (drag_ == Drag::hand)
     hold(camera.ray(scene, px, py), before != Drag::hand, buttons.fine, room, measures);
-  }
   if (drag_ == Drag::turn) camera.orbit(-0.006f * dx, 0.006f * dy);
   if (drag_ == Drag::shift) camera.pan(dx / scene.height, -dy / scene.height);
 }

@@ -48,12 +48,10 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
     pen.tag(x + ahead * 10 * layout.scale, y + drop * layout.scale, x >= x0 ? 0.0f : 1.0f, colour, text,
             pen.fonts.bold);
   };
-  if (arrows.friction) {
+  if (arrows.friction)
     label(arrows.friction_from, arrows.friction_to, room.friction, colours::friction, "friction", 8);
-  }
-  if (arrows.applied) {
+  if (arrows.applied)
     label(arrows.applied_to, arrows.applied_from, room.applied, colours::applied, "applied", -8);
-  }
 }
 
 void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, const RoomMeasures& measures,
@@ -175,10 +173,9 @@ void draw_scale(const Pen& pen, float x, float y, float width) {
                                     IM_COL32(247, 222, 123, 255), IM_COL32(243, 123, 90, 255)};
   static constexpr float at[] = {0, 0.4f, 0.75f, 1};
   const float high = 5 * pen.scale;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < 3; ++i)
     pen.draw.AddRectFilledMultiColor({x + width * at[i], y}, {x + width * at[i + 1], y + high}, stops[i],
                                      stops[i + 1], stops[i + 1], stops[i]);
-  }
 }
 
 void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, const BristleGlass& glass,

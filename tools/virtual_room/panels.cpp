@@ -204,11 +204,10 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
       "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
       "rest from which on friction grows; it falls with speed where a bristle lives longer than this",
       works.ageing_time);
-  if (works.bristles && room.bristle_stiffness > 0) {
+  if (works.bristles && room.bristle_stiffness > 0)
     panel.readout("bristles ζ × stiffness σ₀",
                   fmt::format("{:.0f} × {}", room.stiffness_per_newton / room.bristle_stiffness * load,
                               with_unit(room.bristle_stiffness, "N/m")));
-  }
 }
 
 void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
@@ -498,9 +497,8 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     if (!first) {
       const float end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x + gap * scale + wide;
       const bool in_first_row = ImGui::GetItemRectMin().y < layout.bar.y + 30 * scale;
-      if (end < layout.bar.width - 14 * scale - (in_first_row ? room_for_time : 0)) {
+      if (end < layout.bar.width - 14 * scale - (in_first_row ? room_for_time : 0))
         ImGui::SameLine(0, gap * scale);
-      }
     }
     first = false;
     const bool pressed = ImGui::Button(label);
@@ -517,9 +515,8 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     if (!full_speed && wishes.act == Act::none) wishes.full_speed = true;
   }
   if (button("Reset", "R: the block back to the middle")) wishes.act = Act::reset;
-  if (button("Slow pull", "L: from rest, a hand draws slowly until the block has broken away")) {
+  if (button("Slow pull", "L: from rest, a hand draws slowly until the block has broken away"))
     wishes.act = Act::slow_pull;
-  }
   if (room.recording) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(150, 36, 30, 255));
   if (button(room.recording ? "Stop###record" : "Record###record",
              "C: hand and forces as CSV, in files of their own; begins with a reset", 10)) {
@@ -527,9 +524,8 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (room.recording) ImGui::PopStyleColor();
   if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
-  if (button("Save", "a picture, a film, the plots or the settings, into the working folder", 10)) {
+  if (button("Save", "a picture, a film, the plots or the settings, into the working folder", 10))
     ImGui::OpenPopup("save");
-  }
   if (ImGui::BeginPopup("save")) {
     wishes.screenshot = ImGui::MenuItem("Picture of the window, PNG", "F12");
     wishes.film = ImGui::MenuItem("Film of the last 15 s, animated PNG", "F");

@@ -84,9 +84,8 @@ class Frame {
   }
   void dashed(double y, ImU32 colour, float dash = 5) const {
     const float py = at(x_.low, y).y;
-    for (float x = inner_.x; x < inner_.x + inner_.width; x += dash + 4) {
+    for (float x = inner_.x; x < inner_.x + inner_.width; x += dash + 4)
       draw_.AddLine({x, py}, {x + dash, py}, colour);
-    }
   }
   // Draws a ring at a value of the plot with a label beside it, on the side that has room.
   void mark(double x, double y, ImU32 colour, const std::string& text) const {
@@ -319,18 +318,15 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   frame.grid_y(1, 4);
   frame.clip();
   draw_levels(frame, levels);
-  if (!(levels.peak > 0)) {
+  if (!(levels.peak > 0))
     draw_curve(draw, frame, history, first, IM_COL32(226, 230, 236, 110), 0.7f * stroke(fonts),
                [](const PlotPoint& p) { return p.holds; });
-  }
-  for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;) {
+  for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;)
     draw_curve(draw, frame, history, first, compared_colour(k), 0.8f * stroke(fonts),
                [k](const PlotPoint& p) { return -p.beside_friction[k]; });
-  }
-  if (!beside.driven) {
+  if (!beside.driven)
     draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
                [](const PlotPoint& p) { return p.applied; });
-  }
   draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
              [](const PlotPoint& p) { return -p.friction; });
   draw_snaps(draw, frame, fonts, history, first, seconds);
@@ -352,10 +348,9 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   const float right = frame.inner().x + frame.inner().width;
   const bool above = right - frame.title_end() > 14 * fonts.small->FontSize;
   const float y = above ? area.y : frame.inner().y + frame.inner().height - 1.3f * fonts.small->FontSize;
-  if (!above) {
+  if (!above)
     draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
                        {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
-  }
   if (beside.driven) {  // blocks that a carriage moves: names in their curves' colours, no hand force
     legend(frame, draw, fonts, right, y, colours::friction, beside.names[0], used);
   } else {
@@ -409,11 +404,10 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
     return last;
   };
   if (history.size()) {
-    for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;) {
+    for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;)
       loop(
           compared_colour(k), [k](const PlotPoint& p) { return p.beside_displacement[k]; },
           [k](const PlotPoint& p) { return -p.beside_friction[k]; });
-    }
     const ImVec2 last = loop(
         colours::friction, [](const PlotPoint& p) { return p.displacement; },
         [](const PlotPoint& p) { return -p.friction; });

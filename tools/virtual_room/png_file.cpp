@@ -53,9 +53,8 @@ PixelImage read_pixels(int width, int height, int left, int bottom) {
 }
 
 void write_png(const std::string& file, const PixelImage& image) {
-  if (!stbi_write_png(file.c_str(), image.width, image.height, 3, image.rgb.data(), 3 * image.width)) {
+  if (!stbi_write_png(file.c_str(), image.width, image.height, 3, image.rgb.data(), 3 * image.width))
     throw cli::UserError("cannot write the picture " + file);
-  }
 }
 
 PixelImage halve(const PixelImage& image) {

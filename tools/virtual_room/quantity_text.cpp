@@ -21,9 +21,8 @@ std::string with_unit(double value, const char* unit) {
 
 std::string with_commas(std::uint64_t count) {
   std::string digits = fmt::format("{}", count);
-  for (auto i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0; i -= 3) {
+  for (auto i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0; i -= 3)
     digits.insert(static_cast<std::size_t>(i), ",");
-  }
   return digits;
 }
 

@@ -96,9 +96,8 @@ class DrawingBoard {
       glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, formats[i], width, height);
       glFramebufferRenderbuffer(GL_FRAMEBUFFER, places[i], GL_RENDERBUFFER, buffers_[i]);
     }
-    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
       throw std::runtime_error("this OpenGL gives no frame buffer of the picture's size");
-    }
   }
 
   void resolve_into(GLuint target, int width, int height) const {

@@ -1,7 +1,6 @@
 // Options of the program bristle-room on the command line.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

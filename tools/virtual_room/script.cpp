@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -37,9 +36,8 @@ void read_settings(const TomlTable& table, Settings& s) {
                    static_cast<std::size_t>(s.compare)));
   s.bristles =
       static_cast<std::uint32_t>(table.integer("bristles", fewest_bristles, most_bristles, s.bristles));
-  for (const SettingRange& r : setting_ranges) {
+  for (const SettingRange& r : setting_ranges)
     s.*r.member = table.number(r.name, {r.min, r.max, false, r.unit}, s.*r.member);
-  }
   if (table.has("slope_deg")) s.slope = degree * table.number("slope_deg", {-45.0, 45.0, false, "degrees"});
   std::string message;
   checked_settings(s, Settings{}, message);
@@ -135,9 +133,8 @@ Script parse_script(const std::string& text, const std::string& path, const Room
     }
     script.hand.rows.push_back(row);
   }
-  if (script.seconds == 0.0) {
+  if (script.seconds == 0.0)
     script.seconds = std::max(script.hand.end(), script.changes.empty() ? 0.0 : script.changes.back().t);
-  }
   return script;
 }
 

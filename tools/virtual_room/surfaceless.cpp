@@ -26,9 +26,8 @@ SurfacelessContext::SurfacelessContext() {
   if (!library) complain("libEGL.so.1 is not installed");
   dlclose(library);
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-  if (!extensions || !epoxy_extension_in_string(extensions, "EGL_MESA_platform_surfaceless")) {
+  if (!extensions || !epoxy_extension_in_string(extensions, "EGL_MESA_platform_surfaceless"))
     complain("this EGL has no surfaceless platform");
-  }
   display_ = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
   if (!display_ || !eglInitialize(display_, nullptr, nullptr)) complain("EGL does not start");
   const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
@@ -38,9 +37,8 @@ SurfacelessContext::SurfacelessContext() {
                                EGL_CONTEXT_OPENGL_PROFILE_MASK,
                                EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                EGL_NONE};
-  if (eglBindAPI(EGL_OPENGL_API)) {
+  if (eglBindAPI(EGL_OPENGL_API))
     context_ = eglCreateContext(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-  }
   if (!context_ || !eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) {
     if (context_) eglDestroyContext(display_, context_);
     eglTerminate(display_);

@@ -121,9 +121,8 @@ UdpDevice::UdpDevice(int port, const char* address, double silence_s, std::uint6
   sockaddr_in own{};
   own.sin_family = AF_INET;
   own.sin_port = htons(static_cast<std::uint16_t>(port));
-  if (inet_pton(AF_INET, address, &own.sin_addr) != 1) {
+  if (inet_pton(AF_INET, address, &own.sin_addr) != 1)
     throw cli::UserError(fmt::format("udp device: '{}' is not an IPv4 address", address));
-  }
   socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const auto* bound = reinterpret_cast<const sockaddr*>(&own);
   if (socket_ < 0 || bind(socket_, bound, sizeof own) != 0) {

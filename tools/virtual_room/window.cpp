@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <deque>
 #include <filesystem>
@@ -387,10 +386,9 @@ class RoomWindow {
   void export_plots() {
     std::string text = "t,x,friction,applied\n";
     const History& h = view_->history();
-    for (std::size_t i = 0; i < h.size(); ++i) {
+    for (std::size_t i = 0; i < h.size(); ++i)
       text += fmt::format("{:.6g},{:.9g},{:.6g},{:.6g}\n", h[i].time, h[i].displacement, -h[i].friction,
                           h[i].applied);
-    }
     write_file(dated_name(".csv"), text);
   }
 

@@ -486,9 +486,8 @@ void World::show(Snapshot& to) const noexcept {
     view.limit = place.limit;
     view.torque = place.torque;
     view.torque_limit = place.torque_limit;
-    if (parameters_.settings.model == FrictionModel::brush) {
+    if (parameters_.settings.model == FrictionModel::brush)
       to.bristles_total += bristles_of(parameters_.settings, static_cast<std::size_t>(place.patch));
-    }
   }
 }
 

@@ -163,7 +163,6 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept;
 void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<double> zy,
                   Span<double> delta) noexcept;
 std::uint64_t cohort_signature(const Patch& p) noexcept;
-std::size_t saved_cohorts_size(const Patch& p) noexcept;
 void save_cohorts(const Patch& p, ByteWriter& write) noexcept;
 const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
 void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;

@@ -33,7 +33,6 @@ double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noe
 void draw_cut(Cohorts& r, double* kept) noexcept;
 
 // --- saved state and hash; a patch that does not fluctuate adds nothing to them
-constexpr std::size_t fluctuation_fields_size = 2 * 8;
 template <class Io, class State>
 void fluctuation_fields(Io& io, State& s) noexcept {
   io(s.draws);

@@ -97,7 +97,6 @@ constexpr ContactModel cohorts_model = {.name = "cohorts",
                                         .describe = &describe,
                                         .read_bristles = &read_cohorts,
                                         .signature = &cohort_signature,
-                                        .saved_size = &saved_cohorts_size,
                                         .save = &save_cohorts,
                                         .find_fault = &find_cohort_fault,
                                         .restore = &restore_cohorts};

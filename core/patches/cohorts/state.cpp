@@ -43,7 +43,6 @@ void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
   io(r.glide.known);
   io(r.glide.on);
 }
-constexpr std::size_t cohort_fields_size = 4 * 8 + 2 * (10 * 8 + 4) + 6 * 4 + 4 * 8;
 
 /// Lists the fields that an ageing patch saves besides the times when its cohorts were last straight.
 template <class Io>
@@ -53,14 +52,6 @@ void ageing_fields(Io& io, CohortAgeing& a) noexcept {
   io(a.until);
   io(a.oldest);
 }
-constexpr std::size_t ageing_fields_size = 5 * 8;
-
-/// Returns the number of bytes of the saved ageing state, 0 where the material does not age.
-std::size_t saved_ageing_size(const Cohorts& r) noexcept {
-  return r.ageing == nullptr ? 0 : ageing_fields_size + std::size_t{r.capacity} * sizeof(double);
-}
-
-bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
 /// Reads the value in one column of cohort i.
 double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcept {
@@ -271,12 +262,6 @@ std::uint64_t cohort_signature(const Patch& p) noexcept {
   if (r.noise != nullptr) hasher.add(std::uint64_t{r.options.fluctuation});
   hasher.add(static_cast<std::uint64_t>(p.axes) << 8 | static_cast<std::uint64_t>(p.outputs));
   return hasher.value();
-}
-
-std::size_t saved_cohorts_size(const Patch& p) noexcept {
-  const Cohorts& r = cohorts(p);
-  return cohort_fields_size + (r.noise != nullptr ? fluctuation_fields_size : 0) +
-         std::size_t{r.capacity} * cohort_columns * sizeof(double) + saved_ageing_size(r);
 }
 
 void save_cohorts(const Patch& p, ByteWriter& write) noexcept {

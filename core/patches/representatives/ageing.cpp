@@ -1,7 +1,6 @@
 // Representative bristles that age (core/patches/AGEING.md): their ages between steps, and the constants with
 // which long steps at one sliding speed are made at once.
 #include <algorithm>
-#include <cmath>
 
 #include "core/materials/elementary.hpp"
 #include "core/materials/steady_sliding.hpp"

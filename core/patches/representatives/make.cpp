@@ -32,7 +32,6 @@ constexpr ContactModel representatives_model = {
     .describe = &describe<T>,
     .read_bristles = &read_bristles<T>,
     .signature = &signature<T>,
-    .saved_size = &saved_size<T>,
     .save = &save<T>,
     .find_fault = &find_fault<T>,
     .restore = &restore<T>};

@@ -351,8 +351,6 @@ void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<doub
 template <class T>
 std::uint64_t signature(const Patch& p) noexcept;
 template <class T>
-std::size_t saved_size(const Patch& p) noexcept;
-template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept;
 template <class T>
 const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;

@@ -18,7 +18,6 @@ void count_fields(Io& io, Count& c) noexcept {
   io(c.detail);
   io(c.whole);
 }
-constexpr std::size_t count_size = 3 * 8 + 2 * 4;
 
 /// Lists the fields that are saved only if the material has shared renewal.
 template <class Io, class State>
@@ -36,18 +35,11 @@ void renewal_fields(Io& io, State& state, bool ages) noexcept {
   io(state.run_ageing);
   io(state.run_until);
 }
-constexpr std::size_t renewal_size = 8 * 8 + 4;
 
-template <class Io, class AnyBlock>
-void block_fields(Io& io, AnyBlock& block) noexcept {
-  for (int axis = 0; axis < 2; ++axis) io(block.position[axis]);
-  for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
-}
-constexpr std::size_t block_fields_size = 4 * 8;
 /// Returns the number of bytes saved for a block; where bristles age, with the time of its last rewrite.
 template <class T>
 std::size_t block_size_of(const Representatives<T>& r) noexcept {
-  return block_fields_size + (r.ages() ? 8 : 0);
+  return saved_block_size + (r.ages() ? 8 : 0);
 }
 
 /// Bristles of one block: number of the first, how many, and how many of them have saved columns (in contact,
@@ -85,8 +77,6 @@ struct Reading {
 
 /// Largest number of snaps of a bristle in a piece of path, by which saved renewals still owed are checked.
 constexpr double most_snaps_of_piece = 64.0;
-
-bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
 /// Checks a saved block. Stored values count from the block's position and, after a renewal, may exceed every
 /// deflection, so there are two bounds: `longest` for deflections, and `farthest` for stored values.
@@ -210,17 +200,6 @@ std::uint64_t signature(const Patch& p) noexcept {
   hasher.add(static_cast<std::uint64_t>(r.variant) << 8 | static_cast<std::uint64_t>(p.outputs) << 4 |
              (r.options.compared.random_lengths ? 2u : 0u));
   return hasher.value();
-}
-
-template <class T>
-std::size_t saved_size(const Patch& p) noexcept {
-  const Representatives<T>& r = representatives<T>(p);
-  std::size_t bristle = 0;
-  Representatives<T>::columns(r, [&bristle](const auto* column, const ColumnRule& rule) {
-    if (is_saved(rule.filler) && rule.count > 0) bristle += sizeof *column;
-  });
-  return count_size + (r.renews() ? renewal_size + (r.ages() ? 16 : 0) : 0) +
-         r.block_count * block_size_of(r) + r.bristles * bristle;
 }
 
 template <class T>
@@ -349,7 +328,6 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   note_count<T>(p);
 }
 
-BRISTLE_INSTANTIATE(find_stored_energy, read_bristles, hash_patch, signature, saved_size, save, find_fault,
-                    restore)
+BRISTLE_INSTANTIATE(find_stored_energy, read_bristles, hash_patch, signature, save, find_fault, restore)
 
 }  // namespace bristle::detail

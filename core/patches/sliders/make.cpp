@@ -1,7 +1,6 @@
 // Makes and resets a patch of bristles that slide at their limit.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -117,7 +116,6 @@ constexpr ContactModel sliders_model = {
     .describe = &describe<T>,
     .read_bristles = &read_bristles<T>,
     .signature = &signature<T>,
-    .saved_size = &saved_sliders_size<T>,
     .save = &save_sliders<T>,
     .find_fault = &find_slider_fault<T>,
     .restore = &restore_sliders<T>};
@@ -203,8 +201,7 @@ Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const Patch
   if (options.population == Population::infinite)
     throw Error(
         "PatchOptions: population = infinite: the material has SnapRule::slide, whose bristles are strata of "
-        "its "
-        "law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
+        "its law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
   if (options.compared.literal)
     throw Error("PatchOptions: the literal rule is the paper's loop of snaps; SnapRule::slide has none");
   if (options.fluctuation != 0)

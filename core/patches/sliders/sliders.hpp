@@ -127,8 +127,6 @@ void take_over_sliders(Patch& to, Patch& from) noexcept;
 template <class T>
 std::uint64_t hash_sliders(const Patch& p) noexcept;
 template <class T>
-std::size_t saved_sliders_size(const Patch& p) noexcept;
-template <class T>
 void save_sliders(const Patch& p, ByteWriter& write) noexcept;
 template <class T>
 const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;

@@ -1,7 +1,5 @@
 // Hash and saved bytes of a patch of bristles that slide at their limit. The format of the bytes:
 // core/patches/SAVED_STATE.md.
-#include <cmath>
-
 #include "core/common/hashing.hpp"
 #include "core/patches/sliders/sliders.hpp"
 
@@ -16,21 +14,13 @@ void sum_fields(Io& io, Sum& sum) noexcept {
   for (int axis = 0; axis < 2; ++axis) io(sum.part_sum[axis]);
   for (int axis = 0; axis < 2; ++axis) io(sum.part_position[axis]);
 }
-constexpr std::size_t sum_size = 4 + 5 * 8;
 struct SavedSums {
   std::uint32_t detail = 0;
   double stiff_zeta = 0.0;
   std::int64_t part_sum[2] = {0, 0}, part_position[2] = {0, 0};
 };
 
-template <class Io, class AnyBlock>
-void block_fields(Io& io, AnyBlock& block) noexcept {
-  for (int axis = 0; axis < 2; ++axis) io(block.position[axis]);
-  for (int axis = 0; axis < 2; ++axis) io(block.stored[axis]);
-}
-constexpr std::size_t block_bytes = 4 * 8;
-
-bool within(double value, double most) noexcept { return value >= -most && value <= most; }
+bool within(double value, double most) noexcept { return detail::within(value, -most, most); }
 
 }  // namespace
 
@@ -53,14 +43,6 @@ std::uint64_t hash_sliders(const Patch& p) noexcept {
     if (r.since != nullptr) hasher.add(time_of(p) - r.since[i]);
   }
   return hasher.value();
-}
-
-template <class T>
-std::size_t saved_sliders_size(const Patch& p) noexcept {
-  const Sliders<T>& r = sliders<T>(p);
-  return sum_size + r.block_count * block_bytes +
-         r.bristles *
-             (sizeof(T) * static_cast<std::size_t>(p.axes) + (r.since != nullptr ? sizeof(double) : 0));
 }
 
 template <class T>
@@ -99,7 +81,7 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
   const double longest = p.material().longest * growth * (1.0 + 1e-3);
   const double longest_units = longest * fixed_per_length;
   ByteReader blocks = read;
-  read.skip(r.block_count * block_bytes);
+  read.skip(r.block_count * saved_block_size);
   double sum[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.axes; ++axis) {
     double moved = 0.0;
@@ -142,7 +124,7 @@ void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   r.stiff_zeta = sums.stiff_zeta;
   fill_strata<T>(r);
   ByteReader blocks = read;
-  read.skip(r.block_count * block_bytes);
+  read.skip(r.block_count * saved_block_size);
   const auto column = [&](auto* to) {
     if (to == nullptr) return;
     read.column(to, r.bristles);
@@ -160,6 +142,6 @@ void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   }
 }
 
-BRISTLE_INSTANTIATE(hash_sliders, saved_sliders_size, save_sliders, find_slider_fault, restore_sliders)
+BRISTLE_INSTANTIATE(hash_sliders, save_sliders, find_slider_fault, restore_sliders)
 
 }  // namespace bristle::detail

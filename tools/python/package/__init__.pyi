@@ -12,6 +12,7 @@ __version__: str
 motion_dtype: np.dtype[Any]
 response_dtype: np.dtype[Any]
 
+_Path = Union[str, os.PathLike[str]]
 _Structs = np.ndarray[Any, np.dtype[Any]]
 _Records = np.recarray[Any, np.dtype[Any]]
 
@@ -101,28 +102,13 @@ class Material:
     @overload
     @staticmethod
     def from_coefficients(
-        *,
-        kinetic: float = ...,
-        peak: float = ...,
-        presliding_length: float = ...,
-        bristles_per_newton: float = ...,
-        law: str = ...,
-        rule: str = ...,
-        damping_per_newton: float = ...,
-        viscous_friction: float = ...,
-        stribeck_velocity: float = ...,
-        damper_decay: str = ...,
-        residual_share: float = ...,
-        shared_renewal: float = ...,
-        kinetic_speed: float = ...,
-        fall_per_decade: float = ...,
-        growth_per_decade: float = ...,
-        ageing_time: float = ...,
-        ageing_form: str = ...,
-        speed_strengthening: float = ...,
-        strengthening_speed: float = ...,
-        spread: float = ...,
-        drop: float = ...,
+        *, kinetic: float = ..., peak: float = ..., presliding_length: float = ...,
+        bristles_per_newton: float = ..., law: str = ..., rule: str = ..., damping_per_newton: float = ...,
+        viscous_friction: float = ..., stribeck_velocity: float = ..., damper_decay: str = ...,
+        residual_share: float = ..., shared_renewal: float = ..., kinetic_speed: float = ...,
+        fall_per_decade: float = ..., growth_per_decade: float = ..., ageing_time: float = ...,
+        ageing_form: str = ..., speed_strengthening: float = ..., strengthening_speed: float = ...,
+        spread: float = ..., drop: float = ...
     ) -> Material: ...
     def coefficients(self, kinetic_speed: float = ...) -> Coefficients: ...
     def validate(self) -> None: ...
@@ -221,9 +207,7 @@ class _PatchInfo(TypedDict):
     kernel: str
 
 class PatchBatch:
-    def __init__(
-        self, *, threads: int = ..., isa: Optional[str] = ..., servo_core: int = ...
-    ) -> None: ...
+    def __init__(self, *, threads: int = ..., isa: Optional[str] = ..., servo_core: int = ...) -> None: ...
     def __len__(self) -> int: ...
     def add(self, material: Material, options: PatchOptions = ...) -> int: ...
     def add_many(self, count: int, material: Material, options: PatchOptions = ...) -> NDArray[np.uint64]: ...
@@ -244,9 +228,7 @@ class PatchBatch:
     def info(self, id: int) -> _PatchInfo: ...
     def stored_energy(self, id: int) -> float: ...
     def state_hash(self, id: Optional[int] = ...) -> int: ...
-    def read_bristles(
-        self, id: int
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+    def read_bristles(self, id: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def save_state(self) -> bytes: ...
     def restore_state(self, state: bytes) -> None: ...
     threads: Final[int]
@@ -437,44 +419,20 @@ class FitResult:
 
 @overload
 def fit(
-    file: Union[str, os.PathLike[str], Sequence[Union[str, os.PathLike[str]]]],
-    *,
-    load: Optional[float] = ...,
-    sign: str = ...,
-    law: str = ...,
-    rule: str = ...,
-    damper_decay: str = ...,
-    residual: Optional[float] = ...,
-    renewal: Optional[float] = ...,
-    columns: Mapping[str, Union[str, int]] = ...,
-    units: Mapping[str, str] = ...,
-    speed: Optional[float] = ...,
-    stroke: Optional[float] = ...,
-    position: Optional[Union[str, os.PathLike[str]]] = ...,
-    clock: float = ...,
-    clip_load: float = ...,
-    radius: Optional[float] = ...,
-    disc: Optional[float] = ...,
-    mass: float = ...,
-    compliance: Optional[float] = ...,
-    delay: Optional[float] = ...,
+    file: Union[_Path, Sequence[_Path]], *,
+    load: Optional[float] = ..., sign: str = ..., law: str = ..., rule: str = ..., damper_decay: str = ...,
+    residual: Optional[float] = ..., renewal: Optional[float] = ...,
+    columns: Mapping[str, Union[str, int]] = ..., units: Mapping[str, str] = ...,
+    speed: Optional[float] = ..., stroke: Optional[float] = ...,
+    position: Optional[_Path] = ..., clock: float = ..., clip_load: float = ...,
+    radius: Optional[float] = ..., disc: Optional[float] = ..., mass: float = ...,
+    compliance: Optional[float] = ..., delay: Optional[float] = ...
 ) -> FitResult: ...
 @overload
 def fit(
-    t: ArrayLike,
-    x: ArrayLike,
-    force: ArrayLike,
-    load: ArrayLike,
-    *,
-    sign: str = ...,
-    law: str = ...,
-    rule: str = ...,
-    damper_decay: str = ...,
-    residual: Optional[float] = ...,
-    renewal: Optional[float] = ...,
-    mass: float = ...,
-    compliance: Optional[float] = ...,
-    delay: Optional[float] = ...,
+    t: ArrayLike, x: ArrayLike, force: ArrayLike, load: ArrayLike, *, sign: str = ..., law: str = ...,
+    rule: str = ..., damper_decay: str = ..., residual: Optional[float] = ..., renewal: Optional[float] = ...,
+    mass: float = ..., compliance: Optional[float] = ..., delay: Optional[float] = ...
 ) -> FitResult: ...
 
 class SceneRun:
@@ -489,7 +447,7 @@ class SceneRun:
     def to_xarray(self) -> Any: ...
 
 class Scene:
-    def __init__(self, path: Union[str, os.PathLike[str]]) -> None: ...
+    def __init__(self, path: _Path) -> None: ...
     file: Final[str]
     name: Final[str]
     description: Final[str]
@@ -499,27 +457,15 @@ class Scene:
     bodies: Final[list[str]]
     materials: Final[dict[str, Material]]
     def run(
-        self,
-        *,
-        steps: Optional[int] = ...,
-        threads: Optional[int] = ...,
-        isa: Optional[str] = ...,
-        bristles: Optional[int] = ...,
-        trace: Union[str, os.PathLike[str], None] = ...,
-        clip_load: float = ...,
-        out_patches: Optional[int] = ...,
+        self, *, steps: Optional[int] = ..., threads: Optional[int] = ..., isa: Optional[str] = ...,
+        bristles: Optional[int] = ..., trace: Optional[_Path] = ...,
+        clip_load: float = ..., out_patches: Optional[int] = ...
     ) -> SceneRun: ...
 
 def run_scene(
-    path: Union[str, os.PathLike[str]],
-    *,
-    steps: Optional[int] = ...,
-    threads: Optional[int] = ...,
-    isa: Optional[str] = ...,
-    bristles: Optional[int] = ...,
-    trace: Union[str, os.PathLike[str], None] = ...,
-    clip_load: float = ...,
-    out_patches: Optional[int] = ...,
+    path: _Path, *, steps: Optional[int] = ..., threads: Optional[int] = ...,
+    isa: Optional[str] = ..., bristles: Optional[int] = ..., trace: Optional[_Path] = ...,
+    clip_load: float = ..., out_patches: Optional[int] = ...
 ) -> SceneRun: ...
 class SweepTable:
     study: Final[str]
@@ -528,27 +474,18 @@ class SweepTable:
     units: Final[dict[str, str]]
     def __getitem__(self, name: str) -> NDArray[Any]: ...
     def __len__(self) -> int: ...
-    def write(self, path: Union[str, os.PathLike[str]]) -> None: ...
+    def write(self, path: _Path) -> None: ...
     def to_pandas(self) -> Any: ...
     def to_xarray(self) -> Any: ...
 
 def sweep(
-    scene: Union[str, os.PathLike[str]],
-    vary: Union[Mapping[str, Union[str, Sequence[Any], NDArray[Any]]], Sequence[str]],
-    *,
-    sample: str = ...,
-    points: int = ...,
-    repeat: int = ...,
-    seed: Optional[int] = ...,
-    set: Optional[Mapping[str, Any]] = ...,
-    reference: Optional[Mapping[str, Any]] = ...,
-    report: Union[str, Sequence[str]] = ...,
-    window: Optional[tuple[float, float]] = ...,
-    steps: Optional[int] = ...,
-    out: Union[str, os.PathLike[str], Sequence[Union[str, os.PathLike[str]]], None] = ...,
-    journal: Union[str, os.PathLike[str], None] = ...,
-    threads: int = ...,
-    isa: Optional[str] = ...,
-    client: Optional[Any] = ...,
+    scene: _Path,
+    vary: Union[Mapping[str, Union[str, Sequence[Any], NDArray[Any]]], Sequence[str]], *, sample: str = ...,
+    points: int = ..., repeat: int = ..., seed: Optional[int] = ..., set: Optional[Mapping[str, Any]] = ...,
+    reference: Optional[Mapping[str, Any]] = ..., report: Union[str, Sequence[str]] = ...,
+    window: Optional[tuple[float, float]] = ..., steps: Optional[int] = ...,
+    out: Union[_Path, Sequence[_Path], None] = ...,
+    journal: Optional[_Path] = ..., threads: int = ..., isa: Optional[str] = ...,
+    client: Optional[Any] = ...
 ) -> SweepTable: ...
 def experiment(name: str, *, models: Optional[list[str]] = ..., **parameters: Any) -> dict[str, Any]: ...
