@@ -14,7 +14,7 @@ namespace bristle::detail {
 /// Columns of a bed, one number for each bristle; the count is a multiple of lane_count. They lie in blocks:
 /// 16 bristles of each column, then the next 16. Columns that a step reads come first, constants last.
 enum BedColumn : std::uint32_t {
-  bed_tip_x,  ///< place of the bristle's tip: place of its root less its deflection
+  bed_tip_x,  ///< x of the bristle's tip: place of its root less its deflection
   bed_tip_y,
   bed_pressure,        ///< relative pressure at the bristle; times BedStep::limit_of_pressure it is the
                        ///< bristle's friction limit
@@ -25,7 +25,7 @@ enum BedColumn : std::uint32_t {
   bed_slid,   ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
   bed_kept,   ///< share of the cell's present contact that was in contact before the step too; the deflection
               ///< is multiplied by it
-  bed_moved,  ///< share of the step, on average, during which the cell's part in contact has touched
+  bed_moved,  ///< share of the step's motion that bends the bristle: below 1 if its cell has just entered
   bed_along,  ///< place of a rolling bristle in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
 
   // Columns of constants.
@@ -34,7 +34,7 @@ enum BedColumn : std::uint32_t {
               ///< cell's row
   bed_outer,  ///< squared size of the contact from which the whole cell touches; in a rolling bed: half
               ///< length of the cell's row at full load
-  bed_share,  ///< factor of the cell's relative pressure; in a rolling bed the inverse of bed_outer
+  bed_share,  ///< factor of the relative pressure at the cell; in a rolling bed the inverse of bed_outer
   bed_columns,
   bed_state_columns = bed_own
 };
@@ -51,17 +51,17 @@ struct BedPlaces {
   std::uint32_t count;
   BedProfile profile;
   float size2;          ///< squared size of the contact, relative to its size at full load
-  float inverse_size2;  ///< one over size2
+  float inverse_size2;  ///< one over size2; 0 for a contact without size
 
   // Data of a rolling bed:
   bool chords;        ///< Whether the rows of cells end on an ellipse; if not, all rows end at `edge`.
-  float edge;         ///< half length of all rows in contact, relative to full load
-  float rolled;       ///< distance rolled, in half lengths of a row of length 1; positive is forward
-  float over_rolled;  ///< inverse of the magnitude of `rolled`
+  float edge;         ///< half length of the part of each row in contact, relative to that at full load
+  float rolled;       ///< distance rolled, in half lengths of the contact at full load; positive is forward
+  float over_rolled;  ///< one over the distance rolled, without sign
   bool turned;        ///< Whether the rows have turned, so that rolling changes y too.
-  float cell;         ///< h, width of a cell, in half lengths of its row
-  float axes[4];      ///< factors that give a bristle's x from its place along the row [0] and across [1],
-                      ///< and its y from [2] and [3]
+  float cell;         ///< h, width of a cell along its row, in half lengths of the row
+  float axes[4];      ///< factors of a bristle's place along the row and across it in its x [0, 1] and its
+                      ///< y [2, 3]; x is the difference of both terms, y their sum
   float root[4];      ///< displacement of the bristles' roots by translation along x and y [0, 1], then by
                       ///< turning along x and y [2, 3]
 };
@@ -72,7 +72,7 @@ struct BedStep {
                          ///< rolling
   float motion[4];       ///< displacement of the bristles' roots in this step, in the same four parts as
                          ///< BedPlaces::root
-  bool torque;           ///< Whether the caller asks for the torque although the bed does not spin.
+  bool torque;           ///< Whether the torque is computed also in a step without spin.
   bool rolled;           ///< Whether every tip is rewritten relative to a root at zero, as after rolling or a
                          ///< long motion.
   float half_rolled[2];  ///< half of the distance rolled in the step, as a vector; 0 without rolling
@@ -102,11 +102,11 @@ struct BedSums {
                                                        ///< x^2 and y^2
 };
 
-/// Bits of the index by which a step's kernel is chosen.
+/// Bits of an index into BedKernels::step.
 enum BedVariant : std::uint32_t {
   bed_spins = 1,
-  bed_carried = 2,  ///< whether load, size or places have changed, so that bed_kept and bed_moved matter and
-                    ///< limits may fall
+  bed_carried = 2,  ///< set if the contact rolled or changed its size, a limit fell, or the motion is long;
+                    ///< only then are bed_kept and bed_moved read
   bed_all_outputs = 4,
   bed_drops = 8,
   bed_variants = 16
@@ -114,15 +114,15 @@ enum BedVariant : std::uint32_t {
 
 struct BedKernels {
   void (*step[bed_variants])(const BedStep&, float* columns, BedSums&);
-  /// Fills stiffness, pressure and bed_kept of a bed under a new size. Returns the sum of stiffness x
-  /// pressure.
+  /// Fills bed_kept and the columns of stiffness and pressure for a new size of the contact. Returns the sum
+  /// of stiffness x pressure.
   double (*place)(const BedPlaces&, float* columns);
-  /// Fills the columns that place() fills, for a bed that can roll but did not in this step.
+  /// Fills the columns of place(), and places and tips, for a bed that can roll but did not in this step.
   double (*place_rows)(const BedPlaces&, float* columns);
-  /// Fills the columns that place_rows() fills, after rolling by BedPlaces::rolled, which is not 0. Tips are
-  /// then relative to roots at zero.
+  /// Moves the cells along their rows by BedPlaces::rolled, which is not 0, and fills the columns of place(),
+  /// places and bed_moved. Does not write the tips, which must be relative to roots at zero.
   double (*roll)(const BedPlaces&, float* columns);
-  /// Changes the reference of the tips' places: from the present root (BedPlaces::root) to a root at zero.
+  /// Moves the tips as the caller moves the roots, from BedPlaces::root back to zero; deflections stay.
   void (*rebase)(const BedPlaces&, float* columns);
   JointKernel joint[joint_variants];
 };

@@ -48,28 +48,28 @@ struct alignas(32) SurvivalCell {
   double start;     ///< x, snap length at the beginning of the cell, scaled
 };
 constexpr double survival_offset = 0.0625;
-constexpr int survival_shift = 52 - 7;                ///< number of mantissa bits that number no cell: the
-                                                      ///< upper 7 bits number the cells of an octave
+constexpr int survival_shift = 52 - 7;                ///< shift of the bits of x + 1/16 that leaves exponent
+                                                      ///< and 7 mantissa bits: 128 cells for each octave
 constexpr std::uint64_t survival_first = 1019u << 7;  ///< number of the first cell: the upper bits of
                                                       ///< survival_offset
 
-/// Longest piece of path, as a share of the longest snap length; a piece may become a fifth longer than asked
-/// for.
+/// Longest piece of path that is planned, as a share of the longest snap length. The last piece of a move may
+/// be a fifth longer.
 constexpr double longest_piece_share = 0.6;
 
 struct CohortLaw {
   const SurvivalCell* cells;
-  double end;             ///< snap length from which S is 0; longer lengths count as this one
+  double end;             ///< snap length from which S is 0; longer deflections count as this one
   double sure;            ///< snap length up to which S is 1 to the last unit of mass; a cohort's R is
                           ///< at least this
   double mean;            ///< mean snap length, scaled
   double piece;           ///< longest piece of path that is computed at once, scaled
   double forget;          ///< path of a straight slide after which the force does not depend on how the slide
                           ///< began, scaled
-  double negligible;      ///< share of the patch's mass below which a cohort is snapped as a whole
+  double negligible;      ///< share of the patch's mass below which the rest of a cohort snaps as a whole
   double slow;            ///< distance from either end of a move beyond which its pieces may grow in
                           ///< proportion to the distance, scaled
-  double longest_growth;  ///< largest factor by which such pieces grow
+  double longest_growth;  ///< largest factor by which pieces grow between these distances
   double most_apart;      ///< largest factor by which the squared distance of two cohorts may grow when they
                           ///< are moved apart
   double residual;        ///< l_r, scaled: deflection left after a snap; the reach R counts from it
@@ -85,11 +85,11 @@ struct CohortLaw {
 /// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), and R
 /// is (deflection - l_r) / g. Null and 0 for kernels without ageing.
 struct CohortTimes {
-  double* births;      ///< times at which the bristles of each cohort were last straight
-  double now;          ///< time at the end of a move or of a piece of a move
-  double per_length;   ///< time that a scaled length of the path takes, s
-  double strength;     ///< strength of ageing: beta (logarithmic) or gain (saturating)
-  double rate;         ///< 1 / tau, tau the ageing time; 1/s
+  double* births;     ///< times at which the bristles of each cohort were last straight
+  double now;         ///< present time: the end of a piece of a move; in CohortMove the beginning of the move
+  double per_length;  ///< time that a scaled length of the path takes, s
+  double strength;    ///< strength of ageing: beta (logarithmic) or gain (saturating)
+  double rate;        ///< 1 / tau, tau the ageing time; 1/s
   unsigned saturates;  ///< 1: g = 1 + gain (1 - exp(-a / tau)); 0: g = 1 + beta ln(1 + a / tau)
 };
 
@@ -102,33 +102,33 @@ struct CohortState {
   double mass = 0.0;                 ///< mass of all cohorts, an integer
   double moment[2] = {0.0, 0.0};     ///< sum over the cohorts of mass x place, for x and y
   double direction[2] = {0.0, 0.0};  ///< direction of the present straight slide of the patch
-  double run = 0.0;                  ///< length of that straight slide so far, scaled
+  double run = 0.0;                  ///< length of the present straight slide so far, scaled
 
-  /// Places of the patch at which the first bristles of the open cohorts [0] and [1] were straight. An open
-  /// cohort absorbs bristles that become straight within a piece of path from its place.
+  /// Places of the patch at which the first bristles of the cohorts open[0] and open[1] were straight. An
+  /// open cohort absorbs bristles that become straight within a piece of path from there.
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
-  /// Cohorts that may still absorb bristles: [0] those that snapped, [1] those that came into contact. [2] is
-  /// the last closed cohort of bristles that snapped, which is moved apart from [0] when [0] closes.
+  /// Indices of cohorts: [0] absorbs bristles that snap, [1] those that come into contact; [2] is the closed
+  /// cohort from which [0] is moved apart when [0] closes.
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
-  double spread = 0.0;  ///< variance of place (sum of mass x length^2) that was lost by joining bristles to
-                        ///< the cohorts [0] and [2]
+  double spread = 0.0;  ///< sum of mass x squared distance between the places of bristles and of the cohorts
+                        ///< open[0] and open[2] that they joined
 
-  /// Whether the load has risen since first contact. 0: all bristles came into contact together, and every
+  /// 1 if the load has risen since first contact. 0: all bristles came into contact together, and every
   /// cohort has all ranks, [0, mass).
   std::uint32_t layered = 0;
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< most cohorts that the rows can hold, at least 8
 
-  /// Number of passes so far in which random numbers were drawn. `draws_due`: renewals that are still to be
-  /// made, less than one.
+  /// Number of passes over the cohorts so far in which random numbers were drawn. `draws_due`: fraction of a
+  /// renewal that is still to be made.
   std::uint64_t draws = 0;
   double draws_due = 0.0;
-  /// Distance from the middle of the patch's bound within which no bristle snaps, as the last move left it;
-  /// below 0 = unknown. Not part of the saved state.
+  /// Distance from the middle of the last move within which no bristle snaps; below 0 = unknown, as after a
+  /// move in which bristles snapped. Not part of the saved state.
   double slack = -1.0;
 };
 
-namespace {  // gives each object a copy, because instruction sets share no function
+namespace {  // unnamed: each object gets its copies, since instruction sets must not share a function
 
 inline double& entry(double* rows, std::uint32_t i, CohortColumn column) noexcept {
   return rows[i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes];
@@ -143,7 +143,7 @@ inline double mass_of(const double* rows, std::uint32_t i) noexcept {
 /// unit is added to m, so that floor(u S) gives m again.
 inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
 
-/// Empties a lane: it gets no mass and a reach that is never exceeded.
+/// Empties the lane of cohort i: no mass, and a reach that no deflection exceeds.
 inline void clear_lane(double* rows, std::uint32_t i) noexcept {
   for (std::uint32_t c = 0; c < cohort_columns; ++c) entry(rows, i, static_cast<CohortColumn>(c)) = 0.0;
   entry(rows, i, cohort_reach) = unused_reach;
@@ -172,8 +172,8 @@ struct CohortMove {
   double direction[2];
   double length;      ///< length of the move, scaled, > 0
   CohortTimes times;  ///< times of the move; `now` is its beginning
-  bool books = true;  ///< whether the caller needs CohortTotals::integral and lost; if not, the kernel may
-                      ///< leave them wrong
+  bool books = true;  ///< whether the caller needs CohortTotals::integral and lost; if not, their values are
+                      ///< undefined
 };
 
 /// Sums of one move; masses are in units of mass.
@@ -193,12 +193,12 @@ struct CohortKernels {
   /// Returns the least margin, over all cohorts, by which the deflection with the patch at `at` stays below
   /// l_r + R of the cohort, scaled. Below 0: a cohort is bent beyond its reach. For laws without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
-  /// Merges the pairs of cohorts whose merging loses least energy, so that there is room for more cohorts.
-  /// Returns twice the energy lost. Index: 1 for laws that age.
+  /// Merges the pairs of cohorts whose merging costs least (Partner, kernels/cohort_parts.hpp), to make room
+  /// for more cohorts. Returns twice the energy lost. Index: 1 for laws that age.
   double (*make_room[2])(const CohortLaw&, CohortState&, double* rows, const double at[2],
                          const CohortTimes&);
-  /// Computes the mass of ranks above `cut`, and the mass per rank there. A falling load removes the mass
-  /// above a cut.
+  /// Computes the mass whose rank is above `cut`, and the mass per rank at `cut`. A falling load removes the
+  /// mass above a cut.
   void (*mass_above)(const CohortState&, const double* rows, double cut, double* mass, double* density);
   /// Adds straight bristles that come into contact with the patch at `at`. Returns twice the energy that is
   /// lost if they join another cohort. Index: 1 for laws that age.

@@ -9,24 +9,24 @@
 
 namespace bristle::detail {
 
-/// Bits of the index by which a step's kernel is chosen.
+/// Bits of an index into BedKernels::joint.
 enum JointVariant : std::uint32_t {
-  joint_loaded = 1,  ///< set if friction depends on the torque of the motor or outside
+  joint_loaded = 1,  ///< set if friction depends on the motor's torque or on the outside torque
   joint_drops = 2,   ///< set if the material has a static part of friction
   joint_all_outputs = 4,
   joint_gradients = 8,
   joint_variants = 16
 };
 
-/// For each kind of number, the index of its first column of 16 joints. A kernel variant leaves out the
-/// columns that it does not use.
+/// Indices of the first column of each quantity of a block of 16 joints. A variant of the kernel has no
+/// columns for quantities that it does not use.
 struct JointLayout {
-  // Constants, which blocks of joints with the same materials share.
+  // Columns of constants, which blocks of joints with equal materials share.
   std::uint32_t parameter[joint_parameters] = {};  ///< columns of the material's parameters; in place of the
                                                    ///< Stribeck speed its inverse square, or 0
-  std::uint32_t least_decay = 0;                   ///< column of the smallest exponent (speed /
-                                                   ///< stribeck_speed)^2; 80, which makes the static part
-                                                   ///< vanish, if that speed is 0
+  std::uint32_t least_decay = 0;                   ///< column of the least exponent (speed / Stribeck
+                                                   ///< speed)^2: 0, or 80 for a Stribeck speed of 0, so that
+                                                   ///< the static part vanishes
   std::uint32_t constants = 0;                     ///< number of columns of constants
 
   // Columns of state, 16 joints each.
@@ -34,10 +34,10 @@ struct JointLayout {
   std::uint32_t tips = 1;       ///< columns of the angles at which each bristle would be straight, rad
   std::uint32_t slid = 0;       ///< columns of flags: 1 = the bristle slid in the last step, so its limit is
                                 ///< the kinetic one
-  std::uint32_t gradients = 0;  ///< columns of the derivative of each bristle's tip angle by each parameter
+  std::uint32_t gradients = 0;  ///< columns of the derivatives of each bristle's tip angle by each parameter
   std::uint32_t columns = 0;    ///< number of columns of state
 
-  // Always inlined, because objects of different instruction sets must not share a function.
+  // Functions are always inlined, because objects of different instruction sets must not share one.
   [[gnu::always_inline]] static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {
     const bool of_static = p >= joint_static_base;
     const bool of_load = p != joint_stiffness && p != joint_viscous && p != joint_base &&
@@ -71,9 +71,9 @@ enum JointOutputRow : std::uint32_t {
 struct JointStep {
   std::uint32_t bristles;
   const double* share;   ///< share of each bristle in the joint's stiffness
-  const double* length;  ///< limit of each bristle, relative to the mean limit
+  const double* length;  ///< friction limit of each bristle, relative to the mean limit
   const double* in;      ///< joint_inputs rows; in_writes is 1 for joints whose state changes, else 0
-  double* out;           ///< joint_outputs rows of output; only kernels with gradients fill the last ones
+  double* out;           ///< joint_outputs rows; only kernels with gradients fill those from out_gradient on
   const double* constants;
   double* columns;
 };

@@ -21,12 +21,12 @@ constexpr double length_per_fixed = 1.0 / fixed_per_length;
 /// Length of a step (scaled) from which it is called far: every bristle snaps, and the path left after its
 /// last snap is computed in double.
 constexpr double far_length = 4096.0;
-/// Longest snap length (scaled): 1024 mean lengths. A far step is more than twice as long, so it snaps every
-/// bristle from any deflection.
+/// Longest snap length (scaled): 1024 mean lengths of at most 1.415. A far step is more than twice as long,
+/// so it snaps every bristle from any deflection.
 constexpr double longest_scaled_length = 1449.0;
 static_assert(far_length > 2.0 * longest_scaled_length);
 
-/// Multiplier between successive draw states of a bristle (odd: visits all 2^32 states).
+/// Difference of successive draw states of a bristle; odd, so that it passes through all 2^32 states.
 constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 
 /// 256 bristles whose stored deflections are rewritten together. One cache line.
@@ -35,12 +35,12 @@ struct alignas(64) Block {
   std::int64_t stored[2];    ///< sum of weight x stored deflection over the block, fixed point
 
   // Cache, not part of the state, cleared when a state is restored: no bristle of the block snaps while the
-  // patch stays within `reach` of `anchor` (core/MODEL.md, section 10). reach < 0: unknown, so the block must
-  // be visited.
+  // patch stays within `reach` of `anchor` (core/MODEL.md, section 10). A block of unknown reach is visited
+  // in every step.
   std::int64_t anchor[2];
   float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
-  float shortest;      ///< shortest first snap length of the block, scaled; it is the reach if all
-                       ///< deflections are zero
+  float shortest;      ///< shortest first snap length of the block, scaled, which is the reach of a block
+                       ///< without deflections
   std::uint32_t zero;  ///< 1 = all deflections are zero, and the columns z and (redraw) delta are not yet
                        ///< written
 };
@@ -51,22 +51,22 @@ struct Reach {
   double reach;  ///< path from `anchor` within which no bristle slides or snaps, scaled; < 0 = unknown
 };
 
-/// Kinds of snap-length laws, between which the kernels choose.
+/// Families of snap-length laws, by KernelLaw::kind.
 enum LawKind : std::int32_t { law_uniform, law_normal, law_lognormal, law_exponential, law_table };
 
 /// Law of the snap length in scaled lengths, for SnapRule::redraw. Built by core/materials/kernel_law.cpp.
 struct KernelLaw {
   std::int32_t kind;
-  double location;           ///< uniform: lowest length. exponential: mean. (normal, lognormal: see `table`)
+  double location;           ///< uniform: lowest length. exponential: mean. (Other laws use `table`.)
   double scale;              ///< uniform: width of the range
-  double shortest, longest;  ///< every draw is clamped to [shortest, longest]
+  double shortest, longest;  ///< ends of the range to which every sampled length is clamped
 
-  // Length-biased law, from which jumps of steady sliding sample (uniform on [a, b]: a^2 and b^2 - a^2;
-  // exponential: the mean).
+  // Parameters of the length-biased law, from which jumps to steady sliding sample: a^2 and b^2 - a^2 for the
+  // uniform law on [a, b]; the mean for the exponential law.
   double biased_location, biased_scale;
-  const double* table;         ///< quantiles at k / table_last (law_table), or cells of them
+  const double* table;         ///< quantiles at k / table_last (law_table), or cells between quantiles
                                ///< (kernels/cells.hpp)
-  const double* biased_table;  ///< quantiles of the length-biased law (normal, table) or cells of them
+  const double* biased_table;  ///< quantiles of the length-biased law (normal, table) or cells between them
                                ///< (lognormal)
   std::int32_t table_last, biased_last;
 
@@ -82,13 +82,13 @@ struct KernelLaw {
 
   // Constants for jumps over k snaps at once under a law of small spread (Cornish-Fisher).
   double jump_from;           ///< path left in a step above which a bristle jumps over k snaps at once
-  double stationary_from;     ///< path left from which the distribution of steady sliding holds to 1e-3
+  double stationary_from;     ///< path left after which steady sliding holds to 1e-3
   double deviation;           ///< standard deviation of the snap length delta
   double skewness, kurtosis;  ///< skewness and excess kurtosis of delta
   double square_mean;         ///< m2 = E[delta^2]
   double square_slope;        ///< slope of the regression of delta^2 on delta: Cov(delta^2, delta) /
                               ///< Var(delta)
-  double square_residual;     ///< variance of delta^2 that this regression leaves: Var(delta^2) -
+  double square_residual;     ///< variance of delta^2 about its regression on delta: Var(delta^2) -
                               ///< square_slope^2 Var(delta)
 };
 
@@ -110,7 +110,7 @@ struct PatchView {
                            ///< in contact
   const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
 
-  // Null without ageing. The present age of a bristle is age + (now - since of its block) / ageing_time.
+  // Null without ageing. Present age of a bristle: `age` + (now - `since` of its block) / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
   double* since;  ///< for each block: the patch's time at its last rewrite, s
 };
@@ -121,11 +121,11 @@ struct Travel {
                                 ///< far step
   double direction[2];          ///< direction of the motion, a unit vector
   double length;                ///< length of the displacement, scaled, > 0
-  double start;                 ///< the patch's time (time_of) at the beginning of the step, s; 0 without
+  double start;                 ///< time of the patch (time_of()) at the beginning of the step, s; 0 without
                                 ///< ageing
   double duration;              ///< duration of the step, s, > 0
-  double rounding;              ///< s by which, through rounding of times, the next step may begin before
-                                ///< this one ends
+  double rounding;              ///< s, time by which the next step may seem to begin before the end of this
+                                ///< one, because times are rounded
   std::uint32_t snaps_all;      ///< 1: a far step, so long that every bristle snaps; the patch's position
                                 ///< does not change
   std::uint32_t commit;         ///< 0 for a trial step (find_force), which leaves the state unchanged
@@ -152,15 +152,15 @@ struct Advance : Travel {
   std::uint32_t ageing_form;  ///< form of ageing, 1: saturating, 0: logarithmic
 };
 
-/// Sums over the blocks of a range in which something changed. They are integers, so that the order of adding
-/// does not matter. The last block (the tail) may be partly in contact: its weights are real numbers, so its
-/// sums are kept apart.
+/// Sums over the changed blocks of a range: integers, so that the order of adding does not matter. The last
+/// block (the tail) may be partly in contact: the weight of its last bristle is a fraction, so its sums are
+/// kept apart.
 struct Totals {
-  Int128 stored[2];      ///< change of the sum of deflections (Block::stored), over full blocks
-  Int128 offset[2];      ///< change, by rewriting, of the sum of (Travel::to - Block::position), over full
-                         ///< blocks
-  Int128 twice_mean[2];  ///< twice the mean deflection over the step in excess of that of bristles that do
-                         ///< not snap, 2 stored + 256 (from + to - 2 position); over full blocks with snaps
+  Int128 stored[2];      ///< change of the sum of Block::stored, over full blocks
+  Int128 offset[2];      ///< change of the sum of Travel::to - Block::position by rewriting, over full blocks
+                         ///< (for the sum over bristles, times 256)
+  Int128 twice_mean[2];  ///< twice the sum of mean deflections over the step, less its value without snaps,
+                         ///< 2 stored + 256 (from + to - 2 position); over full blocks with snaps
   Int128 squares;        ///< sum over snaps of weight x ((residual + delta)^2 - residual^2), in units of 1 /
                          ///< energy_unit
   std::uint64_t snaps;
@@ -192,7 +192,7 @@ struct Renewal {
 /// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
 /// blocks.
 struct RenewalTotals {
-  Int128 stored[2];          ///< change of the sum of stored deflections (Block::stored), over full blocks
+  Int128 stored[2];          ///< change of the sum of Block::stored, over full blocks
   Int128 twice_integral[2];  ///< twice the path integral of weight x deflection, as far as the step kernels
                              ///< do not include it, in 1 / unit
   Int128 squares;       ///< sum of weight x (|z|^2 - residual^2) over the bristles that are renewed, and over
@@ -229,7 +229,7 @@ struct SlideView {
   SlideBlock* blocks;
   std::uint32_t rows;  ///< number of bristles, with the padding
   T share;             ///< factor by which the present load lowers all limits: 1 unless the load has fallen
-  T kinetic;           ///< share of its limit that a sliding bristle has: 1 - drop
+  T kinetic;           ///< deflection of a sliding bristle over its limit: 1 - drop
 };
 
 /// Returns the index of a step kernel in KernelSet::step.
@@ -241,7 +241,7 @@ constexpr int variant_index(int axes, bool redraw, bool mean, bool energy, bool 
 constexpr int literal_variant_index(int axes, bool redraw) {
   return 4 | variant_index(axes, redraw, false, true, false);
 }
-/// Returns the index of the kernel for bristles that age; there is one for all outputs, with and without a
+/// Returns the index of the kernel for bristles that age, which computes all outputs, with and without a
 /// residual.
 constexpr int aged_variant_index(int axes, bool redraw) { return 64 | (axes - 1) | (redraw ? 2 : 0); }
 constexpr int variant_count = 68;
@@ -253,8 +253,8 @@ struct KernelSet {
                         Totals&);
   Step step[variant_count];  ///< null if this build has no such variant
 
-  /// Counts the bristles of the blocks [first, last) that would be bent beyond their snap length at the end
-  /// of the step. Index: axes - 1, then redraw.
+  /// Counts the bristles of the blocks [first, last) whose deflection would exceed their snap length at the
+  /// end of the step. Index: axes - 1, then redraw.
   using Foresee = std::uint64_t (*)(const PatchView<T>&, const Advance&, std::uint32_t first,
                                     std::uint32_t last);
   Foresee foresee[2][2];
@@ -298,7 +298,7 @@ struct KernelTable {
   KernelSet<double> f64;  ///< kernels for double precision; all entries are null in a build without it
 };
 
-/// Instruction sets of this build, best first; `usable` asks the CPU and the operating system.
+/// An instruction set of this build (kernel_entries(): best first); usable() asks CPU and operating system.
 struct KernelEntry {
   const KernelTable* table;
   bool (*usable)();

@@ -153,13 +153,13 @@ bristle_result fail_no_patch(const char* where, bristle_id id) noexcept {
   return BRISTLE_REFUSED;
 }
 
-/// Error for a null pointer or a wrong struct size, thrown before anything is done.
+/// Error thrown for a null pointer or a struct of the wrong size, before anything is done.
 struct BadArgument {
   std::string text;
   const char* detail = "";
 };
 
-/// Runs a call and turns an exception of C++ into an error code.
+/// Runs a call. Turns an exception into an error code, and its text into bristle_last_error().
 template <class Call>
 bristle_result guarded(Call&& call) noexcept {
   try {
@@ -182,7 +182,7 @@ void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument{name, " is null"};
 }
 
-/// Defines the three calls for the saved state of the object behind a handle.
+/// Defines prefix_state_size, prefix_save_state and prefix_restore_state for the object behind a handle.
 #define BRISTLE_STATE_CALLS(prefix, handle)                                                        \
   size_t prefix##_state_size(const bristle_##handle* handle) {                                     \
     return handle != nullptr ? handle->it.state_size() : 0;                                        \
@@ -198,7 +198,7 @@ void need(const void* pointer, const char* name) {
     });                                                                                            \
   }
 
-/// Runs call(object) with the C++ object behind a handle; refuses a null handle by `name`.
+/// Runs call(object) with the C++ object behind a handle. `name`: name of the handle in the error for null.
 template <class Handle, class Call>
 bristle_result with(Handle* handle, const char* name, const Call& call) noexcept {
   return guarded([&] {
@@ -207,7 +207,7 @@ bristle_result with(Handle* handle, const char* name, const Call& call) noexcept
   });
 }
 
-/// Makes a handle and the C++ object behind it; `make` returns that object.
+/// Makes a handle to the C++ object that make() returns. `name`: name of the handle in the error for null.
 template <class Handle, class Make>
 bristle_result create(Handle** handle, const char* name, const Make& make) {
   return guarded([&] {
@@ -216,7 +216,7 @@ bristle_result create(Handle** handle, const char* name, const Make& make) {
   });
 }
 
-/// Returns the state hash of one id, or of all patches if the id is 0.
+/// Returns the state hash of the patch or bed `id`, or of all if `id` is 0; 0 for a null handle.
 template <class Handle>
 uint64_t hash_of(const Handle* handle, bristle_id id) {
   if (handle == nullptr) return 0;
@@ -237,7 +237,7 @@ struct Field {
   CField C::*c;
   CppField Cpp::*cpp;
   const char* name;
-  std::uint32_t last;  ///< greatest value that the enumeration may have
+  std::uint32_t last;  ///< greatest value of an enumeration; 0 for other fields
 };
 template <class C, class CField, class Cpp, class CppField>
 constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::uint32_t last = 0) {
@@ -247,15 +247,15 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
-/// Options of a batch except `compared`, the last field, which is not part of the interface.
+/// Number of last fields of a C++ struct that the C interface leaves out: 1 if that is `compared`, else 0.
 template <class Cpp>
 constexpr std::size_t compared_modes = requires {
   &Cpp::compared;
 }
 ? 1 : 0;
 
-/// Lists each field of a C struct with its C++ field once, for copying in both directions. The list is
-/// counted, so that no field is forgotten. `unused`: reserved fields.
+/// Pairs the fields of a C struct with those of the C++ struct that it mirrors, for conversion in both
+/// directions. Counts the pairs, so that none is forgotten. `unused`: number of reserved fields in C.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
   template <>                                                                                             \
   struct Mirror<c_type> {                                                                                 \
@@ -336,8 +336,8 @@ constexpr const char* name_of<bristle_joint_step> = "bristle_joint_step";
 
 // ------------------------------------------------------------------------- structs of the caller
 
-/// Refuses a struct of the caller whose size differs from the library's, because the program was then
-/// compiled with another version of the header.
+/// Refuses a struct of the caller whose size differs from the library's: the program was compiled with
+/// another version of the header.
 template <class Struct>
 void check_size(std::size_t size, const std::string& name, const char* advice = "") {
   if (size != sizeof(Struct))
@@ -358,7 +358,7 @@ void write_struct(Struct from, Struct* to, const char* name) {
   *to = from;
 }
 
-/// Writes function(value) for each value; writes nothing if the function refuses one of them.
+/// Writes function(value) for each value of `in` to `out`; writes nothing if the function throws for one.
 template <class Function>
 void write_column(const double* in, const char* in_name, double* out, const char* out_name, std::size_t count,
                   const Function& function) {
@@ -378,7 +378,7 @@ bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, 
   });
 }
 
-/// Defines bristle_init_KIND, which fills a struct with defaults; `name` is the caller's argument.
+/// Defines bristle_init_KIND, which fills a struct with defaults. `name`: its name in errors.
 #define BRISTLE_INIT(kind, name, defaults)                                       \
   bristle_result bristle_init_##kind(bristle_##kind* kind, size_t struct_size) { \
     return init_struct(kind, struct_size, defaults, #name);                      \
@@ -408,7 +408,7 @@ SnapLength to_cpp(const bristle_snap_length& s) {
 Lay to_cpp(const bristle_lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 bristle_lay to_c(const Lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 
-/// Converts a snap-length law to C. A table of quantiles is not copied: it stays the property of `s`.
+/// Converts a snap-length law to C. Does not copy a table of quantiles: it stays the property of `s`.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
   c.law = static_cast<std::uint32_t>(s.law());
@@ -419,8 +419,8 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-/// Converts coefficients or a material to C. The quantile table of a snap-length law is not copied: it stays
-/// the property of `cpp`.
+/// Converts a C++ struct to the C struct that mirrors it. Does not copy the quantile table of a snap-length
+/// law: it stays the property of `cpp`.
 template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
@@ -435,7 +435,7 @@ C to_c(const typename Mirror<C>::Cpp& cpp) {
   return c;
 }
 
-/// Converts coefficients or a material from C. Throws if an enumeration has no such value.
+/// Converts a C struct to the C++ struct that it mirrors. Throws Error for a value that an enumeration lacks.
 template <class C>
 typename Mirror<C>::Cpp to_cpp(const C& c) {
   typename Mirror<C>::Cpp cpp;
@@ -456,14 +456,14 @@ typename Mirror<C>::Cpp to_cpp(const C& c) {
   return cpp;
 }
 
-/// Reads the caller's struct of coefficients or of a material. `name` is the name of the caller's argument.
+/// Checks a struct of the caller for null and size, and converts it to C++. `name`: its name in errors.
 template <class C>
 typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   need(from, name);
   check_size(*from, name);
   return to_cpp(*from);
 }
-/// Reads options; null gives the defaults.
+/// Converts the caller's options to C++; null gives the defaults.
 template <class C>
 typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
@@ -477,7 +477,7 @@ void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
 }
 
-/// Tries motions one by one, without changing the state of any patch.
+/// Writes find_force(motion) for each motion; the state of patches stays.
 template <class CppMotion, class Motion, class Response, class Try>
 void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -493,7 +493,7 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
-/// Writes function(material, value) for each value.
+/// Writes function(material, value) for each value of `in` to `out`.
 template <class Function>
 bristle_result write_of_material(const bristle_material* material, const double* in, const char* in_name,
                                  double* out, const char* out_name, std::size_t count,
@@ -516,7 +516,7 @@ const char* refusal_of(const bristle_batch* batch, const void* motions, std::siz
   return nullptr;
 }
 
-/// Returns the caller's motions without a copy.
+/// Returns a view of the caller's motions. Throws BadArgument if they cannot be stepped.
 Span<const Motion> motions_of(const bristle_shedder* shedder, const bristle_batch* batch,
                               const bristle_motion* motions, std::size_t motion_size, std::size_t count) {
   need(shedder, "shedder");
@@ -565,8 +565,8 @@ const char* bristle_version(void) { return library_version(); }
 
 bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options) {
   return guarded([&] {
-           BuildSignature headers = header_build;  // struct sizes need no check here, because each struct
-                                                   // carries its own
+           BuildSignature headers = header_build;  // with the library's struct sizes, so that these pass:
+                                                   // each C struct carries its own size
            headers.version = version_number;
            headers.options = build_options;
            check_build(headers);
@@ -719,7 +719,7 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     need_columns(options, "options", ids, "ids", count);
     if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
-    std::vector<PatchOptions> all(count);  // all options are read and checked before anything is added
+    std::vector<PatchOptions> all(count);  // converted first, so that a wrong one is refused before any add
     for (size_t i = 0; i < count; ++i)
       all[i] = read_cpp(options + i, ("options[" + std::to_string(i) + "]").c_str());
     std::vector<PatchId> added;
@@ -798,7 +798,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // Passes empty columns for the caller's null pointers, so that the C++ call leaves them out.
+  // Passes an empty column for a null pointer of the caller, so that read_bristles() leaves the column out.
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

@@ -6,7 +6,7 @@
 
 namespace bristle::detail {
 
-/// Converts to a value of any type, to initialise a field of unknown type.
+/// Stands for a value of any type, to initialise a field whose type is not known.
 struct Anything {
   template <class T>
   operator T() const;  // never called
@@ -17,7 +17,7 @@ constexpr bool takes(std::index_sequence<i...>) {
   return requires { Struct{(static_cast<void>(i), Anything{})...}; };
 }
 
-/// Returns the number of fields of an aggregate without arrays and base classes.
+/// Returns the number of fields of an aggregate that has no arrays and no base classes.
 template <class Struct, std::size_t count = 0>
 constexpr std::size_t count_fields() {
   if constexpr (takes<Struct>(std::make_index_sequence<count + 1>{}))

@@ -10,7 +10,7 @@
 
 namespace bristle::detail {
 
-/// Writes to memory; without memory (null) it only counts the bytes.
+/// Writes numbers to memory and counts their bytes; without memory (null) it only counts.
 class ByteWriter {
  public:
   explicit ByteWriter(std::byte* to) noexcept : to_(to) {}

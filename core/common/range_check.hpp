@@ -1,5 +1,5 @@
-// Makes the texts of bristle::Error: parameter, value, allowed range. Numbers are written in the shortest
-// form that reads back to the same double.
+// Throws bristle::Error for values out of range; the text has parameter, value and allowed range. Numbers are
+// written in the shortest form that reads back to the same double.
 #pragma once
 
 #include <charconv>
@@ -26,7 +26,7 @@ inline std::string number_text(double value) {
 #endif
 }
 
-/// Makes the text "<where>: <parameter> = <value>; allowed is <range>".
+/// Throws Error with the text "<where>: <parameter> = <value>; allowed is <range>".
 [[noreturn]] inline void refuse(std::string_view where, std::string_view parameter, double value,
                                 std::string_view range) {
   std::string text(where);
@@ -35,7 +35,7 @@ inline std::string number_text(double value) {
   throw Error(text);
 }
 
-/// Throws unless low <= value <= high; NaN is never inside.
+/// Throws Error unless low <= value <= high; refuses NaN.
 inline void require_within(std::string_view where, std::string_view parameter, double value, double low,
                            double high, std::string_view unit = {}) {
   if (value >= low && value <= high) return;
