@@ -9,17 +9,17 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes a normal law with this mean and coefficient of variation. Cutting the law at 0 raises its mean and
-/// lowers its variation, so the uncut law gets a smaller mean, and its variation is scaled by the ratio that
-/// `law` needs.
+/// Makes a normal law, cut at 0, with this mean and nearly this coefficient of variation. Before the cut,
+/// which raises the mean, its mean is smaller, and its variation larger by the ratio of both variations
+/// (uncut over cut) of `law`.
 SnapLength normal_of(const SnapLength& law, double mean, double cv) {
   const double spread = law.second_parameter() / law.first_parameter() * (cv / law.cv());
   const double raised = SnapLength::normal(1.0, std::min(spread, 1.0)).mean();
   return SnapLength::normal(mean / raised, std::min(spread, 1.0) * mean / raised);
 }
 
-/// Makes a table law of the aged snap lengths at a law's quantiles: exact for a table law, and to 1e-6 for a
-/// uniform law.
+/// Makes a table law of aged snap lengths: those of each value of a table, or of 33 quantiles of a uniform
+/// law (error 1e-6). Between them the aged length counts as linear.
 SnapLength table_of(const SnapLength& law, const WayAgeing& ageing) {
   std::vector<double> quantiles;
   if (law.law() == SnapLaw::table) {
@@ -59,8 +59,8 @@ double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, co
 
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
                     const WayAgeing& ageing) {
-  constexpr double step = 1e-3;  // difference in ln v (v: speed); causes a relative error of 1e-7 of the
-                                 // fall, through the third derivative
+  constexpr double step = 1e-3;  // relative change of the speed; the central difference has a relative error
+                                 // of 1e-7
   const auto force = [&](double factor) {
     WayAgeing other = ageing;
     other.path *= factor;

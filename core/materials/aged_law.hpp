@@ -6,13 +6,13 @@
 
 namespace bristle::detail {
 
-/// Returns a law for the aged lengths, in units of law.mean(). Uniform and table give a table. Normal and
-/// lognormal give a law of the same family with the mean and cv of the aged lengths, whose peak has an error
-/// of up to 2e-3 and 3e-4. Exponential gives the mean alone.
+/// Returns a law for the aged lengths, in units of law.mean(). A uniform law and a table give a table; a
+/// normal and a lognormal law give one of their family with the mean and cv of the aged lengths (error of the
+/// peak up to 2e-3 and 3e-4), an exponential law one with their mean.
 SnapLength aged_law(const SnapLength& law, const WayAgeing& ageing);
 
 /// Returns the peak of first loading at this speed: the highest mean deflection beyond the residual, in units
-/// of law.mean(), for bristles that have just been renewed. Set-up cost.
+/// of law.mean(), of bristles that have the age 0 at first. For set-up code.
 double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, const WayAgeing& ageing);
 
 /// Returns the relative fall of the kinetic force with speed, -d ln(kinetic force) / d ln(speed); `residual`

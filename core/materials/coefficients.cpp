@@ -21,9 +21,9 @@ constexpr double ln10 = 2.302585092994046;
 /// of snap lengths it determines the strength of ageing.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
-  double fall = 0.0;    ///< loss of kinetic friction per e-fold of speed, over kinetic friction; if it is 0,
-                        ///< `growth` determines the ageing
-  double growth = 0.0;  ///< growth of static friction per e-fold of rest, over kinetic friction
+  double fall = 0.0;    ///< fall of kinetic friction per factor e of speed, over kinetic friction; if it is
+                        ///< 0, `growth` determines the ageing
+  double growth = 0.0;  ///< growth of static friction per factor e of rest, over kinetic friction
   double path = 0.0;    ///< sliding speed times ageing time; 0 = so fast that nothing ages
 
   bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
@@ -31,8 +31,8 @@ struct AgeingWish {
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// Interval that encloses the root of a function. next() gives the point where the straight line between its
-/// ends is 0 (false position); take() halves the value at an end that has stayed twice (Illinois rule).
+/// Interval that encloses the root of a function. next() gives the place where the line between its ends is 0
+/// (false position). take() replaces an end; it halves the value at an end that has stayed twice (Illinois).
 struct FalsePosition {
   double low, high, low_excess, high_excess;
   int side = 0;
@@ -75,8 +75,8 @@ struct Family {
     }
   }
 
-  /// Returns a spread up to which the ratio peak / kinetic falls: if possible one at which the ratio is
-  /// `wanted` or less, otherwise the spread of the least ratio.
+  /// Returns an upper end for the search of a spread, up to which the ratio peak / kinetic falls: if possible
+  /// one with a ratio of at most `wanted`, otherwise the one with the least ratio.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
       return 0.6;  // a narrower law is enough, and is solved faster
@@ -105,7 +105,7 @@ struct Family {
     }
   }
 
-  /// Returns the relative loss or growth of friction (AgeingWish) that ageing of this strength causes.
+  /// Returns the relative fall or growth of friction, as in AgeingWish, that ageing of this strength causes.
   double effect(const SnapLength& unit, double strength) const {
     const detail::WayAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
@@ -184,9 +184,9 @@ struct Family {
     return value1 < value2 ? x1 : x2;
   }
 
-  // For w = max - min from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2 and the kinetic value
-  // (1 + w^2/12) / 2; their ratio is least, 1.15302, at w = 0.969609. Wider laws up to w = 2 stay between
-  // 1.153 and 1.159.
+  // Spread of the uniform law with the least ratio peak / kinetic: 1.15302, at a width w of 0.969609 means.
+  // For w from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2, the kinetic value (1 + w^2/12) / 2. Wider
+  // laws, up to w = 2, have ratios from 1.153 to 1.159.
   static constexpr double widest_falling_uniform = 0.27990193654;
   // Spread of a uniform law up to which peak / kinetic falls under any residual and renewal; the peak then
   // lies before any bristle snaps twice.
@@ -232,8 +232,8 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   if (root.low_excess <= 0.0) return 0.0;
   constexpr double close = 3e-8;  // tolerance of the ratio peak / kinetic; the peak is known to 1e-7
   for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
-    // Bisects at a flat end: a wide law whose force only rises to the kinetic value has the ratio 1, and how
-    // far 1 is from the wanted ratio says nothing about the root.
+    // Bisects while the upper end has the wanted ratio: every law so wide that its force has no peak has the
+    // ratio 1, so an end with the ratio 1 does not show how far the root is.
     const bool flat = root.high_excess > -1e-7;
     const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
     const double excess = family.ratio(spread) - wanted;
@@ -262,7 +262,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
                    detail::number_text(highest) + " (" + describe(family, residual_share) +
                        ", which has no spread to choose)");
   }
-  // Ratios outside the possible range by no more than this are treated as the ends of the range.
+  // Tolerance: a ratio that lies outside the possible range by less counts as the end of the range.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding))
@@ -273,7 +273,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
   return family.of_paper() ? solve_spread(family, widest, wanted) : solve_spread_fast(family, widest, wanted);
 }
 
-/// Returns the given spread. Throws if the caller also gave a peak, and it is not the peak of this spread.
+/// Returns the caller's spread. Throws if it is too wide, or if a given peak is not the peak of this spread.
 double check_spread(const Family& family, const Coefficients& c) {
   constexpr double rounding = 1.0 + 1e-12;
   const double widest = family.widest_allowed();
@@ -329,7 +329,7 @@ AgeingWish find_wish(const Coefficients& c) {
   return wish;
 }
 
-/// Returns, for SnapRule::slide, the given spread, or else 0.3 for a family that has a spread.
+/// Returns, for SnapRule::slide, the caller's spread; if that is 0, 0.3 for a family that has a spread.
 double find_slide_spread(const Family& family, const Coefficients& c) {
   constexpr double usual_spread = 0.3;
   const double widest = family.widest_allowed();
@@ -372,8 +372,8 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
   return 0.5 * (low + high);
 }
 
-/// Returns, for SnapRule::slide, the strength of ageing with the wanted growth, for bristles of this law and
-/// drop.
+/// Returns, for SnapRule::slide, the strength of ageing at which the peak of bristles of this law and drop
+/// grows at rest by c.growth_per_decade.
 double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
   if (c.fall_per_decade != 0.0)
     detail::refuse("Coefficients", "fall_per_decade", c.fall_per_decade,
@@ -387,8 +387,8 @@ double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients
   return std::min(c.growth_per_decade / highest, 1.0) * largest_ageing;
 }
 
-/// Finds the kinetic and the peak coefficient of a material at c.kinetic_speed, and how much friction falls
-/// with speed or grows at rest.
+/// Fills the kinetic and the peak coefficient of a material at c.kinetic_speed, and its fall with speed or,
+/// for SnapRule::slide, its growth at rest.
 void find_friction(const Material& m, Coefficients& c) {
   c.kinetic = m.kinetic_coefficient();
   c.peak = m.peak_coefficient();
@@ -434,7 +434,7 @@ double spread_of(const SnapLength& length) noexcept {
   }
 }
 
-/// Throws an error if no strength of ageing has the effect that the caller asks for.
+/// Throws an error if no allowed strength of ageing has the effect that the caller asks for.
 void require_reached(const Coefficients& c, const Family& family, const SnapLength& unit) {
   const bool grows = c.growth_per_decade != 0.0;
   const double wanted = grows ? c.growth_per_decade : c.fall_per_decade;

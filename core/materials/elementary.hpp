@@ -31,7 +31,7 @@ inline double from_bits(std::uint64_t bits) noexcept {
 /// Returns 2^k for -1022 <= k <= 1023.
 inline double power_of_two(int k) noexcept { return from_bits(static_cast<std::uint64_t>(k + 1023) << 52); }
 
-/// Returns (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series (the first term left out is 1e-19).
+/// Returns (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series; the first term left out is 1e-19.
 inline double exp_remainder(double r) noexcept {
   constexpr double inverse_factorial[] = {1.0 / 2,          1.0 / 6,        1.0 / 24,        1.0 / 120,
                                           1.0 / 720,        1.0 / 5040,     1.0 / 40320,     1.0 / 362880,
@@ -123,8 +123,8 @@ inline double exp_half_square(double x) noexcept {
 inline double normal_density(double x) noexcept { return 0.3989422804014327 * exp_half_square(x); }
 
 /// Calculates P(X > z) of the standard normal law for each z >= 0: the Mills ratio times the density. (4 + z)
-/// times the ratio is smooth in t = (z - 4) / (z + 4); Chebyshev coefficients computed in 113-bit arithmetic.
-/// Takes several z at a time, since each step of the recurrence waits for the one before.
+/// times that ratio is a Chebyshev series in t = (z - 4) / (z + 4), with coefficients from 113-bit
+/// arithmetic. Takes several z at a time, because the steps for one z wait for each other.
 template <int n>
 inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept {
   constexpr double chebyshev[] = {
@@ -158,7 +158,8 @@ inline double normal_upper_tail(double z) noexcept {
   return tail[0];
 }
 
-/// Returns the distribution function of the standard normal law; small relative error in the lower tail.
+/// Returns the distribution function of the standard normal law; keeps its relative accuracy in the lower
+/// tail.
 inline double normal_cdf(double z) noexcept {
   if (z != z) return z;
   return z < 0.0 ? normal_upper_tail(-z) : 1.0 - normal_upper_tail(z);

@@ -16,22 +16,22 @@ namespace {
 // Coefficient of variation below which all snap lengths count as equal, so that SnapRule::redraw is computed
 // as SnapRule::keep.
 constexpr double negligible_cv = 1e-6;
-// Smallest probability at which a snap length is sampled: the kernels' random numbers are (h + 1/2) 2^-23.
+// Probability below each at which a snap length is sampled: these are (h + 1/2) 2^-23, h = 0, 1, 2, ...
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, shortest scaled snap length; with it
                                                            // numbers in single precision and quotients stay
                                                            // finite
 constexpr int biased_knots = 1024;
-// Largest number of snaps of a bristle along a mean snap length, which bounds the time of a step.
+// Largest number of renewals of a bristle along a mean snap length, which bounds the time of a step.
 constexpr double most_renewals = 1000.0;
 
-/// Finds the path (in mean snap lengths) after which the mean deflection of bristles that were straight at
-/// first stays within 1e-3 of that of steady sliding, by the renewal equation on a grid (core/MODEL.md,
-/// "Jumps").
+/// Finds the path, in mean snap lengths, after which the mean deflection of bristles that were straight at
+/// first stays within 1e-3 of its value in steady sliding. Solves the renewal equation on a grid
+/// (core/MODEL.md, "Jumps").
 double find_stationary_path(const SnapLength& law) {
   constexpr int per_mean = 48;
-  constexpr int reach = 40;  // mean lengths; largest path that is returned, even if the law takes longer to
-                             // settle
+  constexpr int reach = 40;  // longest path that is returned, in mean lengths, even if the law takes longer
+                             // to settle
   constexpr int n = per_mean * reach;
   const double h = law.mean() / per_mean;
   const double steady = law.moment(2) / (2.0 * law.mean()) / law.mean();
@@ -68,8 +68,8 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   if (cv < 0.2) {
     fill_narrow_jumps(m, cv, law);
   } else {
-    // Lets jumps of the exponential law begin early: they are exact over any distance, because the law has no
-    // memory, and soon cost less than sampling snap by snap.
+    // Begins jumps early for the exponential law: it has no memory, so its jumps are exact over any distance,
+    // and from 0.3 mean lengths on they cost less than sampling snap by snap.
     const bool memoryless = length.law() == SnapLaw::exponential;
     law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
@@ -119,7 +119,7 @@ class CellTable {
                                   0.17392742256872692};
     const double octave = std::ldexp(1.0, cell / per_octave - octaves - 1);
     const auto at = [&](double w) { return quantile(side == 0 ? w : 1.0 - w); };
-    if (cell == 0) return {at(octave), 0.0};  // cell 0 holds one snap length, so its line is constant
+    if (cell == 0) return {at(octave), 0.0};  // a constant, because only one length of cell 0 is sampled
     const double width = octave / per_octave, middle = octave + (cell % per_octave + 0.5) * width;
     double length[4];
     double mean = 0.0, variance = 0.0;
@@ -129,7 +129,7 @@ class CellTable {
     return {mean - slope * middle, slope};
   }
 
-  /// Lengthens the longest lengths in the table (quantiles above 1 - 2^-16 except the last) in two groups, so
+  /// Shifts the longest lengths in the table (quantiles above 1 - 2^-16 except the last) in two groups, so
   /// that mean and mean square are those of the law. This makes up for lengths too rare to be sampled.
   void match_tail() {
     constexpr double step = 1.0 / 8388608.0;  // distance between two probabilities that can be sampled
@@ -162,7 +162,7 @@ class CellTable {
       lines[half + cell].a += more[w < outer * step ? 0 : 1];
     }
   }
-  /// Returns the length whose quantile lies at 1 - w.
+  /// Returns the table's quantile at the probability 1 - w.
   double length_at(double w) const {
     int exponent = 0;
     const double mantissa = std::frexp(w, &exponent);  // mantissa is in [1/2, 1)
@@ -210,16 +210,16 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Turns negative zeros into positive ones. A batch stores one of several materials that compare equal, so
-/// these must have equal hashes and bits.
+/// Turns negative zeros into positive ones. A batch stores only one of the materials that compare equal, so
+/// all of them must have equal hashes and bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
                     &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})
     *x += 0.0;
 }
 
-/// Hashes a material whose parameters have no negative zero, except its snap-length law, for which + 0.0
-/// removes them.
+/// Hashes the parameters of a material after make_zeros_positive(). + 0.0 removes negative zeros in the
+/// snap-length law too.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
   for (double x :
@@ -229,8 +229,8 @@ std::uint64_t hash_material(const Material& m) {
   for (double x : m.snap_length.table_values()) hasher.add(x + 0.0);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
-  // Leaves out parameters that are 0, so that saved states of the paper's brush keep the signature that they
-  // had without these parameters.
+  // Leaves out parameters that the material does not use, so that the hash of the paper's brush, by which its
+  // saved states are checked, does not depend on which other parameters exist.
   if (m.residual_length != 0.0 || m.shared_renewal != 0.0) {
     hasher.add(m.residual_length);
     hasher.add(m.shared_renewal);
@@ -290,8 +290,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);
   const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
   const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-  // Below this spread the higher moments lose too many digits, 1e-16 / cv^4, in their differences; the sum
-  // of lengths then counts as normally distributed.
+  // At a spread of 2e-3 or less the differences of higher moments have errors of 1e-16 / cv^4; the sum of
+  // lengths then counts as normally distributed.
   if (cv > 2e-3) {
     law.skewness = third / (variance * law.deviation);
     law.kurtosis = fourth / (variance * variance) - 3.0;
@@ -337,7 +337,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // holds because the laws limit the ratio of longest to mean length
+  // Holds, because every law limits the ratio of its longest to its mean length.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)
@@ -383,8 +383,8 @@ void CompiledMaterial::fill_draws() const {
     case SnapLaw::lognormal: {
       law.kind = law_lognormal;
       table = CellTable(length, per_metre, shortest, longest).write();
-      // A lognormal length picked in proportion to its length has a lognormal law with 1 + cv^2 times the
-      // mean.
+      // Lognormal lengths picked in proportion to their length have a lognormal law of equal cv whose mean is
+      // 1 + cv^2 times as large.
       const SnapLength biased = SnapLength::lognormal(1.0, second);
       const double mean = first * per_metre * (1.0 + second * second);
       biased_table = CellTable(biased, mean, shortest, longest).write();

@@ -21,7 +21,7 @@ struct CompiledMaterial {
   Material material;
   double metres_per_length = 1.0;  ///< m per scaled length: a power of two near the mean snap length
   double lengths_per_metre = 1.0;
-  double shortest = 0.0;  ///< bounds of every snap length, in scaled lengths
+  double shortest = 0.0;  ///< bounds of every snap length, scaled: `shortest` and `longest`
   double longest = 0.0;
   double residual = 0.0;          ///< Material::residual_length in scaled lengths
   double snap_rate = 0.0;         ///< snaps of a bristle per scaled length of steady sliding, without ageing
@@ -33,12 +33,12 @@ struct CompiledMaterial {
   double peak_coefficient = 0.0;  ///< peak friction over normal load (Material::peak_coefficient), without
                                   ///< ageing
   std::uint64_t hash = 0;         ///< hash of all parameters of the material
-  mutable KernelLaw law{};        ///< constants of the law for the kernels; they point into `table` and
-                                  ///< `biased_table`. make_draws() fills all three
+  mutable KernelLaw law{};        ///< constants of the law for the kernels, with pointers into `table` and
+                                  ///< `biased_table`; make_draws() fills all three
 
   mutable std::vector<double> table, biased_table;
-  std::vector<double> spread;  ///< snap lengths at 128 shares of the law, scaled (spread_share(k)); empty
-                               ///< without ageing
+  std::vector<double> spread;  ///< quantiles of the law at the 128 probabilities spread_share(k), scaled;
+                               ///< empty without ageing
 
   /// Makes the tables from which representatives with SnapRule::redraw sample their lengths; the infinite
   /// brush does not need them. Takes milliseconds the first time, and nothing after that. Any thread that
@@ -69,16 +69,16 @@ struct CompiledMaterial {
   mutable std::map<std::uint32_t, std::shared_ptr<const Strata>> strata_;
 };
 
-/// Number of shares of the law at which sums over it take a snap length. The shares follow u = t^3 (10 - 15 t
-/// + 6 t^2) at the midpoints of equal steps of t, so they lie close together at both ends of the law.
+/// Number of quantiles that stand for a law in sums over it. Their probabilities spread_share(k), t^3 (10 -
+/// 15 t + 6 t^2) at the midpoints of equal steps of t, lie close together at both ends of the law.
 inline constexpr int spread_size = 128;
 double spread_share(int k) noexcept;
 double spread_weight(int k) noexcept;
 
-/// Fills the constants of jumps over many snaps, from the moments of the path from snap to snap; moment[0]
-/// = 1.
+/// Fills the constants of jumps over many snaps from the moments of the path from snap to snap, moment[0] = 1
+/// to moment[5].
 void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
-/// Fills the constants for jumping over k snaps at once under a narrow law, and the range of such jumps.
+/// Fills the constants for jumping over k snaps at once under a narrow law, and the paths that suit it.
 void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;
 
 /// Prepares a material for the kernels. Throws bristle::Error when the material is out of range.

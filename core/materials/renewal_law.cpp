@@ -20,8 +20,8 @@ constexpr double near_steady = 1e-3;  ///< tolerance of the mean deflection, rel
                                       ///< sliding
 constexpr int classes = 64;           ///< number of classes of snap length for bristles of SnapRule::keep
 
-/// Simulates a slide that begins with straight bristles: stores the mass of bristles in each cell of
-/// deflection and moves all of them on by one cell per step.
+/// Simulates a slide that begins with straight bristles: stores the mass of the bristles in each cell of
+/// deflection, and moves it on by one cell per step.
 class Slide {
  public:
   explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
@@ -50,7 +50,7 @@ class Slide {
     std::vector<double> born(mass_.size(), 0.0);
     for (std::size_t j = 0; j < mass_.size(); ++j) {
       std::vector<double>& mass = mass_[j];
-      // Last cell of deflection that bristles can have reached after these steps.
+      // Last cell of deflection that bristles can have reached after `steps_` steps.
       const std::size_t reached = std::min(steps_, mass.size() - 1);
       for (std::size_t k = reached + 1; k-- > 0;) {
         double lost = k + 1 == mass.size() ? mass[k] : 0.0;
@@ -113,13 +113,13 @@ struct Known {
   }
 };
 
-/// Returns the result of find_forget(), from memory if possible; each thread remembers its last materials. A
-/// list for each thread needs no lock, which a fork could leave locked, and it is plain data, so the library
-/// can be unloaded.
+/// Returns the result of find_forget(), from memory if possible. Each thread remembers its last 32 materials,
+/// which needs no lock (a fork could leave one locked), in plain data, so that the library can be unloaded.
+/// A material with a table as law is not remembered.
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
-  // Remembers no tables, which have more than two parameters.
+  // Does not look for a table: Known holds only two parameters of a law.
   if (m.snap_length.law() == SnapLaw::table) return find_forget(m);
   for (const Known& k : known)
     if (k.fits(m)) return k.forget;
@@ -136,7 +136,7 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // Averages 1 - S over the path: the share of bristles that snap within it, if they start evenly along it.
+  // Averages 1 - S over the path: the share of bristles that snap within it if they begin evenly along it.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

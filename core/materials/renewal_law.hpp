@@ -1,5 +1,5 @@
-// Constants of shared renewal for representatives: the path after which a slide is steady, and the share of
-// just renewed bristles that snap again soon. steady_sliding.hpp has steady sliding itself.
+// Constants of shared renewal for representatives: the path after which sliding is steady, and the share of
+// renewed bristles that snap again soon after. steady_sliding.hpp has steady sliding itself.
 #pragma once
 
 #include "bristle/material.hpp"

@@ -87,8 +87,8 @@ struct CutNormal {
   double partial_moment(int k, double x) const noexcept {
     const double z = standard(x);
     const double density = detail::normal_density(z) / kept;
-    // Takes the difference of distribution functions in the tail where they are smaller, which keeps more
-    // digits.
+    // Takes the difference of distribution functions in the tail in which they are smaller, because it keeps
+    // more digits there.
     const double p0 =
         (z < 0.0 ? detail::normal_cdf(z) - detail::normal_cdf(cut) : kept - detail::normal_cdf(-z)) / kept;
     if (k == 0) return std::max(p0, 0.0);
@@ -114,7 +114,7 @@ struct Lognormal {
   double quantile(double u) const noexcept {
     return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
   }
-  /// Returns the argument at which the normal distribution function gives E[delta^k; delta < x].
+  /// Returns z for which E[delta^k; delta < x] is moment(k) normal_cdf(z).
   double standard(int k, double x) const noexcept { return standard_of(k, log_ratio(x, mean)); }
   double standard_of(int k, double log_x) const noexcept { return (log_x + (0.5 - k) * s * s) / s; }
   double moment(int k) const noexcept {
@@ -198,7 +198,7 @@ SnapLength SnapLength::uniform(double min_m, double max_m) {
 SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   require_within("SnapLength::normal", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
   require_within("SnapLength::normal", "deviation_m", deviation_m, 0.0, mean_m, "m (mean_m)");
-  // A deviation too small to change the mean in double gives a law without spread.
+  // Returns the single length for a deviation so small that adding it does not change the mean in double.
   if (mean_m + deviation_m == mean_m) return single(mean_m);
   const CutNormal law(mean_m, deviation_m);
   SnapLength result;

@@ -20,8 +20,8 @@ namespace {
 
 using Node = AgedNode;
 
-/// Adds the nodes of Gauss's eight-point rule between `low` and `high`; `density`: density of the law at a
-/// length.
+/// Adds the nodes of Gauss's eight-point rule between the lengths `low` and `high`. `density(x)`: density of
+/// the law at the length x.
 template <class Density>
 void add_panel(std::vector<Node>& nodes, double low, double high, const Density& density) {
   constexpr double place[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
@@ -57,7 +57,7 @@ void add_lognormal(std::vector<Node>& nodes, double cv) {
 
 void add_normal(std::vector<Node>& nodes, const SnapLength& law) {
   const double mean = law.first_parameter() / law.mean(), deviation = law.second_parameter() / law.mean();
-  if (deviation < 1e-12 * mean) {  // avoids intervals that end where they begin
+  if (deviation < 1e-12 * mean) {  // an interval of a deviation would end where it begins
     nodes.push_back({1.0, 1.0});
     return;
   }
@@ -119,8 +119,8 @@ double expectation(Span<const Node> nodes, const Function& f) {
   return sum;
 }
 
-/// Value and slope, as functions of `growth` (lambda), of the logarithm of the expectation E in the equation
-/// of steady sliding.
+/// Logarithm of the expectation E in the equation of steady sliding, and its derivative by `growth` (lambda),
+/// at one value of `growth`.
 struct LogValue {
   double value, slope;
 };
@@ -239,8 +239,8 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  // A renewal so small that it does not change the number of bristles in double counts as none, because 1 /
-  // kappa squared would overflow.
+  // Renewal kappa up to which there counts as none: it does not change the number of bristles in double, and
+  // 1 / kappa^2 of a tiny kappa would overflow.
   constexpr double least_renewal = 1e-16;
   const bool renews = shared_renewal > least_renewal;
   const double growth = renews ? solve_growth(nodes, rule, shared_renewal, mean) : 0.0;

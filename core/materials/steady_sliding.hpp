@@ -7,8 +7,8 @@
 
 namespace bristle::detail {
 
-/// Bristles with shorter snap lengths (in mean lengths) are left out of the closed forms of SnapRule::keep.
-/// They are few (Material::validate), and how often they snap depends on the number of bristles.
+/// Snap length, in mean lengths, below which bristles are left out of the closed forms of SnapRule::keep.
+/// They are few (Material::validate), and the rate of their snaps depends on the number of bristles.
 inline constexpr double shortest_that_counts = 1.0 / 1024;
 
 /// Growth of snap lengths at a constant speed, as a function of the path r of a bristle since its last snap,
@@ -24,7 +24,7 @@ struct WayAgeing {
   double slope(double way) const noexcept;
 };
 
-/// Returns the ageing of a material in sliding at a speed (Material::kinetic_coefficient).
+/// Returns the ageing of a material in sliding at a speed; speeds below slowest_sliding count as that speed.
 WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 
 /// Returns the deflection beyond the residual at which a bristle of this fresh length snaps: the solution of

@@ -6,8 +6,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Maps t in [0, 1] to a share of the bristles, such that equal steps of t give shares that lie close
-/// together at both ends of the law.
+/// Maps t in [0, 1] to a share of the bristles, so that equal steps of t give shares that lie close together
+/// at both ends of the law.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
 /// The law that make_strata() divides, as cells between quantiles, with the integral of p^(1/2) up to each
@@ -38,7 +38,7 @@ class Cells {
   double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< Returns E[l; l < x].
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
-  /// Finds the length at which a non-decreasing function reaches 0, to a few digits.
+  /// Finds the length at which a non-decreasing function reaches 0, by 44 bisections.
   template <class Function>
   double find_zero(Function&& function) const {
     double low = 0.0, high = law_.longest();
@@ -62,8 +62,8 @@ class Cells {
   std::vector<double> length_, integral_;
 };
 
-/// Inner ends of the first and the last stratum, chosen so that the error of the force (make_strata())
-/// alternates between +e and -e around each of them.
+/// Inner ends of the first and the last stratum, at which the error of the mean deflection (Strata) is -e; at
+/// the length of either stratum it is +e.
 struct Edges {
   double first, last;  ///< upper end of the first stratum, lower end of the last
   double error;        ///< e, largest error of the mean deflection in first loading, m
@@ -79,8 +79,8 @@ struct Edges {
   }
 };
 
-/// Finds the inner ends for which the error e of the first and last stratum equals that of the n - 2 strata
-/// between them.
+/// Finds the inner ends for which the error e of the first and the last stratum equals that of the n - 2
+/// inner strata.
 Edges find_edges(const SnapLength& law, const Cells& cells, std::uint32_t n) {
   double low = 0.0, high = law.mean();
   double e = cells.integral() / n;
@@ -107,7 +107,7 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
 
   const Cells cells(law, std::max(std::uint32_t{4096}, 16 * n));
   const double all = cells.integral();
-  double first = 0.0, last = all, error = 0.0;  // two strata share the integral of p^(1/2) equally
+  double first = 0.0, last = all, error = 0.0;  // without shifts: two strata have equal integrals of p^(1/2)
   if (n > 2) {
     const Edges edges = find_edges(law, cells, n);
     first = cells.integral_at(edges.first);

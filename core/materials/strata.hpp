@@ -17,7 +17,7 @@ namespace bristle::detail {
 struct Strata {
   std::vector<double> length, share;
 };
-/// Divides the law into n strata. Throws std::bad_alloc. Set-up cost: some microseconds for each stratum.
+/// Divides the law into n strata. Throws std::bad_alloc. Takes some microseconds for each stratum.
 Strata make_strata(const SnapLength& law, std::uint32_t n);
 
 }  // namespace bristle::detail

@@ -10,7 +10,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Share of a patch's bristles that equals half a unit of mass, and so is rounded to none.
+/// Share of a patch's bristles that is half a unit of mass, and is therefore rounded to none.
 constexpr double negligible_share = 0x1p-47;
 
 constexpr double farthest_end = 2048.0;  // longest end of a table, mean snap lengths; less than unused_reach
@@ -29,8 +29,8 @@ double find_end(const SnapLength& law) {
 }
 
 /// Finds the deflection beyond which bristles carry a given share of the force of steady sliding. The force
-/// is the integral of x S(x), x the deflection; the integral of S alone would neglect the few longest
-/// bristles of a wide law, which carry most of the force.
+/// is in proportion to the integral of x S(x) over the deflection x. The integral of S alone would neglect
+/// the few longest bristles, which carry most of the force under a wide law.
 double find_tail(const SurvivalTable& table, double share) {
   double carried = 0.0;
   for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
@@ -59,8 +59,8 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   const double narrow = table.mean / (19.7 * square(law.cv()));
   Waves waves{9.2 * narrow, std::min(1.0, law.cv() / 0.25)};
   if (table.smooth) return waves;
-  constexpr double farthest = 1e5;  // limit in mean snap lengths, for groups of bristles that snap in step
-                                    // for ever
+  constexpr double farthest = 1e5;  // longest path, in mean snap lengths, even for groups of bristles that
+                                    // snap in step for ever
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
   // Makes pieces as short as those of a narrow law with equally slow waves, and short enough to resolve the
@@ -118,7 +118,7 @@ std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres,
   return survival;
 }
 
-/// Returns S at the start of a cell.
+/// Returns S at the first start of a cell from `start` on.
 double survival_from(const SurvivalTable& table, double start) {
   const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
                                  [start](const SurvivalCell& c) { return c.start >= start; });
@@ -164,8 +164,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // Uses a strict tolerance, because the errors of to-and-fro strokes add up: 3e-4 in each stroke would raise
-  // friction by a twelfth in 200 strokes (spread 0.4).
+  // Uses a stricter tolerance than for `forget`, because the errors of to-and-fro strokes add up: 3e-4 in
+  // each stroke would raise friction by a twelfth in 200 strokes (spread 0.4).
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;

@@ -23,13 +23,13 @@ struct SurvivalTable {
   double cube = 0.0;    ///< E[delta^3]
   double weak = 0.0;    ///< S at the deflection beyond which bristles carry 1e-4 of the force of steady
                         ///< sliding
-  double finest = 1.0;  ///< length of the pieces of path that the law needs, over that for a law of spread
-                        ///< 0.25 or more; at most 1
+  double finest = 1.0;  ///< length of the pieces into which a path must be cut, over their length for a
+                        ///< smooth law of spread 0.25 or more; at most 1
   bool smooth = true;   ///< whether S is smooth; if not, it has corners where the density of the law jumps
-  double forget = 0.0;  ///< path of straight sliding after which the force does not depend on how the slide
-                        ///< began
-  double follow = 0.0;  ///< path of straight sliding after which nothing from before the slide matters, even
-                        ///< if it goes on for ever
+  double forget = 0.0;  ///< path of straight sliding after which bristles from before it carry at most 3e-4
+                        ///< of the force
+  double follow = 0.0;  ///< path of straight sliding after which bristles from before it carry at most 1e-6
+                        ///< of the force, so that errors of many slides do not add up
 };
 
 /// Makes the table; lengths in m times `per_metre` are scaled lengths. S is exact at the nodes and linear
@@ -39,8 +39,8 @@ struct SurvivalTable {
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {
-  double left, moment, square;  ///< S(x), E[delta; delta < x] and E[delta^2; delta < x] of the law of
-                                ///< lengths at the argument x
+  double left, moment, square;  ///< S(x), E[delta; delta < x] and E[delta^2; delta < x] of a law of snap
+                                ///< lengths delta at a length x
 };
 inline Survival survival_at(const SurvivalTable& table, double x) noexcept {
   if (x <= table.sure) return {1.0, 0.0, 0.0};

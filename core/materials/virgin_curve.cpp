@@ -195,7 +195,7 @@ struct LawOnGrid {
   std::size_t last() const noexcept { return mass.size() - 1; }
 };
 
-/// Moves atoms (lengths that have a probability) to their nearest nodes and takes them off `survival`.
+/// Puts atoms (lengths that have a probability) on their nearest nodes and recomputes `survival` with them.
 void place_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
   law.atom_mass.assign(law.mass.size(), 0.0);
   if (atoms.empty()) return;
@@ -252,13 +252,13 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// Weights of the nodes for integrating, over a law times `factor`, a function that is linear between nodes;
-/// exact over each cell. `damping`: exp(-lambda x) at the nodes if the function is multiplied by it,
-/// otherwise empty.
+/// Weights of the nodes for the integral over a law of a function that is linear between nodes; exact over
+/// each cell. make_kernel() multiplies the law by `factor` and by `damping`, exp(-lambda x) at the nodes
+/// (empty: by 1).
 struct RenewalKernel {
   std::vector<double> weight;  ///< weight of each node, from the cells on both sides
-  std::vector<double> far;     ///< share of the weight of cell j, from node j to node j + 1, that goes to its
-                               ///< far node
+  std::vector<double> far;     ///< part of the weight of cell j, from node j to node j + 1, that its far node
+                               ///< gets
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
@@ -314,7 +314,7 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
   }
   const double implicit = 1.0 - kernel.weight[0] - kernel.atom_mass[0];
   for (std::size_t i = 1; i <= n; ++i) {
-    // Four sums side by side hide the latency of the additions.
+    // Adds four sums side by side, because each addition waits for the previous one of its sum.
     const std::size_t stop = std::min(kernel.end, i);
     double part[4] = {0.0, 0.0, 0.0, 0.0};
     std::size_t j = kernel.begin;
@@ -345,8 +345,8 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
   return grid;
 }
 
-/// Renewal equations for a virgin curve, which is the quotient of two solutions: sum of deflections over,
-/// with shared renewal, number of bristles.
+/// Renewal equations for a virgin curve, which is the sum of deflections or, with shared renewal, that sum
+/// over the number of bristles.
 struct RenewalProblem {
   RenewalKernel kernel;
   Source deflections, bristles;
@@ -417,16 +417,16 @@ double resolving_step(const SnapLength& law) noexcept {
   return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
 }
 
-/// Returns a grid step, at most `largest`, for which the atoms lie nearest to nodes of the grid of twice that
+/// Returns a grid step, at most `largest`, for which all atoms lie close to nodes of the grid of twice that
 /// step.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Accepts that atoms of tiny lengths lie half a step off the nodes, since hitting them would take millions
-  // of cells.
+  // Lets atoms lie up to half a step off the nodes if even the longest is shorter than that, because hitting
+  // them would take millions of cells.
   if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
   for (int i = 0; i < 2000; ++i) {
-    // Puts the first atom exactly on a node, and tries several steps for the others.
+    // Puts the longest atom on a node; takes the one of 2000 such steps that suits the others best.
     const double count = whole_part(0.5 * atoms.back().length * (start + 0.5 * i)) + 1.0;
     const double step = 0.5 * atoms.back().length / count;
     double misfit = 0.0;
@@ -481,8 +481,8 @@ double redraw_deflection(const SnapLength& law, double x) {
 
 // ----------------------------------------------------------------------------------------------- peaks
 
-/// Numbers of golden-section steps. An error in the place of the peak counts in the value to second order
-/// where f is smooth, and to first order at a kink.
+/// Numbers of golden-section steps. An error in the place of the peak changes its value to second order where
+/// f is smooth, and to first order at a kink, which therefore needs more steps.
 constexpr int smooth_iterations = 22, kink_iterations = 60;
 
 /// Finds the maximum of f on [low, high], where it has one hump, by golden section.
@@ -651,8 +651,8 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   return damping;
 }
 
-/// Snaps up to a path x of bristles that keep their lengths: their number, and the sums of their places and
-/// of the deflections lost. Stores the law of the lengths in cells of uniform density.
+/// A law of snap lengths, in cells of uniform density, for bristles that keep their lengths. Gives the number
+/// of their snaps up to a path x, and the sums of the places of these snaps and of the deflections lost.
 class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)
@@ -693,8 +693,8 @@ class DividedLaw {
     }
   }
 
-  /// Sums over k, the number of a bristle's snap: of G(x / k) (`count`), of k M1(x / k) (`place`) and of M1(x
-  /// / k) (`lost`).
+  /// Sums over the numbers k = 1, 2, ... of a bristle's snaps: of G(x / k) (`count`), of k M1(x / k)
+  /// (`place`) and of M1(x / k) (`lost`).
   struct Snaps {
     double count = 0.0, place = 0.0, lost = 0.0;
 
@@ -716,8 +716,8 @@ class DividedLaw {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // Finds M1(x / k). In the last cell the first moment of a uniform density is corrected so that the
-      // whole cell has the mean length of the law.
+      // Finds M1(x / k). In the cell of x / k the density counts as uniform, plus a correction that is exact
+      // at the cell's end.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;
@@ -827,8 +827,8 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Returns a grid step: for laws with atoms the step of the curves without shared renewal; twice that for
-  /// other laws, for which extrapolation is possible.
+  /// Returns a grid step: for laws with atoms the step of the curves without shared renewal, for other laws
+  /// twice that step, because extrapolation is more exact for smooth solutions.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
   /// Returns a grid step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
   double fit_step(double largest) const {
@@ -839,8 +839,8 @@ struct RenewedCurve {
   }
 };
 
-/// Finds the top of a kink in the cell after node i: the crossing of the lines through the two nodes on
-/// either side. Returns 0 if they do not cross within the cell.
+/// Returns f at the top of a kink in the cell after node i, where the lines through the two nodes on either
+/// side cross; 0 if they do not cross within the cell.
 double kink_in_cell(const VirginGrid& grid, std::size_t i) {
   if (i < 1 || i + 2 >= grid.left.size()) return 0.0;
   for (std::size_t k = i - 1; k <= i + 2; ++k)
@@ -883,14 +883,14 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5)
     peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
-  // With SnapRule::keep, the wider the law, the farther away and the flatter its peak.
+  // Searches a longer path on a coarser grid: with SnapRule::keep a wide law has a distant, flat peak.
   if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
     peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
   return peak;
 }
 
-/// Whether bristles that began to slide together, with redrawn lengths, have stopped snapping in step after
-/// this path (in mean lengths), to the last digit.
+/// Whether bristles that began to slide together, with redrawn lengths, snap in step no more after the path x
+/// (in mean lengths), to the last digit of the force.
 bool has_forgotten([[maybe_unused]] const SnapLength& law, [[maybe_unused]] double x) {
 #if BRISTLE_MINIMAL
   return false;
