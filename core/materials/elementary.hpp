@@ -158,8 +158,7 @@ inline double normal_upper_tail(double z) noexcept {
   return tail[0];
 }
 
-/// Returns the distribution function of the standard normal law; keeps its relative accuracy in the lower
-/// tail.
+/// Returns the distribution function of the standard normal law; small relative error in the lower tail.
 inline double normal_cdf(double z) noexcept {
   if (z != z) return z;
   return z < 0.0 ? normal_upper_tail(-z) : 1.0 - normal_upper_tail(z);

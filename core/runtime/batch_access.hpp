@@ -15,8 +15,8 @@ struct BatchAccess {
   /// PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
-  /// Marks a call of the stepping side over a batch. The waiting changes are applied at its start; calls of
-  /// the batch within it apply none.
+  /// Marks a call of the stepping side over a batch. Applies the waiting changes at its start; calls to the
+  /// batch within it apply none.
   class Turn {
    public:
     explicit Turn(PatchBatch& batch) noexcept;
@@ -46,7 +46,7 @@ struct BatchAccess {
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 
-  // Whether a patch is an infinite brush in a steady slide of which no cohort is visited (a glide).
+  // Whether a patch is an infinite brush in a glide: a steady slide in which steps visit no cohort.
   static bool glides(const PatchBatch& batch, PatchId id) noexcept;
 
   // Implement the functions of batch_recipe.hpp.

@@ -81,8 +81,8 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
 void PatchBatch::Impl::attach_scratch(Command& command) {
   std::size_t bytes = command.patch.record->bytes;
 #if BRISTLE_ASSERTS
-  bytes = std::max(bytes, saved_size_of(command.patch));  // memory for is_sound(), which saves the patch
-                                                          // there
+  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into the scratch
+                                                          // memory
 #endif
   if (bytes <= scratch_bytes) return;
   command.scratch.memory.reset(

@@ -37,15 +37,15 @@ struct PatchBatch::Impl {
   std::size_t scratch_bytes = 0;
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
-  // These functions of the adding side throw std::bad_alloc.
+  // Functions of the adding side. All but send() throw std::bad_alloc.
   Record& record_of(PatchId id);  ///< throws Error if there is no such patch
   std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
   PatchId add(const detail::Patch& made);
   /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
-  void grow_pool();  ///< adds a chunk of slots when all are taken
+  void grow_pool();  ///< adds the next chunk of slots
   void attach_scratch(detail::Command& command);
-  /// Pushes a command. Nothing can fail after this point, so the sizes of its memory are noted only here.
+  /// Pushes a command. No failure can follow, so the size of its scratch memory is noted only here.
   void send(std::unique_ptr<detail::Command> command) noexcept;
 
   // --- the stepping thread's side
@@ -70,7 +70,7 @@ struct PatchBatch::Impl {
   };
   Trial trial;
 
-  /// Marks a call of the stepping side. The waiting changes are applied at its start; calls within it apply
+  /// Marks a call of the stepping side. Applies the waiting changes at its start; calls within it apply
   /// none.
   class Turn {
    public:
@@ -98,8 +98,8 @@ struct PatchBatch::Impl {
   /// Applies a change of the adding thread. Neither allocates nor frees.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch after the caller took the commands, because these may change the table of slots.
-  /// `cells`: as in Scheduler::step.
+  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches and the queue of
+  /// motions. `cells`: as in Scheduler::step.
   StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
                   Span<Response> responses) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;

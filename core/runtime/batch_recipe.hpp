@@ -9,7 +9,7 @@
 
 namespace bristle {
 
-/// Options and material of a patch as it was added, without its state.
+/// Options with which a patch was added, and its present material, without its state.
 struct PatchRecipe {
   std::uint32_t slot = 0;
   std::uint32_t material = 0;  ///< index of the patch's material in BatchRecipe::materials
@@ -23,7 +23,7 @@ struct BatchRecipe {
   std::vector<std::uint32_t> generations;  ///< last generation of each slot
   std::vector<std::uint32_t> free_slots;   ///< free slots in the order in which they were freed
   std::vector<Material> materials;
-  std::vector<PatchRecipe> patches;  ///< recipes of the patches, indexed by slot
+  std::vector<PatchRecipe> patches;  ///< recipes of the patches, in the order of their slots
 };
 
 /// Reads the recipe of a batch. No other thread may use the batch meanwhile.

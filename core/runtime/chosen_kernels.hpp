@@ -1,4 +1,4 @@
-// Chooses instruction set, threads and core by the options of a batch.
+// Chooses the kernels for a batch by its options, and checks its number of threads and its servo core.
 #pragma once
 
 #include <cstdlib>

@@ -33,10 +33,10 @@ struct Change {
 
 struct Command {
   enum class Kind : unsigned char { none, add, replace, remove, grow, change };
-  // Fields used by every command, in one cache line.
+  // The first cache line: all that commands of the kinds add, replace and remove use besides `patch`.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
-  std::uint64_t number = 0;  ///< number of the command, counted by push
+  std::uint64_t number = 0;  ///< number of the command in the order of push()
   std::atomic<Command*> next{nullptr};
   PatchRecord* removed = nullptr;     ///< record of the patch that a command of kind `remove` removed, for
                                       ///< the producer to free
@@ -44,8 +44,8 @@ struct Command {
                                       ///< the new patch
   std::unique_ptr<PatchChunk> chunk;  ///< chunk of slots with the number `slot`, for a command of kind `grow`
 
-  Patch patch;  ///< patch of a command of kind `add`, or the replaced patch after `replace`. The command owns
-                ///< its record
+  Patch patch;  ///< patch of a command of kind `add` or `replace`; after `replace` the replaced patch. The
+                ///< command owns its record
   std::unique_ptr<Change> change;    ///< change that a command of kind `change` applies
   std::unique_ptr<MoveQueue> queue;  ///< queue with as many places as there are slots, for a command of kind
                                      ///< `grow`; the shorter queue returns in its place
@@ -90,8 +90,8 @@ class CommandList {
 
   void publish() noexcept { pushed_.store(newest_->number, std::memory_order_release); }
 
-  /// Consumer: returns the number of the last published command. Taking commands up to it ends, however fast
-  /// the producer is.
+  /// Consumer: returns the number of the last published command. A consumer that takes commands only up to it
+  /// comes to an end, however fast the producer is.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 
   /// Consumer: returns the next command up to number `last`, or null. The command stays valid until the next

@@ -81,7 +81,7 @@ void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
   keep(step);
 }
 
-/// Reads clocks and counters before the count is odd, so that it is odd for a few nanoseconds only.
+/// Judges a step and reads the thread's counters, outside a Change, which so lasts only a few nanoseconds.
 DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
                                              double cpu_s) const noexcept {
   Step step;
@@ -121,7 +121,7 @@ void DeadlineMonitor::keep(const Step& step) noexcept {
   n.steps.record(step.wall_s);
 }
 
-/// Returns the events since the last call. The first call only reads the counters.
+/// Returns the events since the last call, which `now` ends; none in the first call.
 ThreadEvents DeadlineMonitor::events_until(const ThreadEvents& now) noexcept {
   Numbers& n = numbers_;
   const ThreadEvents since = n.events_known.get() ? now - n.last_events.get() : ThreadEvents{};
@@ -157,8 +157,8 @@ void DeadlineMonitor::refresh_events() noexcept {
 void DeadlineMonitor::reset() noexcept { *this = DeadlineMonitor(deadline(), period()); }
 
 std::uint64_t DeadlineMonitor::misses_machine() const noexcept {
-  // Reads the numbers in this order, so that a tick recorded meanwhile cannot make the difference negative; a
-  // reset can.
+  // Reads misses_ours() first, so that a tick recorded meanwhile cannot make the difference negative; a reset
+  // can.
   const std::uint64_t ours = misses_ours(), all = misses();
   return all > ours ? all - ours : 0;
 }

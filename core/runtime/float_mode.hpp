@@ -1,5 +1,5 @@
-// The floating-point mode of the kernels: round to nearest, denormals flushed to zero. It is set for a call
-// and restored after it, so that neither the caller's mode changes our bits nor ours the caller's.
+// The floating-point mode of the kernels: round to nearest, denormals flushed to zero. A call sets it and
+// restores the caller's mode, so that neither mode changes the results of the other's code.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class FloatModeScope {
   FloatModeScope() noexcept : before_(_mm_getcsr()) {
     if (before_ != kernel_mode) _mm_setcsr(kernel_mode);
   }
-  // Restores the control word, which also drops status flags that arithmetic raised in between.
+  // Restores the control word, and with it the status flags: those raised since are dropped.
   ~FloatModeScope() { _mm_setcsr(before_); }
 #elif defined(__aarch64__)
   FloatModeScope() noexcept {

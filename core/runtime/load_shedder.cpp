@@ -17,7 +17,7 @@ using namespace detail;
 
 namespace {
 
-/// Share of the time budget below which the time of a step says little about the time per bristle.
+/// Share of the time budget below which a step is too short to learn the time per bristle from it.
 constexpr double least_timed_share = 0.05;
 /// Largest share of a patch's bristles that is restored at once, and smallest share worth restoring.
 constexpr double largest_gift = 1.0 / 8.0;
@@ -30,11 +30,11 @@ constexpr std::uint64_t regret_waits = 4;
 constexpr std::uint64_t calm_waits = 16;
 constexpr std::uint64_t longest_wait = 64;  ///< longest wait, in multiples of the first one
 
-/// Number of cohorts that a step visits per piece of an infinite brush, for lognormal 0.3 and uniform
-/// lengths.
+/// Number of cohorts that a step visits for each piece (PatchOptions::resolution) of an infinite brush, for
+/// lognormal lengths of spread 0.3 and uniform lengths.
 constexpr double cohorts_per_piece = 2.0;
-/// Least number of pieces that an infinite brush keeps (and at least half of its own): with 1 or 2 it creates
-/// energy under renewal.
+/// Least number of pieces that an infinite brush keeps, whatever its `least_bristles`: with 1 or 2 pieces it
+/// creates energy under renewal.
 constexpr std::uint32_t fewest_pieces = 4;
 
 bool is_infinite(const PatchInfo& info) noexcept { return info.weight == 0.0; }
@@ -71,10 +71,10 @@ struct LoadShedder::Impl {
                                                                  ///< because an id may name any slot
   std::vector<DetailDecision> record;
   double patch_overhead = static_cast<double>(Sharing{}.patch_overhead);
-  double rate = 0.0;       ///< s per visited bristle or its equivalent; 0 = not yet known
-  double last_rate = 0.0;  ///< s per bristle in the last step that was long enough to time
+  double rate = 0.0;       ///< estimated time per visited bristle, s; 0 = not yet known
+  double last_rate = 0.0;  ///< time per bristle, s, in the last step that was long enough to learn from
 
-  // Estimates of the last survey, in visits to a bristle: fixed costs of patches, representatives, cohorts.
+  // Costs found by the last survey, in visits to a bristle: of patches, representatives and cohorts.
   double fixed = 0.0, of_bristles = 0.0, of_cohorts = 0.0;
   double looked_at =
       1.0;  ///< share of `of_cohorts` that a step visits; patches that glide or stick visit none
@@ -232,7 +232,7 @@ struct LoadShedder::Impl {
     return entry.active * (entry.infinite ? looked_at : 1.0) * entry.wanted / entry.detail;
   }
 
-  /// Restores bristles of one patch, which has the highest priority among those that lack some.
+  /// Restores bristles of one patch: the one with the least share among those of the highest priority.
   int give(PatchBatch& batch, double units) noexcept {
     Entry* chosen = nullptr;
     const auto share = [](const Entry& e) { return static_cast<double>(e.detail) / e.bristles; };
@@ -242,8 +242,8 @@ struct LoadShedder::Impl {
         chosen = &entry;
     }
     if (chosen == nullptr) return 0;
-    // Number of bristles for which there is time. Each costs `rate` in every step, and `change_s` once, in
-    // this step.
+    // Time left for restored bristles. In this step one costs change_s, and in this and every later step
+    // `rate`.
     const double room = options.restore_to * options.budget_s - rate * units;
     const double most = room / (rate + options.change_s) / chosen->active * chosen->detail;
     const double lacking = chosen->bristles - chosen->detail;
@@ -330,7 +330,7 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
   if (step_time_s > impl.options.shed_above * budget) {
     if (++impl.late_in_row < impl.options.late_steps) return 0;
     double keep = impl.options.shed_to * budget / step_time_s;
-    // Sheds at most half in the first late step, which may be an accident.
+    // Sheds at most half in the first step of a row that sheds, since a disturbance may be the cause.
     if (impl.late_in_row == impl.options.late_steps) keep = std::max(keep, 0.5);
     impl.survey(batch, in);
     impl.note_visits(batch, report.bristles_visited);
@@ -340,7 +340,7 @@ int LoadShedder::after_step(PatchBatch& batch, Span<const Motion> in, double ste
   if (impl.decided == 0 || impl.rate <= 0.0 || impl.steps - impl.last_change < impl.wait) return 0;
   impl.survey(batch, in);
   const int given = impl.give(batch, impl.units());
-  // Waits for a whole wait before the next attempt if nothing could be restored.
+  // Begins another whole wait if nothing could be restored.
   if (given == 0) impl.last_change = impl.steps;
   return given;
 }
@@ -353,7 +353,7 @@ std::uint64_t LoadShedder::steps() const noexcept { return impl_->steps; }
 
 ShedReport LoadShedder::report(const PatchBatch& batch) const noexcept {
   ShedReport report;
-  // Smallest share of its bristles, or of its pieces (infinite brush), that any patch uses at present.
+  // Smallest share of its bristles that any patch uses at present; for infinite brushes, of its pieces.
   double of_bristles = 1.0, of_pieces = 1.0;
   for (const Impl::Entry& entry : impl_->entries) {
     const PatchInfo info = batch.info(entry.id);

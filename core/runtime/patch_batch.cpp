@@ -87,7 +87,7 @@ std::size_t PatchBatch::Impl::state_size() const noexcept {
 
 bool PatchBatch::Impl::is_sound() noexcept {
   if (scheduler.step_number() > 16 && scheduler.step_number() % 64 != 0) return true;
-  const FloatModeScope mode;  // rounds denormal counts to zero, as the step did that made the state
+  const FloatModeScope mode;  // rounds denormal numbers to zero, as the step did that made the state
   bool sound = true;
   trial.of = nullptr;
   for_each_patch([&](std::uint32_t, const Patch& p) {
@@ -185,14 +185,14 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
     try_step(*p, motion, dt_s, 0.0, response);
     return response;
   }
-  if (changes_in_trials(*p)) {  // a trial that changes the patch is a step of a copy
+  if (changes_in_trials(*p)) {  // steps a copy, because a trial would change the patch
     Patch copy;
     p->model->copy(*p, copy, impl->scratch.memory.get());
     impl->trial.of = nullptr;
     step_patch(copy, motion, dt_s, response);
     return response;
   }
-  // Tries another load on a copy, because a load moves bristles in and out of contact.
+  // Tries another load on a copy, because applying a load moves bristles in and out of contact.
   Impl::Trial& trial = impl->trial;
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, impl->scratch.memory.get());

@@ -30,16 +30,16 @@ inline void keep_place(Patch& made, const Patch& before) noexcept {
   made.skips = before.skips;
 }
 
-/// Numbers of a slot for move(), step(dt) and force(), kept apart from the data that a step reads.
+/// Data of a slot for PatchBatch::move(), step(dt) and force(), kept apart from the data that a step reads.
 struct SlotNote {
   std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set for the slot; 0 = none
   Response last;             ///< response of the last step(dt), which force() returns
 };
 
-/// Estimate of the cost of a slot's next step, by which work is shared out without reading patches.
+/// Estimated cost of the next step of a slot's patch, by which work is shared out without reading patches.
 struct Outlook {
   double normal_load = -1.0;   ///< N, load of the last step
-  std::uint32_t bristles = 0;  ///< number of bristles in contact
+  std::uint32_t bristles = 0;  ///< number of bristles in contact; for a new patch the largest number
   std::uint32_t last_counted =
       0;  ///< low bits of the number of the last step that named the slot; detects repeated ids
 };
@@ -65,7 +65,7 @@ class PatchPool {
   static constexpr std::uint32_t first_of(int chunk) noexcept {
     return chunk == 0 ? 0 : first_slots << (chunk - 1);
   }
-  /// Slots of a chunk: the patches and what belongs to each.
+  /// Returns the number of slots of a chunk.
   static constexpr std::uint32_t slots_of(int chunk) noexcept {
     return chunk == 0 ? first_slots : first_slots << (chunk - 1);
   }
@@ -111,7 +111,7 @@ struct MoveQueue {
   std::vector<Response> responses;
 };
 
-/// Free slots and their generations, on the side of the thread that adds patches.
+/// Generations of all slots, and the free slots, on the side of the thread that adds patches.
 class SlotList {
  public:
   struct Slot {
@@ -130,7 +130,7 @@ class SlotList {
     free_.pop_back();
     return {slot, ++generations_[slot]};
   }
-  /// Frees a slot, unless it has used its last generation, because no id is given twice.
+  /// Frees a slot, unless it has used its last generation: no id is given twice.
   void give_back(std::uint32_t slot) noexcept {
     BRISTLE_ASSERT(slot < generations_.size() && free_.size() < free_.capacity());
     if (generations_[slot] != last_generation) free_.push_back(slot);
@@ -145,7 +145,7 @@ class SlotList {
     free_.reserve(generations_.capacity());
     free_.assign(free_slots.begin(), free_slots.end());
   }
-  /// Sets the generation as if the slot had held this many patches. For tests.
+  /// Sets the generation of a slot, as if it had held so many patches. For tests.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;
   }

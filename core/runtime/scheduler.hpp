@@ -19,8 +19,8 @@ class Scheduler {
   Workers workers;
   PatchPool pool;
 
-  /// Steps all motions and cells, in any order; threads and pieces do not change a bit. `dt_s` is valid, no
-  /// patch is both among the cells and among the motions, and no cell is named twice.
+  /// Steps all motions and cells. Threads and pieces do not change a bit. Requires a valid `dt_s`, no patch
+  /// that is both among the cells and among the motions, and no cell that is named twice.
   StepReport step(double dt_s, Span<CellMotion> cells, Span<const Motion> in, Span<Response> out) noexcept;
 
   std::uint64_t step_number() const noexcept { return step_number_; }

@@ -11,7 +11,7 @@ cpu_set_t cores_of_this_thread() noexcept {
   cpu_set_t cores;
   CPU_ZERO(&cores);
   if (sched_getaffinity(0, sizeof cores, &cores) !=
-      0)  // fails if the machine has more cores than the set holds; the system then limits which are used
+      0)  // fails if the machine has more cores than a cpu_set_t; all that it holds then count as usable
     for (std::size_t i = 0; i < CPU_SETSIZE; ++i) CPU_SET(i, &cores);
   return cores;
 }
@@ -21,12 +21,12 @@ const cpu_set_t cores_at_load = cores_of_this_thread();
 std::atomic<std::uint32_t> batches_on[CPU_SETSIZE];  ///< number of batches that have this core as servo core
 std::atomic<std::uint32_t> changes{0};               ///< number of changes to `batches_on`
 
-/// Record of a worker thread: the cores to which it is bound.
+/// Cores to which a worker thread is bound, and the batch and the servo cores for which they were chosen.
 struct Binding {
   std::uint64_t batch = 0;   ///< number of the last batch for which the worker worked; 0 = none
   std::uint32_t change = 0;  ///< value of `changes` when the worker last read the servo cores
   cpu_set_t servo_cores = {};
-  cpu_set_t cores = {};  ///< cores that were last asked for from the system
+  cpu_set_t cores = {};  ///< cores to which the system was last asked to bind the worker
   bool bound = false;
 
   void read_servo_cores() noexcept {

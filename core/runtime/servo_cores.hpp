@@ -23,8 +23,8 @@ inline cpu_set_t worker_cores(const cpu_set_t& cores, const cpu_set_t& servo_cor
   return left;
 }
 
-/// Returns the cores of the calling thread. If that thread is bound to one core, returns those that the
-/// process had when the library was loaded: a single core is a servo thread's own, not all that the host
+/// Returns the cores that the calling thread may use. If it is bound to one core, returns those of the thread
+/// that loaded the library instead, because a single core is a servo thread's own and not all that the host
 /// allows.
 cpu_set_t process_cores() noexcept;
 
@@ -36,8 +36,8 @@ class ServoCore {
   ServoCore(const ServoCore&) = delete;
   ServoCore& operator=(const ServoCore&) = delete;
 
-  /// Binds the calling worker to its cores, if it is not yet bound. Returns false if none is left for it or
-  /// the system refuses, once for each worker.
+  /// Binds the calling worker to its cores, if it is not yet bound. Returns false, once for each worker of a
+  /// batch, if no core is left for it or the system refuses.
   bool keep_worker_off() const noexcept;
 
  private:

@@ -60,7 +60,7 @@ class Temporary {
   }
 
  private:
-  /// Skips names that exist: a killed process may have left its file, and process numbers repeat.
+  /// Tries names until one is new: a killed process may have left a file, and process numbers repeat.
   File open_beside(const std::string& path) {
     static std::atomic<unsigned> count{0};
     while (true) {
@@ -72,14 +72,14 @@ class Temporary {
     }
   }
 
-  std::string name_;  // declared before file_, which sets it
+  std::string name_;  // declared before file_, because making file_ sets it
   File file_;
 };
 
 }  // namespace
 
 void write_state_file(const std::string& path, Span<const std::byte> state, Span<const std::byte> extra) {
-  // Refuses a device or a pipe, which a rename would replace by a file.
+  // Refuses a device or a pipe, because renaming a file to its name would replace it.
   if (is_occupied(path)) fail(path, "is not a file: a state file cannot take its place");
 
   Head head;
@@ -140,7 +140,7 @@ StateFile read_state_file(const std::string& path, std::size_t most_bytes) {
        {std::pair(&contents.state, state_size), std::pair(&contents.extra, extra_size)}) {
     try {
       bytes->resize(static_cast<std::size_t>(wanted));
-    } catch (const std::exception&) {  // bad_alloc or length_error, since a damaged file may claim any size
+    } catch (const std::exception&) {  // bad_alloc or length_error: a damaged file may claim any size
       fail(path, "holds " + std::to_string(wanted) + " bytes: more than there is memory for");
     }
     if (!file.read(bytes->data(), bytes->size(), got)) fail_system(path, "cannot be read");

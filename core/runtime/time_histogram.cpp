@@ -9,12 +9,12 @@ namespace bristle {
 
 namespace {
 
-constexpr int mantissa_bits = 6;  // number of mantissa bits that give the bucket within an octave (64
-                                  // buckets)
+constexpr int mantissa_bits = 6;  // number of mantissa bits that select one of the 64 buckets of an
+                                  // octave
 constexpr int last = TimeHistogram::buckets - 1;
 
 // Returns the number of the bucket of a time. Bucket 0 holds 0 ns. Below 2^6 ns every nanosecond has its own
-// bucket, numbered as if it had six mantissa bits too, so that one formula serves for all.
+// bucket, with zeros in place of the mantissa bits that it lacks, so that one formula serves for all.
 int bucket_of(std::uint64_t ns) noexcept {
   if (ns == 0) return 0;
   int octave = 0;
@@ -39,7 +39,7 @@ double upper_edge_s(int bucket) noexcept {
 }  // namespace
 
 void TimeHistogram::record(double time_s) noexcept {
-  if (!(time_s >= 0.0)) time_s = 0.0;  // takes 0 if the clock went back or gave NaN
+  if (!(time_s >= 0.0)) time_s = 0.0;  // counts as 0 if the clock went back or gave NaN
   sum_s_.add(time_s);
   if (time_s > max_s_.get()) max_s_.set(time_s);
   // Times above 2^36 ns (69 s) fall into the last bucket, whose percentile is the maximum.
@@ -51,7 +51,7 @@ void TimeHistogram::record(double time_s) noexcept {
 }
 
 double TimeHistogram::percentile(double share) const noexcept {
-  std::uint64_t count = 0;  // number of times in all buckets, of which some may be full
+  std::uint64_t count = 0;  // number of times in the buckets; less than count_ if a bucket is full
   for (const auto& cell : cells_) count += cell.get();
   if (count == 0) return 0.0;
   const double wanted = std::min(std::max(share, 0.0), 1.0) * static_cast<double>(count);

@@ -20,7 +20,7 @@ class Workers {
   /// Calls task(context, i) once for each i in [0, tasks), on any thread; returns when all are done.
   /// The caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).
   void run(int tasks, void (*task)(void* context, int index), void* context) noexcept;
-  /// Makes the scheduler's allocations now and wakes its threads.
+  /// Wakes the threads, so that their library makes its allocations in this call and not in a step.
   void warm_up() noexcept;
 
  private:

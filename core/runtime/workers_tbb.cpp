@@ -29,10 +29,10 @@ namespace bristle::detail {
 
 namespace {
 
-thread_local bool steps_here = false;  // whether this thread called step, and so belongs to the host
+thread_local bool steps_here = false;  // whether this thread is in run(), and so belongs to the host
 
-/// Binds each worker that enters the arena, and leaves it bound when it leaves. If it got the servo core
-/// back, it would be woken there at the next tick, and moving a thread costs more than a small step.
+/// Binds each worker that enters the arena, and leaves it bound when it leaves. A worker that got the servo
+/// core back would be woken on it at the next tick, and moving a thread costs more than a small step.
 class KeepOff final : public tbb::task_scheduler_observer {
  public:
   KeepOff(tbb::task_arena& arena, int core) : tbb::task_scheduler_observer(arena), core_(core) {
@@ -53,7 +53,7 @@ class KeepOff final : public tbb::task_scheduler_observer {
   std::atomic<int> unbound_{0};
 };
 
-/// Tasks of one thread that nobody has begun. The owner takes them from the front, others from the back.
+/// Tasks of one thread that nobody has begun. It takes them from the front, other threads from the back.
 class alignas(64) Share {
  public:
   void fill(int first, int last) noexcept { range_.store(pack(first, last), std::memory_order_relaxed); }
@@ -124,8 +124,8 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     return;
   }
   impl_->share_out(tasks);
-  // Makes the loop's body before the fork and passes it by reference and index, so that workers read only
-  // memory of ours that was written before the fork.
+  // Makes the loop's body before the fork and passes it by reference, so that workers read only such memory
+  // of this library as was written before the fork.
   const auto body = [task, context, impl = impl_.get()](int) {
     __tsan_acquire(&fork_tag);
     const int index = tbb::this_task_arena::current_thread_index();

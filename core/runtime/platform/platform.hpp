@@ -58,11 +58,11 @@ class File {
 /// Whether `path` names something other than a regular file: a device, a pipe, a folder.
 bool is_occupied(const std::string& path) noexcept;
 
-/// Replaces `to` by `from`: at every moment `to` is wholly the old file or the new one.
+/// Renames the file `from` to `to`; at every moment `to` is wholly the old file or the new one.
 bool replace_file(const std::string& from, const std::string& to) noexcept;
 
-/// Makes a replacement in the folder of `path` survive a power cut. Returns true if the system has no such
-/// call.
+/// Flushes the folder of `path`, so that a replaced file in it survives a power cut. Returns true also if the
+/// system cannot do that.
 bool flush_folder_of(const std::string& path) noexcept;
 
 void remove_file(const std::string& path) noexcept;

@@ -2,7 +2,7 @@
 #define WIN32_LEAN_AND_MEAN
 #define NOMINMAX
 #include <windows.h>
-// Must come after windows.h.
+// Headers that must come after windows.h.
 #include <fcntl.h>
 #include <io.h>
 #include <share.h>
@@ -26,7 +26,7 @@ std::wstring wide(const std::string& text) {
   return name;
 }
 
-/// Limits a size to an int, because the C runtime takes counts as `int`; larger blocks go in pieces.
+/// Limits a size, because the C runtime takes counts as `int`; larger blocks are read and written in pieces.
 unsigned piece(std::size_t size) noexcept {
   return static_cast<unsigned>(std::min<std::size_t>(size, 1u << 30));
 }
@@ -115,7 +115,7 @@ bool replace_file(const std::string& from, const std::string& to) noexcept {
   return false;
 }
 
-// replace_file() has flushed the folder by MOVEFILE_WRITE_THROUGH.
+// Does nothing: replace_file() has flushed the folder by MOVEFILE_WRITE_THROUGH.
 bool flush_folder_of(const std::string&) noexcept { return true; }
 
 void remove_file(const std::string& path) noexcept { _wunlink(wide(path).c_str()); }
