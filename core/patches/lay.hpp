@@ -18,7 +18,7 @@ struct LayMap {
                            ///< stiffness ratio over limit ratio
   double limit = 1.0;      ///< force across the lay over the force in isotropic axes: Lay::limit_ratio
   double energy = 1.0;     ///< elastic energy of a deflection across the lay over that in isotropic axes; 1
-                           ///< if sliding dissipates most
+                           ///< if the stiffness ratio is the limit ratio squared
   double lean = 0.0;       ///< asymmetry of the limit: (1 + lean) times the material's limit for motion along
                            ///< the lay, and (1 - lean) times for motion against it
   double stiffest = 1.0;   ///< largest stiffness over all directions, over the material's

@@ -212,8 +212,8 @@ template <bool plain, class Asked, class Answer>
     const bool mean = has(p.outputs, Outputs::mean);
     const bool energy = has(p.outputs, Outputs::energy);
     double velocity[2] = {0.0, 0.0};
-    // Limits the velocity so that its square is finite for any step length (a denormal one reads as 0
-    // here).
+    // Limits the velocity, so that its square is finite however short the step is. A denormal duration reads
+    // as 0 here.
     for (int axis = 0; axis < 2 && !plain; ++axis)
       velocity[axis] = std::clamp(
           motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300),

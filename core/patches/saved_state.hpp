@@ -37,8 +37,8 @@ void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
 /// Reads a saved batch's head; checks magic number, version, length, checksum. Throws bristle::Error.
 SavedBatch open_batch(Span<const std::byte> state);
 
-/// Returns a hash of the patch's state: the model's state, the lay, and the rounding remainder of short
-/// displacements if there is one.
+/// Returns a hash of the patch's state: of the model's state and, if the patch has them, of its lay and of
+/// the rounding remainder of short displacements.
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;

@@ -64,16 +64,16 @@ struct Cohorts : PatchRecord, CohortState {
   // Constants for glides (steady slides on bent paths), in scaled lengths; derived in make.cpp.
   double memory = 0.0;             ///< path that bristles remember: mean squared deflection over mean
                                    ///< deflection in steady sliding
-  double long_step = 0.0;          ///< length of a step after which turns of the path before it do not matter
-  double node_distance = 0.0;      ///< path from one measurement of its curvature to the next
+  double long_step = 0.0;          ///< length of a step at whose end earlier turns of the path do not matter
+  double node_distance = 0.0;      ///< path between two measurements of the curvature of the path
   double per_lag = 0.0;            ///< one over the path by which the force lags behind a changed curvature
   double highest_curve = 0.0;      ///< largest curvature of a path on which a patch glides, rad per scaled
                                    ///< length
   double chord_share = 0.0;        ///< factor from which Glide::chord_share (angle of a chord) is computed
-  double snap_rest = 0.0;          ///< fraction of a snap that remained when whole snaps were reported
-  std::uint32_t pieces = 0;        ///< number of pieces in which one mean snap length of path is computed,
-                                   ///< rounded up; PatchInfo::bristles reports it
-  std::uint32_t detail = 0;        ///< number of those pieces in use, set by PatchBatch::set_detail
+  double snap_rest = 0.0;          ///< fraction of a snap that is not yet reported, as only whole ones are
+  std::uint32_t pieces = 0;        ///< pieces of path per mean snap length that the options ask for, rounded
+                                   ///< up; PatchInfo::representatives reports the number
+  std::uint32_t detail = 0;        ///< pieces of path per mean snap length in use (PatchBatch::set_detail)
   double* rows = nullptr;          ///< data of the cohorts: rows of 8 cohorts with 8 columns (CohortColumn)
   CohortAgeing* ageing = nullptr;  ///< births of cohorts and times of the slide; null without ageing
 

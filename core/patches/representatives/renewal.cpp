@@ -156,8 +156,8 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
 }
 
 /// Finds the length of the slide that a step continues (0 = a new slide begins), and whether the step turns
-/// off its line. A step on that line continues it, even if the patch went elsewhere meanwhile without a snap.
-/// A turn must begin where the slide ended. With ageing every turn begins a new slide.
+/// off the slide's line. A step on the line continues the slide, even if the patch left the line meanwhile
+/// without a snap. A turn must begin where the slide ended. With ageing every turn begins a new slide.
 template <class T>
 double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   const Representatives<T>& r = representatives<T>(p);

@@ -32,16 +32,16 @@ struct RepresentativeCount {
 
 /// State of shared renewal, in which a snap makes other bristles start afresh. Saved and hashed.
 struct RenewalState {
-  double due = 0.0;         ///< renewals still owed: kappa for each snap so far, less those made
+  double due = 0.0;         ///< renewals still owed: kappa for each snap so far, less the renewals made
   std::uint64_t draws = 0;  ///< number of draws for renewal so far, which is the number of the next draw
 
-  // The slide, straight or gently bent, that the last step with a
-  // snap belongs to. A step without a snap does not change its
-  // length of the slide so far, at most `forget`; a rising load that adds bristles shortens it; 0 = none
+  /// Length so far, at most `forget`, of the slide, straight or gently bent, that the last step with a snap
+  /// belongs to; 0 = none. Steps without a snap do not change it, and a rising load that adds bristles
+  /// shortens it.
   double run = 0.0;
-  /// Length of slide after which a patch would be as far from steady sliding as this one is because of its
-  /// young bristles (shortened_run()). Young are the few bristles that a rising load brought into contact
-  /// during the slide: those from number `young_from` on.
+  /// Length that the slide counts as for the young bristles, which are farther from steady sliding
+  /// (shortened_run()). Young are the few bristles that a rising load brought into contact during the slide:
+  /// those from number `young_from` on.
   double young_run = 0.0;
   std::uint32_t young_from = none_young;
   static constexpr std::uint32_t none_young = 0xFFFFFFFFu;
@@ -54,17 +54,17 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // The end of the last slide. The first two fields are for bristles that age.
-  double run_ageing = 0.0;           ///< age gained per length in that slide (AgedSliding::per_length)
-  double run_until = 0.0;            ///< time of the patch at the end of that slide, s
-  double direction[2] = {0.0, 0.0};  ///< direction of that slide after its last turn, a unit vector
-  std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of that slide
+  // The slide whose length is `run`. The first two fields are for bristles that age.
+  double run_ageing = 0.0;           ///< age gained per length in the slide (AgedSliding::per_length)
+  double run_until = 0.0;            ///< time of the patch at the end of the slide, s
+  double direction[2] = {0.0, 0.0};  ///< direction of the slide after its last turn, a unit vector
+  std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of the slide
 };
 
 /// Constants of long steps at one sliding speed for bristles that age (ageing.cpp). A cache: they follow from
 /// the material and the speed.
 struct AgedSliding {
-  KernelLaw law{};              ///< law of fresh bristles' snap length, with constants of jumps if aged
+  KernelLaw law{};              ///< law of fresh snap lengths, with the constants of jumps of aged bristles
   double per_length = -1.0;     ///< age gained per scaled length, in ageing times; < 0: not computed
   double largest_growth = 1.0;  ///< factor by which ageing increases the longest snap length
   double steady_at = -1.0;      ///< value of `per_length` for which `steady_bend` and `steady_snaps` hold
@@ -73,7 +73,7 @@ struct AgedSliding {
 };
 
 /// Sums over the pieces into which a step is cut under shared renewal. Along a path on which the patch is
-/// carried its bristles are not stepped: their lengths |z| stay unchanged, as in steady sliding on average.
+/// carried, its bristles are not stepped: their |z| stay, as they do on average in steady sliding.
 struct PieceSums {
   double length = 0.0;                 ///< length of the step, scaled
   double until = 0.0, duration = 0.0;  ///< time at the end of the step, and duration of the step, s
@@ -84,8 +84,8 @@ struct PieceSums {
   double young_run = 0.0;              ///< length of slide that this step's young bristles continue, scaled
   double apart = 0.0;  ///< path on which young bristles (new in contact) are stepped separately, times their
                        ///< share of the weight; part of `carried`
-  double lag = 0.0;    ///< energy that bristles carried round a corner dissipate less that of steady sliding,
-                       ///< so negative, in the unit of `squares`
+  double lag = 0.0;    ///< energy dissipated by bristles that are carried round a corner, less that in steady
+                       ///< sliding (negative), in the unit of `squares`
   double twice_integral[2] = {0.0, 0.0};  ///< twice the integral of the sum of deflections along the path, in
                                           ///< the unit of StepSums times scaled length
   double squares = 0.0;                   ///< dissipated energy as a sum of squared deflections, scaled
@@ -151,7 +151,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
-    // Lists shared renewal as not saved, because its state is saved and hashed by other functions.
+    // Lists shared renewal as not saved and not hashed, because other functions save and hash its state.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
     visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
@@ -218,7 +218,7 @@ double joules_per_square(const Patch& p) noexcept;
 /// Gives bristles [from, to) of one block, which are out of contact, their first snap lengths again.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
-/// Marks the bounds on snapping of groups and patch as unknown, after a block changed outside a step.
+/// Marks the bounds of patch and groups as unknown, after blocks changed other than by a step kernel.
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept;
 /// Returns the displacement of the patch since block `block` was last rewritten, scaled.
@@ -229,7 +229,7 @@ inline double moved_since(const Patch& p, const Block& block, int axis) noexcept
 /// last block, partly filled): sums over the tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
-/// Updates the shared part's sums over the tail (the last block, partly filled), after it was rewritten.
+/// Updates the shared part's sums over the tail (the last block, partly filled), after a rewrite of the tail.
 template <class T>
 void note_tail(Patch& p) noexcept;
 
@@ -317,9 +317,9 @@ void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
 void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
-/// Returns the length that a slide counts as after a share of its deflections was disturbed. Undisturbed ones
-/// are within 1e-3 of steady sliding after the path `forget`, and a disturbance decays exponentially along
-/// the path.
+/// Returns the length that a slide of the length `run` counts as after a share of its deflections was
+/// disturbed. A disturbance decays exponentially along the path, to 1e-3 along `forget`, as does the
+/// difference from steady sliding at the beginning of a slide.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;

@@ -12,8 +12,8 @@ namespace {
 /// Returns the fixed-point unit of energies, a power of two with which the sum of squared deflections over
 /// the snaps of a block fits 62 bits.
 double energy_unit(double length, double longest, bool literal) noexcept {
-  // Bounds that sum of squares. The literal rule adds the square of a deflection before its reset; the other
-  // rules add at most path x longest snap length.
+  // Bounds the sum over a block's snaps. The literal rule adds the square of a deflection before its reset;
+  // the other rules add, for each bristle, at most path x longest snap length.
   const double path = length + 2.0 * longest;
   const double most = 4.0 * block_size * path * (literal ? path : longest);
   int exponent = 0;
@@ -115,8 +115,8 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
-  // Converts the sums of deflections at the end of the step and, twice, over the step; fixed point, exact.
-  // Takes one axis at a time, so that its 128-bit sums stay in registers.
+  // Finds the sum of deflections at the end of the step, and twice its mean over the step, exactly in fixed
+  // point. Takes one axis at a time, so that its 128-bit sums stay in registers.
   for (int axis = 0; axis < p.axes; ++axis) {
     const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
     const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];

@@ -12,8 +12,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes the patch's shared part, with the number of cache lines that a step touches. Memory behind them
-/// (limits and weights of all n strata) is not prefetched.
+/// Makes the patch's shared part, with the number of cache lines to prefetch: those of the record and of the
+/// strata in use, at most 40. A step does not read the limits and weights of all n strata, which lie behind.
 template <class T>
 Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
   Patch p = make_shared_part(r, model);
