@@ -9,15 +9,15 @@
 namespace bristle::detail {
 
 /// Weighted lengths, in units of E[delta], whose mean deflection in first loading, the sum of share x min(x,
-/// length), is as close to E[min(x, delta)] as n lengths can be: its error alternates between +e and -e, with
-/// e of order n^-2 whatever the law's tail (under a law without density between its ends, up to the law's own
-/// jumps). The sum of the shares is 1 and the mean length is the law's. The inner strata have equal integrals
-/// of p^(1/2), p the density; each stratum has its mean length and its probability. The lengths of the first
-/// and the last stratum are shifted by e over their probability.
+/// length), is close to E[min(x, delta)]: for n > 2 its error alternates between +e and -e, with e of order
+/// n^-2 whatever the law's tail (under a table with gaps it may reach 2 e). The sum of the shares is 1 and
+/// the mean length is the law's. The inner strata have equal integrals of p^(1/2), p the density. Each
+/// stratum has the mean length and the probability of its part of the law; the lengths of the first and the
+/// last are shifted by e over their probability.
 struct Strata {
   std::vector<double> length, share;
 };
-/// Divides the law into n strata. Throws std::bad_alloc. Takes some microseconds for each stratum.
+/// Divides the law into n strata. Throws std::bad_alloc. For set-up code: it takes up to some milliseconds.
 Strata make_strata(const SnapLength& law, std::uint32_t n);
 
 }  // namespace bristle::detail
