@@ -15,7 +15,7 @@ namespace bristle::detail {
 constexpr std::uint32_t cohort_lanes = 8;  ///< number of cohorts that a row holds, on every instruction set
 constexpr std::uint32_t most_cohorts = 512;
 
-/// Columns of a row of 8 cohorts, 64 bytes each: one cohort is a lane of a row.
+/// Columns of a row of 8 cohorts, 64 bytes each. A cohort has one lane of each column of its row.
 enum CohortColumn : std::uint32_t {
   cohort_x,       ///< x of the place of the patch at which the cohort's bristles were last straight, scaled,
                   ///< relative to CohortState::base

@@ -41,8 +41,8 @@ struct alignas(64) Block {
   float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
   float shortest;      ///< shortest first snap length of the block, scaled, which is the reach of a block
                        ///< without deflections
-  std::uint32_t zero;  ///< 1 = all deflections are zero, and the columns z and (redraw) delta are not yet
-                       ///< written
+  std::uint32_t zero;  ///< 1 = all deflections are zero; what the columns z and (redraw) delta hold for the
+                       ///< block is not valid
 };
 
 /// Bound of a group of 64 blocks, or of the patch, like Block::reach for one block.

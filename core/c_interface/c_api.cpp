@@ -758,7 +758,7 @@ bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_mot
   if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
     return fail(BRISTLE_BAD_ARGUMENT, refusal);
   if (report != nullptr &&
-      report->struct_size != sizeof *report)  // checked before the step, which cannot be undone
+      report->struct_size != sizeof *report)  // checks the size before the step, which cannot be undone
     return guarded([&] { check_size(*report, "report"); });
   const StepReport done = batch->it.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
                                          {reinterpret_cast<Response*>(responses), count});
@@ -1058,7 +1058,7 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
     need(step, "step");
     check_size(*step, "step");
     need(step->angle, "step.angle");
-    if (report != nullptr) check_size(*report, "report");  // checked before the step, which cannot be undone
+    if (report != nullptr) check_size(*report, "report");  // first, because a step cannot be undone
     const std::size_t n = it.joint_count();
     const auto in = [n](const double* column) {
       return Span<const double>(column, column != nullptr ? n : 0);

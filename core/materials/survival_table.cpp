@@ -139,8 +139,8 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   if (tabulated) longest = node(survival_at_node.size() - 1);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
-    // Begins a cell at the shortest and one at the longest length, where S has corners. No cohort's reach is
-    // below the first (CohortLaw::sure), and no argument above the last is looked up.
+    // Begins a cell at the shortest and at the longest length, where S has corners. The bits of a length
+    // still give its cell: no length below the shortest (CohortLaw::sure) or above the longest is looked up.
     const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
     const double next = std::min(node(k + 1), longest);
     double after = std::min(survival_at_node[k + 1], survival);

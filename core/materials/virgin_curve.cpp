@@ -100,7 +100,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
-  high = 45.0;  // upper bound for an exponential law
+  high = 45.0;  // upper end for an exponential law, in mean lengths
   if (unit.law.law() == SnapLaw::normal) {
     low = std::max(a - 9.0 * b / unit.mean, 0.0);
     high = a + 9.0 * b / unit.mean;
@@ -942,7 +942,7 @@ double slide_curve(const SnapLength& law, double drop, double growth, double x) 
 
 SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
   const double mean = law.mean();
-  SlidePeak best{1.0 - drop, 0.0};  // value after so long a path that the force is steady
+  SlidePeak best{1.0 - drop, 0.0};  // value after a long path, when all bristles slide
   const auto try_at = [&](double length) {
     const double force = slide_curve(law, drop, growth, growth * length / mean);
     if (force > best.force) best = {force, length / mean * law.survival(length)};
