@@ -1,6 +1,6 @@
 # Debian packages by CPack: library, development, command line, Python module.
 #   cmake --preset debian && cmake --build --preset debian && cpack --preset debian
-# They are for machines of one's own: nobody has submitted them to Debian. tools/check_debs installs, uses and removes them.
+# The packages are for one's own machines: they are not part of Debian. tools/check_debs installs, uses and removes them.
 if(NOT BRISTLE_SHARED)
   message(FATAL_ERROR "bristle: BRISTLE_BUILD_DEBS needs BRISTLE_SHARED=ON: use the preset debian")
 endif()
@@ -29,7 +29,7 @@ set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE ${BRISTLE_DEB_REVISION})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-# The library is looked for in the build folder, and its users name its package themselves.
+# Lets dpkg-shlibdeps find the library in the build folder. The dependency on its package is added by hand below.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
 set(same_version "(= ${PROJECT_VERSION}-${BRISTLE_DEB_REVISION})")
@@ -40,8 +40,8 @@ string(JOIN "\n" model # lines of less than 80 letters
   "within a given time. Kernels for SSE2, AVX2 and AVX-512 compute the same"
   "bits.")
 
-# What every Debian package holds in its folder of documents: licences and a list of changes. Header-only libraries that are
-# compiled into ours ask that their notices come along; this machine's packages of them have these.
+# Documents of every package: licences and a list of changes. Header-only libraries that are compiled in ask for their
+# notices, which are copied from their Debian packages on this machine.
 set(documents ${PROJECT_BINARY_DIR}/package/debian)
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH, if that is set
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE licence)
@@ -50,7 +50,7 @@ string(REGEX REPLACE "\n+$" "" licence "${licence}")
 string(REGEX REPLACE "\n\n" "\n.\n" licence "${licence}")
 string(REGEX REPLACE "\n" "\n " licence "${licence}")
 
-# The files and fields of one package; what it holds of header-only libraries are Debian's names of these.
+# Sets the fields of one package and installs its documents. `headers`: Debian packages of the libraries compiled in.
 function(bristle_deb component package section synopsis text headers)
   string(TOUPPER ${component} COMPONENT)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
@@ -101,7 +101,7 @@ if(TARGET bristle_python)
   bristle_deb(python python3-bristle python "friction of contact patches against a deadline - Python module"
     "This package holds the Python module, over arrays of numpy."
     "libeigen3-dev;libfccp-dev;libtomlplusplus-dev;nlohmann-json3-dev;pybind11-dev")
-  # The module is for one version of Python. What Python compiles is removed with it.
+  # The module fits one version of Python. Its byte code is made after installing and removed before the module.
   math(EXPR next_python "${BRISTLE_PYTHON_VERSION_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${library} ${same_version}, python3-numpy (>= 1:1.20), \
 python3 (>= 3.${BRISTLE_PYTHON_VERSION_MINOR}), python3 (<< 3.${next_python})")

@@ -1,4 +1,4 @@
-# Installing the library: headers, CMake package, pkg-config file. All of it may be moved to another prefix.
+# Installs library, headers, CMake package and pkg-config file. All installed files may be moved to another prefix.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
@@ -14,7 +14,7 @@ install(TARGETS bristle EXPORT bristle-${kind}
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT bristle_runtime NAMELINK_COMPONENT bristle_development
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT bristle_development
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT bristle_development)
-# Static and shared have files of their own: both may live in one prefix.
+# Static and shared library have separate files of targets, so that both may be installed in one prefix.
 install(EXPORT bristle-${kind} FILE bristle-${kind}-targets.cmake NAMESPACE bristle::
   DESTINATION ${package_dir} COMPONENT bristle_development)
 if(TARGET bristle_eigen)
@@ -37,7 +37,7 @@ install(FILES
   ${PROJECT_BINARY_DIR}/package/bristle-config-version.cmake
   DESTINATION ${package_dir} COMPONENT bristle_development)
 
-# pkg-config finds the prefix from where the file lies, unless folders outside of the prefix were asked for.
+# Lets pkg-config derive the prefix from the place of its file, unless the folder of libraries is an absolute path.
 set(pc_private_libs "")
 if(BRISTLE_WITH_TBB)
   string(APPEND pc_private_libs " -ltbb")

@@ -1,7 +1,7 @@
-# A port as microsoft/vcpkg takes them. Until there is a release to download it is used as an overlay on a checkout:
+# A port in the form of microsoft/vcpkg. It packages the sources that it stands in, as an overlay:
 #   vcpkg install bristle --classic --overlay-ports=core/package/vcpkg
-# The feature simd is tried with xsimd 8.1 and 13.2, eigen with Eigen 3.4: a manifest asks for them by "overrides" (core/README.md).
-# To submit it, put vcpkg_from_github with REPO, REF and SHA512 of the release in place of this line.
+# Tested with xsimd 8.1 and 13.2 and Eigen 3.4; a manifest selects versions by "overrides" (core/README.md). To submit
+# the port, put vcpkg_from_github with REPO, REF and SHA512 of a release in place of the next line.
 get_filename_component(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../../../.." ABSOLUTE)
 
 vcpkg_check_features(OUT_FEATURE_OPTIONS features
