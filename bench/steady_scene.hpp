@@ -34,7 +34,8 @@ class SteadyScene {
   SteadyScene(const bristle::BatchOptions& options, double dt_s, const Settling& settling)
       : batch_(options), dt_s_(dt_s), settling_(settling) {}
 
-  /// Adds a patch that moves along (0.8, 0.6), or along x with one axis, under full load.
+  /// Adds a patch that moves along (0.8, 0.6), with `zigzag` across it in every other step, or along x with
+  /// one axis, under full load.
   void add(const bristle::Material& material, const bristle::PatchOptions& options,
            const SteadyMotion& steady) {
     const double mean = material.snap_length.mean();

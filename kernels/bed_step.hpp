@@ -154,7 +154,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
         // Bristles take the slow branch if they unload, or if their deflection differs from the limit by more
-        // than rounding, which is at most 5e-7 of the largest limit.
+        // than 2e-6 of the largest limit, four times what rounding may cause.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);

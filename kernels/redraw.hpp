@@ -62,8 +62,8 @@ struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Adds the vector of bristles at w if `wanted`, because one of them snaps. Has no branch, because branches
-  /// on snaps cannot be predicted.
+  /// Appends the offset w of a vector of bristles to the list if `wanted`, that is if one of them snaps. Has
+  /// no branch, because branches on snaps cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
     size += wanted ? 1u : 0u;

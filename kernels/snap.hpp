@@ -196,7 +196,8 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
   }
 }
 
-/// Finds the path of the bristles at i up to their first snap, or the whole step, and adds it to the sums.
+/// Finds for the vector of bristles at i the path up to each one's first snap, or the whole step, and adds
+/// the deflection and energy of that path to `sums`.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline FirstPass<T> begin_pass(const BlockMotion<T, axes, residual>& motion,
                                                       std::uint32_t i, const T* row_weights,

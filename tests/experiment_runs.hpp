@@ -1,4 +1,5 @@
-// Runs `bristle experiment` and reads the numbers of its output.
+// Runs the experiments of `bristle experiment` in the test's process and looks up rows and findings in their
+// results.
 #pragma once
 
 #include <catch2/catch.hpp>

@@ -161,8 +161,8 @@ TEST_CASE("Laws at random slide and turn as every piece of their path does", "[c
 }
 
 TEST_CASE("Long slides of laws with atoms end in steady sliding", "[cohorts][redraw][physics]") {
-  // Laws with pairs of atoms (groups of bristles of one length), whose waves of force die slowly: 259, 261,
-  // 292. The others have atoms among other lengths, and strong renewal.
+  // Laws 259, 261 and 292 consist of two atoms (groups of bristles of one length): waves of their force die
+  // slowly. The others have one atom among wider parts, and shared renewal with kappa from 0.2 to 1.3.
   for (unsigned long number : {207ul, 238ul, 259ul, 261ul, 264ul, 279ul, 292ul, 320ul}) {
     const RandomLaw drawn(number);
     Brush brush(drawn.material());

@@ -47,7 +47,8 @@ struct CompiledMaterial {
   /// Returns the survival function for the infinite brush, which the first call computes. Any thread that
   /// adds patches may call it.
   const SurvivalTable& survival() const;
-  /// Returns the constants of shared renewal for representatives, which the first call computes.
+  /// Returns the constants of shared renewal (snaps straighten other bristles too): the path after which a
+  /// slide is steady, and how often renewed bristles snap again. The first call computes them.
   const RenewalLaw& renewal() const;
 
   /// Returns the law as n strata, for SnapRule::slide. The first call with this n computes them; any thread

@@ -323,7 +323,8 @@ std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& th
   if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
   const FitOptions other = with_rule(data, options, SnapRule::slide);
   Found slid = Fitter(thin, other, Detail::search, progress).search();
-  // Lets slide win more easily if redraw's residual is at its limit: such a brush nearly slides.
+  // Chooses the rule slide more readily if redraw fits best near its largest residual length: bristles that
+  // hardly spring back nearly slide.
   const bool nearly_slides = found.point.values[fit_residual] > 0.9 * widest_residual;
   const bool slides =
       slid.held_out < (nearly_slides ? 1.0 / clearly_closer : clearly_closer) * found.held_out;

@@ -135,8 +135,9 @@ bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
   return clipped;
 }
 
-// Predicts a body's velocity by linear equations, repeated until no contact exceeds its force limit. Returns
-// the mean (1 - theta) u0 + theta u1 of the velocities before (u0) and after (u1) the step.
+// Solves the equation of motion, linear in the contacts' forces, stiffnesses and dampings, and repeats while
+// a contact exceeds its force limit, with that contact's force fixed at the limit. Returns the mean (1 -
+// theta) u0 + theta u1 of the velocities before (u0) and after (u1) the step.
 template <int Dof>
 Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof>& body,
                                                const BodyVector<Dof>& external,

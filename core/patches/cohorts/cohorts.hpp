@@ -57,8 +57,8 @@ struct Cohorts : PatchRecord, CohortState {
   /// Path, scaled, after which one long step that began with straight bristles is in steady sliding; 0 = as
   /// long as `follow`.
   double forget = 0.0;
-  Glide glide;          ///< recent path of the patch and, if the patch is in a glide (a steady slide on a
-                        ///< bent path), the state of that glide
+  Glide glide;          ///< recent path of the patch and, in a glide (a slide on a slowly turning path,
+                        ///< calculated without visiting cohorts), the state of that glide
   bool glides = false;  ///< whether the patch may glide; one that ages or fluctuates may not
 
   // Constants for glides (steady slides on bent paths), in scaled lengths; derived in make.cpp.

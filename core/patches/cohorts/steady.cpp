@@ -159,8 +159,8 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
                                                               // age
 }
 
-/// Adds deflection integral, energy and snaps along a long step. The bristles of each cohort snap once, and
-/// from then on follow a renewal process.
+/// Adds the path integral of the deflection, and the snaps, of a long step. The bristles of each cohort snap
+/// once, and from then on follow a renewal process.
 void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
                   const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
   const auto [mean, force, transient] = renewals;
