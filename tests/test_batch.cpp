@@ -9,6 +9,10 @@
 #include <set>
 #include <thread>
 
+#if defined(__SSE2__)
+#include <xmmintrin.h>
+#endif
+
 #include "expect.hpp"
 #include "scenes.hpp"
 
