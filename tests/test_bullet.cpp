@@ -84,6 +84,70 @@ struct OnFloor {
   double dt_s;
 };
 
+/// A ball that rolls under a constant torque, its contact a bed with these slip stiffnesses (N).
+struct DrivenBall {
+  static constexpr double radius = 0.1, mass = 0.3, torque = 0.02, dt_s = 1.0 / 240.0;  // m, kg, N m
+
+  explicit DrivenBall(const Vector2& slip_stiffness)
+      : stiffness(slip_stiffness),
+        world(Friction::bristle, btVector3(0, 0, -gravity), OnFloor::law(), options(slip_stiffness)) {}
+  static FrictionOptions options(const Vector2& slip_stiffness) {
+    FrictionOptions to = OnFloor::options(1e-3);
+    to.rolling.emplace();
+    to.rolling->material =
+        bristle::BedMaterial(0.5).with_slip_stiffness(slip_stiffness[0], slip_stiffness[1]);
+    to.rolling->shape = bristle::BedShape::disc(0.005, bristle::BedPressure::parabolic).rolling(32, 8);
+    to.rolling->options.max_normal_load = mass * gravity;
+    return to;
+  }
+  void add_ball() { ball = &world.add_ball(radius, btVector3(0, 0, radius), mass, 0.5); }
+  /// Adds a table that can turn: it has no weight, and its mass holds it in place.
+  btRigidBody& add_table() {
+    btRigidBody& table = world.add_box(btVector3(5, 5, 0.5), btVector3(0, 0, -0.5), 1e7, 0.5);
+    table.setGravity(btVector3(0, 0, 0));
+    return table;
+  }
+  void run(int steps) {
+    for (int i = 0; i < steps; ++i) world.step(dt_s);
+  }
+
+  /// Drives the ball for 1 s with this heading, and checks force and creep (slip per rolled distance) of the
+  /// last 0.1 s. `turn`: angle from the world's axes to those of the bed, which lie in the body below (rad).
+  void check_creep(double heading, double turn) {
+    const Eigen::Vector2d ahead(std::cos(heading), std::sin(heading));
+    const Eigen::Vector2d force = torque / radius / 1.4 * ahead;
+    Eigen::Vector2d creep(0, 0);
+    for (int i = 0; i < 240; ++i) {
+      ball->applyTorque(btVector3(-torque * ahead[1], torque * ahead[0], 0));
+      run(1);
+      const auto& contacts = world.bristles()->contacts();
+      REQUIRE(contacts.size() == 1);
+      if (i < 216) continue;
+      const auto& c = *contacts[0];
+      const double side = c.bodies[0] == ball ? 1.0 : -1.0;
+      const auto on_ball = [&](const double(&of)[2]) -> Eigen::Vector2d {
+        return side * (of[0] * c.frame.along() + of[1] * c.frame.aside()).head<2>();
+      };
+      CHECK((on_ball(c.force) - force).norm() < 0.01 * force.norm());
+      CHECK((on_ball(c.response.end) - force).norm() < 0.03 * force.norm());
+      const btVector3 spin = ball->getAngularVelocity(), speed = ball->getLinearVelocity();
+      const double lever = ball->getWorldTransform().getOrigin().z() - c.point[2];
+      const Eigen::Vector2d rolling(lever * spin.y(), -lever * spin.x());
+      creep += (rolling - Eigen::Vector2d(speed.x(), speed.y())) / rolling.norm() / 24.0;
+    }
+    const Eigen::Rotation2Dd to_world(turn);
+    const Eigen::Vector2d in_bed = to_world.inverse() * force;
+    const Eigen::Vector2d expected =
+        to_world * Eigen::Vector2d(in_bed[0] / stiffness[0], in_bed[1] / stiffness[1]);
+    CAPTURE(creep[0], creep[1], expected[0], expected[1]);
+    CHECK((creep - expected).norm() < 0.04 * expected.norm());
+  }
+
+  Vector2 stiffness;
+  World world;
+  btRigidBody* ball = nullptr;
+};
+
 }  // namespace
 
 TEST_CASE("In Bullet a tapped block stays on its slope, and friction balances its weight", "[bullet]") {
@@ -238,6 +302,38 @@ TEST_CASE("In Bullet a driven ball on a bed creeps by force over slip stiffness"
   ball.setAngularVelocity(btVector3(0, 0, 0));
   floor.run(0.05);
   CHECK(3.0 - ball.getLinearVelocity().x() == Approx(0.05 * 0.5 * gravity).epsilon(0.05));
+}
+
+TEST_CASE("In Bullet a driven ball creeps by force over slip stiffness along each axis of the body below",
+          "[bullet][beds]") {
+  for (const auto& stiffness : {Vector2{20.0, 200.0}, Vector2{200.0, 20.0}, Vector2{30.0, 60.0}})
+    for (const double heading : {0.0, M_PI / 6.0, M_PI / 2.0})
+      for (const double turn : {0.0, 1.2}) {
+        CAPTURE(stiffness[0], stiffness[1], heading, turn);
+        DrivenBall driven(stiffness);
+        btRigidBody& table = driven.add_table();
+        driven.add_ball();
+        driven.run(48);
+        table.setAngularVelocity(btVector3(0, 0, turn * 4.0));
+        driven.run(60);
+        table.setAngularVelocity(btVector3(0, 0, 0));
+        driven.check_creep(heading, turn);
+      }
+}
+
+TEST_CASE("In Bullet the smaller of two balls rolls on their bed, whichever comes first", "[bullet][beds]") {
+  for (const bool large_first : {true, false}) {
+    CAPTURE(large_first);
+    DrivenBall driven({40.0, 40.0});
+    // Bullet drops a contact of two balls that part, so they touch by some depth (m).
+    driven.world.world().getSolverInfo().m_linearSlop = btScalar(1e-4);
+    const auto add_large = [&] { driven.world.add_ball(1000.0, btVector3(0, 0, -1000.0), 0.0, 0.5); };
+    if (large_first) add_large();
+    driven.add_ball();
+    if (!large_first) add_large();
+    driven.run(48);
+    driven.check_creep(0.0, 0.0);
+  }
 }
 
 TEST_CASE("In Bullet a bed goes back when its contact is lost or forgotten", "[bullet][beds]") {

@@ -57,6 +57,14 @@ Response as_patch(const bristle::BedResponse& bed, double force_limit) {
   to.force_limit = force_limit;
   return to;
 }
+/// Returns the stiffness of a bed along each axis over the mean of both.
+Vector2d stiffness_ratios(const bristle::BedMaterial& material) {
+  const double *const slip = material.slip_stiffness, *const flexibility = material.flexibility;
+  Vector2d stiffness(1.0, 1.0);
+  if (slip[0] > 0.0) stiffness = {slip[0], slip[1]};
+  if (flexibility[0] > 0.0) stiffness = {1.0 / flexibility[0], 1.0 / flexibility[1]};
+  return stiffness / stiffness.mean();
+}
 /// Returns a key of the two bodies from Bullet's ids, which stay constant while both are in the world.
 std::uint64_t pair_of(const btPersistentManifold& manifold) {
   const auto number = [](const btCollisionObject* body) {
@@ -91,8 +99,8 @@ struct BristleSolver::System {
     Contact* contact;
     Line lines[2];
     Vector2d before, elastic;  // slip before the solve, m/s; elastic force of the patch, N
-    double share, slope;       // factor from force to impulse, s; change of the patch's force per slip
-                               // velocity, N s/m
+    Vector2d slope;            // change of the patch's force per slip velocity along each axis, N s/m
+    double share;              // factor from force to impulse, s
     bool clipped;
   };
 
@@ -177,9 +185,9 @@ void BristleSolver::System::solve() {
     pull(row.line, row.active ? row.wanted / row.softness : row.impulse - row.before);
   }
   for (const Friction& f : frictions) {
-    const Vector2d impulse = f.share * (f.elastic - f.slope * f.before) - f.contact->impulse;
+    const Vector2d impulse = f.share * (f.elastic - f.slope.cwiseProduct(f.before)) - f.contact->impulse;
     for (int a = 0; a < 2; ++a) {
-      add(f.lines[a], f.share * f.slope);
+      add(f.lines[a], f.share * f.slope[a]);
       pull(f.lines[a], impulse[a]);
     }
   }
@@ -219,10 +227,11 @@ bool BristleSolver::System::drop() {
   for (Friction& f : frictions) {
     const auto& answer = f.contact->answer;
     if (f.clipped || f.share == 0.0) continue;
-    const Vector2d elastic = f.elastic - (f.slope - answer.damping) * slip(f);
+    const Vector2d damping = Vector2d::Constant(answer.damping);
+    const Vector2d elastic = f.elastic - (f.slope - damping).cwiseProduct(slip(f));
     if (elastic.norm() <= answer.limit) continue;
     f.elastic = answer.limit * elastic.normalized();
-    f.slope = answer.damping;
+    f.slope = damping;
     f.clipped = dropped = true;
   }
   return dropped;
@@ -256,6 +265,7 @@ BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficien
     beds_.emplace(bed_batch_, bed.material, bed.shape, bed.options,
                   bristle::KeyedOptions{}.with_capacity(options.contacts));
     bed_friction_ = bed.material.kinetic_friction;
+    bed_axes_ = stiffness_ratios(bed.material);
   }
   batch_.warm_up();
 }
@@ -444,7 +454,7 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
     const Vector2d slip = slip_of(contact);
     const double limit = bed_friction_ * load;
     const Response rest = find_force(contact, Vector2d::Zero(), load, dt_s);
-    const double change = dt_s * rest.stiffness * slip.norm();
+    const double change = dt_s * rest.stiffness * axes_of(contact).cwiseProduct(slip).norm();
     const double back = change > 0.0 ? std::min(1.0, small * limit / change) : 0.0;
     set_secant(contact, -back * slip, rest, load, dt_s);
     answer.damping = 0.0;
@@ -460,8 +470,13 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   const Response& now = contact.response;
   answer.steady = contact.scale * Vector2d(now.elastic[0], now.elastic[1]);
   answer.damping = contact.scale * now.damping;
-  answer.slope = contact.scale * dt_s * now.stiffness + answer.damping;
+  answer.slope.setConstant(contact.scale * dt_s * now.stiffness + answer.damping);
   answer.limit = contact.scale * now.force_limit;
+}
+
+/// Returns the stiffness of the contact's patch or bed along each axis over the mean of both.
+Vector2d BristleSolver::axes_of(const Contact& contact) const {
+  return contact.bed ? Vector2d(bed_axes_) : Vector2d(1.0, 1.0);
 }
 
 /// Returns the response of the contact's patch or bed to a slip (m/s) during this step.
@@ -480,12 +495,14 @@ void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, const Res
   const Vector2d d = dt_s * slip;
   const Response trial = find_force(contact, slip, load, dt_s);
   const Vector2d change = Vector2d(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
-  const double way = d.squaredNorm();
+  const Vector2d axes = axes_of(contact);
+  const double way = d.dot(axes.cwiseProduct(d));
   const double stiffness =
       way > 0.0 ? std::clamp(-change.dot(d) / way, 0.0, trial.stiffness) : trial.stiffness;
   Contact::Answer& answer = contact.answer;
-  answer.slope = contact.scale * (dt_s * stiffness + trial.damping);
-  answer.steady = contact.scale * Vector2d(trial.end[0], trial.end[1]) + answer.slope * slip;
+  answer.slope = contact.scale * (dt_s * stiffness * axes + Vector2d::Constant(trial.damping));
+  answer.steady =
+      contact.scale * Vector2d(trial.end[0], trial.end[1]) + Vector2d(answer.slope).cwiseProduct(slip);
   answer.at_load = load;
 }
 
@@ -493,11 +510,7 @@ void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, const Res
 void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   const double load = normal_impulse(contact) / dt_s;
   if (!(load > 0.0)) return;
-  // A bed that rolls loses force even without slip.
-  const Response rest = load == contact.normal_load && !contact.bed
-                            ? contact.response
-                            : find_force(contact, Vector2d::Zero(), load, dt_s);
-  set_secant(contact, slip_of(contact), rest, load, dt_s);
+  set_secant(contact, slip_of(contact), find_force(contact, Vector2d::Zero(), load, dt_s), load, dt_s);
   contact.answer.clipped = false;
 }
 
@@ -511,15 +524,16 @@ double BristleSolver::rub(Contact& contact, double dt_s) {
   const double share = normal_impulse(contact) / answer.at_load;
   const double held = std::min(share, dt_s);
   const Vector2d free = slip_of(contact) - contact.mobility * contact.impulse;
-  const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
-    const Matrix2d system = Matrix2d::Identity() + share * slope * contact.mobility;
-    return system.inverse() * (steady - share * slope * free);
+  const auto solve = [&](const Vector2d& steady, const Vector2d& slope) -> Vector2d {
+    const Matrix2d system = Matrix2d::Identity() + (share * slope).asDiagonal() * contact.mobility;
+    return system.inverse() * (steady - (share * slope).cwiseProduct(free));
   };
   Vector2d impulse = solve(held * answer.steady, answer.slope);
   if (answer.clipped) {
     const Vector2d elastic = impulse + share * answer.damping * (free + contact.mobility * impulse);
     const double size = elastic.norm();
-    if (size > share * answer.limit) impulse = solve(share * answer.limit / size * elastic, answer.damping);
+    if (size > share * answer.limit)
+      impulse = solve(share * answer.limit / size * elastic, Vector2d::Constant(answer.damping));
   }
   const double change = (contact.mobility * (impulse - contact.impulse)).squaredNorm();
   push(contact, impulse);
@@ -641,11 +655,12 @@ bool BristleSolver::solve_at_once(double dt_s) {
     b.internalApplyImpulse(to.m_contactNormal2 * b.internalGetInvMass(), to.m_angularComponentB, change);
   }
   for (const System::Friction& f : system.frictions)
-    push(*f.contact, f.share * (f.elastic - f.slope * system.slip(f)));
+    push(*f.contact, f.share * (f.elastic - f.slope.cwiseProduct(system.slip(f))));
   // Later iterations get forces from the patches themselves, because their linear models may not
   // hold.
   const auto bends = [&](const Contact* c) {
-    return dt_s * c->scale * c->response.stiffness * slip_of(*c).norm() > most_bent * c->answer.limit;
+    const double change = dt_s * c->response.stiffness * axes_of(*c).cwiseProduct(slip_of(*c)).norm();
+    return c->scale * change > most_bent * c->answer.limit;
   };
   return !system.frictions.empty() && m_tmpSolverContactRollingFrictionConstraintPool.size() == 0 &&
          system.error() < row_error * dt_s && rub_all(dt_s) < slip_error * slip_error * dt_s * dt_s &&

@@ -95,14 +95,13 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
    private:
     friend class BristleSolver;
     // Linear model of the patch's force under the load `at_load`: at the slip velocity s (m/s) the force is
-    // steady - slope s, its elastic part at most `limit`. Under another load the impulse on A is in
-    // proportion: dt (load / at_load) (steady - slope s).
+    // steady - slope s along each axis, its elastic part at most `limit`. Under another load the impulse on A
+    // is in proportion: dt (load / at_load) (steady - slope s).
     struct Answer {
       Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
-
-      // Slope and damping of the linear model, N s/m; force limit, N.
-      double slope = 0.0, damping = 0.0, limit = 0.0;
-      double at_load = 0.0;  // N
+      Eigen::Matrix<double, 2, 1, Eigen::DontAlign> slope = Eigen::Vector2d::Zero();   // N s/m
+      double damping = 0.0, limit = 0.0;  // damping of the linear model, N s/m; force limit, N
+      double at_load = 0.0;               // N
       bool clipped = true;
     };
     struct Side {
@@ -149,6 +148,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   void set_sides(Contact& contact, const btManifoldPoint& point);
   void guess_answer(Contact& contact, double dt_s);
   bristle::Response find_force(const Contact& contact, const Eigen::Vector2d& slip, double load, double dt_s);
+  Eigen::Vector2d axes_of(const Contact& contact) const;
   void set_secant(Contact& contact, const Eigen::Vector2d& slip, const bristle::Response& rest, double load,
                   double dt_s);
   void ask_patch(Contact& contact, double dt_s);
@@ -169,6 +169,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::BedBatch bed_batch_;
   std::optional<bristle::KeyedBeds> beds_;
   double bed_friction_ = 1.0;  // kinetic coefficient of the beds' material
+  // Stiffness of the beds along each axis over the mean of both.
+  Eigen::Matrix<double, 2, 1, Eigen::DontAlign> bed_axes_ = Eigen::Vector2d::Ones();
   bristle::ContactMatcher matcher_;
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
   std::vector<std::size_t> index_;       // for each KeyedContact::place, the index of its contact in known_
