@@ -838,12 +838,14 @@ class Fit(unittest.TestCase):
         self.assertRegex(repr(self.found), rf"^<bristle.FitResult: kinetic {kinetic.value:.4g} \({kinetic.low:.4g} to ")
         self.assertIn(f"of {len(self.force)} samples>", repr(self.found))
         page = self.found._repr_html_()
-        self.assertIn(f"<td>kinetic</td><td>{kinetic.value:.5g}</td>", page)
+        self.assertLess(kinetic.low, kinetic.high)
+        self.assertIn(f"<td>kinetic</td><td>{kinetic.value:.5g}</td><td>{kinetic.low:.5g} to {kinetic.high:.5g}</td>", page)
         self.assertIn("<td>viscous_friction</td>", page)
         self.assertIn("not determined: ", page)
         self.assertEqual(page.count("<tr>"), 1 + len(self.found.parameters))
         if importlib.util.find_spec("pandas"):
-            self.assertEqual(self.found.to_pandas().loc["kinetic", "value"], kinetic.value)
+            self.assertEqual(self.found.to_pandas().loc["kinetic", ["value", "low", "high"]].tolist(),
+                             [kinetic.value, kinetic.low, kinetic.high])
 
     def test_a_fit_holds_residual_and_renewal(self):
         held = bristle.fit(self.t, self.x, self.force, LOAD, residual=0.0, renewal=0.25)
