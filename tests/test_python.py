@@ -1433,6 +1433,8 @@ class EveryCall(unittest.TestCase):
                 (lambda: bristle.JointMaterial(stiffness=1.0, motor=[1.0, "x"]), r"JointMaterial\(\): motor must be a list of "),
                 (lambda: setattr(bristle.PatchOptions(), "axes", "two"), r"PatchOptions\(\): axes must be a whole number, not 'two'"),
                 (lambda: bristle.PatchBatch(2), r"PatchBatch\(\): too many positional arguments"),
+                (lambda: bristle.PatchBatch(threads=2**31), r"PatchBatch\(\): threads is out of range: 2147483648"),
+                (lambda: bristle.sweep("a.toml", ["scene.dt=1e-3"], steps="x"), r"sweep\(\): steps must be a whole number"),
                 (lambda: bristle.fit("a.csv", units={"x": 3}), r"fit\(\): units must be a dict")):
             with self.assertRaisesRegex(TypeError, f"^{line}"):
                 call()

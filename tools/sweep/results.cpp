@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/files/nearest_name.hpp"
 #include "tools/files/user_error.hpp"
 
 namespace cli {
