@@ -1528,6 +1528,10 @@ class Sweeps(unittest.TestCase):
         self.assertEqual(sizes.rows(), 1)
         sizes.done(10, 0.2)  # 20 ms a row
         self.assertEqual(sizes.rows(), 25)
+        sizes.done(100, 3.0)  # 30 ms a row, which may be a disturbance
+        self.assertTrue(0.5 / 0.03 < sizes.rows() < 0.5 / 0.02, sizes.rows())
+        sizes.done(810, 16.2)  # leaves 80 rows: the task is a quarter of a thread's half
+        self.assertEqual(sizes.rows(), 10)
 
     def test_a_table_shows_itself_and_goes_to_other_libraries(self):
         table = bristle.sweep(SCENES / "two_surfaces.toml", {"scene.dt": [1e-3, 2e-3]}, report="fx_mean", steps=5)
