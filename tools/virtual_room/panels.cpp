@@ -233,7 +233,7 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
                1.5f);
   ImGui::Dummy(ImVec2(wide, high + 2));
   panel.readout(
-      "p99 of the deadline",
+      "99 % of ticks take",
       fmt::format("{} of {}: {:.1f} %", with_unit(loop.p99, "s"), with_unit(loop.deadline, "s"), 100 * used),
       used >= 0.7 ? colour : colours::text);
 }
@@ -572,7 +572,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
-  // Shows under the time, in small letters, the speed of the simulation and the pictures per second.
+  // Shows at the lower right of the room the speed of the simulation and the pictures per second.
   if (state.pictures > 0) {
     const std::string rates =
         fmt::format("{:.2f} of real time, {:.2g} pictures a second{}{}", state.share * room.speed,

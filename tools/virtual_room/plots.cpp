@@ -456,7 +456,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
   frame.unclip();
   frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
-  const std::string text = fmt::format("p99 {}", with_unit(loop.p99, "s"));
+  const std::string text = fmt::format("99 % within {}", with_unit(loop.p99, "s"));
   frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
 }
 
