@@ -1430,6 +1430,8 @@ class EveryCall(unittest.TestCase):
                 (lambda: batch.remove(-1), r"remove\(\): id is out of range: -1"),
                 (lambda: bristle.JointMaterial(stiffness=1.0, motor=[1.0, "x"]), r"JointMaterial\(\): motor must be a list of "),
                 (lambda: setattr(bristle.PatchOptions(), "axes", "two"), r"PatchOptions\(\): axes must be a whole number, not 'two'"),
+                (lambda: bristle.PatchBatch(thread=2), r"PatchBatch\(\): no argument 'thread' \(did you mean 'threads'\?\)"),
+                (lambda: bristle.fit([0.0], [0.0], [0.0], lod=2.0), r"fit\(\): no argument 'lod' \(did you mean 'load'\?\)"),
                 (lambda: bristle.PatchBatch(2), r"PatchBatch\(\): too many positional arguments"),
                 (lambda: bristle.fit("a.csv", units={"x": 3}), r"fit\(\): units must be a dict")):
             with self.assertRaisesRegex(TypeError, f"^{line}"):
