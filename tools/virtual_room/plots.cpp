@@ -94,7 +94,8 @@ class Frame {
     const float wide = fonts_.small->CalcTextSizeA(size, 1e4f, 0, text.c_str()).x;
     draw_.AddCircle(p, radius, colour, 16, 1.2f * stroke(fonts_));
     const bool left = p.x - wide - 2 * radius > inner_.x;
-    label(left ? p.x - 2 * radius : p.x + 2 * radius, p.y - 0.9f * size, colour, text, left ? 1.0f : 0.0f);
+    label(left ? p.x - 2 * radius : p.x + 2 * radius, std::max(p.y - 0.9f * size, inner_.y + 1), colour, text,
+          left ? 1.0f : 0.0f);
   }
   // Labels a value that is above the plotted range, at the plot's upper edge.
   void name_above(double x, ImU32 colour, const std::string& text) const {

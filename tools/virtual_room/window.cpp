@@ -287,6 +287,7 @@ class RoomWindow {
     const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
     if (!compares && t >= tour_hand_s) {
       compare(Comparison::models);
+      notice_until_ = 0;  // the tour's own line says what the scene shows
       touring_ = tour_begins_ = true;
       return;
     }
