@@ -316,7 +316,7 @@ class RoomWindow {
     follow_tour();
     if (!touched_ && options_.device == DeviceKind::mouse) {
       view_->notice =
-          width < 900
+          static_cast<float>(width) < 1000 * content_scale()
               ? "drag: push    arrow keys: push slowly    L: slow pull    F1: help"
               : "drag: push with the tool, with Shift finely    arrow keys: push slowly    L: slow pull    "
                 "right drag: turn the view    F1: help";
