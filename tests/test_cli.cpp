@@ -23,6 +23,7 @@
 #include "command_line.hpp"
 #include "temporary_folder.hpp"
 #include "tools/capacity/capacity.hpp"
+#include "tools/capacity/subject.hpp"
 #include "tools/run/overload.hpp"
 #include "tools/scene/scene_stepper.hpp"
 #include "tools/scene/waveform.hpp"
@@ -802,6 +803,13 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   CHECK(
       read_file(folder.at("capacity.csv")).rfind("motion,kernel,layout,threads,bristles,p50_us,p99_us", 0) ==
       0);
+}
+
+TEST_CASE("Timing ends as soon as more than a hundredth of all steps was late", "[cli]") {
+  cli::CapacitySubject subject({}, 900, "");
+  CHECK(cli::time_steps(subject, 500, 100, 0.0).steps == 100);  // every step is late
+  CHECK(cli::time_steps(subject, 500, 0, 0.0).steps == 6);
+  CHECK(cli::time_steps(subject, 500, 0, 1e3).steps == 500);  // none is
 }
 
 TEST_CASE("What fits is what a run of its own confirms, whatever the probes said", "[cli]") {

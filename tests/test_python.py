@@ -1432,6 +1432,8 @@ class EveryCall(unittest.TestCase):
                 (lambda: batch.remove(-1), r"remove\(\): id is out of range: -1"),
                 (lambda: bristle.JointMaterial(stiffness=1.0, motor=[1.0, "x"]), r"JointMaterial\(\): motor must be a list of "),
                 (lambda: setattr(bristle.PatchOptions(), "axes", "two"), r"PatchOptions\(\): axes must be a whole number, not 'two'"),
+                (lambda: bristle.PatchBatch(thread=2), r"PatchBatch\(\): no argument 'thread' \(did you mean 'threads'\?\)"),
+                (lambda: bristle.fit([0.0], [0.0], [0.0], lod=2.0), r"fit\(\): no argument 'lod' \(did you mean 'load'\?\)"),
                 (lambda: bristle.PatchBatch(2), r"PatchBatch\(\): too many positional arguments"),
                 (lambda: bristle.PatchBatch(threads=2**31), r"PatchBatch\(\): threads is out of range: 2147483648"),
                 (lambda: bristle.sweep("a.toml", ["scene.dt=1e-3"], steps="x"), r"sweep\(\): steps must be a whole number"),

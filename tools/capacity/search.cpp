@@ -1,5 +1,6 @@
 // Searches the largest number of bristles whose 99th percentile of step time is inside a deadline.
 #include <algorithm>
+#include <memory>
 
 #include "tools/capacity/capacity.hpp"
 #include "tools/capacity/subject.hpp"
@@ -11,6 +12,8 @@ constexpr std::uint64_t papers_bristles = 900;
 constexpr std::uint64_t in_cache_bristles = 16 * papers_bristles;
 // Largest number of bristles that is tried (some 200 MB). If it fits, the report says that more may.
 constexpr std::uint64_t most_bristles = 1ull << 24;
+
+std::uint64_t probe_steps(const CapacityOptions& options) { return options.quick ? 100 : 300; }
 
 class Search {
  public:
@@ -30,7 +33,6 @@ class Search {
   }
 
  private:
-  std::uint64_t probe_steps() const { return options_.quick ? 100 : 300; }
   std::uint64_t confirming_steps() const { return options_.quick ? 500 : 2000; }
   // Returns the ratio of the smallest failing to the largest fitting number of bristles at which the search
   // ends.
@@ -57,7 +59,7 @@ class Search {
   }
 
   bool probe(std::uint64_t bristles) {
-    const StepTimes times = measure_with_patience(bristles, probe_steps(), options_.quick ? 2 : 4);
+    const StepTimes times = measure_with_patience(bristles, probe_steps(options_), options_.quick ? 2 : 4);
     row_.curve.push_back(times);
     if (bristles == whole(static_cast<double>(in_cache_bristles))) row_.in_cache = times;
     if (fits(times) && bristles > fits_) {
@@ -124,9 +126,13 @@ class Search {
 }  // namespace
 
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options) {
+  std::unique_ptr<CapacitySubject> subject;
   return find_capacity(what, options, [&](std::uint64_t bristles, std::uint64_t steps) {
-    CapacitySubject subject(what, bristles, options.isa);
-    return time_steps(subject, steps);
+    if (!subject || subject->bristles() != bristles) {
+      subject.reset();  // frees the memory of one number of bristles before it takes that of the next
+      subject = std::make_unique<CapacitySubject>(what, bristles, options.isa);
+    }
+    return time_steps(*subject, steps, probe_steps(options), options.deadline_s);
   });
 }
 

@@ -58,14 +58,15 @@ CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristle
   scene_.settle();
 }
 
-StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps) {
-  bristle::DeadlineMonitor monitor;
-  for (std::uint64_t i = 0; i < steps; ++i) {
+StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps, std::uint64_t at_least,
+                     double deadline_s) {
+  bristle::DeadlineMonitor monitor(deadline_s);
+  while (monitor.count() < steps && (monitor.count() < at_least || 100 * monitor.misses() <= steps)) {
     const double start = bristle::DeadlineMonitor::wall_now();
     subject.step();
     monitor.record(bristle::DeadlineMonitor::wall_now() - start);
   }
-  return {subject.bristles(), steps, monitor.p50(), monitor.p99(), monitor.p999(), monitor.max()};
+  return {subject.bristles(), monitor.count(), monitor.p50(), monitor.p99(), monitor.p999(), monitor.max()};
 }
 
 }  // namespace cli

@@ -33,7 +33,9 @@ class CapacitySubject {
   bristle_bench::SteadyScene scene_;
 };
 
-/// Times each of `steps` successive steps, without pauses between them.
-StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps);
+/// Times successive steps, without pauses between them: as many as `steps`, or `at_least` if so many of them
+/// exceeded the deadline (s) that the 99th percentile of `steps` steps exceeds it too.
+StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps, std::uint64_t at_least = UINT64_MAX,
+                     double deadline_s = 1e-3);
 
 }  // namespace cli

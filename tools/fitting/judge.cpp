@@ -483,7 +483,7 @@ std::string judgement_table(const Judgements& all) {
                         best([](const Judgement& j) { return j.judged.reversal; }))
           : fmt::format("No model is named closest, since not all could be fitted ({}).", failures);
   std::string text = fmt::format(
-      "{}\n\nFitted to the first {:g} s ({} samples), judged on the rest: {} samples within {:.3g} um\nafter "
+      "{}\n\nFitted to the first {:g} s ({} samples), judged on the rest: {} samples within {:.3g} um after "
       "a turn (reversal, twice the presliding length), {} beyond (sliding). Residuals in N, rms.\n\n",
       winner, all.until, all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length,
       all.sliding_samples);

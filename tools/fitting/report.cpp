@@ -405,12 +405,13 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     if (!concerns(data, r, i)) continue;
     const FitEstimate& e = report_estimate(r, i);
+    const std::string unit = rows[i].unit[0] ? std::string(" ") + rows[i].unit : "";
     if (e.fitted) {
-      text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}) {}\n", rows[i].name, rows[i].per_si * e.value,
-                          rows[i].per_si * e.low, rows[i].per_si * e.high, rows[i].unit);
+      text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}){}\n", rows[i].name, rows[i].per_si * e.value,
+                          rows[i].per_si * e.low, rows[i].per_si * e.high, unit);
     } else {
-      text += fmt::format("#   {} = {:.4g} {}, not determined: {}\n", rows[i].name, rows[i].per_si * e.value,
-                          rows[i].unit, e.why);
+      text += fmt::format("#   {} = {:.4g}{}, not determined: {}\n", rows[i].name, rows[i].per_si * e.value,
+                          unit, e.why);
     }
   }
   for (const std::string& note : r.notes) text += "# " + note + '\n';

@@ -2,7 +2,7 @@
 load folder."/experiment_style.gp"
 models = "coulomb history bed"
 titles = "'Coulomb' 'history spring' 'bed'"
-set linetype 2 linecolor rgb "#E69F00" dashtype 2 linewidth 2.4 pointtype 6
+set linetype 2 linecolor rgb "#E69F00" dashtype (12,7) linewidth 2.4 pointtype 6
 set linetype 3 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6 pointtype 7
 set multiplot layout 1,2 margins screen 0.085,0.97,0.14,0.87 spacing screen 0.1 title "A sphere that strikes a plane obliquely, or spinning" font ",17"
 set title "slip of the contact before and after, scaled"

@@ -3,7 +3,7 @@ load folder."/experiment_style.gp"
 models = "ellipse scaled brush nap"
 titles = "'MuJoCo cone' 'Bullet cone' 'brush, elliptic' 'brush, to and fro'"
 set linetype 1 linecolor rgb "#888888" dashtype 3 linewidth 2.4 pointtype 4
-set linetype 2 linecolor rgb "#E69F00" dashtype 2 linewidth 2.4 pointtype 6
+set linetype 2 linecolor rgb "#E69F00" dashtype (12,7) linewidth 2.4 pointtype 6
 set linetype 3 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6 pointtype 7
 set linetype 4 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 5
 set multiplot layout 2,1 margins screen 0.085,0.97,0.13,0.9 spacing screen 0.13 title "A block on velvet" font ",17"

@@ -2,7 +2,7 @@
 load folder."/experiment_style.gp"
 models = "coulomb patch bed"
 titles = "'Coulomb' 'patch, dragged' 'bed'"
-set linetype 2 linecolor rgb "#E69F00" dashtype 2 linewidth 2.4 pointtype 6
+set linetype 2 linecolor rgb "#E69F00" dashtype (12,7) linewidth 2.4 pointtype 6
 set linetype 3 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6 pointtype 7
 set multiplot layout 1,2 margins screen 0.085,0.97,0.14,0.87 spacing screen 0.1 title "A rubber ball that rolls" font ",17"
 set title "down a slope of 10 degrees: how much its surface lags"

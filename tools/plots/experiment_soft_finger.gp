@@ -3,7 +3,7 @@ load folder."/experiment_style.gp"
 models = "dahl patch outline bed"
 titles = "'Dahl' 'patch, dragged' 'outline of patches' 'bed'"
 set linetype 1 linecolor rgb "#888888" dashtype 3 linewidth 2.4
-set linetype 2 linecolor rgb "#E69F00" dashtype 2 linewidth 2.4
+set linetype 2 linecolor rgb "#E69F00" dashtype (12,7) linewidth 2.4
 set linetype 3 linecolor rgb "#AA3377" dashtype 4 linewidth 2.4
 set linetype 4 linecolor rgb "#0072B2" dashtype 1 linewidth 2.6
 set multiplot layout 1,2 margins screen 0.075,0.98,0.13,0.86 spacing screen 0.085 title "A soft finger that is dragged" font ",17"

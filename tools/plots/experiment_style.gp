@@ -7,9 +7,9 @@ index_of(m) = sum [k=1:words(models)] (word(models, k) eq m ? k : 0)
 name(m) = word(titles, index_of(m))
 # Colours of Okabe and Ito, distinguishable for the colour-blind. The brush is drawn thick.
 set linetype 1 linecolor rgb "#888888" dashtype 3 linewidth 1.4 pointtype 4
-set linetype 2 linecolor rgb "#E69F00" dashtype 2 linewidth 1.4 pointtype 6
+set linetype 2 linecolor rgb "#E69F00" dashtype (12,7) linewidth 1.4 pointtype 6
 set linetype 3 linecolor rgb "#D55E00" dashtype 1 linewidth 1.4 pointtype 8
-set linetype 4 linecolor rgb "#CC79A7" dashtype 4 linewidth 1.4 pointtype 10
+set linetype 4 linecolor rgb "#9467BD" dashtype 4 linewidth 1.4 pointtype 10
 set linetype 5 linecolor rgb "#009E73" dashtype 5 linewidth 1.4 pointtype 12
 set linetype 6 linecolor rgb "#000000" dashtype 2 linewidth 1.4 pointtype 2
 set linetype 7 linecolor rgb "#B8860B" dashtype 1 linewidth 1.8 pointtype 3
@@ -19,7 +19,7 @@ set linetype 10 linecolor rgb "#332288" dashtype 1 linewidth 2.6 pointtype 9
 set linetype 11 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 11
 set linetype 12 linecolor rgb "#117733" dashtype 1 linewidth 3.2 pointtype 13
 set linetype 13 linecolor rgb "#CC6677" dashtype 1 linewidth 2.6 pointtype 14
-set linetype 14 linecolor rgb "#661100" dashtype 2 linewidth 2.6 pointtype 15
+set linetype 14 linecolor rgb "#661100" dashtype (12,7) linewidth 2.6 pointtype 15
 rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
 present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
 # Draws one friction model of each kind if there are more than seven, because twelve curves hide each other. The option
@@ -49,6 +49,6 @@ set grid linecolor "#DDDDDD"
 # Draws the key once, below all panels, by `set key @below` before the last plot.
 keyed = few
 below = "at screen 0.5,0.0 center bottom vertical maxrows (words(keyed) + 3) / 4 samplen 2.5 spacing 1.1 noenhanced"
-four = "layout 2,2 margins screen 0.085,0.97,0.16,0.91 spacing screen 0.1,0.12"
-two = "layout 1,2 margins screen 0.085,0.97,0.3,0.83 spacing screen 0.1"
+four = "layout 2,2 margins screen 0.1,0.97,0.16,0.91 spacing screen 0.1,0.12"
+two = "layout 1,2 margins screen 0.1,0.97,0.3,0.83 spacing screen 0.1"
 unset key

@@ -18,8 +18,10 @@ first_rows(i) = sprintf("< awk -F, 'NR == 1 { for (c = 1; c <= NF; ++c) if ($c =
 with_y = system(sprintf("awk -F, 'NR > 1 && $4 != 0 && !seen[$2]++ { print $2 }' '%s'", csv))
 has_y(i) = sum [k=1:words(with_y)] (word(with_y, k) eq name(i))
 any_y = words(with_y) > 0
-label_x(i) = has_y(i) ? name(i)."  x" : name(i)
-label_y(i) = has_y(i) ? name(i)."  y" : ""
+# Leaves the name of a single patch out of the keys.
+label(i, what) = n == 1 ? what : name(i).(what eq "" ? "" : "  ").what
+label_x(i) = label(i, has_y(i) ? "x" : "")
+label_y(i) = has_y(i) ? label(i, "y") : ""
 y_style(i) = has_y(i) ? 1 : NaN
 
 set terminal pngcairo size 1500,1560 font "DejaVu Sans,17" linewidth 1.6
@@ -48,7 +50,7 @@ set ylabel "position  [mm]"
 set y2label "normal load  [N]"
 set y2tics
 set y2range [0:*]
-plot for [i=1:n] rows(i) using "t":"load" axes x1y2 with lines linewidth 0.7 dashtype 4 linecolor rgb load_colour(i) title name(i)."  load", \
+plot for [i=1:n] rows(i) using "t":"load" axes x1y2 with lines linewidth 0.7 dashtype 4 linecolor rgb load_colour(i) title label(i, "load"), \
      for [i=1:n] rows(i) using "t":(1e3 * column("x")) with lines linecolor rgb colour[i] title label_x(i), \
      for [i=1:n] rows(i) using "t":(1e3 * y_style(i) * column("y")) with lines dashtype 3 linecolor rgb colour[i] title label_y(i)
 unset y2label
@@ -61,12 +63,12 @@ if (zoom > 0) {
   set rmargin 3
   set size 0.52, 0.31
 }
-plot for [i=1:n] rows(i) using (1e3 * column("x")):(-column("fx")) with lines linewidth 0.8 linecolor rgb colour[i] title name(i)
+plot for [i=1:n] rows(i) using (1e3 * column("x")):(-column("fx")) with lines linewidth 0.8 linecolor rgb colour[i] title label(i, "")
 if (zoom > 0) {
   set origin 0.51, 0.01
   set size 0.49, 0.31
   set lmargin 9
   set xlabel "position x  [um], up to the first slide"
-  plot for [i=1:n] first_rows(i) using (1e6 * column("x")):(-column("fx")) with lines linecolor rgb colour[i] title name(i)
+  plot for [i=1:n] first_rows(i) using (1e6 * column("x")):(-column("fx")) with lines linecolor rgb colour[i] title label(i, "")
 }
 unset multiplot

@@ -34,7 +34,7 @@ bare = ticks("bare sleep") > 0
 
 set multiplot layout 2,1 title title font ",22" noenhanced
 set xlabel "step time  [us]"
-plot bars("bristle", "step") using (sqrt($1 * $2)):3:1:2:(0.5):3 with boxxyerror linecolor rgb "#0072B2" title "bristle"
+plot bars("bristle", "step") using (sqrt($1 * $2)):3:1:2:(0.5):3 with boxxyerror linecolor rgb "#0072B2" notitle
 if (deadline_us > 0) {
   unset label 1
   unset arrow 1

@@ -22,7 +22,7 @@ class DrawingPace {
       {{true, false, 1.0 / 60, ""},
        {false, false, 1.0 / 60, "no shadows"},
        {false, true, 1.0 / 60, "no shadows, half resolution"},
-       {false, true, 1.0 / 15, "no shadows, half resolution, 15 pictures a second"}}};
+       {false, true, 1.0 / 15, "no shadows, half resolution, at most 15 pictures a second"}}};
   /// Time of a picture above which the next plainer level is drawn, and below which a richer one may be, s.
   static constexpr double too_slow_s = 0.04, fast_s = 0.02;
 

@@ -55,14 +55,14 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
 }
 
 void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, const RoomMeasures& measures,
-                 const Eigen::Matrix3f& tilt) {
+                 const Eigen::Matrix3f& tilt, float lowest) {
   const auto wide = static_cast<float>(measures.width / 2), end = static_cast<float>(measures.length / 2);
   // Draws the scale of lengths on the side of the floor that is nearer to the eye.
   const float side = camera.eye().y() <= 0 ? -wide - 0.014f : wide + 0.014f;
   for (float x = -std::floor(end * 10) / 10; x <= end + 1e-4f; x += 0.1f) {
     float px, py;
     if (!camera.find_pixel(layout.picture.scene, tilt * Vector3f(x, side, 0), px, py)) continue;
-    if (!layout.picture.scene.holds(px, py)) continue;
+    if (!layout.picture.scene.holds(px, py) || py > lowest) continue;
     const int centimetres = static_cast<int>(std::lround(100 * x));
     const std::string text = centimetres == 0 ? "0 cm" : fmt::format("{}", centimetres);
     const ImVec2 s = pen.size(pen.fonts.small, text);
@@ -278,12 +278,11 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
   const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
   const Area& s = layout.picture.scene;
   draw.PushClipRect({s.x, s.y}, {s.x + s.width, s.y + s.height});
-  label_floor(pen, layout, camera, measures, tilt);
   label_slope(pen, layout, room, camera, measures, tilt);
   label_arrows(pen, layout, room, camera, measures, tilt);
   label_compared(pen, layout, room, camera, measures, tilt);
   draw_glass_rim(pen, layout, room, glass, camera, tilt);
-  float y = s.y + s.height - 22 * layout.scale;
+  float y = s.y + s.height - 34 * layout.scale;  // leaves a small line below, where panels tell the rates
   const auto say = [&](const std::string& line, ImU32 colour) {
     if (line.empty()) return;
     pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
@@ -292,6 +291,7 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
   say(title.empty() ? title_of(room) : title, colours::text);
   say(notice, colours::text);
   say(room.message, colours::warning);
+  label_floor(pen, layout, camera, measures, tilt, y + 10 * layout.scale);  // only labels above those lines
   draw.PopClipRect();
 }
 

@@ -233,9 +233,15 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
                1.5f);
   ImGui::Dummy(ImVec2(wide, high + 2));
   panel.readout(
-      "p99 of the deadline",
+      "99 % of ticks take",
       fmt::format("{} of {}: {:.1f} %", with_unit(loop.p99, "s"), with_unit(loop.deadline, "s"), 100 * used),
       used >= 0.7 ? colour : colours::text);
+}
+
+// Ends a menu of the toolbar, which Esc closes.
+void end_menu() {
+  if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
 }
 
 void bristles(Panel& panel, const Snapshot& room, Settings& s) {
@@ -531,7 +537,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     wishes.film = ImGui::MenuItem("Film of the last 15 s, animated PNG", "F");
     wishes.export_plots = ImGui::MenuItem("What the plots show, CSV", "E");
     wishes.save_scene = ImGui::MenuItem("Settings, and the material alone, TOML for 'Load'", "S");
-    ImGui::EndPopup();
+    end_menu();
   }
   if (button("Load", "settings or a material of a file in the working folder")) {
     wishes.list_files = true;
@@ -542,7 +548,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     for (const std::string& file : state.files) {
       if (ImGui::MenuItem(file.c_str())) wishes.load = file;
     }
-    ImGui::EndPopup();
+    end_menu();
   }
   if (button("Glass", "G: the magnifying glass", 10)) wishes.toggle_glass = true;
   const bool sounds = state.sound;
@@ -568,11 +574,11 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
         wishes.scene = which;
       if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", compared_scenes[i].says);
     }
-    ImGui::EndPopup();
+    end_menu();
   }
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
-  // Shows under the time, in small letters, the speed of the simulation and the pictures per second.
+  // Shows at the lower right of the room the speed of the simulation and the pictures per second.
   if (state.pictures > 0) {
     const std::string rates =
         fmt::format("{:.2f} of real time, {:.2g} pictures a second{}{}", state.share * room.speed,

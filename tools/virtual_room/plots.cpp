@@ -94,7 +94,8 @@ class Frame {
     const float wide = fonts_.small->CalcTextSizeA(size, 1e4f, 0, text.c_str()).x;
     draw_.AddCircle(p, radius, colour, 16, 1.2f * stroke(fonts_));
     const bool left = p.x - wide - 2 * radius > inner_.x;
-    label(left ? p.x - 2 * radius : p.x + 2 * radius, p.y - 0.9f * size, colour, text, left ? 1.0f : 0.0f);
+    label(left ? p.x - 2 * radius : p.x + 2 * radius, std::max(p.y - 0.9f * size, inner_.y + 1), colour, text,
+          left ? 1.0f : 0.0f);
   }
   // Labels a value that is above the plotted range, at the plot's upper edge.
   void name_above(double x, ImU32 colour, const std::string& text) const {
@@ -456,7 +457,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
   frame.unclip();
   frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
-  const std::string text = fmt::format("p99 {}", with_unit(loop.p99, "s"));
+  const std::string text = fmt::format("99 % within {}", with_unit(loop.p99, "s"));
   frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
 }
 

@@ -287,6 +287,7 @@ class RoomWindow {
     const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
     if (!compares && t >= tour_hand_s) {
       compare(Comparison::models);
+      notice_until_ = 0;  // the tour's own line says what the scene shows
       touring_ = tour_begins_ = true;
       return;
     }
@@ -315,7 +316,7 @@ class RoomWindow {
     follow_tour();
     if (!touched_ && options_.device == DeviceKind::mouse) {
       view_->notice =
-          width < 900
+          static_cast<float>(width) < 1000 * content_scale()
               ? "drag: push    arrow keys: push slowly    L: slow pull    F1: help"
               : "drag: push with the tool, with Shift finely    arrow keys: push slowly    L: slow pull    "
                 "right drag: turn the view    F1: help";

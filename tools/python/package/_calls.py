@@ -2,6 +2,7 @@
 
 import ast
 import collections.abc
+import difflib
 import functools
 import inspect
 import operator
@@ -111,12 +112,17 @@ def explain(function, text, arguments, keywords):
     for line in re.findall(r"^    \d+\. (.*)$", text, re.MULTILINE):
         scope = dict(vars(_bristle))
         exec(f"from __future__ import annotations\ndef call{line[line.index('('):]}: pass", scope)
+        signature = inspect.signature(scope["call"])
         try:
-            wrong = _wrong(inspect.signature(scope["call"]), arguments, keywords)
+            wrong = _wrong(signature, arguments, keywords)
             return f"{name}(): " + (wrong or f"the arguments do not fit {line}")
         except TypeError as error:
-            refused.append(str(error))
-    return f"{name}(): {refused[0]}"
+            near = [f"no argument '{unknown}' (did you mean '{word}'?)" for unknown in keywords
+                    if unknown not in signature.parameters
+                    for word in difflib.get_close_matches(unknown, signature.parameters, 1)]
+            refused.append(near[0] if near else str(error))
+    # Of several forms of a call, names the first that takes so many arguments.
+    return f"{name}(): {min(refused, key=lambda why: 'too many' in why)}"
 
 
 def checked(function):
