@@ -189,6 +189,16 @@ struct Renewal {
   std::uint32_t ageing_form;
 };
 
+/// A corner of the path of a steady slide, round which bristles are carried (core/patches/RUBBING.md).
+struct Corner {
+  std::int64_t at[2];   ///< position of the patch, fixed point; turning the bristles does not change it
+  double direction[2];  ///< direction of the motion after the corner, a unit vector
+  double before[2];     ///< direction of the motion before the corner, a unit vector
+  double length;        ///< path along which the patch is carried after the corner, scaled, > 0
+  double residual;      ///< deflection of a bristle after a snap, scaled
+  double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as Advance::energy_unit
+};
+
 /// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
 /// blocks.
 struct RenewalTotals {
@@ -265,6 +275,14 @@ struct KernelSet {
   using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Renew renew[2][2];
+
+  /// Carries the blocks [first, last) of a patch with two axes, none marked as straight, along the path
+  /// behind a corner and rewrites them at the patch's position. `stored` gains the change of the full blocks'
+  /// sums; `twice_integral`, with index 1, twice the path integral of weight x (deflection along the motion
+  /// less |z|). Null in a minimal build.
+  using Carry = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
+                         RenewalTotals&);
+  Carry carry[2];
 
   Foresee foresee_aged[2][2];  ///< variant of `foresee` for bristles that age
   Renew renew_aged[2][2];

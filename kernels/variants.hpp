@@ -6,6 +6,7 @@
 #pragma once
 
 #include "blocks.hpp"
+#include "corner.hpp"
 #include "core/kernel_table.hpp"
 #include "renew.hpp"
 #include "tables.hpp"
@@ -61,6 +62,8 @@ constexpr KernelSet<T> make_kernel_set() {
   fill_steps<T, 1, true>(set);
   fill_steps<T, 2, false>(set);
   fill_steps<T, 2, true>(set);
+  set.carry[0] = &carry_blocks<T, false>;
+  set.carry[1] = &carry_blocks<T, true>;
   fill_slide<T, 1>(set);
   fill_slide<T, 2>(set);
 #endif

@@ -6,7 +6,6 @@
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 #include "core/materials/elementary.hpp"
-#include "core/patches/representatives/corner.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
@@ -226,10 +225,12 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   corner.residual = a.residual;
   corner.unit = a.energy_unit;
   const bool sums_lag = has(p.outputs, Outputs::mean) || has(p.outputs, Outputs::energy);
+  const auto kernel = r.kernels->carry[sums_lag ? 1 : 0];
+  const PatchView<T> view = r.view();
   const RenewalTotals totals =
       share_out<RenewalTotals>(step.crew, &Crew::pieces, end, blocks_per_range,
                                [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
-                                 carry_blocks<T>(r, corner, sums_lag, std::max(first, begin), last, sum);
+                                 kernel(view, corner, std::max(first, begin), last, sum);
                                });
   PieceSums& walked = r.shared->walked;
   for (int axis = 0; axis < 2; ++axis) {

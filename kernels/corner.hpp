@@ -2,26 +2,15 @@
 //
 // Along a gently bent path the lengths |z| of deflections are distributed as in a straight slide, to first
 // order in the angle, and a bristle took hold the distance |z| - residual ago. So every |z| stays, and each
-// deflection takes the direction of the chord back to where its bristle took hold. Plain arithmetic in rows
-// of 16 lanes, compiled once for all instruction sets.
+// deflection takes the direction of the chord back to where its bristle took hold. One source serves the
+// reference and every instruction set; the compiler vectorises it.
 #pragma once
 
-#include <algorithm>
-#include <cmath>
-#include <iterator>
-
-#include "core/patches/representatives/representatives.hpp"
+#include "blocks.hpp"
+#include "core/common/assert.hpp"
 
 namespace bristle::detail {
-
-struct Corner {
-  std::int64_t at[2];   ///< position of the patch, fixed point; turning the bristles does not change it
-  double direction[2];  ///< direction of the motion after the corner, a unit vector
-  double before[2];     ///< direction of the motion before the corner, a unit vector
-  double length;        ///< path along which the patch is carried after the corner, scaled, > 0
-  double residual;      ///< deflection of a bristle after a snap, scaled
-  double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as Advance::energy_unit
-};
+namespace {
 
 /// Sums over the bristles of a block, kept apart for each of the 16 lanes of a row.
 template <class T>
@@ -35,7 +24,7 @@ struct CornerLanes {
 /// `lanes`; `sums_lag`: to CornerLanes::lag too. Bristles of weight 0 become straight.
 template <class T, bool sums_lag>
 void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane_count], T* zx, T* zy,
-               CornerLanes<T>& lanes) noexcept {
+               CornerLanes<T>& lanes) {
   constexpr T tiny = T(1e-30);
   const T ex = static_cast<T>(corner.direction[0]), ey = static_cast<T>(corner.direction[1]);
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
@@ -47,7 +36,7 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
   for (std::uint32_t k = 0; k < lane_count; ++k) {
     const T x = zx[k] + shift_x;
     const T y = zy[k] + shift_y;
-    const T bent = std::sqrt(x * x + y * y);
+    const T bent = root(x * x + y * y);
     const T inverse = T(1) / (bent + tiny);
     const T to_ux = x * inverse - before_x, to_uy = y * inverse - before_y;
     // `path`: distance since the bristle took hold. `low`: part of its deflection at the end that dates from
@@ -59,7 +48,7 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     const T share = old * inverse;
     const T chord_x = (bent - old) * ex + old * (before_x + share * to_ux);
     const T chord_y = (bent - old) * ey + old * (before_y + share * to_uy);
-    const T scale = bent / (std::sqrt(chord_x * chord_x + chord_y * chord_y) + tiny);
+    const T scale = bent / (root(chord_x * chord_x + chord_y * chord_y) + tiny);
     row_x[k] = chord_x * scale;
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
@@ -93,43 +82,39 @@ double sum_of_lanes(const T (&lanes)[lane_count]) noexcept {
   return sum;
 }
 
-/// Carries the blocks [first, last), none marked as straight, along the path behind a corner and rewrites
-/// them at the patch's position. `stored` gains the change of the full blocks' sums, and `twice_integral`, if
-/// asked for, twice the integral in CornerLanes::lag. For patches of two axes.
-template <class T>
-void carry_blocks(const Representatives<T>& r, const Corner& corner, bool sums_lag, std::uint32_t first,
-                  std::uint32_t last, RenewalTotals& totals) noexcept {
-  const auto carry = sums_lag ? &carry_row<T, true> : &carry_row<T, false>;
+/// Carries the blocks [first, last), as documented at KernelSet::carry.
+template <class T, bool sums_lag>
+void carry_blocks(const PatchView<T>& patch, const Corner& corner, std::uint32_t first, std::uint32_t last,
+                  RenewalTotals& totals) {
   for (std::uint32_t b = first; b < last; ++b) {
-    Block& block = r.blocks[b];
+    Block& block = patch.blocks[b];
     BRISTLE_ASSERT(block.zero == 0);
-    const std::uint32_t start = b * block_size;
-    const std::uint32_t end = std::min(start + block_size, r.padded());
+    const std::uint32_t start = b * block_size, end = end_of_columns(patch, start);
     T shift[2];
     for (int axis = 0; axis < 2; ++axis)
-      shift[axis] = static_cast<T>(to_lengths(difference(corner.at[axis], block.position[axis])));
-    const bool tail = b >= r.full_blocks();
+      shift[axis] = static_cast<T>(displacement(corner.at[axis], block.position[axis]));
+    const bool tail = b >= patch.whole / block_size;
     CornerLanes<T> lanes;
     T weight[lane_count];
-    std::fill(std::begin(weight), std::end(weight), T(1));
+    for (T& w : weight) w = T(1);
     for (std::uint32_t i = start; i < end; i += lane_count) {
-      for (std::uint32_t k = 0; tail && k < lane_count; ++k)
-        weight[k] = i + k < r.whole ? T(1) : i + k == r.whole ? static_cast<T>(r.fraction) : T(0);
-      carry(corner, shift, weight, r.zx + i, r.zy + i, lanes);
+      for (std::uint32_t k = 0; tail && k < lane_count; ++k) weight[k] = weight_of(patch, i + k);
+      carry_row<T, sums_lag>(corner, shift, weight, patch.zx + i, patch.zy + i, lanes);
     }
     for (int axis = 0; axis < 2; ++axis) {
-      const std::int64_t now = std::llrint(sum_of_lanes(lanes.stored[axis]) * fixed_per_length);
+      const std::int64_t now = to_integer(sum_of_lanes(lanes.stored[axis]) * fixed_per_length);
       if (!tail)
         totals.stored[axis] += static_cast<Int128>(now) - block.stored[axis] -
                                Int128{block_size} * difference(corner.at[axis], block.position[axis]);
       block.stored[axis] = now;
       block.position[axis] = corner.at[axis];
-      totals.twice_integral[axis] += std::llrint(2.0 * sum_of_lanes(lanes.lag[axis]) * corner.unit);
+      totals.twice_integral[axis] += to_integer(2.0 * sum_of_lanes(lanes.lag[axis]) * corner.unit);
     }
     totals.tail_changed |= tail ? 1u : 0u;
     block.reach = -1.0f;
-    r.groups[b / blocks_per_group].reach = -1.0;
+    patch.groups[b / blocks_per_group].reach = -1.0;
   }
 }
 
+}  // namespace
 }  // namespace bristle::detail
