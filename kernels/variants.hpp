@@ -6,8 +6,8 @@
 #pragma once
 
 #include "blocks.hpp"
-#include "corner.hpp"
 #include "core/kernel_table.hpp"
+#include "corner.hpp"
 #include "renew.hpp"
 #include "tables.hpp"
 
