@@ -1539,6 +1539,9 @@ class Sweeps(unittest.TestCase):
         table = bristle.sweep(SCENES / "two_surfaces.toml", {"scene.dt": [1e-3, 2e-3]}, report="fx_mean", steps=5)
         self.assertIn("steel_pad.fx_mean", repr(table))
         self.assertIn("2 of 2 rows", table._repr_html_())
+        long = bristle.sweep(SCENES / "two_surfaces.toml", {"scene.dt": "1e-3:2e-3:11"}, report="fx_mean", steps=1)
+        self.assertIn("10 of 11 rows", long._repr_html_())
+        self.assertEqual(long._repr_html_().count("<tr>"), 11)
         self.assertIn("<th>scene.dt s</th>", table._repr_html_())
         heads = [head.split(" ")[0] for head in re.findall("<th>(.*?)</th>", table._repr_html_())]
         self.assertEqual(heads, list(table.columns))
