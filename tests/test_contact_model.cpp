@@ -98,13 +98,7 @@ const ContactModel coulomb_model = [] {
   m.advance = &advance_coulomb;
   m.reset = &reset_coulomb;
   m.set_detail = [](Patch&, std::uint32_t) noexcept { return bristle::Status::ok; };
-  m.copy = [](const Patch& from, Patch& to, std::byte* memory) noexcept {
-    std::memcpy(memory, from.record, from.record->bytes);
-    auto& record = *reinterpret_cast<Coulomb*>(memory);
-    place_columns(record, column_memory(&record));
-    to = from;
-    to.record = &record;
-  };
+  m.copy = &bristle::detail::copy_record<Coulomb>;
   m.stored_energy = [](const Patch&) noexcept { return 0.0; };
   m.hash = [](const Patch& p) noexcept {
     Hasher hasher;
@@ -131,10 +125,9 @@ const ContactModel coulomb_model = [] {
 bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
   const auto material = compile_material(plain_material(bristle_test::uniform, bristle::SnapRule::keep));
   Coulomb made;
-  auto* record = make_record<Coulomb>(material, column_bytes(made));
-  record->options = bristle::PatchOptions{}.with_axes(1).with_max_normal_load(load);
-  place_columns(*record, column_memory(record));
-  record->bent[0] = 0.0;
+  made.material = material.get();
+  made.options = bristle::PatchOptions{}.with_axes(1).with_max_normal_load(load);
+  Coulomb* record = make_record(material, made);
   Patch p = make_shared_part(*record, coulomb_model);
   note(p);
   note_contact(p);

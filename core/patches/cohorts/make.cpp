@@ -19,11 +19,8 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.options.seed = seed;
   r.options.key = key;
   const std::uint32_t capacity = r.capacity;
-  static_cast<CohortState&>(r) = CohortState{};
+  static_cast<CohortScalars&>(r) = CohortScalars{};
   r.capacity = capacity;
-  r.slid_to[0] = r.slid_to[1] = 0;
-  r.glide = Glide{};
-  r.snap_rest = 0.0;
   clear_cohorts(r);
   if (r.ageing != nullptr) *r.ageing = CohortAgeing{};
   set_pieces(r, r.pieces);
@@ -215,16 +212,10 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.capacity = (static_cast<std::uint32_t>(capacity) + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   made.options.cohorts = made.capacity;
 
-  auto* r = make_record<Cohorts>(std::move(material), column_bytes(made));
-  made.bytes = r->bytes;
-  *r = made;
+  Cohorts* r = make_record(std::move(material), made);
   r->glides = !r->ages() && r->noise == nullptr;
-  place_columns(*r, column_memory(r));
   clear_cohorts(*r);
-  if (r->ageing != nullptr) {
-    *r->ageing = CohortAgeing{};
-    std::fill_n(r->births(), r->capacity, 0.0);
-  }
+  if (r->ageing != nullptr) *r->ageing = CohortAgeing{};
   Patch p = make_shared_part(*r, cohorts_model);
   note_cohorts(p);
   return p;

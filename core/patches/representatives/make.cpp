@@ -86,12 +86,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.block_count = (made.padded() + block_size - 1) / block_size;
   made.group_count = (made.block_count + blocks_per_group - 1) / blocks_per_group;
 
-  const std::size_t columns = column_bytes(made);
-  auto* r = make_record<Representatives<T>>(std::move(material), columns);
-  made.bytes = r->bytes;
-  *r = made;
-  std::memset(column_memory(r), 0, columns);
-  place_columns(*r, column_memory(r));
+  Representatives<T>* r = make_record(std::move(material), made);
   if (r->shared != nullptr) {
     new (r->shared) SharedRenewal{};
     plan_pieces(*r);
@@ -183,13 +178,8 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
 
 template <class T>
 void copy_patch(const Patch& from, Patch& to, std::byte* memory) noexcept {
-  const Representatives<T>& original = representatives<T>(from);
-  std::memcpy(memory, &original, original.bytes);
-  auto& copy = *reinterpret_cast<Representatives<T>*>(memory);
-  place_columns(copy, column_memory(&copy));
-  copy.find_lengths();
-  to = from;
-  to.record = &copy;
+  copy_record<Representatives<T>>(from, to, memory);
+  representatives<T>(to).find_lengths();
 }
 
 template <class T>

@@ -1,7 +1,6 @@
 // Makes and resets a patch of bristles that slide at their limit.
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <string>
 
 #include "core/common/hashing.hpp"
@@ -33,16 +32,6 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   p = shared_part(r, *p.model);
   straighten<T>(p);
   note_sliders<T>(p);
-}
-
-template <class T>
-void copy(const Patch& from, Patch& to, std::byte* memory) noexcept {
-  const Sliders<T>& original = sliders<T>(from);
-  std::memcpy(memory, &original, original.bytes);
-  auto& made = *reinterpret_cast<Sliders<T>*>(memory);
-  place_columns(made, column_memory(&made));
-  to = from;
-  to.record = &made;
 }
 
 template <class T>
@@ -110,7 +99,7 @@ constexpr ContactModel sliders_model = {
     .reset = &reset<T>,
     .take_over = &take_over_sliders<T>,
     .set_detail = &set_slider_detail<T>,
-    .copy = &copy<T>,
+    .copy = &copy_record<Sliders<T>>,
     .stored_energy = &stored_energy<T>,
     .hash = &hash_sliders<T>,
     .describe = &describe<T>,
@@ -151,12 +140,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.kernels = &kernels;
   const std::shared_ptr<const Strata> strata = material->strata(made.bristles);
 
-  const std::size_t columns = column_bytes(made);
-  auto* r = make_record<Sliders<T>>(std::move(material), columns);
-  made.bytes = r->bytes;
-  *r = made;
-  std::memset(column_memory(r), 0, columns);
-  place_columns(*r, column_memory(r));
+  Sliders<T>* r = make_record(std::move(material), made);
   const double mean = r->material->material.snap_length.mean() * r->material->lengths_per_metre;
   for (std::uint32_t i = 0; i < Sliders<T>::padded(r->bristles); ++i) {
     const std::uint32_t from = std::min(i, r->bristles - 1);
