@@ -54,22 +54,6 @@ Status set_detail(Patch& p, std::uint32_t detail) noexcept {
 }
 
 void describe(const Patch& p, PatchInfo& info) noexcept {
-  static constexpr const char* names[16] = {"1 axis, infinite, end, double",
-                                            "2 axes, infinite, end, double",
-                                            "1 axis, infinite, end + mean, double",
-                                            "2 axes, infinite, end + mean, double",
-                                            "1 axis, infinite, end, energy, double",
-                                            "2 axes, infinite, end, energy, double",
-                                            "1 axis, infinite, end + mean, energy, double",
-                                            "2 axes, infinite, end + mean, energy, double",
-                                            "1 axis, infinite, fluctuating, end, double",
-                                            "2 axes, infinite, fluctuating, end, double",
-                                            "1 axis, infinite, fluctuating, end + mean, double",
-                                            "2 axes, infinite, fluctuating, end + mean, double",
-                                            "1 axis, infinite, fluctuating, end, energy, double",
-                                            "2 axes, infinite, fluctuating, end, energy, double",
-                                            "1 axis, infinite, fluctuating, end + mean, energy, double",
-                                            "2 axes, infinite, fluctuating, end + mean, energy, double"};
   const Cohorts& r = cohorts(p);
   info.representatives = r.pieces;
   info.detail = r.detail;
@@ -77,8 +61,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
   info.max_normal_load = p.material().material.load_on_bristles(r.zeta_max());
   info.active = r.mass / full_mass * r.detail;
   info.bytes_per_representative = static_cast<std::uint32_t>(r.bytes / r.pieces);
-  info.kernel = names[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
-                      (has(p.outputs, Outputs::energy) ? 4u : 0u) | (r.noise != nullptr ? 8u : 0u)];
+  info.kernel = kernel_name(p, BristleKind::infinite, r.noise != nullptr ? 1u : 0u, true);
 }
 
 constexpr ContactModel cohorts_model = {.name = "cohorts",

@@ -1,6 +1,5 @@
 // Makes and resets a patch of bristles that slide at their limit.
 #include <algorithm>
-#include <array>
 #include <string>
 
 #include "core/common/hashing.hpp"
@@ -39,19 +38,6 @@ double stored_energy(const Patch& p) noexcept {
   return 0.5 * joules_per_square<T>(sliders<T>(p)) * sum_of_squares<T>(p);
 }
 
-/// Returns the names of the kernel variants by axes, mean, energy, precision, and drop or ageing (timed).
-const std::array<std::string, 32>& slider_names() {
-  static const std::array<std::string, 32> names = [] {
-    std::array<std::string, 32> all;
-    for (unsigned i = 0; i < all.size(); ++i)
-      all[i] = std::string(i & 1 ? "2 axes" : "1 axis") + ", slide" + (i & 16 ? ", timed" : "") +
-               (i & 2 ? ", end + mean" : ", end") + (i & 4 ? ", energy" : "") +
-               (i & 8 ? ", double" : ", single");
-    return all;
-  }();
-  return names;
-}
-
 template <class T>
 void describe(const Patch& p, PatchInfo& info) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -62,10 +48,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
   info.active = p.zeta > 0.0 ? r.detail : 0.0;
   info.bytes_per_representative =
       static_cast<std::uint32_t>(sizeof(T) * (p.axes + 5u) + (r.since != nullptr ? sizeof(double) : 0));
-  info.kernel = slider_names()[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
-                               (has(p.outputs, Outputs::energy) ? 4u : 0u) |
-                               (sizeof(T) == sizeof(double) ? 8u : 0u) | (r.since != nullptr ? 16u : 0u)]
-                    .c_str();
+  info.kernel = kernel_name(p, BristleKind::slide, r.since != nullptr ? 1u : 0u, sizeof(T) == sizeof(double));
 }
 
 template <class T>
@@ -177,8 +160,6 @@ void fill_strata(Sliders<T>& r) noexcept {
   constexpr T least_limit = T(1e-15);
   for (std::uint32_t j = 0; j < r.rows(); ++j) r.per_limit[j] = T(1) / std::max(r.limit[j], least_limit);
 }
-
-void name_sliders() { slider_names(); }
 
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight) {
