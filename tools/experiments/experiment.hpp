@@ -66,6 +66,15 @@ struct ExperimentRun {
   }
 };
 
+/// Takes a step of one contact, or, unless `keeps`, only finds its response.
+template <class Batch, class Motion, class... Time>
+auto take(Batch& batch, const Motion& motion, bool keeps, Time... dt) {
+  decltype(batch.find_force(dt..., motion)) response;
+  if (!keeps) return batch.find_force(dt..., motion);
+  batch.step(dt..., {&motion, 1}, {&response, 1});
+  return response;
+}
+
 struct Experiment {
   std::string name;
   std::string title;

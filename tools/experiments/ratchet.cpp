@@ -44,9 +44,7 @@ Ground make_ground(const std::string& model, const Settings& s) {
   return [=](Pair d, bool keeps) mutable {
     m.displacement[0] = d.x;
     m.displacement[1] = d.y;
-    bristle::Response r;
-    keeps ? static_cast<void>(batch->step(dt, {&m, 1}, {&r, 1}))
-          : static_cast<void>(r = batch->find_force(dt, m));
+    const auto r = take(*batch, m, keeps, dt);
     return Pair{r.end[0], r.end[1]};
   };
 }

@@ -44,9 +44,7 @@ Ground make_ground(const std::string& model, const Settings& s, double load) {
     m.normal_load = load;
     return [=](double slip, double, bool keeps) mutable {
       m.displacement[0] = slip;
-      bristle::Response r;
-      keeps ? static_cast<void>(batch->step(dt, {&m, 1}, {&r, 1}))
-            : static_cast<void>(r = batch->find_force(dt, m));
+      const auto r = take(*batch, m, keeps, dt);
       return Pull{r.end[0], r.stiffness};
     };
   }
@@ -61,8 +59,7 @@ Ground make_ground(const std::string& model, const Settings& s, double load) {
   return [=](double slip, double rolled, bool keeps) mutable {
     m.displacement[0] = slip;
     m.rolled[0] = rolled;
-    bristle::BedResponse r;
-    keeps ? static_cast<void>(beds->step({&m, 1}, {&r, 1})) : static_cast<void>(r = beds->find_force(m));
+    const auto r = take(*beds, m, keeps);
     return Pull{r.force[0], r.tangent[0][0]};
   };
 }

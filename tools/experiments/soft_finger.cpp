@@ -38,8 +38,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
     return [=](double d, double pressed, bool keeps) mutable {
       m.displacement[0] = d;
       m.normal_load = pressed;
-      bristle::BedResponse r;
-      keeps ? static_cast<void>(beds->step({&m, 1}, {&r, 1})) : static_cast<void>(r = beds->find_force(m));
+      const auto r = take(*beds, m, keeps);
       return -r.force[0];
     };
   }
@@ -53,9 +52,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
     return [=](double d, double pressed, bool keeps) mutable {
       m.displacement[0] = d;
       m.normal_load = pressed;
-      bristle::Response r;
-      keeps ? static_cast<void>(batch->step(dt, {&m, 1}, {&r, 1}))
-            : static_cast<void>(r = batch->find_force(dt, m));
+      const auto r = take(*batch, m, keeps, dt);
       return -r.end[0];
     };
   }
@@ -71,9 +68,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
   return [=](double d, double pressed, bool keeps) mutable {
     m.displacement[0] = d;
     m.normal_load = pressed;
-    bristle::ExtendedResponse r;
-    keeps ? static_cast<void>(outline->pads.step(dt, {&m, 1}, {&r, 1}))
-          : static_cast<void>(r = outline->pads.find_force(dt, m));
+    const auto r = take(outline->pads, m, keeps, dt);
     return -r.end[0];
   };
 }

@@ -138,6 +138,8 @@ void find_moment(CohortState& s, const double* rows) noexcept;
 /// Returns the sum of mass x |z|^2 over the cohorts, z the deflection. Includes the variance of place that
 /// was lost when bristles joined one cohort (CohortState::spread).
 double cohort_squares(const Patch& p) noexcept;
+/// Adds to `sum` mass x |z|^2 over the cohorts, for a patch at the place `at`.
+double squares_at(const CohortState& s, const double* rows, const double (&at)[2], double sum) noexcept;
 /// Returns the elastic energy, J, of one unit of mass that is bent by one scaled length.
 double joules_per_unit(const Patch& p) noexcept;
 /// Returns the sum of deflections along one axis, rounded, in units of Patch::sum; `at`: place of the patch.

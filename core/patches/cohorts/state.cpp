@@ -176,6 +176,15 @@ double cohort_squares(const Patch& p) noexcept {
   return sum;
 }
 
+double squares_at(const CohortState& s, const double* rows, const double (&at)[2], double sum) noexcept {
+  for (std::uint32_t i = 0; i < s.count; ++i) {
+    const double zx = at[0] - entry(rows, i, cohort_x);
+    const double zy = at[1] - entry(rows, i, cohort_y);
+    sum += mass_of(rows, i) * (zx * zx + zy * zy);
+  }
+  return sum;
+}
+
 double joules_per_unit(const Patch& p) noexcept {
   const CompiledMaterial& m = p.material();
   return 0.5 * m.material.bristle_stiffness * p.overload * m.metres_per_length * m.metres_per_length /
