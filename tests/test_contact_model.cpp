@@ -1,7 +1,6 @@
 // The interface between a patch and its contact model: a second, very small model goes through the batch as
 // the brush does.
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include <catch2/catch.hpp>

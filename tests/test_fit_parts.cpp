@@ -24,8 +24,8 @@ using cli::PathPoint;
 
 namespace {
 
-cli::FitData prepared(const std::string& csv) {
-  return cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::automatic, {}, 0.0);
+cli::FitData prepared(const std::string& csv, double mass = 0.0) {
+  return cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv"), cli::ForceSign::automatic, {}, mass);
 }
 
 /// Writes a table of `rows` rows, 10 ms apart; `row` returns the text of a row after its time.

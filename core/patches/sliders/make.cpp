@@ -1,6 +1,5 @@
 // Makes and resets a patch of bristles that slide at their limit.
 #include <algorithm>
-#include <string>
 
 #include "core/common/hashing.hpp"
 #include "core/common/range_check.hpp"
