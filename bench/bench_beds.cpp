@@ -65,12 +65,6 @@ double time_of(const Step& step, int steps) {
   return elapsed.count() / steps;
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
 struct Figures {
   double size = 0.0, rival_size = 0.0;    ///< number of bristles or cells of the bed, and of its rival
   double error = 0.0, rival_error = 0.0;  ///< errors of force and torque of both, per cent of the limits

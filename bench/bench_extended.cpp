@@ -189,12 +189,6 @@ class Moved {
   SlideAndSpin motion_;
 };
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
 std::unique_ptr<BrushDisc> make_ours(const Ours& o) {
   return std::make_unique<BrushDisc>(o.rings, o.around, o.population, o.bristles, o.resolution);
 }

@@ -3,6 +3,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <bristle/bristle.hpp>
 #include <chrono>
 #include <cstdint>
@@ -17,21 +18,7 @@
 
 namespace bristle_bench {
 
-using bristle::BatchOptions;
-using bristle::Material;
-using bristle::Motion;
-using bristle::Outputs;
-using bristle::PatchBatch;
-using bristle::PatchId;
-using bristle::PatchOptions;
-using bristle::Precision;
-using bristle::Response;
-using bristle::SnapLength;
-using bristle::SnapRule;
-using bristle_test::dbar;
-using bristle_test::plain_material;
-using bristle_test::plain_options;
-using bristle_test::tick;
+using namespace bristle_test;
 
 /// Number of tangential axes in most benchmarks: 2, but 1 in the minimal library.
 constexpr int usual_axes = BRISTLE_MINIMAL ? 1 : 2;
@@ -66,6 +53,12 @@ inline const char* name_of(Outputs outputs) {
     default:
       return "all";
   }
+}
+
+inline double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
 }
 
 /// Returns the snap rules that this build of the library has.

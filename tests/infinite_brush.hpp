@@ -11,6 +11,17 @@
 namespace bristle_test {
 
 constexpr double load_n = 1000.0;
+inline const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
+
+/// Residual length (mean snap lengths) and shared renewal kappa of a material.
+struct Rubbing {
+  double residual, renewal;
+};
+inline Material with_rubbing(const SnapLength& law, const Rubbing& r) {
+  return plain_material(law, SnapRule::redraw)
+      .with_residual_length(r.residual * dbar)
+      .with_shared_renewal(r.renewal);
+}
 
 inline PatchOptions infinite_options(double resolution = 0.0, std::uint32_t cohorts = 0, int axes = 2) {
   return PatchOptions{}

@@ -21,10 +21,8 @@
 #include "tools/accuracy/accuracy.hpp"
 #include "tools/scene/scene.hpp"
 
-namespace test_accuracy {
+namespace bristle_test::test_accuracy {
 
-using bristle_test::step_one;
-using bristle_test::with_random_lengths;
 using nlohmann::json;
 
 namespace {
@@ -43,11 +41,10 @@ std::string ramp_scene(const std::string& rule, double velocity) {
 }
 
 std::vector<double> snap_lengths(bool random, std::uint32_t n, std::uint32_t seed) {
-  bristle::PatchBatch batch;
+  PatchBatch batch;
   const auto id =
-      batch.add(bristle::Material{},
-                with_random_lengths(bristle::PatchOptions{}.with_bristles(n).with_seed(seed), random));
-  step_one(batch, bristle::Motion{id, {0.0, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
+      batch.add(Material{}, with_random_lengths(PatchOptions{}.with_bristles(n).with_seed(seed), random));
+  step_one(batch, Motion{id, {0.0, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
   std::vector<double> delta(n);
   REQUIRE(batch.read_bristles(id, {}, {}, {delta.data(), n}) == n);
   return delta;
@@ -90,15 +87,15 @@ std::vector<double> late_errors(bool random, std::uint32_t n, double load_share,
     for (const double x : places) all.push_back(kept_deflection(x));
     return all;
   }();
-  const bristle::Material m = bristle::Material{}.with_snap_rule(bristle::SnapRule::keep);
-  bristle::PatchBatch batch;
-  const auto id = batch.add(
-      m, with_random_lengths(bristle::PatchOptions{}.with_bristles(n).with_axes(1).with_seed(seed), random));
+  const Material m = Material{}.with_snap_rule(SnapRule::keep);
+  PatchBatch batch;
+  const auto id =
+      batch.add(m, with_random_lengths(PatchOptions{}.with_bristles(n).with_axes(1).with_seed(seed), random));
   std::vector<double> errors;
   double at = 0.0;
   for (std::size_t k = 0; k < places.size(); ++k) {
-    const bristle::Response r =
-        step_one(batch, bristle::Motion{id, {places[k] - at, 0.0}, load_share, false, {0.0, 0.0}}, 1e-3);
+    const Response r =
+        step_one(batch, Motion{id, {places[k] - at, 0.0}, load_share, false, {0.0, 0.0}}, 1e-3);
     at = places[k];
     const double mean = -r.end[0] / (m.bristles_in_contact(load_share) * m.bristle_stiffness);
     errors.push_back((mean - expected[k]) / 10e-6);
@@ -141,16 +138,15 @@ Pairs compare_seeds(bool random, std::uint32_t n, double load_share, std::uint32
 
 // Returns the relative difference of the force at path x (in `dbar`) from the virgin curve, rms over seeds.
 double virgin_error(bool random, std::uint32_t n, int seeds) {
-  const bristle::Material m = bristle::Material{}.with_snap_rule(bristle::SnapRule::keep);
+  const Material m = Material{}.with_snap_rule(SnapRule::keep);
   const double dbar = m.snap_length.mean();
   double squares = 0.0;
   for (int seed = 1; seed <= seeds; ++seed) {
-    bristle::PatchBatch batch;
-    const auto options = bristle::PatchOptions{}.with_bristles(n).with_axes(1).with_seed(
-        static_cast<std::uint32_t>(977 * seed));
+    PatchBatch batch;
+    const auto options =
+        PatchOptions{}.with_bristles(n).with_axes(1).with_seed(static_cast<std::uint32_t>(977 * seed));
     const auto id = batch.add(m, with_random_lengths(options, random));
-    const bristle::Response r =
-        step_one(batch, bristle::Motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
+    const Response r = step_one(batch, Motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
     // First loading by the uniform law on 0.5 to 1.5, path x from 0.5 to 1: force x - x^2/2 + 1/8, less.
     const double expected = -m.bristles_in_contact(1.0) * m.bristle_stiffness * dbar * (0.8 - 0.32 + 0.125);
     squares += (r.end[0] / expected - 1.0) * (r.end[0] / expected - 1.0) / seeds;
@@ -420,7 +416,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
           "[accuracy]") {
   if (!BRISTLE_WITH_DOUBLE) return;
   const std::string rule = GENERATE("redraw", "keep", "slide");
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::string file = folder.write("ramp.toml", ramp_scene(rule, 2e-3));
   cli::AccuracyOptions options;
   options.quick = true;
@@ -490,7 +486,7 @@ TEST_CASE("A study of a ramp finds the orders, meets the closed form, and its sc
 
 TEST_CASE("A study of a material that the paper's loop cannot take leaves that loop out and says so",
           "[accuracy]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   std::string text = ramp_scene("redraw", 2e-3);
   // Adds a key to the scene with a value that is the default of coefficients() too.
   text.replace(text.find("rule = "), 0, "shared_renewal = 1\n");
@@ -508,7 +504,7 @@ TEST_CASE("A study of a material that the paper's loop cannot take leaves that l
 TEST_CASE("A tuned scene changes its population, and keys of the other one leave no trace", "[accuracy]") {
   cli::AccuracyResult result;
   result.reference_dt_s = 1e-3;
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::string head = "[scene]\nname = \"s\"\ndt = 1e-3\nduration = 0.05\n[[material]]\nname = \"m\"\n";
   const std::string tail = "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n";
   const std::string tip = "[[patch]]\nname = \"tip\"\nmaterial = \"m\"\nmax_normal_load = 1.0\n";
@@ -517,7 +513,7 @@ TEST_CASE("A tuned scene changes its population, and keys of the other one leave
     return cli::parse_scene(cli::tuned_scene(cli::read_scene(file), result, "-"), "tuned").patches[0].options;
   };
   result.recommendation.setting.resolution = 4.0;
-  bristle::PatchOptions o = tuned("bristles = 100\nstep_rule = \"literal\"\n");
+  PatchOptions o = tuned("bristles = 100\nstep_rule = \"literal\"\n");
   CHECK(o.population == bristle::Population::infinite);
   CHECK(o.resolution == 4.0);
   CHECK(!o.compared.literal);
@@ -537,7 +533,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
   result.reference_dt_s = 1.0 / 3000.0;
   result.recommendation.setting.bristles = 76;
   result.recommendation.setting.parts = 1;
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::string motion = folder.write("m\xC3\xBC.csv", "t,x,load\n0,0,1\n1,1e-3,1\n");
   const std::string scene =
       "scene = { name = \"s\", dt = " + fmt::format("{}", 2.0 / 3000.0) +
@@ -553,7 +549,7 @@ TEST_CASE("A tuned scene can be read however its tables are written, and names i
   CHECK(text.find("# mine") != std::string::npos);
   const cli::Scene after = cli::read_scene(folder.write("tuned.toml", cli::tuned_scene(before, result, "-")));
   CHECK(after.patches[0].options.bristles == 76);
-  CHECK(after.patches[0].options.precision == bristle::Precision::single);
+  CHECK(after.patches[0].options.precision == Precision::single);
   CHECK(after.dt == Approx(1.0 / 3000.0).epsilon(1e-11));  // scene files hold times to twelve digits
 }
 
@@ -572,4 +568,4 @@ TEST_CASE("A straight motion aside gives the same forces with one axis turned on
   for (const cli::PatchError& e : cli::compare(b, a, 1, false)) CHECK(e.rms < 2e-3);
 }
 
-}  // namespace test_accuracy
+}  // namespace bristle_test::test_accuracy

@@ -16,17 +16,11 @@
 
 #include <bristle/material.hpp>
 
-namespace test_ageing_law {
+namespace bristle_test::test_ageing_law {
 
 using bristle::Ageing;
 using bristle::AgeingForm;
 using bristle::Coefficients;
-using bristle::Material;
-using bristle::SnapLength;
-using bristle::SnapRule;
-using bristle_test::message_of;
-using bristle_test::names;
-using bristle_test::number;
 
 namespace {
 
@@ -34,12 +28,12 @@ constexpr double dbar = 8e-6, tau = 0.25;
 
 SnapLength law_of(const std::string& name) {
   if (name == "normal_0.25") return SnapLength::normal(dbar, 0.25 * dbar);
-  return bristle_test::reference_law(name, dbar);
+  return reference_law(name, dbar);
 }
 
 Material ageing_material(const SnapLength& law, const Ageing& ageing, SnapRule rule = SnapRule::redraw,
                          double kappa = 0.0, double residual_over_mean = 0.0) {
-  return bristle_test::reduced_material(law, rule, kappa, residual_over_mean).with_ageing(ageing);
+  return reduced_material(law, rule, kappa, residual_over_mean).with_ageing(ageing);
 }
 
 /// Returns the growth g of a snap length at an age (both forms of the law), apart from the library's code.
@@ -120,7 +114,7 @@ double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double
 }  // namespace
 
 TEST_CASE("Kinetic friction at a speed is that of the table of contacts that age", "[ageing]") {
-  for (const bristle_test::Row& row : bristle_test::read_table("ageing_steady.csv")) {
+  for (const Row& row : read_table("ageing_steady.csv")) {
     const SnapRule rule = row.at("variant") == "keep" ? SnapRule::keep : SnapRule::redraw;
     const Material m =
         ageing_material(law_of(row.at("dist")), Ageing::logarithmic(number(row, "beta"), tau), rule);
@@ -375,4 +369,4 @@ TEST_CASE("Coefficients of ageing out of reach name the range", "[ageing][bad_in
               {"growth_per_decade = 0.1", "fall_per_decade"}));
 }
 
-}  // namespace test_ageing_law
+}  // namespace bristle_test::test_ageing_law

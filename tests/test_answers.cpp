@@ -21,12 +21,9 @@
 #include "command_line.hpp"
 #include "temporary_folder.hpp"
 
-namespace test_answers {
+namespace bristle_test::test_answers {
 
-using bristle_test::Outcome;
-using bristle_test::read_file;
-using bristle_test::run_cli;
-using Folder = bristle_test::TemporaryFolder;
+using Folder = TemporaryFolder;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 using nlohmann::json;
@@ -453,4 +450,4 @@ TEST_CASE("Colour is for terminals, and NO_COLOR takes it away", "[answers]") {
   CHECK_THAT(run_cli(folder, "run " + scene("stroke") + " --steps 3 --bristles 10").out, !Contains("\x1B["));
 }
 
-}  // namespace test_answers
+}  // namespace bristle_test::test_answers

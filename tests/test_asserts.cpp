@@ -15,7 +15,7 @@
 #include "core/kernel_table.hpp"
 #include "core/runtime/stepping_side.hpp"
 
-namespace test_asserts {
+namespace bristle_test::test_asserts {
 
 using namespace bristle::detail;
 
@@ -106,4 +106,4 @@ TEST_CASE("Without asserts a condition is not evaluated", "[asserts]") {
 
 #endif
 
-}  // namespace test_asserts
+}  // namespace bristle_test::test_asserts

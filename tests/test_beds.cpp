@@ -16,13 +16,9 @@
 #include "kernels/bed_slide.hpp"
 #include "reference_table.hpp"
 
-namespace test_beds {
+namespace bristle_test::test_beds {
 
 using namespace bristle;
-using bristle_test::number;
-using bristle_test::read_table;
-using bristle_test::Row;
-using bristle_test::saved_state;
 
 namespace {
 
@@ -833,7 +829,7 @@ TEST_CASE("Beds refuse what contradicts itself or is out of range, and name it")
   const BedMaterial good = BedMaterial(0.5).with_presliding(1e-4);
   const BedShape disc = BedShape::disc(1e-3, BedPressure::hertz);
   const auto text = [&](const BedMaterial& material, const BedShape& shape, const BedOptions& options = {}) {
-    return bristle_test::message_of([&] { batch.add(material, shape, options); });
+    return message_of([&] { batch.add(material, shape, options); });
   };
   using Catch::Contains;
   CHECK_THAT(text(BedMaterial(0.5), disc), Contains("no elasticity"));
@@ -1300,4 +1296,4 @@ TEST_CASE("The C interface has the bits of C++, and refuses in words", "[c]") {
   bristle_beds_destroy(nullptr);
 }
 
-}  // namespace test_beds
+}  // namespace bristle_test::test_beds

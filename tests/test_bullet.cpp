@@ -7,7 +7,7 @@
 
 #include "tools/examples/bullet_scenes.hpp"
 
-namespace test_bullet {
+namespace bristle_test::test_bullet {
 
 using namespace bullet_example;
 
@@ -419,4 +419,4 @@ TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact 
   CHECK(world.bristles()->patches().size() == 0);
 }
 
-}  // namespace test_bullet
+}  // namespace bristle_test::test_bullet

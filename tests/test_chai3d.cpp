@@ -11,12 +11,11 @@
 #include "expect.hpp"
 #include "tools/examples/chai3d_finger_proxy.hpp"
 
-namespace test_chai3d {
+namespace bristle_test::test_chai3d {
 
 using namespace chai3d;
 using bristle::Coefficients;
 using bristle::Material;
-using bristle_test::expect;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -431,4 +430,4 @@ TEST_CASE("The mean of a tick has less ripple and comes half a tick later", "[ch
   CHECK(mean.ripple < 0.7 * end.ripple);
 }
 
-}  // namespace test_chai3d
+}  // namespace bristle_test::test_chai3d

@@ -28,18 +28,15 @@
 #include "tools/scene/scene_stepper.hpp"
 #include "tools/scene/waveform.hpp"
 
-namespace test_cli {
+namespace bristle_test::test_cli {
 
-using bristle_test::Outcome;
-using bristle_test::read_file;
-using bristle_test::run_cli;
 using Catch::Matchers::Contains;
 using Catch::Matchers::StartsWith;
 using nlohmann::json;
 
 namespace {
 
-using Folder = bristle_test::TemporaryFolder;
+using Folder = TemporaryFolder;
 
 json run_report(const Folder& folder, const std::string& arguments) {
   const Outcome outcome = run_cli(folder, arguments + " --json -");
@@ -1065,4 +1062,4 @@ TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") 
                 {"3 data rows; a fit needs at least 20"});
 }
 
-}  // namespace test_cli
+}  // namespace bristle_test::test_cli

@@ -21,7 +21,6 @@ using bristle::Ageing;
 
 namespace {
 
-const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
 constexpr double tau = 1.0;  ///< s
 
 // --------------------------------------------------------------------- a patch that ages, in reduced units

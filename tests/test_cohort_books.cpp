@@ -15,13 +15,9 @@
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
 
-namespace test_cohort_books {
+namespace bristle_test::test_cohort_books {
 
 using namespace bristle::detail;
-using bristle_test::Brush;
-using bristle_test::dbar;
-using bristle_test::infinite_options;
-using bristle_test::load_n;
 
 namespace {
 
@@ -34,19 +30,19 @@ const KernelTable& table_of(const std::string& isa) {
 
 /// A patch in a batch, with access to the columns of its cohorts.
 struct OpenBrush {
-  OpenBrush(const bristle::SnapLength& law, double resolution, std::uint32_t capacity) {
-    const auto material = compile_material(bristle_test::plain_material(law, bristle::SnapRule::redraw));
+  OpenBrush(const SnapLength& law, double resolution, std::uint32_t capacity) {
+    const auto material = compile_material(plain_material(law, SnapRule::redraw));
     const Patch made =
         make_cohorts(material, infinite_options(resolution, capacity), table_of(batch.isa()), 0.0);
     rows = static_cast<Cohorts*>(made.record);
     id = BatchAccess::add(batch, made);
   }
-  bristle::Response step(double dx, double dy, double load) {
-    return bristle_test::step_one(batch, bristle::Motion{id, {dx * dbar, dy * dbar}, load});
+  Response step(double dx, double dy, double load) {
+    return step_one(batch, Motion{id, {dx * dbar, dy * dbar}, load});
   }
 
-  bristle::PatchBatch batch;
-  bristle::PatchId id;
+  PatchBatch batch;
+  PatchId id;
   const Cohorts* rows;
 };
 
@@ -90,7 +86,7 @@ struct WildPath {
 
 /// Returns in how many steps the mass of the cohorts differed from that of the load by a unit or
 /// more.
-long count_mass_errors(const bristle::SnapLength& law, double resolution, std::uint32_t capacity, long steps,
+long count_mass_errors(const SnapLength& law, double resolution, std::uint32_t capacity, long steps,
                        unsigned seed, long& full) {
   OpenBrush brush(law, resolution, capacity);
   WildPath path;
@@ -113,8 +109,7 @@ long count_mass_errors(const bristle::SnapLength& law, double resolution, std::u
 TEST_CASE("The mass of an infinite brush is that of its load, to the last unit, after every step",
           "[cohorts][mass]") {
   const long steps = bristle_test::test_size(250000);
-  for (const bristle::SnapLength& law :
-       {bristle::SnapLength::lognormal(dbar, 0.3), bristle::SnapLength::exponential(dbar)})
+  for (const SnapLength& law : {SnapLength::lognormal(dbar, 0.3), SnapLength::exponential(dbar)})
     for (std::uint32_t capacity : {8u, 24u}) {
       long full = 0;
       INFO(to_string(law.law()) << ", " << capacity << " cohorts");
@@ -127,7 +122,7 @@ TEST_CASE("The mass of an infinite brush after very many steps", "[.long]") {
   const char* wanted = std::getenv("BRISTLE_STEPS");
   const long steps = wanted != nullptr ? std::atol(wanted) : 100000000;
   long full = 0;
-  CHECK(count_mass_errors(bristle::SnapLength::lognormal(dbar, 0.3), 4.0, 16, steps, 1, full) == 0);
+  CHECK(count_mass_errors(SnapLength::lognormal(dbar, 0.3), 4.0, 16, steps, 1, full) == 0);
   WARN(steps << " steps, full in " << full);
 }
 
@@ -136,7 +131,7 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
   for (const auto& isa : bristle::instruction_sets()) {
     if (!isa.usable) continue;
     const CohortKernels& kernels = *table_of(isa.name).cohorts;
-    OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 24);
+    OpenBrush brush(SnapLength::lognormal(dbar, 0.3), 8.0, 24);
     WildPath path;
     int merged = 0;
     for (int i = 0; i < 2000; ++i) {
@@ -186,13 +181,12 @@ TEST_CASE("Merging keeps mass, first moment, mean reach and mean rank, and retur
 TEST_CASE("Merging keeps the mean strength of bristles of different age", "[cohorts][mass][ageing]") {
   using bristle::Ageing;
   for (const Ageing& ageing : {Ageing::logarithmic(0.1, 1e-3), Ageing::saturating(0.5, 0.1)}) {
-    const bristle::Material material =
-        bristle_test::plain_material(bristle::SnapLength::lognormal(dbar, 0.3), bristle::SnapRule::redraw)
-            .with_ageing(ageing);
+    const Material material =
+        plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw).with_ageing(ageing);
     for (const auto& isa : bristle::instruction_sets()) {
       if (!isa.usable) continue;
       const CohortKernels& kernels = *table_of(isa.name).cohorts;
-      OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 24);
+      OpenBrush brush(SnapLength::lognormal(dbar, 0.3), 8.0, 24);
       WildPath path;
       int merged = 0;
       for (int i = 0; i < 300; ++i) {
@@ -227,7 +221,7 @@ TEST_CASE("Merging keeps the mean strength of bristles of different age", "[coho
 }
 
 TEST_CASE("The sum of deflections that an infinite brush carries is that of its cohorts", "[cohorts][mass]") {
-  OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 4.0, 16);
+  OpenBrush brush(SnapLength::lognormal(dbar, 0.3), 4.0, 16);
   WildPath path;
   double worst = 0.0;
   for (int i = 0; i < 20000; ++i) {
@@ -241,10 +235,10 @@ TEST_CASE("The sum of deflections that an infinite brush carries is that of its 
 }
 
 TEST_CASE("Bristles that came into contact last leave an infinite brush first", "[cohorts][mass][load]") {
-  OpenBrush brush(bristle::SnapLength::lognormal(dbar, 0.3), 8.0, 48);
+  OpenBrush brush(SnapLength::lognormal(dbar, 0.3), 8.0, 48);
   // Shares of the load: 0.6 is bent by 0.2 mean lengths, 0.3 by 0.1, and 0.1 is straight; force is their sum.
   // A share of 5e-8 of the law is shorter than 0.2.
-  const auto force = [](const bristle::Response& r) { return -r.elastic[0] / (load_n * dbar); };
+  const auto force = [](const Response& r) { return -r.elastic[0] / (load_n * dbar); };
   brush.step(0.0, 0.0, 0.6 * load_n);
   brush.step(0.1, 0.0, 0.6 * load_n);
   brush.step(0.0, 0.0, 0.9 * load_n);
@@ -263,7 +257,7 @@ TEST_CASE(
   for (const double fallen : {1.0, 0.6})
     for (const double way : {0.3, 0.9, 2.3, 40.0}) {
       INFO("slides of " << way << ", a fall to " << fallen);
-      Brush brush(bristle::SnapLength::lognormal(dbar, 0.3), infinite_options(4.0, 16));
+      Brush brush(SnapLength::lognormal(dbar, 0.3), infinite_options(4.0, 16));
       brush.load = 0.5 * load_n;
       for (int k = 0; k < 7; ++k) brush.step(k % 3 == 2 ? -way : way, 0.1 * k * way);
       brush.load *= fallen;
@@ -286,13 +280,13 @@ TEST_CASE(
 TEST_CASE("A restored state does not hold by the bound of the state before", "[cohorts][state]") {
   // Brings both patches to one position, one bent by 0.45 mean lengths, the other set down there, so that 0.3
   // more makes no bristle of the uniform law snap in the latter.
-  const bristle::SnapLength law = bristle::SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
+  const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
   Brush brush(law), other(law);
   for (Brush* b : {&brush, &other}) {
     b->step(0.0);
     b->step(0.45);
   }
-  const std::vector<std::byte> state = bristle_test::saved_state(brush.patch.batch);
+  const std::vector<std::byte> state = saved_state(brush.patch.batch);
   brush.load = 0.0;
   brush.step(0.0);
   brush.load = load_n;
@@ -307,4 +301,4 @@ TEST_CASE("A restored state does not hold by the bound of the state before", "[c
   CHECK(brush.x() == other.x());
 }
 
-}  // namespace test_cohort_books
+}  // namespace bristle_test::test_cohort_books

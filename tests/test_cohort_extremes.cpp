@@ -14,8 +14,6 @@ namespace bristle_test::test_cohort_extremes {
 
 namespace {
 
-const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
-
 OnePatch make_brush(const SnapLength& law, const PatchOptions& options = infinite_options()) {
   return OnePatch(plain_material(law, SnapRule::redraw), options);
 }

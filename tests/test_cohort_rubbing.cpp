@@ -18,19 +18,7 @@ namespace bristle_test::test_cohort_rubbing {
 
 namespace {
 
-const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
-
-/// Residual (mean snap lengths) and shared renewal kappa of a material.
-struct Rubbing {
-  double residual, renewal;
-};
 const Rubbing settings[] = {{0.0, 1.0}, {0.4, 0.0}, {0.4, 1.0}, {0.25, 2.0}, {0.0, 8.0}};
-
-Material rubbed(const SnapLength& law, const Rubbing& r) {
-  return plain_material(law, SnapRule::redraw)
-      .with_residual_length(r.residual * dbar)
-      .with_shared_renewal(r.renewal);
-}
 
 /// Steady sliding in closed form: f = l_r + int r T dr / int T dr, T = S(r) exp(-kappa nu r); (1 + kappa) nu
 /// int S exp(-kappa nu r) dr = 1.
@@ -94,7 +82,7 @@ std::vector<TableCase> table_cases(const char* file) {
 }
 
 Brush make_brush(const TableCase& c, double resolution) {
-  return Brush(rubbed(c.law.law, c.rubbing), infinite_options(resolution, 512));
+  return Brush(with_rubbing(c.law.law, c.rubbing), infinite_options(resolution, 512));
 }
 void slide_far(Brush& brush, double ex = 1.0, double ey = 0.0) {
   for (int k = 0; k < 60; ++k) brush.step(0.83 * ex, 0.83 * ey);
@@ -189,7 +177,7 @@ TEST_CASE("After a reversal nothing snaps before the patch has come back by twic
     INFO("renewal " << renewal);
     const Rubbing rubbing{20.0, renewal};
     const Steady sliding = steady(law, rubbing);
-    Brush brush(rubbed(law, rubbing), infinite_options());
+    Brush brush(with_rubbing(law, rubbing), infinite_options());
     for (int i = 0; i < 20; ++i) brush.step(10.0);
     CHECK(brush.x() == Approx(sliding.deflection).epsilon(2e-3));
     const double slid = brush.x();
@@ -248,7 +236,7 @@ TEST_CASE("A rubbed infinite brush slides with the force of the closed form", "[
       double error[2];
       int k = 0;
       for (double resolution : {8.0, 32.0}) {
-        Brush brush(rubbed(law, r), infinite_options(resolution, 512));
+        Brush brush(with_rubbing(law, r), infinite_options(resolution, 512));
         double mean = 0.0, snaps = 0.0;
         const int steps = 400;
         for (int i = 0; i < steps; ++i) brush.step(0.024, 0.007);
@@ -274,7 +262,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
   const std::size_t bristles = test_size(60000);
   for (const Rubbing& r : {Rubbing{0.0, 1.0}, Rubbing{0.4, 0.0}, Rubbing{0.4, 1.5}}) {
     RubbedBristles truth(bristles, lognormal_quantile(1.0, 0.3), r.residual, r.renewal, 3);
-    Brush brush(rubbed(lognormal, r), infinite_options(16.0, 256));
+    Brush brush(with_rubbing(lognormal, r), infinite_options(16.0, 256));
     std::mt19937 generator(9);
     std::uniform_real_distribution<double> flat(-1.0, 1.0);
     double squares = 0.0;
@@ -309,7 +297,7 @@ TEST_CASE("Long moves in any direction follow every piece of their path, with eq
       for (const double resolution : {8.0, 16.0})
         for (const bristle::IsaInfo& isa : bristle::instruction_sets())
           if (isa.usable)
-            brushes.emplace_back(rubbed(law, r), infinite_options(resolution, 64),
+            brushes.emplace_back(with_rubbing(law, r), infinite_options(resolution, 64),
                                  BatchOptions{}.with_isa(isa.name));
       SmallPieces truth(quantiles, r.residual, r.renewal);
       std::mt19937 random(5);
@@ -346,7 +334,7 @@ TEST_CASE("Long moves in any direction follow every piece of their path, with eq
 TEST_CASE("A rubbed contact does not harden; the paper's does", "[cohorts][rubbing][physics]") {
   for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.0, 1.0}, Rubbing{0.4, 1.0}}) {
     for (double share : {0.2, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0}) {
-      Brush brush(rubbed(lognormal, r), infinite_options(0.0, 0, 1));
+      Brush brush(with_rubbing(lognormal, r), infinite_options(0.0, 0, 1));
       const double stroke = share * (1.0 + r.residual);
       double first = 0.0, highest = 0.0, tenth = 0.0, last = 0.0;
       for (int k = 1; k <= 1000; ++k) {
@@ -373,7 +361,7 @@ TEST_CASE("A rubbed contact does not harden; the paper's does", "[cohorts][rubbi
 }
 
 TEST_CASE("Where nothing snaps nothing is renewed, and no force drifts", "[cohorts][rubbing][creep]") {
-  Brush brush(rubbed(lognormal, {0.4, 2.0}));
+  Brush brush(with_rubbing(lognormal, {0.4, 2.0}));
   for (int i = 0; i < 100; ++i) brush.step(0.05, 0.01);
   brush.step(-0.3, -0.06);
   const double force = brush.response.elastic[0];
@@ -390,7 +378,7 @@ TEST_CASE("A motion in short and in long steps ends with one force, rubbed or no
     for (const Rubbing& r : settings) {
       std::vector<double> forces;
       for (int steps : {1, 10, 100, 1000}) {
-        Brush brush(rubbed(law, r), infinite_options(16.0, 512));
+        Brush brush(with_rubbing(law, r), infinite_options(16.0, 512));
         for (int i = 0; i < steps; ++i) brush.step(3.1 / steps);
         for (int i = 0; i < steps; ++i) brush.step(0.0, 2.3 / steps);
         for (int i = 0; i < steps; ++i) brush.step(-0.6 / steps, -0.4 / steps);
@@ -410,8 +398,8 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
     for (const Rubbing& r : settings) {
       if (r.renewal == 0.0) continue;
       INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);
-      Brush all(rubbed(law, r), infinite_options());
-      OnePatch end(rubbed(law, r), PatchOptions(infinite_options()).with_outputs(Outputs::end));
+      Brush all(with_rubbing(law, r), infinite_options());
+      OnePatch end(with_rubbing(law, r), PatchOptions(infinite_options()).with_outputs(Outputs::end));
       const double expected = steady(law, r).deflection;
       // Under the uniform law, with corners, cohorts stay at their mean places, with a second-order error.
       const double allowed = law.law() == bristle::SnapLaw::uniform ? 5e-3 : 3e-4;
@@ -449,7 +437,7 @@ TEST_CASE("A rubbed infinite brush forgets a turn after the path that is solved,
     }
     return largest;
   };
-  const Material usual = rubbed(SnapLength::lognormal(dbar, 0.3113), {1.0 / 9.0, 1.0});
+  const Material usual = with_rubbing(SnapLength::lognormal(dbar, 0.3113), {1.0 / 9.0, 1.0});
   const double kinetic_of_usual = steady(SnapLength::lognormal(dbar, 0.3113), {1.0 / 9.0, 1.0}).deflection;
   for (const auto& [length, turn] : {std::pair{3.9, M_PI / 2}, {4.5, M_PI / 2}, {5.2, M_PI}, {5.2, 2.5}}) {
     INFO(length << " lengths, turned by " << turn);
@@ -464,7 +452,7 @@ TEST_CASE("Energy of a rubbed infinite brush balances at the lowest resolutions"
       for (double beta : {0.0, 0.1}) {
         INFO("resolution " << resolution << ", residual " << r.residual << ", renewal " << r.renewal
                            << ", beta " << beta);
-        Brush brush(rubbed(lognormal, r).with_ageing(bristle::Ageing::logarithmic(beta, 1e-3)),
+        Brush brush(with_rubbing(lognormal, r).with_ageing(bristle::Ageing::logarithmic(beta, 1e-3)),
                     infinite_options(resolution));
         std::mt19937 generator(4);
         std::uniform_real_distribution<double> flat(-1.0, 1.0);
@@ -485,7 +473,7 @@ TEST_CASE("Residual and renewal of a sliding infinite brush change live", "[coho
   };
   for (const Rubbing& r : {Rubbing{0.4, 0.0}, Rubbing{0.4, 1.0}, Rubbing{0.0, 1.0}, Rubbing{0.0, 0.0}}) {
     const double stored = brush.patch.energy();
-    brush.patch.batch.set_material(brush.patch.id, rubbed(lognormal, r));
+    brush.patch.batch.set_material(brush.patch.id, with_rubbing(lognormal, r));
     const Response rest = brush.patch.step(0.0, 0.0, load_n);
     CHECK(rest.dissipated == Approx(stored - brush.patch.energy()).epsilon(1e-9).margin(1e-15));
     CHECK(rest.dissipated >= 0.0);

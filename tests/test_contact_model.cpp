@@ -1,7 +1,6 @@
 // The interface between a patch and its contact model: a second, very small model goes through the batch as
 // the brush does.
 #include <cmath>
-#include <cstring>
 #include <vector>
 
 #include <catch2/catch.hpp>
@@ -19,17 +18,12 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 
-namespace test_contact_model {
+namespace bristle_test::test_contact_model {
 
 namespace {
 
 using namespace bristle::detail;
 using bristle::Span;
-using bristle_test::dbar;
-using bristle_test::plain_material;
-using bristle_test::saved_state;
-using bristle_test::step_one;
-using bristle_test::tick;
 
 /// Contact model of one elastic bristle along x that slides when bent beyond the mean snap length: Coulomb
 /// friction with an elastic beginning.
@@ -97,14 +91,8 @@ const ContactModel coulomb_model = [] {
   m.apply_load = &apply_coulomb_load;
   m.advance = &advance_coulomb;
   m.reset = &reset_coulomb;
-  m.set_detail = [](Patch&, std::uint32_t) noexcept { return bristle::Status::ok; };
-  m.copy = [](const Patch& from, Patch& to, std::byte* memory) noexcept {
-    std::memcpy(memory, from.record, from.record->bytes);
-    auto& record = *reinterpret_cast<Coulomb*>(memory);
-    place_columns(record, column_memory(&record));
-    to = from;
-    to.record = &record;
-  };
+  m.set_detail = [](Patch&, std::uint32_t) noexcept { return Status::ok; };
+  m.copy = &bristle::detail::copy_record<Coulomb>;
   m.stored_energy = [](const Patch&) noexcept { return 0.0; };
   m.hash = [](const Patch& p) noexcept {
     Hasher hasher;
@@ -128,13 +116,12 @@ const ContactModel coulomb_model = [] {
   return m;
 }();
 
-bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
-  const auto material = compile_material(plain_material(bristle_test::uniform, bristle::SnapRule::keep));
+PatchId add_coulomb(PatchBatch& batch, double load) {
+  const auto material = compile_material(plain_material(uniform, SnapRule::keep));
   Coulomb made;
-  auto* record = make_record<Coulomb>(material, column_bytes(made));
-  record->options = bristle::PatchOptions{}.with_axes(1).with_max_normal_load(load);
-  place_columns(*record, column_memory(record));
-  record->bent[0] = 0.0;
+  made.material = material.get();
+  made.options = PatchOptions{}.with_axes(1).with_max_normal_load(load);
+  Coulomb* record = make_record(material, made);
   Patch p = make_shared_part(*record, coulomb_model);
   note(p);
   note_contact(p);
@@ -143,20 +130,19 @@ bristle::PatchId add_coulomb(bristle::PatchBatch& batch, double load) {
 
 /// Returns the elastic force after a move. Under plain_material it is the load (N) times the deflection (m),
 /// for the load is the number of bristles.
-double force_after(bristle::PatchBatch& batch, bristle::PatchId id, double dx, double load) {
-  const bristle::Response out = step_one(batch, bristle::Motion{id, {dx, 0.0}, load});
-  REQUIRE(out.status == bristle::Status::ok);
+double force_after(PatchBatch& batch, PatchId id, double dx, double load) {
+  const Response out = step_one(batch, Motion{id, {dx, 0.0}, load});
+  REQUIRE(out.status == Status::ok);
   return out.end[0];
 }
 
 }  // namespace
 
 TEST_CASE("A second contact model is stepped, tried, saved and restored by the batch", "[contact model]") {
-  bristle::PatchBatch batch;
-  const bristle::PatchId id = add_coulomb(batch, 3.0);
+  PatchBatch batch;
+  const PatchId id = add_coulomb(batch, 3.0);
   // Patch of bristles in the same batch, whose steps the second model must not disturb.
-  const bristle::PatchId brush = batch.add(plain_material(bristle_test::uniform, bristle::SnapRule::keep),
-                                           bristle_test::plain_options(40, 1));
+  const PatchId brush = batch.add(plain_material(uniform, SnapRule::keep), plain_options(40, 1));
   CHECK(batch.patch_count() == 2);
   CHECK(std::string(batch.info(id).kernel) == "coulomb");
   CHECK(force_after(batch, id, 0.0, 3.0) == 0.0);
@@ -165,7 +151,7 @@ TEST_CASE("A second contact model is stepped, tried, saved and restored by the b
   CHECK(force_after(batch, brush, 0.2 * dbar, 40.0) == Approx(-40.0 * 0.2 * dbar).epsilon(1e-5));
 
   // Checks that a trial step, under the present load or another, changes nothing.
-  bristle::Motion trial;
+  Motion trial;
   trial.id = id;
   trial.displacement[0] = 5.0 * dbar;
   for (const double load : {3.0, 2.0}) {
@@ -189,10 +175,9 @@ TEST_CASE("A second contact model is stepped, tried, saved and restored by the b
 }
 
 TEST_CASE("A state of one contact model is refused by a patch of another", "[contact model]") {
-  bristle::PatchBatch coulombs, brushes;
+  PatchBatch coulombs, brushes;
   add_coulomb(coulombs, 3.0);
-  brushes.add(plain_material(bristle_test::uniform, bristle::SnapRule::keep),
-              bristle_test::plain_options(3, 1));
+  brushes.add(plain_material(uniform, SnapRule::keep), plain_options(3, 1));
   const std::vector<std::byte> saved = saved_state(coulombs);
   CHECK_THROWS_WITH(brushes.restore_state(saved), Catch::Contains("another material or other options"));
 }
@@ -231,28 +216,26 @@ TEST_CASE("Taking changes ends with those handed over before, however fast more 
 
 TEST_CASE("A trial under another load is what a step then gives, whatever happened since the last trial",
           "[contact model]") {
-  using bristle::PatchBatch;
   PatchBatch batch, twin;
-  const auto material = plain_material(bristle_test::uniform, bristle::SnapRule::redraw);
-  const auto stiffer =
-      plain_material(bristle_test::uniform, bristle::SnapRule::redraw).with_bristle_stiffness(2.0);
-  const auto options = bristle_test::plain_options(700, 2);
-  const bristle::PatchId id = batch.add(material, options);
+  const auto material = plain_material(uniform, SnapRule::redraw);
+  const auto stiffer = plain_material(uniform, SnapRule::redraw).with_bristle_stiffness(2.0);
+  const auto options = plain_options(700, 2);
+  const PatchId id = batch.add(material, options);
   REQUIRE(twin.add(material, options) == id);
   std::vector<std::byte> saved;
-  bristle::Motion trial{id, {0.3 * dbar, 0.0}, 511.3};
+  Motion trial{id, {0.3 * dbar, 0.0}, 511.3};
 
   const auto step_both = [&](double dx, double load) {
-    const bristle::Motion in{id, {dx, 0.0}, load};
+    const Motion in{id, {dx, 0.0}, load};
     step_one(batch, in);
     step_one(twin, in);
   };
   // Compares with a twin that makes no trials: from an equal state it takes as a step every motion that the
   // other batch tried.
   const auto answers_agree = [&] {
-    const bristle::Response tried = batch.find_force(tick, trial);
+    const Response tried = batch.find_force(tick, trial);
     const std::vector<std::byte> before = saved_state(twin);
-    const bristle::Response stepped = step_one(twin, trial);
+    const Response stepped = step_one(twin, trial);
     twin.restore_state(before);
     return tried.end[0] == stepped.end[0] && tried.mean[0] == stepped.mean[0] &&
            tried.contact_loss == stepped.contact_loss && tried.end[0] != 0.0;
@@ -294,17 +277,16 @@ TEST_CASE("Every slot lies in one place of one chunk", "[contact model]") {
 }
 
 TEST_CASE("A state that no patch can be in is found, whichever model it is of", "[model]") {
-  const bristle::SnapLength law = bristle::SnapLength::lognormal(dbar, 0.3);
-  const auto noticed = [&](bristle::SnapRule rule, bristle::Population population, auto corrupt) {
-    const auto options =
-        bristle::PatchOptions{}.with_population(population).with_axes(2).with_max_normal_load(10.0);
+  const SnapLength law = SnapLength::lognormal(dbar, 0.3);
+  const auto noticed = [&](SnapRule rule, bristle::Population population, auto corrupt) {
+    const auto options = PatchOptions{}.with_population(population).with_axes(2).with_max_normal_load(10.0);
     int count = 0;
     const KernelEntry* kernels = kernel_entries(&count);
     while (!kernels->usable()) ++kernels;
     Patch p = make_patch(compile_material(plain_material(law, rule)), options, *kernels->table);
     std::vector<std::byte> room(saved_size_of(p));
-    bristle::Motion motion;
-    bristle::Response response;
+    Motion motion;
+    Response response;
     for (int k = 0; k < 40; ++k) {
       motion.displacement[k % 2] = 0.3 * dbar;
       motion.normal_load = 7.3 + 0.1 * (k % 7);
@@ -317,7 +299,6 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
     return std::string(fault == nullptr ? "nothing" : fault);
   };
   using bristle::Population;
-  using bristle::SnapRule;
   const auto of_bristles = [&](auto corrupt) {
     return noticed(SnapRule::redraw, Population::representatives, corrupt);
   };
@@ -343,4 +324,4 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
   CHECK(of_sliders([](Patch& p) { sliders<float>(p).stiff_zeta = 0.5 * p.zeta; }) == "stiffness");
 }
 
-}  // namespace test_contact_model
+}  // namespace bristle_test::test_contact_model

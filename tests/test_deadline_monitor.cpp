@@ -21,7 +21,7 @@
 
 #include "expect.hpp"
 
-namespace test_deadline_monitor {
+namespace bristle_test::test_deadline_monitor {
 
 using bristle::DeadlineMonitor;
 using bristle::ThreadEvents;
@@ -253,7 +253,7 @@ TEST_CASE("Page faults and preemptions since the last reading are told of late t
   CHECK(monitor.late_events().minor_faults < 1000);
   CHECK(monitor.worst().events.minor_faults == monitor.late_events().minor_faults);
 
-  const bristle_test::SharedCore shared;
+  const SharedCore shared;
   monitor.refresh_events();
   const std::uint64_t known = monitor.late_events().involuntary_switches;
   const double start = DeadlineMonitor::wall_now();
@@ -381,4 +381,4 @@ TEST_CASE("The library's version is that of the headers", "[version]") {
   CHECK(bristle::library_version() == expected);
 }
 
-}  // namespace test_deadline_monitor
+}  // namespace bristle_test::test_deadline_monitor

@@ -10,7 +10,7 @@
 
 #include "core/materials/kernel_law.hpp"
 
-namespace test_drawn_lengths {
+namespace bristle_test::test_drawn_lengths {
 
 using namespace bristle;
 
@@ -106,4 +106,4 @@ TEST_CASE("Bristles met in a jump have lengths in proportion to how long they ar
   }
 }
 
-}  // namespace test_drawn_lengths
+}  // namespace bristle_test::test_drawn_lengths

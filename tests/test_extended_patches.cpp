@@ -896,8 +896,8 @@ ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
 
 /// Moves an outline so little that it sticks. With plain_material its stiffness in N/m is its load in
 /// newtons.
-ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load, double dx = 0.01 * dbar) {
-  return step_one(pads, motion_of(id, dx, 0.0, load));
+ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load) {
+  return step_one(pads, motion_of(id, 0.01 * dbar, 0.0, load));
 }
 
 /// Returns bytes allocated and not freed, or 0 if the C library does not tell.

@@ -15,10 +15,9 @@
 #include "tools/files/user_error.hpp"
 #include "tools/fitting/data.hpp"
 
-namespace test_fit_joint {
+namespace bristle_test::test_fit_joint {
 
 using namespace bristle;
-using bristle_test::made_up_log;
 using cli::JointEstimate;
 using cli::JointFit;
 using cli::JointLog;
@@ -44,7 +43,7 @@ TEST_CASE("A fit of a joint recovers its numbers by direction", "[fit][joints]")
     CHECK(e.low < expected);
     CHECK(e.high > expected);
   };
-  check("inertia", bristle_test::made_up_inertia, 0.002);
+  check("inertia", made_up_inertia, 0.002);
   check("viscous", 0.08, 0.02);
   check("base", 0.3, 0.02);
   check("motor driving", 0.08, 0.04);
@@ -115,9 +114,9 @@ TEST_CASE("A joint's models are judged on what follows --fit-until", "[fit][join
   for (std::size_t k = 0; k < log.t.size(); ++k)
     csv +=
         fmt::format("{},{},{},{},{}\n", log.t[k], log.angle[k], log.speed[k], log.motor[k], log.outside[k]);
-  const bristle_test::TemporaryFolder folder;
-  const bristle_test::Outcome outcome = bristle_test::run_cli(
-      folder, "fit '" + folder.write("log.csv", csv) + "' --joint --rivals --fit-until 0.6 --json -");
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run_cli(folder, "fit '" + folder.write("log.csv", csv) + "' --joint --rivals --fit-until 0.6 --json -");
   REQUIRE(outcome.code == 0);
   const auto report = nlohmann::json::parse(outcome.out);
   CHECK(report.at("fit_until_s") == 0.6);
@@ -147,20 +146,19 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(named.t == log.t);
   CHECK(named.angle == log.angle);
   CHECK(named.motor[2] == Approx(0.5));
-  CHECK(bristle_test::names(named.understood, {"t = 'time' in ms", "angle = 'q' in deg", "motor = 'u'"}));
+  CHECK(names(named.understood, {"t = 'time' in ms", "angle = 'q' in deg", "motor = 'u'"}));
   const auto refusal = [&](const std::string& text, std::optional<double> constant = {},
                            const cli::FitReading& how = {}) {
-    return bristle_test::message_of<cli::UserError>(
-        [&] { cli::parse_joint_log(text, "log", how, constant, {}); });
+    return message_of<cli::UserError>([&] { cli::parse_joint_log(text, "log", how, constant, {}); });
   };
   CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // 60 ms of a log are too short
-  CHECK(bristle_test::names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
-  CHECK(bristle_test::names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
-  CHECK(bristle_test::names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));
-  CHECK(bristle_test::names(refusal("t,motor,x\n" + rows), {"angle"}));
-  CHECK(bristle_test::names(refusal("t,angle,motor\n1,2,3\n2,3,4\n"), {"at least 50"}));
+  CHECK(names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
+  CHECK(names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
+  CHECK(names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));
+  CHECK(names(refusal("t,motor,x\n" + rows), {"angle"}));
+  CHECK(names(refusal("t,angle,motor\n1,2,3\n2,3,4\n"), {"at least 50"}));
   reading.columns = {{"force", "q"}};
-  CHECK(bristle_test::names(refusal("t,q,motor\n" + rows, {}, reading), {"'force'", "angle, speed, motor"}));
+  CHECK(names(refusal("t,q,motor\n" + rows, {}, reading), {"'force'", "angle, speed, motor"}));
 }
 
-}  // namespace test_fit_joint
+}  // namespace bristle_test::test_fit_joint

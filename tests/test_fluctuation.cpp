@@ -16,20 +16,9 @@ namespace bristle_test::test_fluctuation {
 
 namespace {
 
-const SnapLength lognormal = SnapLength::lognormal(dbar, 0.3);
-
-/// Residual length, in mean snap lengths, and shared renewal of a material.
-struct Rubbing {
-  double residual, renewal;
-};
 const Rubbing paper{0.0, 0.0};
 const Rubbing rubbed{0.1, 1.0};  // default values of Coefficients
 
-Material material_of(const SnapLength& law, const Rubbing& r) {
-  return plain_material(law, SnapRule::redraw)
-      .with_residual_length(r.residual * dbar)
-      .with_shared_renewal(r.renewal);
-}
 PatchOptions options_of(std::uint32_t n, std::uint32_t seed = 1) {
   return infinite_options().with_outputs(Outputs::end).with_fluctuation(n).with_seed(seed);
 }
@@ -144,7 +133,7 @@ TEST_CASE("The paper's brush fluctuates as n bristles do, by the closed form", "
     // Error of the variance with 8 pieces per mean length (COHORTS.md), allowed beside the sampling error.
     const double of_pieces = law.law() == bristle::SnapLaw::uniform ? 2e-3 : 1e-4;
     for (std::uint32_t n : {100u, 10000u, 1000000u}) {
-      const auto answers = follow_patch(straight, material_of(law, paper), options_of(n));
+      const auto answers = follow_patch(straight, with_rubbing(law, paper), options_of(n));
       compare(noise_of(answers, &Deflection::along, straight.step), wanted, n, of_pieces, "straight");
     }
   }
@@ -158,7 +147,7 @@ TEST_CASE("A brush that is rubbed fluctuates as n bristles do that renew each ot
   expect_near(wanted.variance, 0.151, 0.006, "brute force");
   wanted.mean = 0.1 + 0.457730;
   for (std::uint32_t n : {100u, 10000u, 1000000u}) {
-    const auto answers = follow_patch(straight, material_of(lognormal, rubbed), options_of(n));
+    const auto answers = follow_patch(straight, with_rubbing(lognormal, rubbed), options_of(n));
     compare(noise_of(answers, &Deflection::along, straight.step), wanted, n, n == 100 ? 3e-3 : 5e-4,
             "straight");
   }
@@ -170,7 +159,7 @@ TEST_CASE("On a path that turns the force fluctuates along and across it as that
     INFO("renewal " << r.renewal);
     const auto bristles = follow_bristles(circle, lognormal, r, 100, 13);
     for (std::uint32_t n : {100u, 10000u}) {
-      const auto answers = follow_patch(circle, material_of(lognormal, r), options_of(n));
+      const auto answers = follow_patch(circle, with_rubbing(lognormal, r), options_of(n));
       for (double Deflection::*axis : {&Deflection::along, &Deflection::across}) {
         Noise wanted = noise_of(bristles, axis, circle.step);
         wanted.variance *= 100.0;
@@ -191,7 +180,7 @@ TEST_CASE("The relative fluctuation goes as the root of the load", "[fluctuation
     const double wanted = r.renewal == 0.0 ? variance_of_one(lognormal) : 0.151;
     for (double share : {0.5, 0.1}) {
       const auto answers =
-          follow_patch(straight, material_of(lognormal, r), options_of(1000), share * load_n);
+          follow_patch(straight, with_rubbing(lognormal, r), options_of(1000), share * load_n);
       const Noise noise = noise_of(answers, &Deflection::along, straight.step);
       expect_near(noise.variance * 1000.0 * share, wanted, of_variance * wanted, "n times the variance");
     }
@@ -202,7 +191,7 @@ TEST_CASE("Those that are left when the load falls are n bristles less at once",
   // Lets the load fall to a quarter: each of 1000 bristles stays with this probability.
   const double share = 0.25;
   for (const int falls : {1, 8}) {  // a fall at once, or several falls at rest
-    OnePatch patch(material_of(lognormal, paper), options_of(1000));
+    OnePatch patch(with_rubbing(lognormal, paper), options_of(1000));
     std::vector<double> answers;
     for (int k = 0; k < 3000; ++k) {
       for (int i = 0; i < 9; ++i) patch.step(0.4 * dbar, 0.0, load_n);
@@ -217,7 +206,7 @@ TEST_CASE("Those that are left when the load falls are n bristles less at once",
 }
 
 TEST_CASE("Bristles that came last leave a brush that fluctuates as they came", "[fluctuation]") {
-  OnePatch patch(material_of(lognormal, paper), options_of(1000));
+  OnePatch patch(with_rubbing(lognormal, paper), options_of(1000));
   const Response before = patch.step(0.2 * dbar, 0.0, 0.5 * load_n);
   patch.step(0.0, 0.0, load_n);
   const Response after = patch.step(0.0, 0.0, 0.5 * load_n);
@@ -227,7 +216,7 @@ TEST_CASE("Bristles that came last leave a brush that fluctuates as they came", 
 TEST_CASE("After a long step of an aged brush that fluctuates each bristle is bent to its length",
           "[fluctuation][ageing]") {
   // In steady sliding the longest deflection of a bristle so far (its reach) is its present one.
-  OnePatch patch(material_of(lognormal, paper).with_ageing(bristle::Ageing::logarithmic(0.3, 1e-3)),
+  OnePatch patch(with_rubbing(lognormal, paper).with_ageing(bristle::Ageing::logarithmic(0.3, 1e-3)),
                  options_of(20));
   for (int k = 0; k < 20; ++k) {
     patch.step(300.0 * dbar, 0.0, load_n);
@@ -240,7 +229,7 @@ TEST_CASE("After a long step of an aged brush that fluctuates each bristle is be
 TEST_CASE("Steps in which the brush forgets all end as n bristles would", "[fluctuation]") {
   for (double step : {9.0, 2000.0}) {
     const Path path{step, 0.0, 10000};
-    const auto answers = follow_patch(path, material_of(lognormal, paper), options_of(500));
+    const auto answers = follow_patch(path, with_rubbing(lognormal, paper), options_of(500));
     const Noise noise = noise_of(answers, &Deflection::along, step);
     const double wanted = variance_of_one(lognormal);
     expect_near(500.0 * noise.variance, wanted, of_variance * wanted, "n times the variance");
@@ -251,8 +240,8 @@ TEST_CASE("Steps in which the brush forgets all end as n bristles would", "[fluc
 
 TEST_CASE("Nothing fluctuates while nothing snaps: at rest, and in a tremor that sticks", "[fluctuation]") {
   for (const Rubbing& r : {paper, rubbed}) {
-    Brush noisy(material_of(lognormal, r), infinite_options().with_fluctuation(100));
-    Brush other(material_of(lognormal, r), infinite_options().with_fluctuation(100).with_seed(2));
+    Brush noisy(with_rubbing(lognormal, r), infinite_options().with_fluctuation(100));
+    Brush other(with_rubbing(lognormal, r), infinite_options().with_fluctuation(100).with_seed(2));
     for (int k = 0; k < 200; ++k) {
       noisy.step(0.05, 0.01);
       other.step(0.05, 0.01);
@@ -307,7 +296,7 @@ TEST_CASE("Energy of a brush that fluctuates balances where a load ends among br
           "[fluctuation]") {
   for (const SnapLength& law : {uniform, SnapLength::exponential(dbar)}) {
     INFO(to_string(law.law()));
-    Brush brush(material_of(law, {0.4, 0.0}), infinite_options(8.0).with_fluctuation(100));
+    Brush brush(with_rubbing(law, {0.4, 0.0}), infinite_options(8.0).with_fluctuation(100));
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> flat(-1.0, 1.0);
     for (int k = 0; k < 20000; ++k) {
@@ -329,7 +318,7 @@ TEST_CASE("Energy of a brush that fluctuates balances where a load ends among br
 
 TEST_CASE("Seeds and keys give independent noise, the same seed the same", "[fluctuation]") {
   const Path path{0.3, 0.0, 10000};
-  const Material material = material_of(lognormal, rubbed);
+  const Material material = with_rubbing(lognormal, rubbed);
   const auto first = follow_patch(path, material, options_of(1000, 1));
   const auto again = follow_patch(path, material, options_of(1000, 1));
   bool same = true;
@@ -350,8 +339,8 @@ TEST_CASE("Seeds and keys give independent noise, the same seed the same", "[flu
 
 TEST_CASE("A restored brush draws as the one that was saved, whatever seed it was made with",
           "[fluctuation]") {
-  OnePatch saved(material_of(lognormal, paper), options_of(100)),
-      restored(material_of(lognormal, paper), options_of(100));
+  OnePatch saved(with_rubbing(lognormal, paper), options_of(100)),
+      restored(with_rubbing(lognormal, paper), options_of(100));
   saved.batch.reset(saved.id, 7, 5);
   std::vector<std::byte> state(saved.batch.state_size());
   for (int k = 0; k < 40; ++k) {
@@ -372,8 +361,8 @@ TEST_CASE("A brush that fluctuates is reset to a new one, and takes no state of 
     return response.elastic[0];
   };
   for (const Rubbing& r : {paper, rubbed}) {
-    OnePatch patch(material_of(lognormal, r), options_of(300, 5)),
-        other(material_of(lognormal, r), options_of(301, 5));
+    OnePatch patch(with_rubbing(lognormal, r), options_of(300, 5)),
+        other(with_rubbing(lognormal, r), options_of(301, 5));
     const double once = slide(patch);
     const std::vector<std::byte> state = saved_state(patch.batch);
     patch.batch.reset(patch.id);
@@ -385,7 +374,7 @@ TEST_CASE("A brush that fluctuates is reset to a new one, and takes no state of 
 TEST_CASE("Representatives refuse a fluctuation: they have their own", "[fluctuation]") {
   PatchBatch batch;
   const std::string message = message_of([&] {
-    batch.add(material_of(lognormal, paper), PatchOptions{}.with_fluctuation(100).with_bristles(100));
+    batch.add(with_rubbing(lognormal, paper), PatchOptions{}.with_fluctuation(100).with_bristles(100));
   });
   CHECK(message.find("fluctuation = 100") != std::string::npos);
   CHECK(message.find("Population::infinite") != std::string::npos);

@@ -19,9 +19,8 @@
 #include "test_paths.hpp"
 #include "tools/files/one_line.hpp"
 
-namespace test_hostile_files {
+namespace bristle_test::test_hostile_files {
 
-using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -211,9 +210,8 @@ TEST_CASE("A FIFO that nobody has opened is waited for, and the command says so"
     REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
     const std::string script = folder.write(
         name + ".sh", "(for i in $(seq 200); do [ -s '" + said + "' ] && break; sleep 0.05; done\n" + beside +
-                          ") &\ntimeout " + (beside.empty() ? "-s INT 4" : "20") +
-                          " '" BRISTLE_CLI "' run " + arguments + " >/dev/null 2>'" + said +
-                          "'; code=$?; wait; exit $code\n");
+                          ") &\ntimeout " + (beside.empty() ? "-s INT 4" : "20") + " '" BRISTLE_CLI "' run " +
+                          arguments + " >/dev/null 2>'" + said + "'; code=$?; wait; exit $code\n");
     return std::async(std::launch::async, [=] {
       const int status = std::system(("timeout 30 sh '" + script + "'").c_str());
       std::ifstream in(said);
@@ -271,4 +269,4 @@ TEST_CASE("A scene does not show what stands in a file that is no motion", "[hos
   CHECK(outcome.err.find("root") == std::string::npos);
 }
 
-}  // namespace test_hostile_files
+}  // namespace bristle_test::test_hostile_files

@@ -19,13 +19,9 @@
 #include "core/materials/strata.hpp"
 #include "expect.hpp"
 
-namespace test_joints {
+namespace bristle_test::test_joints {
 
 using namespace bristle;
-using bristle_test::expect;
-using bristle_test::expect_near;
-using bristle_test::message_of;
-using bristle_test::names;
 
 namespace {
 
@@ -642,7 +638,7 @@ TEST_CASE("Joints save and restore their state, and refuse what is not theirs", 
       }
       a.step({angle, {}, {}, {}}, {torque});
     }
-    std::vector<std::byte> state = bristle_test::saved_state(a);
+    std::vector<std::byte> state = saved_state(a);
     CHECK(a.save_state({state.data(), state.size() - 1}) == 0);
     b.restore_state(state);
     CHECK(b.state_hash() == a.state_hash());
@@ -780,4 +776,4 @@ TEST_CASE("The C interface has the bits of joints in C++, and refuses in words",
   CHECK(std::string(bristle_last_error()).find("stiffness") != std::string::npos);
 }
 
-}  // namespace test_joints
+}  // namespace bristle_test::test_joints

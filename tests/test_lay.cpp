@@ -74,7 +74,7 @@ struct Winding {
   }
 };
 
-Motion moved(PatchId id, double x, double y, double normal_load = load) { return {id, {x, y}, normal_load}; }
+Motion moved(PatchId id, double x, double y) { return {id, {x, y}, load}; }
 
 /// Returns a motion with its displacement turned by `angle` rad.
 Motion turned(Motion motion, double angle) {

@@ -18,25 +18,13 @@
 
 #include <bristle/material.hpp>
 
-namespace test_material {
+namespace bristle_test::test_material {
 
 using bristle::Ageing;
 using bristle::Coefficients;
 using bristle::DamperDecay;
-using bristle::Material;
 using bristle::SnapLaw;
-using bristle::SnapLength;
-using bristle::SnapRule;
 using bristle::virgin_deflection;
-using bristle_test::expect_near;
-using bristle_test::number;
-using bristle_test::read_table;
-using bristle_test::reduced_material;
-using bristle_test::reference_law;
-using bristle_test::Row;
-
-using bristle_test::message_of;
-using bristle_test::names;
 
 namespace {
 
@@ -97,7 +85,7 @@ struct Lognormal {  // lognormal law of mean 1, apart from the library
 
 /// Returns the mean deflection after a path x for SnapRule::keep, E[x mod delta], over a stratified
 /// population of n snap lengths.
-double remainder_by_population(const bristle_test::Quantile& quantile, double x, int n) {
+double remainder_by_population(const Quantile& quantile, double x, int n) {
   double sum = 0.0;
   for (int i = 0; i < n; ++i) sum += std::fmod(x, quantile((i + 0.5) / n));
   return sum / n;
@@ -105,7 +93,7 @@ double remainder_by_population(const bristle_test::Quantile& quantile, double x,
 
 /// Returns, for SnapRule::redraw, the mean deflection after a path x of `n` bristles that draw their lengths
 /// with the standard generator.
-double deflection_by_draws(const bristle_test::Quantile& quantile, double x, int n) {
+double deflection_by_draws(const Quantile& quantile, double x, int n) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   double sum = 0.0;
@@ -331,8 +319,7 @@ TEST_CASE("Redraw: tables with atoms follow drawn populations", "[virgin]") {
     const SnapLength law = SnapLength::table(values);
     for (double x : {0.3, 0.777, 1.234, 1.9, 3.456}) {
       INFO("first value " << values[0] << ", x = " << x);
-      const double expected =
-          deflection_by_draws(bristle_test::table_quantile(values), x * law.mean(), n) / law.mean();
+      const double expected = deflection_by_draws(table_quantile(values), x * law.mean(), n) / law.mean();
       // Tolerance: 5 standard errors, if each bristle deviates by half a longest length.
       CHECK(virgin_deflection(law, SnapRule::redraw, x) == Approx(expected).margin(5.0 * 0.5 / std::sqrt(n)));
     }
@@ -666,4 +653,4 @@ TEST_CASE("Bad bristle parameters are refused by name, value and range", "[mater
               {"x_over_mean = nan"}));
 }
 
-}  // namespace test_material
+}  // namespace bristle_test::test_material

@@ -8,7 +8,7 @@
 #include "tools/files/motion_file.hpp"
 #include "tools/files/user_error.hpp"
 
-namespace test_motion_file {
+namespace bristle_test::test_motion_file {
 
 using cli::MotionFile;
 using cli::parse_motion_file;
@@ -17,7 +17,7 @@ namespace {
 
 /// Returns the message with which the parser refuses `text`; empty if it accepts it.
 std::string refusal(const std::string& text) {
-  return bristle_test::message_of<cli::UserError>([&] { parse_motion_file(text, "hand.csv"); });
+  return message_of<cli::UserError>([&] { parse_motion_file(text, "hand.csv"); });
 }
 
 }  // namespace
@@ -180,4 +180,4 @@ TEST_CASE("A zero byte does not hide the rest of a line", "[motion file]") {
         "hand.csv:3: a zero byte: not a text file");
 }
 
-}  // namespace test_motion_file
+}  // namespace bristle_test::test_motion_file

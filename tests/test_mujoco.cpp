@@ -10,7 +10,7 @@
 #include "tools/examples/mujoco_friction.hpp"
 #include "tools/examples/mujoco_scenes.hpp"
 
-namespace test_mujoco {
+namespace bristle_test::test_mujoco {
 
 using namespace mujoco_example;
 
@@ -607,4 +607,4 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
 }
 #endif
 
-}  // namespace test_mujoco
+}  // namespace bristle_test::test_mujoco

@@ -9,7 +9,7 @@
 #include "tools/examples/mujoco_joints.hpp"
 #include "tools/examples/mujoco_scenes.hpp"
 
-namespace test_mujoco_joints {
+namespace bristle_test::test_mujoco_joints {
 
 namespace {
 
@@ -135,4 +135,4 @@ TEST_CASE("Joints that MuJoCo's model lacks are refused", "[mujoco][joints]") {
   CHECK_THROWS_AS(mujoco_example::BristleJoints(*world.model, {-1}, {&m, 1}), bristle::Error);
 }
 
-}  // namespace test_mujoco_joints
+}  // namespace bristle_test::test_mujoco_joints

@@ -17,12 +17,8 @@
 #include "tools/files/output_file.hpp"
 #include "tools/files/user_error.hpp"
 
-namespace test_output_files {
+namespace bristle_test::test_output_files {
 
-using bristle_test::Outcome;
-using bristle_test::read_file;
-using bristle_test::run_cli;
-using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -292,4 +288,4 @@ TEST_CASE("Options that contradict themselves or say nothing are refused", "[cli
   }
 }
 
-}  // namespace test_output_files
+}  // namespace bristle_test::test_output_files

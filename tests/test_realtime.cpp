@@ -28,11 +28,9 @@
 #include "tools/run/realtime.hpp"
 #include "tools/run/run.hpp"
 
-namespace test_realtime {
+namespace bristle_test::test_realtime {
 
 using bristle::DeadlineMonitor;
-using bristle_test::read_file;
-using bristle_test::TemporaryFolder;
 using nlohmann::json;
 
 namespace {
@@ -171,7 +169,7 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
 }
 
 TEST_CASE("A thread that shares its core is told how long it was queued", "[realtime]") {
-  const bristle_test::SharedCore shared;
+  const SharedCore shared;
   const cli::QueueClock queue;
   const double start = DeadlineMonitor::wall_now(), queued = queue.now(), cpu = DeadlineMonitor::cpu_now();
   while (DeadlineMonitor::wall_now() - start < 0.1) {
@@ -376,4 +374,4 @@ TEST_CASE("Options of a paced run that make no sense are refused in one line", "
   CHECK(run_shell(command + " --rate 100000 --steps 3 > '" + folder.at("out") + "'") == 0);
 }
 
-}  // namespace test_realtime
+}  // namespace bristle_test::test_realtime

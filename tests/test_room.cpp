@@ -32,7 +32,7 @@
 #include "tools/virtual_room/slow_pull.hpp"
 #include "tools/virtual_room/udp_device.hpp"
 
-namespace test_room {
+namespace bristle_test::test_room {
 
 namespace {
 
@@ -906,7 +906,7 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
 }
 
 TEST_CASE("Slow motion steps a share of the ticks, and a recording is never written over", "[room][hand]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
   options.record_to = folder.at("recording");
@@ -1102,7 +1102,7 @@ TEST_CASE("A recording is played again to the same bits, changes of the settings
 }
 
 TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are whole", "[room]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::string base = folder.at("recording");
   const auto run_to = [](HapticLoop& loop, const char* line) {
     for (int k = 0; k < 3000; ++k)
@@ -1157,7 +1157,7 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
 }
 
 TEST_CASE("Forces written from the start go on through a reset", "[room]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
   options.forces_csv = folder.at("forces.csv");
@@ -1171,7 +1171,7 @@ TEST_CASE("Forces written from the start go on through a reset", "[room]") {
 }
 
 TEST_CASE("Replays can be begun anew by replay or reset, and give back what was before", "[room]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
   options.record_to = folder.at("recording");
@@ -1223,7 +1223,7 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
 }
 
 TEST_CASE("A recording of a script begins its changes anew", "[room]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
   options.record_to = folder.at("recording");
@@ -1266,7 +1266,7 @@ TEST_CASE("Pause holds world and plots, a single step moves both by one tick, re
 
 TEST_CASE("A script that is wrong says where", "[room]") {
   const auto message = [](const std::string& text) -> std::string {
-    return bristle_test::message_of<cli::UserError>([&] { parse_script(text, "push.toml", RoomMeasures{}); });
+    return message_of<cli::UserError>([&] { parse_script(text, "push.toml", RoomMeasures{}); });
   };
   CHECK_THAT(message("[settings]\nkinetic = 7.0\n"),
              Catch::Contains("push.toml:2") && Catch::Contains("kinetic"));
@@ -1330,7 +1330,7 @@ class FeltHand final : public Device {
 }  // namespace
 
 TEST_CASE("A device feels nothing in a pause, under another device and at the end", "[room]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
   // Strong friction, so the block holds and the hand's spring pushes steadily.
@@ -1398,7 +1398,7 @@ TEST_CASE("A recording that cannot be begun leaves the block its friction", "[ro
 }
 
 TEST_CASE("A disk that fills up ends the recording, says so, and is not forgotten", "[room]") {
-  const bristle_test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   LoopOptions options;
   options.settings = few_bristles();
   SECTION("at the end of a recording") {
@@ -1712,4 +1712,4 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   loop.stop();
 }
 
-}  // namespace test_room
+}  // namespace bristle_test::test_room

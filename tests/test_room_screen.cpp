@@ -28,7 +28,7 @@
 #include "tools/virtual_room/snap_sound.hpp"
 #include "tools/virtual_room/trails.hpp"
 
-namespace test_room_screen {
+namespace bristle_test::test_room_screen {
 
 using Eigen::Vector3f;
 using room::Area;
@@ -784,4 +784,4 @@ TEST_CASE("Absurd states of the room are drawn without harm", "[room]") {
   CHECK(offscreen->draw(empty, 0.0f).rgb.size() == 3u * 320 * 240);
 }
 
-}  // namespace test_room_screen
+}  // namespace bristle_test::test_room_screen

@@ -19,27 +19,16 @@
 #include <bristle/material.hpp>
 #include <bristle/patch_batch.hpp>
 
-namespace test_rubbing_law {
+namespace bristle_test::test_rubbing_law {
 
 using bristle::Coefficients;
-using bristle::Material;
 using bristle::SnapLaw;
-using bristle::SnapLength;
-using bristle::SnapRule;
 using bristle::virgin_deflection;
-using bristle_test::expect_near;
-using bristle_test::message_of;
-using bristle_test::names;
-using bristle_test::number;
-using bristle_test::Quantile;
-using bristle_test::read_table;
-using bristle_test::reduced_material;
-using bristle_test::Row;
 
 namespace {
 
 Material material_of(const Row& row, double mean) {
-  return reduced_material(bristle_test::reference_law(row.at("dist"), mean),
+  return reduced_material(reference_law(row.at("dist"), mean),
                           row.at("variant") == "fixed" ? SnapRule::keep : SnapRule::redraw,
                           number(row, "kappa"), number(row, "residual_over_dbar"));
 }
@@ -191,10 +180,10 @@ TEST_CASE("A renewal that is an avalanche is refused, whatever the population", 
   const Material avalanche = reduced_material(SnapLength::table(lengths), SnapRule::redraw, 4.0, 0.0);
   const Material calm = Material(avalanche).with_shared_renewal(0.3);
   for (const auto population : {bristle::Population::representatives, bristle::Population::infinite}) {
-    const auto options = bristle::PatchOptions{}.with_population(population);
-    bristle::PatchBatch batch;
+    const auto options = PatchOptions{}.with_population(population);
+    PatchBatch batch;
     CHECK_THROWS_WITH(batch.add(avalanche, options), Catch::Contains("shared_renewal = 4"));
-    const bristle::PatchId taken = batch.add(calm, options);
+    const PatchId taken = batch.add(calm, options);
     CHECK_THROWS_WITH(batch.set_material(taken, avalanche), Catch::Contains("shared_renewal = 4"));
   }
 }
@@ -393,4 +382,4 @@ TEST_CASE("Keep with shared renewal takes no law with bristles near no length", 
   CHECK(ask(SnapLength::lognormal(1.0, 1.25), SnapRule::keep, 0.5) == "(no error)");
 }
 
-}  // namespace test_rubbing_law
+}  // namespace bristle_test::test_rubbing_law

@@ -14,11 +14,8 @@
 #include "tools/files/user_error.hpp"
 #include "tools/run/run.hpp"
 
-namespace test_run_state {
+namespace bristle_test::test_run_state {
 
-using bristle_test::message_of;
-using bristle_test::read_file;
-using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -183,4 +180,4 @@ TEST_CASE("A place where no state can be saved is refused before the run", "[cli
   CHECK_THAT(refused("-"), Contains("name a file"));
 }
 
-}  // namespace test_run_state
+}  // namespace bristle_test::test_run_state

@@ -14,9 +14,8 @@
 #include "tools/scene/scene_memory.hpp"
 #include "tools/scene/scene_stepper.hpp"
 
-namespace test_scene_memory {
+namespace bristle_test::test_scene_memory {
 
-using bristle_test::TemporaryFolder;
 using Catch::Matchers::Contains;
 
 namespace {
@@ -139,4 +138,4 @@ TEST_CASE("A scene that takes long to read or to step shows how far it is", "[cl
   CHECK_THAT(said.text, Contains("run:   0 % "));
 }
 
-}  // namespace test_scene_memory
+}  // namespace bristle_test::test_scene_memory

@@ -9,18 +9,16 @@
 #include "bristle/bristle.hpp"
 #include "scenes.hpp"
 
-namespace test_skipping {
+namespace bristle_test::test_skipping {
 
 namespace {
 
 using namespace bristle;
-using bristle_test::is_scalar;
-using bristle_test::plain_options;
 
 /// Two batches whose results must never differ: one skips blocks, one visits every bristle in every step.
 struct Twins {
   PatchBatch lazy{BatchOptions{}};
-  PatchBatch eager{bristle_test::stepped_eagerly()};
+  PatchBatch eager{stepped_eagerly()};
   PatchId id;
   std::uint64_t visited_lazy = 0;
   std::uint64_t visited_eager = 0;
@@ -199,4 +197,4 @@ TEST_CASE("A stuck patch is not looked at, and many bristles that enter at once 
   CHECK(batch.force(id).status == Status::unknown_id);
 }
 
-}  // namespace test_skipping
+}  // namespace bristle_test::test_skipping

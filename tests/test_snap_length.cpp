@@ -8,16 +8,15 @@
 #include <vector>
 
 #include "../core/materials/elementary.hpp"
-#include "expect.hpp"
 #include "brute_force.hpp"
+#include "expect.hpp"
 
 #include <bristle/snap_length.hpp>
 
-namespace test_snap_length {
+namespace bristle_test::test_snap_length {
 
 using bristle::SnapLaw;
 using bristle::SnapLength;
-using bristle_test::expect_near;
 
 namespace {
 
@@ -56,7 +55,7 @@ std::vector<double> spread_over_octaves(double low, double high, int n) {
 struct Named {
   std::string name;
   SnapLength law;
-  bristle_test::Quantile quantile;  // quantile function in closed form, apart from the library
+  Quantile quantile;  // quantile function in closed form, apart from the library
 };
 
 std::vector<Named> all_laws() {
@@ -84,7 +83,7 @@ std::vector<Named> all_laws() {
 /// Returns the integral of g(Q(u)) over u from 0 to `end`, with a quantile function Q apart from the library.
 /// Midpoint rule in t, with u = share(t) flat at both ends, where Q may grow without bound.
 template <class Function>
-double integrate_quantile(const bristle_test::Quantile& quantile, const Function& g, double end = 1.0) {
+double integrate_quantile(const Quantile& quantile, const Function& g, double end = 1.0) {
   constexpr int n = 200000;
   double sum = 0.0;
   for (int i = 0; i < n; ++i) {
@@ -335,7 +334,7 @@ TEST_CASE("Laws compare by what defines them", "[snap_length]") {
 
 TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap_length][bad_input]") {
   const auto refuses = [](const std::function<void()>& call, const std::vector<std::string>& parts) {
-    return bristle_test::names(bristle_test::message_of(call), parts);
+    return names(message_of(call), parts);
   };
   for (double bad : {0.0, -1.0, 1e-310, 0.99e-12, 1.001e3, 1e300, inf, -inf, nan_value}) {
     INFO(bad);
@@ -377,4 +376,4 @@ TEST_CASE("Bad parameters of a law are refused by name, value and range", "[snap
   CHECK(SnapLength::single(1e3).mean() == 1e3);
 }
 
-}  // namespace test_snap_length
+}  // namespace bristle_test::test_snap_length

@@ -34,15 +34,11 @@
 #include "tools/sweep/sweep.hpp"
 #include "tools/sweep/table_file.hpp"
 
-namespace test_sweep {
+namespace bristle_test::test_sweep {
 
-using bristle_test::message_of;
-using bristle_test::Outcome;
-using bristle_test::read_file;
-using bristle_test::run_cli;
 using Catch::Matchers::Contains;
 using cli::UserError;
-using Folder = bristle_test::TemporaryFolder;
+using Folder = TemporaryFolder;
 
 namespace {
 
@@ -763,4 +759,4 @@ TEST_CASE("A sweep's table is CSV, and another ending is refused before the stud
   CHECK_THAT(outcome.err, Contains("tables are CSV"));
 }
 
-}  // namespace test_sweep
+}  // namespace bristle_test::test_sweep

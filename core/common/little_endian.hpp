@@ -10,13 +10,14 @@
 
 namespace bristle::detail {
 
-/// Writes numbers to memory and counts their bytes; without memory (null) it only counts.
+/// Writes numbers to memory and counts their bytes; without memory (null) it only counts. Numbers may come
+/// with a rule (fields.hpp), which says nothing about their bytes.
 class ByteWriter {
  public:
   explicit ByteWriter(std::byte* to) noexcept : to_(to) {}
   std::size_t bytes() const noexcept { return bytes_; }
-  template <class T>
-  void operator()(const T& value) noexcept {
+  template <class T, class... Rule>
+  void operator()(const T& value, const Rule&...) noexcept {
     std::byte* const at = take(sizeof(T));
     if (at == nullptr) return;
     std::array<std::byte, sizeof(T)> bytes;
@@ -51,8 +52,8 @@ class ByteReader {
  public:
   explicit ByteReader(const std::byte* from) noexcept : at_(from) {}
   void skip(std::size_t bytes) noexcept { at_ += bytes; }
-  template <class T>
-  void operator()(T& value) noexcept {
+  template <class T, class... Rule>
+  void operator()(T& value, const Rule&...) noexcept {
     std::array<std::byte, sizeof(T)> bytes;
     std::memcpy(bytes.data(), at_, sizeof(T));
     if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());

@@ -4,9 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <memory>
+#include <new>
 #include <type_traits>
+#include <utility>
 
 #include "core/common/assert.hpp"
+#include "core/patches/fields.hpp"
 #include "core/patches/record_memory.hpp"
 
 namespace bristle::detail {
@@ -43,13 +48,10 @@ void block_fields(Io& io, AnyBlock& block) noexcept {
 }
 constexpr std::size_t saved_block_size = 4 * 8;
 
-/// Whether a saved number is in its range; NaN never is.
-inline bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
-
 template <class Record>
-std::size_t column_bytes(Record& record) noexcept {
+std::size_t column_bytes(const Record& record) noexcept {
   std::size_t bytes = 0;
-  Record::columns(record, [&bytes](auto*& column, const ColumnRule& rule) {
+  Record::columns(record, [&bytes](const auto* column, const ColumnRule& rule) {
     bytes += aligned(rule.count * sizeof *column);
   });
   return bytes;
@@ -64,6 +66,31 @@ void place_columns(Record& record, std::byte* memory) noexcept {
     column = rule.count > 0 ? reinterpret_cast<std::remove_reference_t<decltype(column)>>(memory) : nullptr;
     memory += aligned(rule.count * sizeof *column);
   });
+}
+
+/// Allocates a record like `made` and, behind it, its columns, filled with zeros. Throws std::bad_alloc.
+template <class Record>
+Record* make_record(std::shared_ptr<const CompiledMaterial> material, const Record& made) {
+  static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) <= column_alignment);
+  const std::size_t columns = column_bytes(made);
+  const std::size_t bytes = aligned(sizeof(Record)) + columns;
+  void* memory = ::operator new (sizeof(RecordHead) + bytes, std::align_val_t{column_alignment});
+  auto* head = new (memory) RecordHead{std::move(material)};
+  auto* record = new (head + 1) Record(made);
+  record->bytes = bytes;
+  std::memset(column_memory(record), 0, columns);
+  place_columns(*record, column_memory(record));
+  return record;
+}
+
+/// Copies a patch with its record into memory of at least PatchRecord::bytes.
+template <class Record>
+void copy_record(const Patch& from, Patch& to, std::byte* memory) noexcept {
+  std::memcpy(memory, static_cast<const Record*>(from.record), from.record->bytes);
+  auto& copy = *reinterpret_cast<Record*>(memory);
+  place_columns(copy, column_memory(&copy));
+  to = from;
+  to.record = &copy;
 }
 
 }  // namespace bristle::detail

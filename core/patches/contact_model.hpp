@@ -85,6 +85,13 @@ constexpr std::uint32_t blocks_per_range = blocks_per_group;
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 
+/// Kind of bristles, by what they do at their snap length; infinite: infinitely many that redraw it.
+enum class BristleKind : unsigned { keep, redraw, slide, infinite };
+/// Returns the name of the kernel of a patch. `features`: bits of what it has beyond its kind, in the order
+/// of the table in make_patch.cpp. name_kernels() makes all names, after which this allocates nothing.
+const char* kernel_name(const Patch& p, BristleKind kind, unsigned features, bool in_double) noexcept;
+void name_kernels();
+
 /// Adds the sums over one range of blocks to the sums over all ranges.
 void add_totals(Totals& sum, const Totals& part) noexcept;
 

@@ -1,4 +1,7 @@
-// Chooses the contact model of a patch.
+// Chooses the contact model of a patch, and names its kernel.
+#include <array>
+#include <string>
+
 #include "bristle/patch_batch.hpp"
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
@@ -7,6 +10,44 @@
 #include "core/patches/sliders/sliders.hpp"
 
 namespace bristle::detail {
+namespace {
+
+struct KindNames {
+  const char* kind;
+  const char* features[4];
+};
+constexpr KindNames kind_names[4] = {{", keep", {", literal", ", residual", ", renewal", ", ageing"}},
+                                     {", redraw", {", literal", ", residual", ", renewal", ", ageing"}},
+                                     {", slide", {", timed"}},
+                                     {", infinite", {", fluctuating"}}};
+
+const std::array<std::string, 1024>& kernel_names() {
+  static const std::array<std::string, 1024> names = [] {
+    std::array<std::string, 1024> all;
+    for (unsigned i = 0; i < all.size(); ++i) {
+      const KindNames& words = kind_names[i >> 4 & 3];
+      all[i] = std::string(i & 1 ? "2 axes" : "1 axis") + words.kind;
+      for (unsigned f = 0; f < 4; ++f)
+        if ((i >> (6 + f) & 1) != 0 && words.features[f] != nullptr) all[i] += words.features[f];
+      all[i] += i & 2 ? ", end + mean" : ", end";
+      if (i & 4) all[i] += ", energy";
+      all[i] += i & 8 ? ", double" : ", single";
+    }
+    return all;
+  }();
+  return names;
+}
+
+}  // namespace
+
+void name_kernels() { kernel_names(); }
+
+const char* kernel_name(const Patch& p, BristleKind kind, unsigned features, bool in_double) noexcept {
+  const unsigned index = (p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
+                         (has(p.outputs, Outputs::energy) ? 4u : 0u) | (in_double ? 8u : 0u) |
+                         static_cast<unsigned>(kind) << 4 | features << 6;
+  return kernel_names()[index].c_str();
+}
 
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {

@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <memory>
 #include <new>
-#include <type_traits>
-#include <utility>
 
 #include "core/patches/patch.hpp"
 
@@ -21,19 +19,6 @@ constexpr std::size_t aligned(std::size_t bytes) noexcept {
 struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
 };
-
-/// Allocates a record and, behind it, `column_bytes` of unfilled memory for columns. Throws std::bad_alloc.
-template <class Record>
-Record* make_record(std::shared_ptr<const CompiledMaterial> material, std::size_t column_bytes) {
-  static_assert(std::is_trivially_copyable_v<Record> && alignof(Record) <= column_alignment);
-  const std::size_t bytes = aligned(sizeof(Record)) + column_bytes;
-  void* memory = ::operator new (sizeof(RecordHead) + bytes, std::align_val_t{column_alignment});
-  auto* head = new (memory) RecordHead{std::move(material)};
-  auto* record = new (head + 1) Record();
-  record->material = head->material.get();
-  record->bytes = bytes;
-  return record;
-}
 
 /// Returns the address just behind a record, where the memory of its columns begins.
 template <class Record>

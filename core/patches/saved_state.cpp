@@ -7,6 +7,7 @@
 #include "bristle/error.hpp"
 #include "core/common/little_endian.hpp"
 #include "core/patches/contact_model.hpp"
+#include "core/patches/fields.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -25,69 +26,35 @@ void head_fields(Io& io, Head& head) noexcept {
   io(head.key);
   io(head.seed);
 }
-template <class Io, class Contact>
-void contact_fields(Io& io, Contact& c) noexcept {
-  io(c.normal_load);
-  io(c.zeta);
-  io(c.overload);
-  io(c.position[0]);
-  io(c.position[1]);
-  io(c.pending_dissipated);
-  io(c.pending_loss);
-  io(c.pending_snaps);
+/// Lists what every patch saves. `remainder`: PatchRecord::remainder.
+template <class Contact, class Remainder, class Visit>
+void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
+  visit(c.normal_load, FieldRule{"normal_load", 0.0, highest_load});
+  visit(c.zeta);
+  visit(c.overload);
+  for (auto& position : c.position) visit(position);
+  visit(c.pending_dissipated, FieldRule{"pending_dissipated", 0.0, 1e302});
+  visit(c.pending_loss, FieldRule{"pending_loss", -1e302, 1e302});
+  visit(c.pending_snaps);
+  for (auto& part : remainder) visit(part, FieldRule{"remainder", -0.5, 0.5});
 }
-
-/// Lists the rounding remainders of short displacements, for reading and for writing.
-template <class Io, class Remainder>
-void remainder_fields(Io& io, Remainder& remainder) noexcept {
-  io(remainder[0]);
-  io(remainder[1]);
-}
-
-/// Times saved for an ageing patch: its own time, and the longest time for which a bristle can have held.
-struct SavedTime {
-  Int128 time = 0;
-  PatchRecord::Hold hold;
-};
-void save_time(const Patch& p, ByteWriter& write) noexcept {
-  if (!p.ages) return;
-  const PatchRecord& r = *p.record;
-  const Int128 time = r.clock == nullptr ? 0 : *r.clock - r.epoch;
-  write(time);
-  write(r.hold.oldest);
-  write(r.hold.since);
-  for (const std::int64_t x : r.hold.way) write(x);
-}
-SavedTime read_time(const Patch& p, ByteReader& read) noexcept {
-  SavedTime saved;
-  if (!p.ages) return saved;
-  read(saved.time);
-  read(saved.hold.oldest);
-  read(saved.hold.since);
-  for (std::int64_t& x : saved.hold.way) read(x);
-  return saved;
+/// Lists the times saved for an ageing patch: its own time, which exceeds the longest time by at most a step,
+/// and the longest time for which a bristle can have held. No path from where the patch began to hold is
+/// longer than 2^62 units.
+template <class Time, class Hold, class Visit>
+void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
+  visit(time, FieldRule{"time", 0.0, 4.0 * longest_time * clock_units_per_second});
+  visit(hold.oldest, FieldRule{"time", 0.0});
+  visit(hold.since, FieldRule{"time", 0.0});
+  for (auto& way : hold.way) visit(way, FieldRule{"time", -0x1p62, 0x1p62});
 }
 /// Writes what follows the head of a saved patch.
 void write_state(const Patch& p, ByteWriter& write) noexcept {
-  contact_fields(write, p);
-  remainder_fields(write, p.record->remainder);
-  save_time(p, write);
+  const PatchRecord& r = *p.record;
+  contact_fields(p, r.remainder, write);
+  const Int128 time = r.clock == nullptr ? 0 : *r.clock - r.epoch;
+  if (p.ages) time_fields(time, r.hold, write);
   p.model->save(p, write);
-}
-
-constexpr std::int64_t farthest_way = std::int64_t{1} << 62;
-
-/// Whether the saved times of a patch agree with each other. A step's end is the rounded sum of its start and
-/// its length, while the clock counts the length in whole units, cut off: the two differ by at most a unit
-/// and three roundings. The clock exceeds the longest time by at most a step, and no path from where the
-/// patch began to hold is longer than farthest_way units.
-bool is_good_time(const SavedTime& t) noexcept {
-  if (t.time > static_cast<Int128>(4.0 * longest_time * clock_units_per_second)) return false;
-  for (const std::int64_t way : t.hold.way)
-    if (way > farthest_way || way < -farthest_way) return false;
-  const double now = static_cast<double>(t.time) / clock_units_per_second;
-  return t.time >= 0 && t.hold.oldest >= 0.0 && t.hold.since >= t.hold.oldest &&
-         t.hold.since <= now * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second;
 }
 
 std::uint64_t checksum(Span<const std::byte> state) noexcept {
@@ -95,20 +62,6 @@ std::uint64_t checksum(Span<const std::byte> state) noexcept {
   add_bytes(hasher, {state.data(), checksum_at});
   add_bytes(hasher, {state.data() + saved_batch_size, state.size() - saved_batch_size});
   return hasher.value();
-}
-
-bool is_good_remainder(const double (&remainder)[2]) noexcept {
-  return std::abs(remainder[0]) <= 0.5 && std::abs(remainder[1]) <= 0.5;
-}
-
-const char* find_contact_fault(const Patch& p, const Patch& c) noexcept {
-  constexpr double most = 1e302;
-  if (!(c.normal_load >= 0.0 && c.normal_load <= highest_load)) return "normal_load";
-  const double zeta = p.material().material.bristles_in_contact(c.normal_load);
-  if (!(std::abs(c.zeta - zeta) <= 1e-9 * zeta + 1e-300)) return "zeta";
-  if (!(c.pending_dissipated >= 0.0 && c.pending_dissipated <= most)) return "pending_dissipated";
-  if (!(std::abs(c.pending_loss) <= most)) return "pending_loss";
-  return nullptr;
 }
 
 }  // namespace
@@ -208,12 +161,20 @@ SavedPatch read_saved_patch(const std::byte* from) noexcept {
 const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   Patch contact;
   ByteReader read(from + saved_patch_size);
-  contact_fields(read, contact);
-  if (const char* fault = find_contact_fault(p, contact)) return fault;
+  FieldCheck check{read};
   double remainder[2];
-  remainder_fields(read, remainder);
-  if (!is_good_remainder(remainder)) return "remainder";
-  if (!is_good_time(read_time(p, read))) return "time";
+  contact_fields(contact, remainder, check);
+  Int128 time = 0;
+  PatchRecord::Hold hold;
+  if (p.ages) time_fields(time, hold, check);
+  if (check.fault != nullptr) return check.fault;
+  const double zeta = p.material().material.bristles_in_contact(contact.normal_load);
+  if (!(std::abs(contact.zeta - zeta) <= 1e-9 * zeta + 1e-300)) return "zeta";
+  // A step's end is the rounded sum of its start and its length, while the clock counts the length in whole
+  // units, cut off: the two differ by at most a unit and three roundings.
+  const double now = static_cast<double>(time) / clock_units_per_second;
+  if (hold.since < hold.oldest || hold.since > now * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second)
+    return "time";
   return p.model->find_fault(p, contact, read);
 }
 
@@ -226,11 +187,12 @@ void restore_patch(Patch& p, const std::byte* from) noexcept {
   const SavedPatch head = read_saved_patch(from);
   p.record->options.key = head.key;
   ByteReader read(from + saved_patch_size);
-  contact_fields(read, p);
-  remainder_fields(read, p.record->remainder);
-  const SavedTime saved = read_time(p, read);
-  if (p.ages && p.record->clock != nullptr) p.record->epoch = *p.record->clock - saved.time;
-  p.record->hold = saved.hold;
+  PatchRecord& r = *p.record;
+  contact_fields(p, r.remainder, read);
+  Int128 time = 0;
+  r.hold = PatchRecord::Hold{};
+  if (p.ages) time_fields(time, r.hold, read);
+  if (p.ages && r.clock != nullptr) r.epoch = *r.clock - time;
   p.model->restore(p, head.seed, read);
 }
 

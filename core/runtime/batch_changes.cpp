@@ -52,6 +52,10 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
       Patch& p = pool.patch(c.slot);
       c.patch.record->clock = &clock;
       c.patch.record->epoch = p.record->epoch;
+      c.patch.record->options.key = p.record->options.key;
+      c.patch.pending_snaps = p.pending_snaps;
+      c.patch.pending_dissipated = p.pending_dissipated;
+      c.patch.pending_loss = p.pending_loss;
       p.model->take_over(c.patch, p);
       take_hold_over(c.patch, p);
       keep_place(c.patch, p);

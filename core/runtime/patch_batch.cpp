@@ -35,7 +35,6 @@ PatchBatch::Impl::Impl(const BatchOptions& options)
       scheduler(check_threads(options.threads), check_core(options.servo_core)),
       queue(new MoveQueue(PatchPool::first_slots)) {
   name_kernels();
-  name_sliders();
   pool.put(0, std::make_unique<PatchChunk>(PatchPool::first_slots));
 }
 PatchBatch::Impl::~Impl() {

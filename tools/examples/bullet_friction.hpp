@@ -45,26 +45,13 @@
 
 namespace bullet_example {
 
-struct FrictionOptions {
-  /// Options of the patch at each contact point. A law with SnapRule::keep needs Population::representatives.
-  bristle::PatchOptions patch = bristle::PatchOptions{}
-                                    .with_max_normal_load(10.0)
-                                    .with_population(bristle::Population::infinite)
-                                    .with_resolution(4)
-                                    .with_cohorts(24);
-  /// Largest motion of a contact point over its body in one step, m; a point that moves farther counts as a
-  /// new contact.
-  double reach = 0.01;
+/// A bed (ContactOptions::rolling) serves each contact of a sphere, capsule or cylinder. It resists slip;
+/// spin stays Bullet's.
+struct FrictionOptions : bristle_example::ContactOptions {
   /// Number of friction passes over all contacts in each of Bullet's iterations. The stuck feet of a body
   /// equalise their loads slowly: with 1 pass a block rocks on its bristles at steps of 1/60 s, with 4 it
   /// comes to rest.
   int sweeps = 4;
-  std::uint32_t contacts = 256;  ///< largest number of contact points at a time; further points have no
-                                 ///< friction
-  /// Bed of each contact of a sphere, capsule or cylinder, in place of a patch; none by default. It resists
-  /// slip; spin stays Bullet's. Its force is scaled by the contact's coefficient over the kinetic one of the
-  /// bed's material, so its stiffness is too.
-  std::optional<bristle_example::RollingBed> rolling;
 };
 
 class BristleSolver : public btSequentialImpulseConstraintSolver {

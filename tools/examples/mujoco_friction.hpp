@@ -52,26 +52,12 @@ struct ContactDims {
 /// condims that it had.
 ContactDims remove_friction(mjModel& model);
 
-struct FrictionOptions {
-  /// Options of the patch at each contact point. The infinite brush has no noise and costs less; a law with
-  /// SnapRule::keep needs Population::representatives.
-  bristle::PatchOptions patch = bristle::PatchOptions{}
-                                    .with_max_normal_load(10.0)
-                                    .with_population(bristle::Population::infinite)
-                                    .with_resolution(4)
-                                    .with_cohorts(24);
+/// A bed (ContactOptions::rolling) serves each contact whose smaller geom is a sphere, capsule, cylinder or
+/// ellipsoid. It resists slip and spin, whatever condim 3 or 4 says.
+struct FrictionOptions : bristle_example::ContactOptions {
   /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
   int rings = 1;
   bool leave_out_rolling = false;  ///< whether condim 6 is treated as condim 4, not refused
-
-  /// Largest motion of a contact point in one step, m, seen from the smaller geom; a point that moves farther
-  /// counts as a new contact.
-  double reach = 0.01;
-  std::uint32_t contacts = 256;  ///< largest number of contacts at a time; further contacts have no friction
-  /// Bed of each contact whose smaller geom is a sphere, capsule, cylinder or ellipsoid, in place of a patch;
-  /// none by default. A bed resists slip and spin, whatever condim 3 or 4 says. Its force is scaled by the
-  /// contact's coefficient over the kinetic one of the bed's material, so its stiffness is too.
-  std::optional<bristle_example::RollingBed> rolling;
 };
 
 class BristleFriction {

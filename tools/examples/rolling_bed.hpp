@@ -1,9 +1,13 @@
 // Beds of round bodies in engines: what the adapters for MuJoCo and Bullet share.
 #pragma once
 
+#include <cstdint>
+#include <optional>
+
 #include <Eigen/Core>
 #include <bristle/bed.hpp>
 #include <bristle/contact_frame.hpp>
+#include <bristle/patch.hpp>
 
 namespace bristle_example {
 
@@ -12,6 +16,24 @@ struct RollingBed {
   bristle::BedMaterial material;
   bristle::BedShape shape;  ///< shape that must roll in any direction: disc().rolling()
   bristle::BedOptions options;
+};
+
+/// Options of the contacts of an engine, which the adapters share.
+struct ContactOptions {
+  /// Options of the patch at each contact point. The infinite brush has no noise and costs less; a law with
+  /// SnapRule::keep needs Population::representatives.
+  bristle::PatchOptions patch = bristle::PatchOptions{}
+                                    .with_max_normal_load(10.0)
+                                    .with_population(bristle::Population::infinite)
+                                    .with_resolution(4)
+                                    .with_cohorts(24);
+  /// Largest motion of a contact point in one step, m, seen from its body, in MuJoCo from the smaller geom; a
+  /// point that moves farther counts as a new contact.
+  double reach = 0.01;
+  std::uint32_t contacts = 256;  ///< largest number of contacts at a time; further contacts have no friction
+  /// Bed of each contact of a round body, in place of a patch; none by default. Its force is scaled by the
+  /// contact's coefficient over the kinetic one of the bed's material, so its stiffness is too.
+  std::optional<RollingBed> rolling;
 };
 
 /// Returns the motion of a round body's bed. `moved`: slip along the frame's axes (m) and spin about its

@@ -64,47 +64,47 @@ double exponent(const std::vector<double>& x, const std::vector<double>& y) {
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
 
-void over_rates(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void over_rates(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double load = s.number("load");
   std::vector<BreakAway> found;
   for (const double rate : s.numbers("rates")) {
-    found.push_back(pull(model, s, rate, load, load));
-    result.add("rate", model, {rate, load, 0.0, found.back().friction, found.back().applied});
+    found.push_back(pull(run.model, s, rate, load, load));
+    run.add("rate", {rate, load, 0.0, found.back().friction, found.back().applied});
   }
   const double peak = found.front().friction / (s.number("kinetic") * load);
-  result.add("static_peak", model, peak, peak > 1.05);
+  run.add("static_peak", peak, peak > 1.05);
   const double ratio = found.back().friction / found.front().friction;
-  result.add("break_away_rate", model, ratio, ratio < 0.98);
+  run.add("break_away_rate", ratio, ratio < 0.98);
 }
 
-void over_loads(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void over_loads(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
   std::vector<double> friction;
   for (const double load : loads) {
     // Scales the rate of the growing pull with the load, so that break-away takes equally long at any load.
     const double rate = s.number("rate_at_loads") * load / s.number("load");
-    const BreakAway found = pull(model, s, rate, load, highest);
+    const BreakAway found = pull(run.model, s, rate, load, highest);
     friction.push_back(found.friction);
-    result.add("load", model, {rate, load, 0.0, found.friction, found.applied});
+    run.add("load", {rate, load, 0.0, found.friction, found.applied});
   }
   const double power = exponent(loads, friction);
-  result.add("break_away_load", model, power, std::fabs(power - 1.0) < 0.1);
+  run.add("break_away_load", power, std::fabs(power - 1.0) < 0.1);
 }
 
-void over_rests(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void over_rests(ExperimentRun& run) {
+  const Settings& s = run.settings;
   std::vector<double> friction;
   for (const double rest : s.numbers("rests")) {
-    friction.push_back(after_rest(model, s, rest));
-    result.add("rest", model, {0.0, s.number("load"), rest, friction.back(), 0.0});
+    friction.push_back(after_rest(run.model, s, rest));
+    run.add("rest", {0.0, s.number("load"), rest, friction.back(), 0.0});
   }
   const double again = friction.front() / (s.number("kinetic") * s.number("load"));
-  result.add("peak_again", model, again, again > 1.05);
+  run.add("peak_again", again, again > 1.05);
   const double ratio = friction.back() / friction.front();
-  result.add("dwell_time", model, ratio, ratio > 1.02);
+  run.add("dwell_time", ratio, ratio > 1.02);
 }
 
 void check_break_away(const Settings& settings) {
@@ -113,10 +113,10 @@ void check_break_away(const Settings& settings) {
     throw UserError("experiment break-away: loads must hold two loads that differ");
 }
 
-void run_break_away(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  over_rates(input, model, result);
-  over_loads(input, model, result);
-  over_rests(input, model, result);
+void run_break_away(ExperimentRun& run) {
+  over_rates(run);
+  over_loads(run);
+  over_rests(run);
 }
 
 }  // namespace

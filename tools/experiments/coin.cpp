@@ -24,12 +24,11 @@ struct Throw {
   double slides_until = 0.0, spins_until = 0.0;
 };
 
-Throw throw_coin(const ExperimentInput& input, const std::string& model, double ratio,
-                 ExperimentResult& result) {
-  const Settings& s = input.settings;
+Throw throw_coin(ExperimentRun& run, double ratio) {
+  const Settings& s = run.settings;
   const double radius = s.number("radius"), load = s.number("load"), dt = s.number("dt");
   const double mass = load / gravity, start = s.number("start");
-  SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
+  SpinSubject subject(run.model, s, {ContactArea::Shape::disc, radius});
   double v = start * ratio / (1.0 + ratio), spin = start / (1.0 + ratio) / radius;
   Throw seen;
   double shown = 2.0;
@@ -46,24 +45,24 @@ Throw throw_coin(const ExperimentInput& input, const std::string& model, double 
     if (seen.spins_until == 0.0 && spin * radius < stopped_below * start) seen.spins_until = time;
     if (speed > 0.5 * seen_at && speed < 0.97 * shown) {
       shown = speed;
-      result.add("coin", model, {ratio, time, v, spin * radius, v / (spin * radius)});
+      run.add("coin", {ratio, time, v, spin * radius, v / (spin * radius)});
     }
   }
   return seen;
 }
 
-void run_coin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const std::vector<double>& ratios = input.settings.numbers("ratios");
+void run_coin(ExperimentRun& run) {
+  const std::vector<double>& ratios = run.settings.numbers("ratios");
   double worst = 0.0, apart = 0.0;
   for (std::size_t i = 0; i < ratios.size(); ++i) {
-    const Throw seen = throw_coin(input, model, ratios[i], result);
+    const Throw seen = throw_coin(run, ratios[i]);
     worst = std::max(worst, std::fabs(seen.late_ratio - last_ratio));
     apart = std::max(apart, std::fabs(seen.slides_until - seen.spins_until) /
                                 std::max(seen.slides_until, seen.spins_until));
-    input.progress(static_cast<double>(i + 1) / static_cast<double>(ratios.size()));
+    run.progress(static_cast<double>(i + 1) / static_cast<double>(ratios.size()));
   }
-  result.add("coin_ratio", model, worst, worst < 0.12);
-  result.add("stops_at_once", model, 100.0 * apart, apart < 0.01);
+  run.add("coin_ratio", worst, worst < 0.12);
+  run.add("stops_at_once", 100.0 * apart, apart < 0.01);
 }
 
 }  // namespace

@@ -49,57 +49,58 @@ double asperities_touching(const Settings& s, double area_factor) {
   return static_cast<double>(count);
 }
 
-void slide_over_loads(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void slide_over_loads(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
   // Compares with the coefficient at this speed, not with the kinetic one: some models depend on speed.
-  const double coefficient = steady_friction(model, s, s.number("load"), highest) / s.number("load");
+  const double coefficient = steady_friction(run.model, s, s.number("load"), highest) / s.number("load");
   double worst = 0.0;
   for (const double load : loads) {
-    const double friction = steady_friction(model, s, load, highest);
+    const double friction = steady_friction(run.model, s, load, highest);
     worst = std::max(worst, std::fabs(friction / load / coefficient - 1.0));
-    result.add("load", model, {load, friction, friction / load});
+    run.add("load", {load, friction, friction / load});
   }
-  result.add("proportional_to_load", model, 100.0 * worst, worst < 0.02);
+  run.add("proportional_to_load", 100.0 * worst, worst < 0.02);
 }
 
-void over_bristles(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  Settings s = input.settings;
+void over_bristles(ExperimentRun& run) {
+  Settings s = run.settings;
   const double load = s.number("load");
   double low = INFINITY, high = -INFINITY;
-  for (const double n : input.settings.numbers("bristle_counts")) {
+  for (const double n : run.settings.numbers("bristle_counts")) {
     s.set("bristles=" + std::to_string(static_cast<long>(n)));
-    const double friction = steady_friction(model, s, load, load);
+    const double friction = steady_friction(run.model, s, load, load);
     low = std::min(low, friction);
     high = std::max(high, friction);
-    result.add("bristles", model, {n, friction, friction / load});
+    run.add("bristles", {n, friction, friction / load});
   }
   const double spread = (high - low) / (s.number("kinetic") * load);
-  result.add("representatives", model, 100.0 * spread, spread < 0.02);
+  run.add("representatives", 100.0 * spread, spread < 0.02);
 }
 
-void over_areas(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  Settings s = input.settings;
+void over_areas(ExperimentRun& run) {
+  Settings s = run.settings;
   const double load = s.number("load");
   const double bristles_per_newton = s.number("bristles_per_newton");
   double low = INFINITY, high = -INFINITY;
-  for (const double area : input.settings.numbers("areas")) {
+  for (const double area : run.settings.numbers("areas")) {
     // Scales a brush's friction by the number of asperities that touch; rival models have no such number.
     const double touching = asperities_touching(s, area) / (bristles_per_newton * load);
-    const double friction = steady_friction(model, s, load, load) * (is_brush(model) ? touching : 1.0);
+    const double friction =
+        steady_friction(run.model, s, load, load) * (is_brush(run.model) ? touching : 1.0);
     low = std::min(low, friction);
     high = std::max(high, friction);
-    result.add("area", model, {area, friction, friction / load});
+    run.add("area", {area, friction, friction / load});
   }
   const double spread = (high - low) / (s.number("kinetic") * load);
-  result.add("area", model, 100.0 * spread, spread < 0.02);
+  run.add("area", 100.0 * spread, spread < 0.02);
 }
 
-void run_coulomb(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  slide_over_loads(input, model, result);
-  over_bristles(input, model, result);
-  over_areas(input, model, result);
+void run_coulomb(ExperimentRun& run) {
+  slide_over_loads(run);
+  over_bristles(run);
+  over_areas(run);
 }
 
 }  // namespace

@@ -50,10 +50,10 @@ double creep_at_rest(const Wheel& wheel, int cycles) {
 }
 
 template <class Model>
-void examine(const Wheel& wheel, const Settings& s, const std::string& name, ExperimentResult& result) {
-  const double rolled = wheel.half, dt = rolled / s.number("speed");
+void examine(ExperimentRun& run, const Wheel& wheel) {
+  const double rolled = wheel.half, dt = rolled / run.number("speed");
   double worst_force = 0.0, worst_moment = 0.0;
-  for (const double at : s.numbers("creepages")) {
+  for (const double at : run.settings.numbers("creepages")) {
     Model model{wheel};
     Answer answer;
     for (int k = 0; k < 40; ++k) answer = model.step(at * wheel.full_slip() * rolled, rolled, dt);
@@ -61,21 +61,22 @@ void examine(const Wheel& wheel, const Settings& s, const std::string& name, Exp
     const double moment = answer.moment / (wheel.limit * wheel.half);
     worst_force = std::max(worst_force, std::fabs(force - (1.0 - left * left * left)));
     worst_moment = std::max(worst_moment, std::fabs(moment - at * left * left * left));
-    result.add("curve", name, {at, force, moment});
+    run.add("curve", {at, force, moment});
     for (const rivals::Traction& t : tractions_of(model))
-      result.add(fmt::format("traction_{:g}", at), name, {t[0], t[1], t[2]});
+      run.add(fmt::format("traction_{:g}", at), {t[0], t[1], t[2]});
   }
-  result.add("creep_force", name, 100.0 * worst_force, worst_force < 0.01);
+  run.add("creep_force", 100.0 * worst_force, worst_force < 0.01);
   const double share = worst_moment * 256.0 / 27.0;
-  result.add("creep_moment", name, 100.0 * share, share < 0.05);
-  const double length = relaxation<Model>(wheel, s.number("speed") * dt), theory = 2.0 - 2.0 / std::sqrt(M_E);
-  result.add("relaxation_length", name, length, std::fabs(length / theory - 1.0) < 0.05);
+  run.add("creep_moment", 100.0 * share, share < 0.05);
+  const double length = relaxation<Model>(wheel, run.number("speed") * dt),
+               theory = 2.0 - 2.0 / std::sqrt(M_E);
+  run.add("relaxation_length", length, std::fabs(length / theory - 1.0) < 0.05);
   const double creep = creep_at_rest<Model>(wheel, 6);
-  result.add("stands", name, 1e6 * creep, std::fabs(creep) < 1e-9);
+  run.add("stands", 1e6 * creep, std::fabs(creep) < 1e-9);
 }
 
-void run_creep_curve(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_creep_curve(ExperimentRun& run) {
+  const Settings& s = run.settings;
   Wheel wheel;
   wheel.load = s.number("load");
   wheel.limit = s.number("friction") * wheel.load;
@@ -83,11 +84,11 @@ void run_creep_curve(const ExperimentInput& input, const std::string& model, Exp
   wheel.stiffness = s.number("slip_stiffness");
   wheel.low_speed = s.number("low_speed");
   wheel.cells = static_cast<int>(s.number("cells"));
-  if (model == "coulomb_wheel") examine<rivals::CoulombWheel>(wheel, s, model, result);
-  if (model == "slip_formula") examine<rivals::SlipFormula>(wheel, s, model, result);
-  if (model == "lugre_tyre") examine<rivals::LuGreTyre>(wheel, s, model, result);
-  if (model == "fastsim") examine<rivals::Fastsim>(wheel, s, model, result);
-  if (model == "bed") examine<BedWheel>(wheel, s, model, result);
+  if (run.model == "coulomb_wheel") examine<rivals::CoulombWheel>(run, wheel);
+  if (run.model == "slip_formula") examine<rivals::SlipFormula>(run, wheel);
+  if (run.model == "lugre_tyre") examine<rivals::LuGreTyre>(run, wheel);
+  if (run.model == "fastsim") examine<rivals::Fastsim>(run, wheel);
+  if (run.model == "bed") examine<BedWheel>(run, wheel);
 }
 
 }  // namespace

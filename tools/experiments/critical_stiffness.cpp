@@ -214,47 +214,44 @@ double critical_by_bisection(const std::string& model, const Settings& s, double
 }
 
 // Records how disturbed sliders diverge on springs a little softer and a little stiffer than critical.
-void trace(const Settings& s, const std::string& model, double speed, double critical,
-           ExperimentResult& result) {
-  const double kinetic = s.number("kinetic") * s.number("load"), each = 1.0 / s.number("steps_per_length");
+void trace(ExperimentRun& run, double speed, double critical) {
+  const double kinetic = run.number("kinetic") * run.number("load"),
+               each = 1.0 / run.number("steps_per_length");
   for (const bool soft : {true, false}) {
-    const Trial trial{model, s, speed, critical * (soft ? 0.9 : 1.1)};
+    const Trial trial{run.model, run.settings, speed, critical * (soft ? 0.9 : 1.1)};
     Twins twins(trial);
-    const auto steps = static_cast<long>(s.number("trial_way") / each);
+    const auto steps = static_cast<long>(run.number("trial_way") / each);
     for (long n = 1; n <= steps; ++n) {
       twins.advance();
       if (n % 5 != 0) continue;
-      result.add(soft ? "soft" : "stiff", model,
-                 {speed, trial.stiffness, each * static_cast<double>(n), twins.difference() / kinetic});
+      run.add(soft ? "soft" : "stiff",
+              {speed, trial.stiffness, each * static_cast<double>(n), twins.difference() / kinetic});
     }
   }
 }
 
-void run_critical_stiffness(const ExperimentInput& input, const std::string& model,
-                            ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_critical_stiffness(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double kinetic = s.number("kinetic") * s.number("load"), dbar = s.number("presliding");
   const std::vector<double>& speeds = s.numbers("speeds");
   const Range range(s);
   double least = INFINITY, worst = 0.0;
   for (std::size_t i = 0; i < speeds.size(); ++i) {
-    const Response r = measure_response(model, s, speeds[i]);
+    const Response r = measure_response(run.model, s, speeds[i]);
     for (std::size_t k = 0; k < r.t.size(); ++k)
-      result.add("response", model,
-                 {speeds[i], 0.0, r.t[k] * speeds[i] / dbar, r.force[k] * speeds[i] / kinetic});
+      run.add("response", {speeds[i], 0.0, r.t[k] * speeds[i] / dbar, r.force[k] * speeds[i] / kinetic});
     const double theory = critical_by_theory(r, s.number("mass"), 1e-5 * kinetic / speeds[i], range);
-    const double found = critical_by_bisection(model, s, speeds[i], range);
-    result.add("theory", model, {speeds[i], theory, 0.0, 0.0});
-    result.add("bisection", model, {speeds[i], found, 0.0, 0.0});
+    const double found = critical_by_bisection(run.model, s, speeds[i], range);
+    run.add("theory", {speeds[i], theory, 0.0, 0.0});
+    run.add("bisection", {speeds[i], found, 0.0, 0.0});
     least = std::min(least, found);
     const double apart = found == theory ? 0.0 : theory == 0.0 ? 1.0 : std::fabs(found / theory - 1.0);
     worst = std::max(worst, apart);
-    if (i == speeds.size() / 2 && found > 0.0 && found < range.stiffest)
-      trace(s, model, speeds[i], found, result);
-    input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
+    if (i == speeds.size() / 2 && found > 0.0 && found < range.stiffest) trace(run, speeds[i], found);
+    run.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
   }
-  result.add("critical_stiffness", model, least, least > 0.0);
-  result.add("linear_theory", model, 100.0 * worst, worst < 0.1);
+  run.add("critical_stiffness", least, least > 0.0);
+  run.add("linear_theory", 100.0 * worst, worst < 0.1);
 }
 
 }  // namespace

@@ -62,11 +62,11 @@ class WindowMeans {
   std::vector<Sum> sums_;
 };
 
-void fig2(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void fig2(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const Profile profile(s);
   const double dt = s.number("dt"), load = s.number("load");
-  Subject subject(model, s);
+  Subject subject(run.model, s);
   SlidingBlock block(s.number("mass"));
   // Averages the position over quarters of the hold and over cycles of the force. An offset of half a step
   // keeps the ends of these windows between steps.
@@ -79,22 +79,22 @@ void fig2(const ExperimentInput& input, const std::string& model, ExperimentResu
     const double friction = block.advance(subject, {profile.force(before + 0.5 * dt)}, dt, load);
     hold.add(t, block.position());
     cycle.add(t, block.position());
-    if (k % every == 0) result.add("fig2", model, {t, profile.force(t), -friction, block.position()});
+    if (k % every == 0) run.add("fig2", {t, profile.force(t), -friction, block.position()});
   }
   const double creep = (hold.mean(3) - hold.mean(1)) / (0.5 * profile.hold);
-  result.add("hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding"));
+  run.add("hold", 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding"));
   const auto last = static_cast<std::size_t>(profile.cycles) - 1;
   const double drift = cycle.mean(last) - cycle.mean(last - 1);
-  result.add("drift_per_cycle", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
+  run.add("drift_per_cycle", 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
 }
 
-void slope(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void slope(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double dt = s.number("dt"), load = s.number("load");
   const double pull = load * s.number("slope"), shake = load * s.number("disturbance");
   const double frequency = s.number("slope_frequency");
   const double periods = std::max(4.0, std::round(s.number("slope_duration") * frequency));
-  Subject subject(model, s);
+  Subject subject(run.model, s);
   SlidingBlock block(load * std::hypot(1.0, s.number("slope")) / 9.80665);
   const double tilting = s.number("ramp_time");  // time in which the slope is tilted before it is shaken, s
   WindowMeans period(tilting + 0.5 * dt, 1.0 / frequency);
@@ -107,12 +107,12 @@ void slope(const ExperimentInput& input, const std::string& model, ExperimentRes
                          (middle > tilting ? shake * sine_of_turns(frequency * (middle - tilting)) : 0.0);
     const double friction = block.advance(subject, {force}, dt, load);
     period.add(t, block.position());
-    if (k % every == 0) result.add("slope", model, {t, force, -friction, block.position()});
+    if (k % every == 0) run.add("slope", {t, force, -friction, block.position()});
   }
   const auto last = static_cast<std::size_t>(periods) - 1, middle = last / 2;
   const double speed =
       (period.mean(last) - period.mean(middle)) * frequency / static_cast<double>(last - middle);
-  result.add("slope", model, 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding"));
+  run.add("slope", 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding"));
 }
 
 // Limits the time step to a 20th of the shortest event (hold, ramp, cycle), so that the measured means and
@@ -128,9 +128,9 @@ void check_step(const Settings& s) {
     throw UserError("experiment drift: force_low is above force_high");
 }
 
-void run_drift(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  fig2(input, model, result);
-  slope(input, model, result);
+void run_drift(ExperimentRun& run) {
+  fig2(run);
+  slope(run);
 }
 
 }  // namespace

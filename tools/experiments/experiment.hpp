@@ -42,13 +42,6 @@ struct SeriesRow {
 struct ExperimentResult {
   std::vector<SeriesRow> series;
   std::vector<Finding> findings;
-
-  void add(std::string panel, std::string model, std::vector<double> values) {
-    series.push_back({std::move(panel), std::move(model), std::move(values)});
-  }
-  void add(std::string phenomenon, std::string model, double value, bool shown) {
-    findings.push_back({std::move(phenomenon), std::move(model), value, shown});
-  }
 };
 
 struct ExperimentInput {
@@ -56,6 +49,31 @@ struct ExperimentInput {
   std::vector<std::string> models;
   std::function<void(double)> progress = [](double) {};  ///< called with the share that is done, 0 to 1
 };
+
+/// Run of an experiment on one model, to whose curves and verdicts it adds.
+struct ExperimentRun {
+  const Settings& settings;
+  const std::string& model;
+  ExperimentResult& result;
+  std::function<void(double)> progress = [](double) {};  ///< called with the share that is done, 0 to 1
+
+  double number(std::string_view name) const { return settings.number(name); }
+  void add(std::string panel, std::vector<double> values) {
+    result.series.push_back({std::move(panel), model, std::move(values)});
+  }
+  void add(std::string phenomenon, double value, bool shown) {
+    result.findings.push_back({std::move(phenomenon), model, value, shown});
+  }
+};
+
+/// Takes a step of one contact, or, unless `keeps`, only finds its response.
+template <class Batch, class Motion, class... Time>
+auto take(Batch& batch, const Motion& motion, bool keeps, Time... dt) {
+  decltype(batch.find_force(dt..., motion)) response;
+  if (!keeps) return batch.find_force(dt..., motion);
+  batch.step(dt..., {&motion, 1}, {&response, 1});
+  return response;
+}
 
 struct Experiment {
   std::string name;
@@ -65,8 +83,7 @@ struct Experiment {
   std::vector<Phenomenon> phenomena;
   std::vector<std::string> columns;  ///< names of a point's numbers, units in brackets
 
-  /// Runs the experiment on one model and adds its curves and verdicts. It may report its own progress.
-  void (*run)(const ExperimentInput&, const std::string& model, ExperimentResult&);
+  void (*run)(ExperimentRun&);  ///< function that runs the experiment on one model
   /// Names and titles of the models, if the experiment has its own; empty: those of model_names().
   std::vector<std::pair<std::string, std::string>> models = {};
   /// Checks settings that depend on each other. Throws UserError.

@@ -74,10 +74,10 @@ ExperimentResult run_experiment(const Experiment& experiment, const ExperimentIn
   double done = 0.0;
   try {
     experiment.check(input.settings);
-    ExperimentInput one = input;
-    one.progress = [&](double share) { input.progress((done + share) / models); };
     for (const std::string& model : input.models) {
-      experiment.run(one, model, result);
+      ExperimentRun run{input.settings, model, result,
+                        [&](double share) { input.progress((done + share) / models); }};
+      experiment.run(run);
       input.progress(++done / models);
     }
     return result;

@@ -13,9 +13,8 @@ namespace {
 
 // Moves a contact one way at a speed that swings about a mean. Compares friction at the mean speed while
 // speed grows and while it falls, each averaged over the cycles.
-void swing(const ExperimentInput& input, const std::string& model, double omega, bool decides,
-           ExperimentResult& result) {
-  const Settings& s = input.settings;
+void swing(ExperimentRun& run, double omega, bool decides) {
+  const Settings& s = run.settings;
   const double load = s.number("load");
   const double mean = s.number("velocity_mean"), amplitude = s.number("velocity_amplitude");
   const auto cycles = static_cast<long>(s.number("cycles"));
@@ -28,7 +27,7 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
     const double turns = static_cast<double>(k) / static_cast<double>(steps);
     return mean * period * turns - amplitude / omega * (cosine_of_turns(turns) - 1.0);
   };
-  Subject subject(model, s);
+  Subject subject(run.model, s);
   std::vector<double> force(static_cast<std::size_t>(steps), 0.0);
   // Slides ten presliding lengths before measuring, after which a brush has forgotten its start.
   const auto settling =
@@ -44,8 +43,7 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
   const long every = std::max(1L, steps / 400);
   for (long k = 0; k < steps; k += every) {
     const double turns = (static_cast<double>(k) + 0.5) / static_cast<double>(steps);
-    result.add("lag", model,
-               {omega, mean + amplitude * sine_of_turns(turns), force[static_cast<std::size_t>(k)]});
+    run.add("lag", {omega, mean + amplitude * sine_of_turns(turns), force[static_cast<std::size_t>(k)]});
   }
   const auto around = [&](long k) {
     const auto n = static_cast<std::size_t>(steps);
@@ -53,10 +51,10 @@ void swing(const ExperimentInput& input, const std::string& model, double omega,
     return 0.5 * (force[(i + n - 1) % n] + force[i]);
   };
   const double up = around(0), down = around(2 * quarter);
-  result.add("width", model, {omega, up, down});
+  run.add("width", {omega, up, down});
   if (decides) {
     const double width = (up - down) / (s.number("kinetic") * load);
-    result.add("lag", model, 100.0 * width, width > 0.01);
+    run.add("lag", 100.0 * width, width > 0.01);
   }
 }
 
@@ -66,13 +64,13 @@ void check_friction_lag(const Settings& settings) {
         "experiment friction-lag: velocity_amplitude must be below velocity_mean: sliding is one-way");
 }
 
-void run_friction_lag(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const std::vector<double>& omegas = input.settings.numbers("omegas");
+void run_friction_lag(ExperimentRun& run) {
+  const std::vector<double>& omegas = run.settings.numbers("omegas");
   const double fastest = *std::max_element(omegas.begin(), omegas.end());
   double done = 0.0;
   for (const double omega : omegas) {
-    swing(input, model, omega, omega == fastest, result);
-    input.progress(++done / static_cast<double>(omegas.size()));
+    swing(run, omega, omega == fastest);
+    run.progress(++done / static_cast<double>(omegas.size()));
   }
 }
 

@@ -51,29 +51,31 @@ double sliding_friction(const std::string& model, const Settings& s) {
   return sum / static_cast<double>(measure);
 }
 
-void turn_steadily(const std::string& model, const Settings& s, ExperimentResult& result) {
-  const double side = s.number("side");
-  const double step = 0.37 * s.number("presliding"), dt = step / s.number("velocity");
+void turn_steadily(ExperimentRun& run) {
+  const double side = run.number("side");
+  const double step = 0.37 * run.number("presliding"), dt = step / run.number("velocity");
   const double angle = step / (std::sqrt(2.0) * side);
-  const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
-  HeldPlate plate(model, s);
+  const auto settle = std::lround(run.number("settling") / 0.37),
+             measure = std::lround(run.number("way") / 0.37);
+  HeldPlate plate(run.model, run.settings);
   double sum = 0.0;
   for (long k = -settle; k < measure; ++k) {
     const double moment = -plate.turn(angle, dt).mean;
     if (k >= 0) sum += moment;
   }
-  const double share = sum / static_cast<double>(measure) / (sliding_friction(model, s) * side * mean_arm);
-  result.add("corner_moment", model, share, std::fabs(share - 1.0) < 0.01);
+  const double share =
+      sum / static_cast<double>(measure) / (sliding_friction(run.model, run.settings) * side * mean_arm);
+  run.add("corner_moment", share, std::fabs(share - 1.0) < 0.01);
 }
 
-void hold(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void hold(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double side = s.number("side"), dt = s.number("dt"), load = s.number("load");
   const double inertia = 2.0 / 3.0 * load / 9.81 * side * side;
   const double full = s.number("kinetic") * load * side * mean_arm;
   const auto per_cycle = std::lround(1.0 / (s.number("frequency") * dt));
   const auto cycles = std::lround(s.number("cycles")), settling = std::lround(s.number("first_cycles"));
-  HeldPlate plate(model, s);
+  HeldPlate plate(run.model, s);
   double spin = 0.0, begin = 0.0;
   for (long k = 0; k < (settling + cycles) * per_cycle; ++k) {
     if (k == settling * per_cycle) begin = plate.turned();
@@ -81,16 +83,16 @@ void hold(const ExperimentInput& input, const std::string& model, ExperimentResu
     const double applied = full * (s.number("held") - s.number("wavers") * std::cos(phase));
     spin += dt * (applied + plate.turn(dt * spin, dt).end) / inertia;
     if (k % std::max(1L, per_cycle / 20) == 0)
-      result.add("hold", model, {static_cast<double>(k) * dt, applied / full, 1e6 * side * plate.turned()});
+      run.add("hold", {static_cast<double>(k) * dt, applied / full, 1e6 * side * plate.turned()});
   }
   const double drift = (plate.turned() - begin) * side / static_cast<double>(cycles);
-  result.add("corner_holds", model, 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
+  run.add("corner_holds", 1e6 * drift, std::fabs(drift) < 1e-3 * s.number("presliding"));
 }
 
-void run_held_corner(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  turn_steadily(model, input.settings, result);
-  input.progress(0.5);
-  hold(input, model, result);
+void run_held_corner(ExperimentRun& run) {
+  turn_steadily(run);
+  run.progress(0.5);
+  hold(run);
 }
 
 }  // namespace

@@ -41,13 +41,12 @@ struct Strokes {
 };
 
 /// Lifts a weight slowly by the joint and lowers it again; measures steady friction both ways.
-Strokes lift(const ExperimentInput& input, const std::string& model, double weight, bool draws,
-             ExperimentResult& result) {
-  const Settings& s = input.settings;
+Strokes lift(ExperimentRun& run, double weight, bool draws) {
+  const Settings& s = run.settings;
   const double length = s.number("presliding"), per_length = 50.0;
   const double step = length / per_length, dt = step / s.number("velocity"), full = full_friction(s);
   const long steps = std::lround(12.0 * per_length), last = steps / 4;
-  Subject joint = joint_of(model, s);
+  Subject joint = joint_of(run.model, s);
   Strokes found;
   double friction = 0.0;
   for (const int way : {1, -1}) {
@@ -61,7 +60,7 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
       const double turned = static_cast<double>(k) / per_length;
       if (way < 0 && found.reversed < 0.0 && friction <= 0.0)
         found.reversed = turned - friction / (friction - before) / per_length;
-      if (draws && way < 0 && turned <= 4.0) result.add("reverse", model, {turned, friction / full, 0.0});
+      if (draws && way < 0 && turned <= 4.0) run.add("reverse", {turned, friction / full, 0.0});
     }
   }
   return found;
@@ -69,11 +68,11 @@ Strokes lift(const ExperimentInput& input, const std::string& model, double weig
 
 /// Holds the rated torque of a motor on a joint's arm while the net torque wavers below friction. Returns the
 /// arm's creep per cycle, rad.
-double hold_arm(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+double hold_arm(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double dt = s.number("dt"), full = full_friction(s), rated = s.number("rated");
   const long steps = std::max(20L, std::lround(0.5 / dt));
-  Subject joint = joint_of(model, s);
+  Subject joint = joint_of(run.model, s);
   SlidingBlock arm(0.01);             // arm of the joint as a body with this moment of inertia, kg m^2
   constexpr std::size_t cycles = 10;  // number of load cycles; in the first the torque rises from 0
   double mean[cycles] = {};
@@ -84,27 +83,27 @@ double hold_arm(const ExperimentInput& input, const std::string& model, Experime
     arm.advance(joint, {net}, dt, s.number("load"));
     mean[static_cast<std::size_t>(k / steps)] += arm.position() / static_cast<double>(steps);
     if (k % std::max(1L, steps / 50) == 0)
-      result.add("hold", model, {turns, net / full, arm.position() / s.number("presliding")});
+      run.add("hold", {turns, net / full, arm.position() / s.number("presliding")});
   }
   return mean[cycles - 1] - mean[cycles - 2];
 }
 
-void run_joint(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_joint(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const std::vector<double>& weights = s.numbers("weights");
   const double full = full_friction(s);
   Strokes first, rated;
   for (const double share : weights) {
-    rated = lift(input, model, share * s.number("rated"), share == weights.back(), result);
+    rated = lift(run, share * s.number("rated"), share == weights.back());
     if (share == weights.front()) first = rated;
-    result.add("drive", model, {share, rated.up / full, rated.down / full});
+    run.add("drive", {share, rated.up / full, rated.down / full});
   }
-  input.progress(0.5);
-  result.add("joint_load", model, rated.up / first.up, rated.up > 1.05 * first.up);
-  result.add("joint_direction", model, rated.down / rated.up, rated.down > 1.1 * rated.up);
-  result.add("joint_reverse", model, rated.reversed, rated.reversed > 0.05 && rated.reversed < 3.0);
-  const double creep = hold_arm(input, model, result);
-  result.add("joint_hold", model, 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding"));
+  run.progress(0.5);
+  run.add("joint_load", rated.up / first.up, rated.up > 1.05 * first.up);
+  run.add("joint_direction", rated.down / rated.up, rated.down > 1.1 * rated.up);
+  run.add("joint_reverse", rated.reversed, rated.reversed > 0.05 && rated.reversed < 3.0);
+  const double creep = hold_arm(run);
+  run.add("joint_hold", 1e6 * creep, std::fabs(creep) < 1e-3 * s.number("presliding"));
 }
 
 }  // namespace

@@ -35,25 +35,25 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
   return mean;
 }
 
-void run_limit_surface(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_limit_surface(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double radius = s.number("radius");
   // Divides by friction at the same speed, not by the kinetic coefficient, as some models depend on speed.
-  const double friction = steady(model, s, INFINITY).force.x;
+  const double friction = steady(run.model, s, INFINITY).force.x;
   double worst = 0.0;
   const std::vector<double>& ratios = s.numbers("ratios");
   for (std::size_t i = 0; i < ratios.size(); ++i) {
-    const Wrench w = steady(model, s, ratios[i]);
+    const Wrench w = steady(run.model, s, ratios[i]);
     const rivals::DiscFriction limit = rivals::coulomb_disc(ratios[i]);
     const double force = w.force.x / friction, torque = w.torque / (friction * radius);
     worst = std::max({worst, std::fabs(force - limit.force), std::fabs(torque - limit.torque)});
-    result.add("limit", model, {ratios[i], force, w.force.y / friction, torque, limit.force, limit.torque});
-    input.progress(static_cast<double>(i + 1) / static_cast<double>(ratios.size()));
+    run.add("limit", {ratios[i], force, w.force.y / friction, torque, limit.force, limit.torque});
+    run.progress(static_cast<double>(i + 1) / static_cast<double>(ratios.size()));
   }
-  result.add("limit_surface", model, 100.0 * worst, worst < 0.01);
+  run.add("limit_surface", 100.0 * worst, worst < 0.01);
   const double slow = 0.1;
-  const double eased = steady(model, s, slow).force.x / friction / rivals::coulomb_disc(slow).force;
-  result.add("spin_eases", model, eased, std::fabs(eased - 1.0) < 0.1);
+  const double eased = steady(run.model, s, slow).force.x / friction / rivals::coulomb_disc(slow).force;
+  run.add("spin_eases", eased, std::fabs(eased - 1.0) < 0.1);
 }
 
 }  // namespace

@@ -10,9 +10,9 @@ namespace {
 
 class Contact {
  public:
-  Contact(const ExperimentInput& input, const std::string& model, double highest_over_load)
-      : settings_(input.settings),
-        subject_(model, settings_, {1, highest_over_load}),
+  Contact(const ExperimentRun& run, double highest_over_load)
+      : settings_(run.settings),
+        subject_(run.model, settings_, {1, highest_over_load}),
         dbar_(settings_.number("presliding")) {}
 
   /// Slides `way` mean snap lengths under a load (N). Returns the friction at the end of the last step, N.
@@ -39,51 +39,50 @@ class Contact {
   double dbar_, friction_ = 0.0;
 };
 
-void sliding(const ExperimentInput& input, const std::string& model, const std::string& panel, double factor,
-             ExperimentResult& result) {
-  const Settings& s = input.settings;
+void sliding(ExperimentRun& run, const std::string& panel, double factor) {
+  const Settings& s = run.settings;
   const double load = s.number("load");
-  Contact contact(input, model, std::max(1.0, factor));
+  Contact contact(run, std::max(1.0, factor));
   contact.move(s.number("settling"), load);
   const double before = contact.mean(1.0, load);
   const double per_length = s.number("steps_per_length");
   const double kinetic = s.number("kinetic") * load;
   double at_once = 0.0;
-  result.add(panel, model, {0.0, contact.rest(load)});
+  run.add(panel, {0.0, contact.rest(load)});
   for (long k = 1; k <= std::lround(3.0 * per_length); ++k) {
     const double friction = contact.move(1.0 / per_length, factor * load);
     const double x = static_cast<double>(k) / per_length;
     if (k == 1) at_once = (friction - before) / ((factor - 1.0) * kinetic);
-    result.add(panel, model, {x, friction});
+    run.add(panel, {x, friction});
   }
-  if (factor > 1.0) result.add("load_up_sliding", model, 100.0 * at_once, at_once < 0.1);
+  if (factor > 1.0) run.add("load_up_sliding", 100.0 * at_once, at_once < 0.1);
 }
 
-void resting(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void resting(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double load = s.number("load"), up = s.number("factor_up"), down = s.number("factor_rest_down");
   const auto bent = [&](double later, const char* panel) {
-    Contact contact(input, model, std::max(1.0, later));
+    Contact contact(run, std::max(1.0, later));
     const double before = contact.move(s.number("bend"), load);
     const double held = contact.rest(load);
     const double after = contact.rest(later * load);
-    result.add(panel, model, {0.0, before});
-    result.add(panel, model, {0.0, held});
-    result.add(panel, model, {0.0, after});
+    run.add(panel, {0.0, before});
+    run.add(panel, {0.0, held});
+    run.add(panel, {0.0, after});
     return std::pair(held, after);
   };
   const auto [held, raised] = bent(up, "rest_up");
   const double change = (raised - held) / (s.number("kinetic") * load);
-  result.add("load_up_rest", model, 100.0 * change, std::fabs(change) < 0.01);
+  run.add("load_up_rest", 100.0 * change, std::fabs(change) < 0.01);
   const double left = bent(down, "rest_down").second / (down * load);
   const double most = std::max(s.number("static"), s.number("kinetic"));
-  result.add("load_down_rest", model, left / most, left <= most * 1.001);
+  run.add("load_down_rest", left / most, left <= most * 1.001);
 }
 
-void run_load_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  sliding(input, model, "up", input.settings.number("factor_up"), result);
-  sliding(input, model, "down", input.settings.number("factor_down"), result);
-  resting(input, model, result);
+void run_load_step(ExperimentRun& run) {
+  sliding(run, "up", run.number("factor_up"));
+  sliding(run, "down", run.number("factor_down"));
+  resting(run);
 }
 
 }  // namespace

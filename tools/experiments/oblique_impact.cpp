@@ -85,9 +85,9 @@ Speeds strike(const Sphere& sphere, Speeds speeds) {
   }
 }
 
-void run_oblique_impact(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
-  Sphere sphere = read_sphere(model, s);
+void run_oblique_impact(ExperimentRun& run) {
+  const Settings& s = run.settings;
+  Sphere sphere = read_sphere(run.model, s);
   const double stiffness_ratio = sphere.shear_modulus / sphere.normal_modulus;
   // Scales a slip speed by friction and speed of approach, as Maw, Barber and Fawcett do. An impact that
   // begins with a scaled slip above `slides_from` slides throughout, like one of rigid bodies.
@@ -101,7 +101,7 @@ void run_oblique_impact(const ExperimentInput& input, const std::string& model, 
     const double sign = before.slip() < 0.0 ? -1.0 : 1.0, from = scaled(sign * before.slip());
     const double push = sphere.friction * (1.0 + sphere.restitution) * sphere.approach;
     const double ratio = after.slip() / before.slip();
-    result.add(panel, model, {at, from, sign * scaled(after.slip()), after.centre, after.rim});
+    run.add(panel, {at, from, sign * scaled(after.slip()), after.centre, after.rim});
     if (from > slides_from)
       worst = std::max({worst, std::fabs(after.centre - before.centre + sign * push) / push,
                         std::fabs(after.rim - before.rim - sign * 2.5 * push) / push});
@@ -115,9 +115,9 @@ void run_oblique_impact(const ExperimentInput& input, const std::string& model, 
   }
   sphere.approach = s.number("approach");
   for (const double spin : s.numbers("spins")) look("spin", spin, {0.0, -spin * sphere.radius});
-  result.add("slides_through", model, 100.0 * worst, worst < 0.01);
-  result.add("recoils", model, recoil, recoil < -1.0);
-  result.add("impact_energy", model, 100.0 * gained, gained < 1e-3);
+  run.add("slides_through", 100.0 * worst, worst < 0.01);
+  run.add("recoils", recoil, recoil < -1.0);
+  run.add("impact_energy", 100.0 * gained, gained < 1e-3);
 }
 
 }  // namespace

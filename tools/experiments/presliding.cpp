@@ -12,13 +12,13 @@ namespace {
 // Contact that is moved by displacement at constant speed; it records its position and friction.
 class Path {
  public:
-  Path(const ExperimentInput& input, const std::string& model, std::string panel, ExperimentResult& result)
-      : subject_(model, input.settings),
+  Path(ExperimentRun& run, std::string panel)
+      : run_(run),
+        subject_(run.model, run.settings),
         panel_(std::move(panel)),
-        load_(input.settings.number("load")),
-        speed_(input.settings.number("velocity")),
-        step_(input.settings.number("presliding") / input.settings.number("steps_per_length")),
-        result_(result) {}
+        load_(run.number("load")),
+        speed_(run.number("velocity")),
+        step_(run.number("presliding") / run.number("steps_per_length")) {}
 
   /// Moves to position x (m), or until `stop(friction)` is true. The last step is shortened to end at x.
   template <class Stop>
@@ -32,7 +32,7 @@ class Path {
       work_ += friction_ * (next - x_);
       x_ = next;
       const bool stops = stop(friction_);
-      if (k % 10 == 0 || k == steps || stops) result_.add(panel_, subject_.name(), {x_, friction_});
+      if (k % 10 == 0 || k == steps || stops) run_.add(panel_, {x_, friction_});
       if (stops) return;
     }
   }
@@ -44,18 +44,18 @@ class Path {
   double work() const noexcept { return work_; }
 
  private:
+  ExperimentRun& run_;
   Subject subject_;
   std::string panel_;
   double load_, speed_, step_;
-  ExperimentResult& result_;
   double x_ = 0.0, friction_ = 0.0, work_ = 0.0;
 };
 
 // Pulls a contact that has never moved. Returns the highest friction (N).
-double virgin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const double dbar = input.settings.number("presliding");
-  const double kinetic = input.settings.number("kinetic") * input.settings.number("load");
-  Path path(input, model, "virgin", result);
+double virgin(ExperimentRun& run) {
+  const double dbar = run.number("presliding");
+  const double kinetic = run.number("kinetic") * run.number("load");
+  Path path(run, "virgin");
   double peak = 0.0, at_tenth = 0.0;
   path.move_to(0.1 * dbar);
   at_tenth = path.friction();
@@ -64,17 +64,17 @@ double virgin(const ExperimentInput& input, const std::string& model, Experiment
     return false;
   });
   const double share = at_tenth / kinetic;
-  result.add("presliding", model, 100.0 * share, share > 0.02 && share < 0.6);
+  run.add("presliding", 100.0 * share, share > 0.02 && share < 0.6);
   return peak;
 }
 
-void loops(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void loops(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double dbar = s.number("presliding");
   const double kinetic = s.number("kinetic") * s.number("load");
   // Runs hysteresis loops of growing width. Measures the energy lost in the second round of the widest.
   {
-    Path path(input, model, "loops", result);
+    Path path(run, "loops");
     for (const double width : {0.3, 0.5, 0.7}) {
       for (int round = 0; round < 2; ++round) {
         const double before = path.work();
@@ -84,13 +84,13 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
           path.move_to(width * dbar);
           path.move_to(-width * dbar);
           const double lost = (path.work() - before) / (2.0 * 4.0 * width * dbar * kinetic);
-          result.add("hysteresis", model, 100.0 * lost, lost > 0.02);
+          run.add("hysteresis", 100.0 * lost, lost > 0.02);
         }
       }
     }
   }
   // Runs a loop inside a loop: to 0.6, 0.2, 0.4, 0.2, and back to 0.6 presliding lengths.
-  Path path(input, model, "nested", result);
+  Path path(run, "nested");
   path.move_to(0.6 * dbar);
   const double outer = path.friction();
   path.move_to(0.2 * dbar);
@@ -100,26 +100,25 @@ void loops(const ExperimentInput& input, const std::string& model, ExperimentRes
   double miss = std::fabs(path.friction() - inner);
   path.move_to(0.6 * dbar);
   miss = std::max(miss, std::fabs(path.friction() - outer));
-  result.add("return_point", model, 100.0 * miss / kinetic, miss < 0.005 * kinetic);
+  run.add("return_point", 100.0 * miss / kinetic, miss < 0.005 * kinetic);
 }
 
-void permanent_set(const ExperimentInput& input, const std::string& model, double peak,
-                   ExperimentResult& result) {
-  const Settings& s = input.settings;
+void permanent_set(ExperimentRun& run, double peak) {
+  const Settings& s = run.settings;
   const double dbar = s.number("presliding");
   const double target = s.number("set_share") * peak;
-  Path path(input, model, "set", result);
+  Path path(run, "set");
   path.move_to(8.0 * dbar, [&](double friction) { return friction >= target; });
   const double furthest = path.x();
   path.move_to(furthest - 8.0 * dbar, [](double friction) { return friction <= 0.0; });
   const double left = path.x() / dbar;
-  result.add("permanent_set", model, left, left > 0.02 && furthest - path.x() > 0.01 * dbar);
+  run.add("permanent_set", left, left > 0.02 && furthest - path.x() > 0.01 * dbar);
 }
 
-void run_presliding(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const double peak = virgin(input, model, result);
-  loops(input, model, result);
-  permanent_set(input, model, peak, result);
+void run_presliding(ExperimentRun& run) {
+  const double peak = virgin(run);
+  loops(run);
+  permanent_set(run, peak);
 }
 
 }  // namespace

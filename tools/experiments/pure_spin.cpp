@@ -15,13 +15,12 @@ struct FirstMotion {
 };
 
 /// Pulls or turns a resting disc until its fastest point has moved `way` presliding lengths.
-FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bool turns,
-                      ExperimentResult& result) {
-  const Settings& s = input.settings;
+FirstMotion from_rest(ExperimentRun& run, bool turns) {
+  const Settings& s = run.settings;
   const double radius = s.number("radius"), load = s.number("load"), dbar = s.number("presliding");
   const double full = s.number("kinetic") * load;
   const double first = 1e-3 * dbar, step = dbar / s.number("steps_per_length");
-  SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
+  SpinSubject subject(run.model, s, {ContactArea::Shape::disc, radius});
   const auto move = [&](double way) {
     const rivals::SpinForce f =
         subject.step({turns ? 0.0 : way, 0.0}, turns ? way / radius : 0.0, way / s.number("velocity"), load);
@@ -34,19 +33,18 @@ FirstMotion from_rest(const ExperimentInput& input, const std::string& model, bo
     const double friction = move(step);
     found.peak = std::max(found.peak, friction);
     if (k > steps - last) found.steady += friction / static_cast<double>(last);
-    result.add(turns ? "turn" : "pull", model,
-               {(first + static_cast<double>(k) * step) / dbar, friction / full});
+    run.add(turns ? "turn" : "pull", {(first + static_cast<double>(k) * step) / dbar, friction / full});
   }
   return found;
 }
 
 /// Returns the highest friction of a slow pull on a spinning disc, over the steady friction of that pull.
-double peak_while_spinning(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+double peak_while_spinning(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double radius = s.number("radius"), load = s.number("load"), dbar = s.number("presliding");
   const double full = s.number("kinetic") * load, per_length = s.number("steps_per_length");
   const double step = dbar / per_length, dt = step / s.number("velocity"), ratio = s.number("pull_ratio");
-  SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
+  SpinSubject subject(run.model, s, {ContactArea::Shape::disc, radius});
   for (long k = 0; k < std::lround(s.number("settling") * per_length); ++k)
     subject.step({}, step / radius, dt, load);
   // Uses as many steps as a pull without spin; each lasts longer, as the pull is slower than the spin.
@@ -57,27 +55,27 @@ double peak_while_spinning(const ExperimentInput& input, const std::string& mode
     const double force = -subject.step({step, 0.0}, step / (ratio * radius), dt / ratio, load).mean.force.x;
     peak = std::max(peak, force);
     if (k > steps - last) steady += force / static_cast<double>(last);
-    result.add("spinning", model, {static_cast<double>(k) / per_length, force / full});
+    run.add("spinning", {static_cast<double>(k) / per_length, force / full});
   }
   return (peak - steady) / full;
 }
 
-void run_pure_spin(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const FirstMotion pull = from_rest(input, model, false, result);
-  input.progress(0.2);
-  const FirstMotion turn = from_rest(input, model, true, result);
-  input.progress(0.4);
+void run_pure_spin(ExperimentRun& run) {
+  const FirstMotion pull = from_rest(run, false);
+  run.progress(0.2);
+  const FirstMotion turn = from_rest(run, true);
+  run.progress(0.4);
   const double spring = turn.slope / (0.5 * pull.slope);
-  const double bends = pull.slope * input.settings.number("presliding") / pull.steady;
-  result.add("torsion_spring", model, spring, std::fabs(spring - 1.0) < 0.03 && bends < 10.0);
+  const double bends = pull.slope * run.number("presliding") / pull.steady;
+  run.add("torsion_spring", spring, std::fabs(spring - 1.0) < 0.03 && bends < 10.0);
   const double peak = turn.peak / turn.steady;
-  result.add("spin_peak", model, peak, peak > 1.02);
+  run.add("spin_peak", peak, peak > 1.02);
   const double share = peak / (pull.peak / pull.steady);
-  result.add("spin_peak_share", model, share, share < 0.98);
-  const double left = peak_while_spinning(input, model, result) * input.settings.number("kinetic") *
-                      input.settings.number("load") / (pull.peak - pull.steady);
+  run.add("spin_peak_share", share, share < 0.98);
+  const double left =
+      peak_while_spinning(run) * run.number("kinetic") * run.number("load") / (pull.peak - pull.steady);
   const bool has_peak = pull.peak > 1.02 * pull.steady;
-  result.add("peak_lost", model, has_peak ? left : 0.0, has_peak && left < 0.5);
+  run.add("peak_lost", has_peak ? left : 0.0, has_peak && left < 0.5);
 }
 
 }  // namespace

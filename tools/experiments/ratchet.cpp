@@ -44,9 +44,7 @@ Ground make_ground(const std::string& model, const Settings& s) {
   return [=](Pair d, bool keeps) mutable {
     m.displacement[0] = d.x;
     m.displacement[1] = d.y;
-    bristle::Response r;
-    keeps ? static_cast<void>(batch->step(dt, {&m, 1}, {&r, 1}))
-          : static_cast<void>(r = batch->find_force(dt, m));
+    const auto r = take(*batch, m, keeps, dt);
     return Pair{r.end[0], r.end[1]};
   };
 }
@@ -60,14 +58,14 @@ Pair slide(const std::string& model, const Settings& s, double angle) {
   return (-1.0 / s.number("load")) * friction;
 }
 
-void find_limits(const std::string& model, const Settings& s, ExperimentResult& result) {
+void find_limits(ExperimentRun& run) {
   constexpr int angles = 180;
   Pair limit[angles];
   double least = 1.0;
   for (int k = 0; k < angles; ++k) {
     const double angle = 2.0 * M_PI * k / angles;
-    limit[k] = slide(model, s, angle);
-    result.add("limit", model, {360.0 * k / angles, limit[k].x, limit[k].y});
+    limit[k] = slide(run.model, run.settings, angle);
+    run.add("limit", {360.0 * k / angles, limit[k].x, limit[k].y});
   }
   for (int k = 0; k < angles; ++k) {
     const Pair e{std::cos(2.0 * M_PI * k / angles), std::sin(2.0 * M_PI * k / angles)};
@@ -75,9 +73,9 @@ void find_limits(const std::string& model, const Settings& s, ExperimentResult& 
     for (const Pair& other : limit) most = std::max(most, dot(other, e));
     least = std::min(least, dot(limit[k], e) / most);
   }
-  result.add("dissipates_most", model, least, least > 0.999);
+  run.add("dissipates_most", least, least > 0.999);
   const double ratio = limit[0].x / -limit[angles / 2].x;
-  result.add("to_and_fro", model, ratio, std::fabs(ratio / s.number("to_over_fro") - 1.0) < 0.01);
+  run.add("to_and_fro", ratio, std::fabs(ratio / run.number("to_over_fro") - 1.0) < 0.01);
 }
 
 /// Block on the ground that is free to move along the lay (the direction of the surface's grain). Its
@@ -105,42 +103,42 @@ Block make_block(const std::string& model, const Settings& s) {
   return {make_ground(model, s), load / 9.81, s.number("dt"), 2.0 * s.number("friction") * load};
 }
 
-void shake(const std::string& model, const Settings& s, ExperimentResult& result) {
-  const double force = s.number("shaken") * s.number("friction") * s.number("load");
-  const long per_cycle = std::max(1L, std::lround(1.0 / (s.number("frequency") * s.number("dt"))));
-  const auto cycles = std::lround(s.number("cycles"));
-  Block block = make_block(model, s);
+void shake(ExperimentRun& run) {
+  const double force = run.number("shaken") * run.number("friction") * run.number("load");
+  const long per_cycle = std::max(1L, std::lround(1.0 / (run.number("frequency") * run.number("dt"))));
+  const auto cycles = std::lround(run.number("cycles"));
+  Block block = make_block(run.model, run.settings);
   double begin = 0.0;
   for (long k = 0; k <= (cycles + 1) * per_cycle; ++k) {
     if (k == per_cycle) begin = block.x;  // measures drift from the second cycle on: the first starts at rest
     const double phase = 2.0 * M_PI * static_cast<double>(k % per_cycle) / static_cast<double>(per_cycle);
     block.step(force * std::cos(phase));
     if (k % std::max(1L, per_cycle / 50) == 0)
-      result.add("shaken", model, {static_cast<double>(k) * s.number("dt"), std::cos(phase), 1e3 * block.x});
+      run.add("shaken", {static_cast<double>(k) * run.number("dt"), std::cos(phase), 1e3 * block.x});
   }
   const double drift = (block.x - begin) / static_cast<double>(cycles);
-  result.add("ratchet", model, 1e3 * drift, drift < -0.1 * s.number("presliding"));
+  run.add("ratchet", 1e3 * drift, drift < -0.1 * run.number("presliding"));
 }
 
-void hold(const std::string& model, const Settings& s, ExperimentResult& result) {
-  Block block = make_block(model, s);
-  const double force = s.number("held") * s.number("friction") * s.number("load");
-  const auto steps = std::lround(1.0 / s.number("dt"));
+void hold(ExperimentRun& run) {
+  Block block = make_block(run.model, run.settings);
+  const double force = run.number("held") * run.number("friction") * run.number("load");
+  const auto steps = std::lround(1.0 / run.number("dt"));
   double begin = 0.0;
   for (long k = 0; k < 2 * steps; ++k) {
     if (k == steps) begin = block.x;
     block.step(force * std::min(1.0, 2.0 * static_cast<double>(k) / static_cast<double>(steps)));
   }
   const double creep = 1e9 * (block.x - begin);
-  result.add("holds_on_nap", model, creep, std::fabs(creep) < 1.0);
+  run.add("holds_on_nap", creep, std::fabs(creep) < 1.0);
 }
 
-void run_ratchet(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  find_limits(model, input.settings, result);
-  input.progress(0.3);
-  shake(model, input.settings, result);
-  input.progress(0.8);
-  hold(model, input.settings, result);
+void run_ratchet(ExperimentRun& run) {
+  find_limits(run);
+  run.progress(0.3);
+  shake(run);
+  run.progress(0.8);
+  hold(run);
 }
 
 }  // namespace

@@ -44,9 +44,7 @@ Ground make_ground(const std::string& model, const Settings& s, double load) {
     m.normal_load = load;
     return [=](double slip, double, bool keeps) mutable {
       m.displacement[0] = slip;
-      bristle::Response r;
-      keeps ? static_cast<void>(batch->step(dt, {&m, 1}, {&r, 1}))
-            : static_cast<void>(r = batch->find_force(dt, m));
+      const auto r = take(*batch, m, keeps, dt);
       return Pull{r.end[0], r.stiffness};
     };
   }
@@ -61,8 +59,7 @@ Ground make_ground(const std::string& model, const Settings& s, double load) {
   return [=](double slip, double rolled, bool keeps) mutable {
     m.displacement[0] = slip;
     m.rolled[0] = rolled;
-    bristle::BedResponse r;
-    keeps ? static_cast<void>(beds->step({&m, 1}, {&r, 1})) : static_cast<void>(r = beds->find_force(m));
+    const auto r = take(*beds, m, keeps);
     return Pull{r.force[0], r.tangent[0][0]};
   };
 }
@@ -72,11 +69,11 @@ struct Ball {
 };
 
 /// Rolls a ball for a time (s), with friction solved implicitly. Calls `look` after every step.
-void roll(const ExperimentInput& input, const std::string& model, double degrees, Ball ball, double time,
+void roll(const ExperimentRun& run, double degrees, Ball ball, double time,
           const std::function<void(double, const Ball&)>& look) {
-  const Settings& s = input.settings;
+  const Settings& s = run.settings;
   const double mass = s.number("mass"), dt = s.number("dt"), angle = degrees * M_PI / 180.0;
-  const Ground ground = make_ground(model, s, mass * gravity * std::cos(angle));
+  const Ground ground = make_ground(run.model, s, mass * gravity * std::cos(angle));
   // Change of slip in a step by 1 N of friction (m/N): dt^2 (1/m + R^2 / I), with the ball's moment of
   // inertia I = 2/5 m R^2.
   const double per_force = 3.5 * dt * dt / mass;
@@ -91,34 +88,34 @@ void roll(const ExperimentInput& input, const std::string& model, double degrees
   }
 }
 
-void run_rolling_ball(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_rolling_ball(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double degrees = s.number("slope"), speed = s.number("speed"), time = s.number("time");
   Ball middle, last;
   const auto show = [&](const char* panel, double t, const Ball& b) {
     if (std::fmod(t + 1e-9, 0.02) < s.number("dt"))
-      result.add(panel, model, {t, b.v, b.rim, b.v != 0.0 ? (b.v - b.rim) / b.v : 0.0});
+      run.add(panel, {t, b.v, b.rim, b.v != 0.0 ? (b.v - b.rim) / b.v : 0.0});
   };
-  roll(input, model, degrees, {}, time, [&](double t, const Ball& b) {
+  roll(run, degrees, {}, time, [&](double t, const Ball& b) {
     show("slope", t, b);
     if (t <= 0.5 * time) middle = b;
     last = b;
   });
   const double pace = gravity * std::sin(degrees * M_PI / 180.0);
   const double ratio = (last.v - middle.v) / (0.5 * time * pace) * 7.0 / 5.0;
-  result.add("rolls_down", model, ratio, std::fabs(ratio - 1.0) < 0.01);
+  run.add("rolls_down", ratio, std::fabs(ratio - 1.0) < 0.01);
   const double creep[2] = {(middle.v - middle.rim) / middle.v, (last.v - last.rim) / last.v};
   const double kept = creep[0] > 1e-9 ? creep[1] / creep[0] : 0.0;
-  result.add("creeps_by_distance", model, kept, std::fabs(kept - 1.0) < 0.1);
-  roll(input, model, 0.0, {speed, speed}, time, [&](double, const Ball& b) { last = b; });
+  run.add("creeps_by_distance", kept, std::fabs(kept - 1.0) < 0.1);
+  roll(run, 0.0, {speed, speed}, time, [&](double, const Ball& b) { last = b; });
   const double lost = 1.0 - last.v / speed;
-  result.add("rolls_on", model, 100.0 * lost, std::fabs(lost) < 1e-5);
-  roll(input, model, 0.0, {speed, 0.0}, time, [&](double t, const Ball& b) {
+  run.add("rolls_on", 100.0 * lost, std::fabs(lost) < 1e-5);
+  roll(run, 0.0, {speed, 0.0}, time, [&](double t, const Ball& b) {
     show("thrown", t, b);
     last = b;
   });
   const double end = last.v / speed;
-  result.add("thrown_rolls", model, end, std::fabs(end - 5.0 / 7.0) < 0.01);
+  run.add("thrown_rolls", end, std::fabs(end - 5.0 / 7.0) < 0.01);
 }
 
 }  // namespace

@@ -71,23 +71,22 @@ bool is_shown_on_the_axis(long cycle) {  // selects about a dozen cycles per dec
   return decade == 1 || cycle % std::max(1L, decade / 2) == 0;
 }
 
-void strokes(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void strokes(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const auto cycles = std::lround(s.number("cycles"));
   double hardest = 0.0, least = 1e300, most = 0.0, lasts_from = 1e300;
   bool wide = false;
   const std::vector<double>& list = s.numbers("strokes");
   for (std::size_t i = 0; i < list.size(); ++i) {
     const double stroke = list[i];
-    Rubbed contact(s, model);
+    Rubbed contact(s, run.model);
     Loop first, tenth, last;
     for (long cycle = 1; cycle <= cycles; ++cycle) {
       last = rub(contact, stroke, s.number("steps_per_length"));
       if (cycle == 1) first = last;
       if (cycle == 10) tenth = last;
       if (is_shown_on_the_axis(cycle))
-        result.add("stroke", model,
-                   {stroke, static_cast<double>(cycle), last.highest, last.work / (4.0 * stroke)});
+        run.add("stroke", {stroke, static_cast<double>(cycle), last.highest, last.work / (4.0 * stroke)});
     }
     hardest = std::max(hardest, last.highest / first.highest);
     if (stroke >= 1.5) {
@@ -101,23 +100,23 @@ void strokes(const ExperimentInput& input, const std::string& model, ExperimentR
       lasts_from = std::min(lasts_from, stroke);
     if (stroke == 0.5) {
       const double open = last.work / (4.0 * stroke);
-      result.add("open_loops", model, 100.0 * open, open > open_loop);
+      run.add("open_loops", 100.0 * open, open > open_loop);
     }
-    input.progress(0.6 * static_cast<double>(i + 1) / static_cast<double>(list.size()));
+    run.progress(0.6 * static_cast<double>(i + 1) / static_cast<double>(list.size()));
   }
-  result.add("hardening", model, hardest, hardest <= 1.25);
+  run.add("hardening", hardest, hardest <= 1.25);
   if (wide) {
     const double worst = 1.0 - least > most - 1.0 ? least : most;
-    result.add("loop_work", model, worst, std::fabs(worst - 1.0) <= 0.1);
+    run.add("loop_work", worst, std::fabs(worst - 1.0) <= 0.1);
   }
-  if (lasts_from < 1e300) result.add("lasts_from", model, lasts_from, lasts_from <= 1.5);
+  if (lasts_from < 1e300) run.add("lasts_from", lasts_from, lasts_from <= 1.5);
 }
 
 /// Moves a contact as a hand that tries to hold still: the sum of two swings, at 8 and 11 Hz.
-void tremor(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void tremor(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double dt = 1e-3, duration = s.number("tremor_time"), swing = s.number("tremor");
-  Rubbed contact(s, model);
+  Rubbed contact(s, run.model);
   const auto steps = std::lround(duration / dt);
   double x = 0.0, first = 0.0, last = 0.0, highest = 0.0;
   const auto window = std::max(1L, steps / 50);
@@ -130,19 +129,19 @@ void tremor(const ExperimentInput& input, const std::string& model, ExperimentRe
     if (t <= 0.5) first = std::max(first, f);  // first 0.5 s, which are four swings of 8 Hz
     if (k > steps - steps / 10) last = std::max(last, f);
     if (k % window == 0) {
-      result.add("tremor", model, {swing, t, highest, 0.0});
+      run.add("tremor", {swing, t, highest, 0.0});
       highest = 0.0;
     }
   }
-  result.add("tremor", model, last / first, last / first <= 1.25);
+  run.add("tremor", last / first, last / first <= 1.25);
 }
 
-void circle(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void circle(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double radius = s.number("radius");
   const auto turns = std::lround(s.number("turns"));
   const auto steps = std::max(8L, std::lround(2.0 * M_PI * radius * s.number("steps_per_length")));
-  Rubbed contact(s, model, 2);
+  Rubbed contact(s, run.model, 2);
   Pair at{radius, 0.0};
   double first = 0.0, last = 0.0;
   for (long turn = 1; turn <= turns; ++turn) {
@@ -154,23 +153,22 @@ void circle(const ExperimentInput& input, const std::string& model, ExperimentRe
       at = next;
     }
     if (turn == 2) first = last;
-    result.add("circle", model, {radius, static_cast<double>(turn), last, 0.0});
+    run.add("circle", {radius, static_cast<double>(turn), last, 0.0});
   }
   const double ratio = last / first;
-  result.add("circle", model, ratio, std::fabs(ratio - 1.0) <= 0.1);
+  run.add("circle", ratio, std::fabs(ratio - 1.0) <= 0.1);
 }
 
 /// Loads a block with a force that wavers between two shares of kinetic friction. Returns its drift per cycle
 /// over the second half, in presliding lengths. `taps` adds short pushes.
-double ratchet(const ExperimentInput& input, const std::string& model, double low, double high, bool taps,
-               ExperimentResult& result) {
-  const Settings& s = input.settings;
+double ratchet(ExperimentRun& run, double low, double high, bool taps) {
+  const Settings& s = run.settings;
   const double load = s.number("load"), kinetic = s.number("kinetic") * load, dt = s.number("dt");
   const double period = 1.0 / s.number("frequency"), dbar = s.number("presliding");
   const double tap = taps ? s.number("tap") : 0.0, tap_every = period / 8.0, tap_time = 10.0 * dt;
   const auto cycles = std::max(4L, std::lround(s.number("force_cycles")));
   const auto steps = std::max(20L, std::lround(period / dt));
-  Subject subject(model, s);
+  Subject subject(run.model, s);
   SlidingBlock block(s.number("mass"));
   std::vector<double> means;
   for (long cycle = 0; cycle < cycles; ++cycle) {
@@ -184,30 +182,30 @@ double ratchet(const ExperimentInput& input, const std::string& model, double lo
       mean += block.position() / dbar / static_cast<double>(steps);
     }
     means.push_back(mean);
-    result.add(taps ? "ratchet_taps" : "ratchet", model, {high, static_cast<double>(cycle + 1), low, mean});
+    run.add(taps ? "ratchet_taps" : "ratchet", {high, static_cast<double>(cycle + 1), low, mean});
   }
   const auto last = means.size() - 1, middle = last / 2;
   return (means[last] - means[middle]) / static_cast<double>(last - middle);
 }
 
-void ratchets(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
+void ratchets(ExperimentRun& run) {
   constexpr std::array<std::array<double, 2>, 4> shares{{{0.2, 0.5}, {0.0, 0.8}, {-0.3, 0.8}, {-0.5, 0.9}}};
   for (const bool taps : {false, true}) {
     double worst = 0.0;
     for (const auto& [low, high] : shares) {
-      const double drift = ratchet(input, model, low, high, taps, result);
+      const double drift = ratchet(run, low, high, taps);
       if (std::fabs(drift) > std::fabs(worst)) worst = drift;
     }
-    result.add(taps ? "ratchet_taps" : "ratchet", model, worst, std::fabs(worst) < 1e-4);
-    input.progress(taps ? 0.95 : 0.85);
+    run.add(taps ? "ratchet_taps" : "ratchet", worst, std::fabs(worst) < 1e-4);
+    run.progress(taps ? 0.95 : 0.85);
   }
 }
 
 /// Moves a contact far from where it began and back over that place, and records its friction.
-void echo(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void echo(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double per_length = s.number("steps_per_length"), away = s.number("away");
-  Rubbed contact(s, model);
+  Rubbed contact(s, run.model);
   const auto steps = std::lround(away * per_length);
   for (long k = 0; k < steps; ++k) contact.move({-1.0 / per_length, 0.0});
   double before = 0.0, near = 0.0;
@@ -220,18 +218,18 @@ void echo(const ExperimentInput& input, const std::string& model, ExperimentResu
       ++counted;
     }
     if (std::fabs(x) <= 2.0) near = std::max(near, f);
-    if (x > -6.0) result.add("echo", model, {away, x, f, 0.0});
+    if (x > -6.0) run.add("echo", {away, x, f, 0.0});
   }
   const double excess = 100.0 * (near / (before / static_cast<double>(std::max(counted, 1L))) - 1.0);
-  result.add("echo", model, excess, excess < 3.0);
+  run.add("echo", excess, excess < 3.0);
 }
 
-void run_rubbing(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  strokes(input, model, result);
-  tremor(input, model, result);
-  circle(input, model, result);
-  ratchets(input, model, result);
-  echo(input, model, result);
+void run_rubbing(ExperimentRun& run) {
+  strokes(run);
+  tremor(run);
+  circle(run);
+  ratchets(run);
+  echo(run);
 }
 
 std::vector<Parameter> surface() {

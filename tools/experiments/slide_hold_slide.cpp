@@ -18,16 +18,16 @@ struct Hold {
   double way = 0.0;      // distance slid from the hold's end to the peak
 };
 
-Hold hold(const std::string& model, const Settings& s, double duration, ExperimentResult& result) {
-  Subject subject(model, s);
-  const double dbar = s.number("presliding"), load = s.number("load"), speed = s.number("speed");
-  const double kinetic = s.number("kinetic") * load;
-  const double step = dbar / s.number("steps_per_length");
+Hold hold(ExperimentRun& run, double duration) {
+  Subject subject(run.model, run.settings);
+  const double dbar = run.number("presliding"), load = run.number("load"), speed = run.number("speed");
+  const double kinetic = run.number("kinetic") * load;
+  const double step = dbar / run.number("steps_per_length");
   const auto row = [&](double t, double x, double friction) {
-    result.add("trace", model, {duration, t, x / dbar, friction / kinetic});
+    run.add("trace", {duration, t, x / dbar, friction / kinetic});
   };
   Hold found;
-  row(0.0, 0.0, slide(subject, s.number("settling") * dbar, speed, step, load));
+  row(0.0, 0.0, slide(subject, run.number("settling") * dbar, speed, step, load));
   // Lets the steps of the hold grow with time, which resolves a force that relaxes logarithmically.
   const int steps = 40;
   double t = 0.0;
@@ -38,7 +38,7 @@ Hold hold(const std::string& model, const Settings& s, double duration, Experime
     t = next;
     row(t, 0.0, found.relaxed);
   }
-  slide(subject, s.number("way") * dbar, speed, step, load, [&](double x, double friction) {
+  slide(subject, run.number("way") * dbar, speed, step, load, [&](double x, double friction) {
     row(duration + x / speed, x, friction);
     if (friction > found.peak) {
       found.peak = friction;
@@ -69,24 +69,24 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
   return line;
 }
 
-void run_slide_hold_slide(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_slide_hold_slide(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double kinetic = s.number("kinetic") * s.number("load");
   std::vector<double> logarithms, peaks;
   Hold last;
   for (const double duration : s.numbers("holds")) {
-    last = hold(model, s, duration, result);
+    last = hold(run, duration);
     const double dbar = s.number("presliding");
-    result.add("peak", model, {duration, last.way / s.number("speed"), last.way / dbar, last.peak / kinetic});
+    run.add("peak", {duration, last.way / s.number("speed"), last.way / dbar, last.peak / kinetic});
     logarithms.push_back(std::log(duration));
     peaks.push_back(last.peak / kinetic);
-    input.progress(static_cast<double>(peaks.size()) / static_cast<double>(s.numbers("holds").size()));
+    run.progress(static_cast<double>(peaks.size()) / static_cast<double>(s.numbers("holds").size()));
   }
   const Line line = fit_line(logarithms, peaks);
   const double rise = line.slope * (logarithms.back() - logarithms.front());
-  result.add("healing", model, 100.0 * line.slope, line.slope > 0.005 && line.worst < 0.2 * rise);
+  run.add("healing", 100.0 * line.slope, line.slope > 0.005 && line.worst < 0.2 * rise);
   const double relaxed = (last.held - last.relaxed) / kinetic;
-  result.add("hold_relaxation", model, 100.0 * relaxed, relaxed > 0.01);
+  run.add("hold_relaxation", 100.0 * relaxed, relaxed > 0.01);
 }
 
 void check_slide_hold_slide(const Settings& settings) {

@@ -38,8 +38,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
     return [=](double d, double pressed, bool keeps) mutable {
       m.displacement[0] = d;
       m.normal_load = pressed;
-      bristle::BedResponse r;
-      keeps ? static_cast<void>(beds->step({&m, 1}, {&r, 1})) : static_cast<void>(r = beds->find_force(m));
+      const auto r = take(*beds, m, keeps);
       return -r.force[0];
     };
   }
@@ -53,9 +52,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
     return [=](double d, double pressed, bool keeps) mutable {
       m.displacement[0] = d;
       m.normal_load = pressed;
-      bristle::Response r;
-      keeps ? static_cast<void>(batch->step(dt, {&m, 1}, {&r, 1}))
-            : static_cast<void>(r = batch->find_force(dt, m));
+      const auto r = take(*batch, m, keeps, dt);
       return -r.end[0];
     };
   }
@@ -71,9 +68,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
   return [=](double d, double pressed, bool keeps) mutable {
     m.displacement[0] = d;
     m.normal_load = pressed;
-    bristle::ExtendedResponse r;
-    keeps ? static_cast<void>(outline->pads.step(dt, {&m, 1}, {&r, 1}))
-          : static_cast<void>(r = outline->pads.find_force(dt, m));
+    const auto r = take(outline->pads, m, keeps, dt);
     return -r.end[0];
   };
 }
@@ -115,9 +110,8 @@ double bent(double t) { return 1.0 - std::pow(1.0 - t, 2.0 / 3.0); }
 double integral(double t) { return t - 0.6 * (1.0 - std::pow(1.0 - t, 5.0 / 3.0)); }
 double loss(double t) { return 8.0 * (t * bent(t) - integral(t)) - 4.0 * t * bent(t); }
 
-double lost_in_loop(Finger finger, const std::string& model, double most, double share, const Settings& s,
-                    ExperimentResult& result) {
-  const double way = s.number("presliding");
+double lost_in_loop(ExperimentRun& run, Finger finger, double most, double share) {
+  const double way = run.number("presliding");
   double work = 0.0;
   for (const double side : {1.0, -1.0, 1.0}) {  // after the first pull, counts the work of the loop alone
     if (side < 0.0) work = 0.0;
@@ -126,16 +120,16 @@ double lost_in_loop(Finger finger, const std::string& model, double most, double
       work += 0.5 * (force + finger.force) * (finger.x - x);
       x = finger.x;
       force = finger.force;
-      if (share == 0.5) result.add("loop", model, {x / way, force / most});
+      if (share == 0.5) run.add("loop", {x / way, force / most});
     });
   }
   return work / (most * way);
 }
 
-void run_soft_finger(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_soft_finger(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double load = s.number("load"), most = s.number("friction") * load, way = s.number("presliding");
-  const auto make = [&] { return Finger{make_contact(model, s), 1e-3 * way, load}; };
+  const auto make = [&] { return Finger{make_contact(run.model, s), 1e-3 * way, load}; };
 
   Finger pulled = make();
   double first = 0.0, half = 0.0;
@@ -145,19 +139,18 @@ void run_soft_finger(const ExperimentInput& input, const std::string& model, Exp
     const double slope = (pulled.force - before) / pulled.step;
     if (k == 0) first = slope;
     if (before < 0.5 * most) half = slope;
-    if (k % 10 == 0) result.add("stiffness", model, {0.5 * (before + pulled.force) / most, slope / first});
+    if (k % 10 == 0) run.add("stiffness", {0.5 * (before + pulled.force) / most, slope / first});
   }
   const double ratio = half / first;
-  result.add("rim_slips", model, ratio, std::fabs(ratio - std::cbrt(0.5)) < 0.02);
-  input.progress(0.4);
+  run.add("rim_slips", ratio, std::fabs(ratio - std::cbrt(0.5)) < 0.02);
+  run.progress(0.4);
 
-  const double wide = lost_in_loop(make(), model, most, 0.5, s, result),
-               narrow = lost_in_loop(make(), model, most, 0.25, s, result);
+  const double wide = lost_in_loop(run, make(), most, 0.5), narrow = lost_in_loop(run, make(), most, 0.25);
   const bool loses = std::min(wide, narrow) > 1e-5;  // a loss below this is a rounding error of single
                                                      // precision
   const double power = loses ? std::log2(wide / narrow) : 0.0;
-  result.add("loops_lose", model, power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1);
-  input.progress(0.8);
+  run.add("loops_lose", power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1);
+  run.progress(0.8);
 
   Finger eased = make();
   eased.pull_to(0.5 * most);
@@ -168,7 +161,7 @@ void run_soft_finger(const ExperimentInput& input, const std::string& model, Exp
     eased.pull_to(0.5 * most);
   }
   const double moved = eased.x / before, theory = std::pow(0.8, 2.0 / 3.0) * bent(0.5 / 0.8) / bent(0.5);
-  result.add("eased_rim_slips", model, moved, std::fabs(moved - theory) < 0.02);
+  run.add("eased_rim_slips", moved, std::fabs(moved - theory) < 0.02);
 }
 
 }  // namespace

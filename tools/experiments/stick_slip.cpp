@@ -9,12 +9,11 @@
 namespace cli {
 namespace {
 
-void pull(const Settings& s, const std::string& model, const std::string& panel,
-          const std::string& phenomenon, ExperimentResult& result) {
+void pull(ExperimentRun& run, const Settings& s, const std::string& panel, const std::string& phenomenon) {
   const double dt = s.number("dt"), load = s.number("load");
   const double spring = s.number("spring"), speed = s.number("pull_velocity");
   const double duration = s.number("duration");
-  Subject subject(model, s);
+  Subject subject(run.model, s);
   SlidingBlock block(s.number("mass"));
   const auto steps = static_cast<long>(std::lround(duration / dt));
   const long every = std::max(1L, steps / 4000);
@@ -31,17 +30,17 @@ void pull(const Settings& s, const std::string& model, const std::string& panel,
       stuck += std::fabs(block.velocity()) < 0.02 * speed ? 1.0 : 0.0;
       watched += 1.0;
     }
-    if (k % every == 0) result.add(panel, model, {t, force, block.position(), block.velocity()});
+    if (k % every == 0) run.add(panel, {t, force, block.position(), block.velocity()});
   }
   const double swing = (high - low) / (s.number("kinetic") * load);
-  result.add(phenomenon, model, 100.0 * swing, swing > 0.1 && stuck > 0.1 * watched);
+  run.add(phenomenon, 100.0 * swing, swing > 0.1 && stuck > 0.1 * watched);
 }
 
-void run_stick_slip(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  Settings dry = input.settings;
+void run_stick_slip(ExperimentRun& run) {
+  Settings dry = run.settings;
   dry.set("viscous=0");
-  pull(input.settings, model, "pull", "stick_slip", result);
-  pull(dry, model, "dry", "stick_slip_dry", result);
+  pull(run, run.settings, "pull", "stick_slip");
+  pull(run, dry, "dry", "stick_slip_dry");
 }
 
 }  // namespace

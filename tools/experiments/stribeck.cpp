@@ -35,26 +35,24 @@ double steady_force(const std::string& model, const Settings& s, double speed) {
   return sum / static_cast<double>(std::min(measure, longest));
 }
 
-Curve measure(const ExperimentInput& input, const std::string& model, const std::string& panel,
-              const Settings& s, ExperimentResult& result) {
+Curve measure(ExperimentRun& run, const std::string& panel, const Settings& s) {
   Curve curve;
-  for (const double v : input.settings.numbers("speeds")) {
+  for (const double v : run.settings.numbers("speeds")) {
     curve.speed.push_back(v);
-    curve.force.push_back(steady_force(model, s, v));
-    result.add(panel, model, {v, curve.force.back()});
+    curve.force.push_back(steady_force(run.model, s, v));
+    run.add(panel, {v, curve.force.back()});
   }
   return curve;
 }
 
-void judge(const Curve& lubricated, const Curve& dry, const std::string& model, const Settings& s,
-           ExperimentResult& result) {
-  const double kinetic = s.number("kinetic") * s.number("load");
-  const double vs = s.number("stribeck_velocity");
+void judge(ExperimentRun& run, const Curve& lubricated, const Curve& dry) {
+  const double kinetic = run.number("kinetic") * run.number("load");
+  const double vs = run.number("stribeck_velocity");
   // Highest friction among the speeds up to the one with the lowest friction.
   const auto lowest = std::min_element(lubricated.force.begin(), lubricated.force.end());
   const double before = *std::max_element(lubricated.force.begin(), lowest + 1);
   const double fall = (before - *lowest) / kinetic;
-  result.add("stribeck_fall", model, 100.0 * fall, fall > 0.02);
+  run.add("stribeck_fall", 100.0 * fall, fall > 0.02);
   double near_vs = 0.0, distance = INFINITY;
   for (std::size_t i = 0; i < lubricated.speed.size(); ++i) {
     const double away = std::fabs(std::log(lubricated.speed[i] / vs));
@@ -62,9 +60,9 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
     distance = std::min(distance, away);
   }
   const double early = (lubricated.force.front() - near_vs) / kinetic;
-  result.add("stribeck_early", model, 100.0 * early, early > 0.02);
+  run.add("stribeck_early", 100.0 * early, early > 0.02);
   const double rise = (lubricated.force.back() - *lowest) / kinetic;
-  result.add("viscous_rise", model, 100.0 * rise, rise > 0.02);
+  run.add("viscous_rise", 100.0 * rise, rise > 0.02);
   double low = INFINITY, high = -INFINITY;
   int away_from_rest = 0;
   for (std::size_t i = 0; i < dry.speed.size(); ++i) {
@@ -75,7 +73,7 @@ void judge(const Curve& lubricated, const Curve& dry, const std::string& model, 
   }
   if (away_from_rest < 2) return;  // fewer than two speeds leave nothing to compare
   const double spread = (high - low) / kinetic;
-  result.add("dry_constant", model, 100.0 * spread, spread < 0.02);
+  run.add("dry_constant", 100.0 * spread, spread < 0.02);
 }
 
 void check_stribeck(const Settings& settings) {
@@ -84,12 +82,12 @@ void check_stribeck(const Settings& settings) {
     throw UserError("experiment stribeck: speeds must ascend");
 }
 
-void run_stribeck(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  Settings dry = input.settings;
+void run_stribeck(ExperimentRun& run) {
+  Settings dry = run.settings;
   dry.set("viscous=0");
   dry.set("damping=0");
-  const Curve lubricated = measure(input, model, "lubricated", input.settings, result);
-  judge(lubricated, measure(input, model, "dry", dry, result), model, input.settings, result);
+  const Curve lubricated = measure(run, "lubricated", run.settings);
+  judge(run, lubricated, measure(run, "dry", dry));
 }
 
 }  // namespace

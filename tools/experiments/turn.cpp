@@ -9,8 +9,8 @@ namespace {
 
 using rivals::Pair;
 
-void turn(const ExperimentInput& input, const std::string& model, double degrees, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void turn(ExperimentRun& run, double degrees) {
+  const Settings& s = run.settings;
   const double load = s.number("load"), dbar = s.number("presliding"), speed = s.number("velocity");
   const double per_length = s.number("steps_per_length");
   const double step = dbar / per_length, dt = step / speed;
@@ -18,7 +18,7 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
   const double a = degrees * M_PI / 180.0;
   // Unit vectors of the motion before and after it turns by `degrees`.
   const Pair old_way{1.0, 0.0}, new_way{std::cos(a), std::sin(a)};
-  Subject subject(model, s, {2, 1.0});
+  Subject subject(run.model, s, {2, 1.0});
   for (long k = 0; k < std::lround(s.number("settling") * per_length); ++k)
     subject.step(step * old_way, dt, load);
   const double old_share = dot(old_way, new_way);
@@ -30,19 +30,19 @@ void turn(const ExperimentInput& input, const std::string& model, double degrees
     if (k > 0) force = -subject.step(step * new_way, dt, load).end;
     const double y = static_cast<double>(k) / per_length;
     const double along = dot(force, new_way), aside = dot(force, sideways_axis);
-    result.add("turn", model, {degrees, y, along / kinetic, aside / kinetic});
+    run.add("turn", {degrees, y, along / kinetic, aside / kinetic});
     if (half < 0.0 && std::fabs(aside) <= 0.5 * std::fabs(sideways_0)) half = y;
     if (reversed < 0.0 && along >= 0.0) reversed = y;
   }
   if (degrees == 90.0) {
-    result.add("turn", model, half, half > 0.05 && half < 3.0);
+    run.add("turn", half, half > 0.05 && half < 3.0);
   } else if (degrees == 180.0 && old_share < 0.0) {
-    result.add("reversal", model, reversed, reversed > 0.05 && reversed < 3.0);
+    run.add("reversal", reversed, reversed > 0.05 && reversed < 3.0);
   }
 }
 
-void run_turn(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  for (const double degrees : input.settings.numbers("turns")) turn(input, model, degrees, result);
+void run_turn(ExperimentRun& run) {
+  for (const double degrees : run.settings.numbers("turns")) turn(run, degrees);
 }
 
 }  // namespace

@@ -56,8 +56,8 @@ double evolution_way(const Step& up) {
   return there == up.friction.end() ? 0.0 : static_cast<double>(there - from);
 }
 
-void run_velocity_step(const ExperimentInput& input, const std::string& model, ExperimentResult& result) {
-  const Settings& s = input.settings;
+void run_velocity_step(ExperimentRun& run) {
+  const Settings& s = run.settings;
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
   // Least and greatest immediate change of friction (direct effect) over all steps of speed.
   double least = INFINITY, most = -INFINITY;
@@ -66,30 +66,30 @@ void run_velocity_step(const ExperimentInput& input, const std::string& model, E
                                               // peak
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {
-    const Steps found = steps_at(model, s, speeds[i]);
+    const Steps found = steps_at(run.model, s, speeds[i]);
     for (const bool up : {true, false}) {
       const Step& step = up ? found.up : found.down;
       for (std::size_t k = 0; k < step.friction.size(); ++k)
-        result.add(up ? "up" : "down", model,
-                   {speeds[i], each * static_cast<double>(k + 1), step.friction[k], step.before});
+        run.add(up ? "up" : "down",
+                {speeds[i], each * static_cast<double>(k + 1), step.friction[k], step.before});
     }
     const double highest = *std::max_element(found.up.friction.begin(), found.up.friction.end());
     const double direct = (highest - found.up.before) / e_folds;
     const double fall = (found.up.before - found.up.after) / e_folds;
     const double way = each * evolution_way(found.up);
-    result.add("step", model, {speeds[i], way, direct, fall});
+    run.add("step", {speeds[i], way, direct, fall});
     least = std::min(least, direct);
     most = std::max(most, direct);
     smallest_fall = std::min(smallest_fall, fall);
     shortest = std::min(shortest, way);
     longest = std::max(longest, way);
-    input.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
+    run.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
   }
-  result.add("direct_effect", model, 100.0 * least, least > 0.005 && most < 2.0 * least);
-  result.add("speed_fall", model, 100.0 * smallest_fall, smallest_fall > 0.005);
+  run.add("direct_effect", 100.0 * least, least > 0.005 && most < 2.0 * least);
+  run.add("speed_fall", 100.0 * smallest_fall, smallest_fall > 0.005);
   const bool falls = smallest_fall > 0.005;
-  result.add("evolution_way", model, falls ? shortest : 0.0,
-             falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest);
+  run.add("evolution_way", falls ? shortest : 0.0,
+          falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest);
 }
 
 void check_velocity_step(const Settings& settings) {

@@ -165,6 +165,11 @@ class Fitter {
   double criterion(const FitPoint& point, double count) const {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
   }
+  /// Whether a fit has the lower criterion, at its own number of samples that count, than another one.
+  bool justified(const FitPoint& point, const FitPoint& other) {
+    const double count = samples_that_count(point);
+    return criterion(point, count) < criterion(other, count);
+  }
   /// Returns the penalty that the information criterion adds for a number of parameters.
   static double price(std::size_t parameters, double count) {
     return 2.0 * static_cast<double>(parameters) * std::log(count);

@@ -332,8 +332,7 @@ FitPoint Fitter::made_to_rub(const FitPoint& plain) {
     if (!options_.residual && residual > 0.0) release(fit_residual, residual);
     if (point.free.size() == plain.free.size()) continue;
     point = bends_stage(point.values) ? minimise_bent(point) : minimise(model_, point);
-    const double count = samples_that_count(point);
-    if (criterion(point, count) < criterion(best, count)) best = point;
+    if (justified(point, best)) best = point;
   }
   return best;
 }
@@ -376,8 +375,7 @@ FitPoint Fitter::choose() {
   }
   const auto prefers_rubbed = [&] {
     if (of_plain.whole.free.empty() || of_rubbed.whole.free.empty()) return of_plain.whole.free.empty();
-    const double count = samples_that_count(of_rubbed.whole);
-    return criterion(of_rubbed.whole, count) < criterion(of_plain.whole, count);
+    return justified(of_rubbed.whole, of_plain.whole);
   };
   const auto with_time_terms = [&](Brush& brush) {
     if (brush.whole.free.empty()) return false;
@@ -505,8 +503,7 @@ FitPoint Fitter::add_speed_terms(const FitPoint& core) {
   FitPoint best = core;
   for (const FitPoint& candidate : speed_candidates(core)) {
     if (candidate.values[fit_viscous] < 0.0 || candidate.values[fit_damping] < 0.0) continue;
-    const double count = samples_that_count(candidate);
-    if (criterion(candidate, count) < criterion(best, count)) best = candidate;
+    if (justified(candidate, best)) best = candidate;
   }
   if (best.free.size() > core.free.size()) best = minimise(model_, best);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})

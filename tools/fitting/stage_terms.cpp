@@ -108,8 +108,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
                                  !better(candidates[0], candidates[1])));
   FitPoint best = core;
   for (const FitPoint& candidate : candidates) {
-    const double count = samples_that_count(candidate);
-    if (criterion(candidate, count) < criterion(best, count)) best = candidate;
+    if (justified(candidate, best)) best = candidate;
   }
   // Tries a stage that is stiffer in one direction than in the other. Bristles are symmetric and cannot
   // imitate that.
@@ -122,8 +121,7 @@ FitPoint Fitter::add_stage_terms(const FitPoint& core) {
     for (FitPoint point : {core, best}) {
       point.free.push_back(fit_softening);
       point = minimum(point);
-      const double count = samples_that_count(point);
-      if (criterion(point, count) < criterion(best, count)) best = point;
+      if (justified(point, best)) best = point;
     }
   }
   // Notes if the other one of delay and compliance would fit as closely and also be justified.

@@ -203,8 +203,7 @@ FitPoint Fitter::add_time_terms(const FitPoint& core, const FitPoint& base) {
   for (const FitPoint& start : time_starts(core, base)) {
     const FitPoint point = try_rests(minimise(model_, start));
     if (point.values[fit_viscous] < 0.0 || point.values[fit_strengthening] < 0.0) continue;
-    const double count = samples_that_count(point);
-    if (criterion(point, count) < criterion(best, count)) best = point;
+    if (justified(point, best)) best = point;
   }
   if (has_time_terms(best)) {
     for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
@@ -235,8 +234,7 @@ FitPoint Fitter::add_asymmetry(const FitPoint& point) {
   FitPoint skewed = point;
   skewed.free.push_back(fit_asymmetry);
   skewed = minimise(model_, skewed);
-  const double count = samples_that_count(skewed);
-  if (criterion(skewed, count) < criterion(point, count)) return skewed;
+  if (justified(skewed, point)) return skewed;
   why_[fit_asymmetry] = "not seen: it does not pay for itself";
   return point;
 }

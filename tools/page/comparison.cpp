@@ -47,8 +47,10 @@ std::vector<std::string> compared_models(int comparison) {
 
 Compared compare(int comparison, const std::string& model) {
   const Comparison& it = all().at(static_cast<std::size_t>(comparison));
+  const cli::Settings settings = settings_of(it);
   cli::ExperimentResult result;
-  it.experiment.run({settings_of(it), {model}}, model, result);
+  cli::ExperimentRun run{settings, model, result};
+  it.experiment.run(run);
   Compared compared;
   for (const cli::SeriesRow& row : result.series)
     if (row.panel == it.panel)

@@ -17,10 +17,6 @@ std::string ns_text(const Json& value) {
 
 std::string two_places(const Json& value) { return fmt::format("{:.2f}", value.get<double>()); }
 
-JsonColumn ns_column(const char* header = "ns per bristle") {
-  return {header, [](const Json& row) { return Cell(ns_text(row.at("ns_per_bristle"))); }};
-}
-
 // Returns whether a row of loop times is the library's own loop, to whose time others are compared.
 bool is_ours(const Json& row) { return text_of(row, "loop").starts_with("bristle"); }
 
@@ -182,7 +178,7 @@ Table comparisons_table(const Json& capacity) {
        [](const Json& row) { return Cell(count_text(row.at("bristles").get<unsigned long long>())); }},
       text_column("<motion", "motion"),
       text_column("<loop", "loop"),
-      ns_column(),
+      {"ns per bristle", [](const Json& row) { return Cell(ns_text(row.at("ns_per_bristle"))); }},
       {"a step us",
        [](const Json& row) {
          return Cell(number_text(row.at("ns_per_bristle"), 1e-3 * row.at("bristles").get<double>()));

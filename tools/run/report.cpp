@@ -19,8 +19,8 @@ using Json = nlohmann::ordered_json;
 
 std::string force_text(double newtons) { return fmt::format("{:.4f}", newtons); }
 
-std::string ratio_text(double numerator, double denominator, const char* otherwise = "-") {
-  return denominator > 0.0 ? fmt::format("{:.4f}", numerator / denominator) : otherwise;
+std::string ratio_text(double numerator, double denominator) {
+  return denominator > 0.0 ? fmt::format("{:.4f}", numerator / denominator) : "-";
 }
 
 std::string joined(const std::vector<std::string>& texts) {

@@ -83,14 +83,16 @@ void set_displacements(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
   }
 }
 
-template <int Dof>
+template <int Dof, class Contact, class AnyResponse, int Size>
 void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& external,
-                  Span<const BodyContact<Dof>> contacts, Span<const Response> responses,
-                  double (Response::*force)[2]) noexcept {
+                  Span<const Contact> contacts, Span<const AnyResponse> responses,
+                  double (AnyResponse::*force)[Size]) noexcept {
   Eigen::Matrix<double, Dof, 1> impulse = dt_s * external;
-  for (const BodyContact<Dof>& c : contacts) {
-    const double(&f)[2] = responses[c.place].*force;
-    impulse.noalias() += dt_s * c.jacobian.transpose() * Eigen::Vector2d(f[0], c.axes == 2 ? f[1] : 0.0);
+  for (const Contact& c : contacts) {
+    Eigen::Matrix<double, Size, 1> f(responses[c.place].*force);
+    if constexpr (Size == 2)
+      if (c.axes == 1) f[1] = 0.0;
+    impulse.noalias() += dt_s * c.jacobian.transpose() * f;
   }
   const Eigen::Matrix<double, Dof, Dof> mass = body.mass;
   body.velocity += mass.llt().solve(impulse);

@@ -164,19 +164,6 @@ void set_displacements(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
   }
 }
 
-template <int Dof>
-void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& external,
-                  Span<const ExtendedContact<Dof>> contacts, Span<const ExtendedResponse> responses,
-                  double (ExtendedResponse::*force)[3]) noexcept {
-  Eigen::Matrix<double, Dof, 1> impulse = dt_s * external;
-  for (const ExtendedContact<Dof>& c : contacts) {
-    const double(&f)[3] = responses[c.place].*force;
-    impulse.noalias() += dt_s * c.jacobian.transpose() * Eigen::Vector3d(f[0], f[1], f[2]);
-  }
-  const Eigen::Matrix<double, Dof, Dof> mass = body.mass;
-  body.velocity += mass.llt().solve(impulse);
-}
-
 }  // namespace detail
 
 /// Sets the displacements of the next step as predict_displacements of coupling.hpp, by one linear solve and

@@ -43,22 +43,29 @@ struct alignas(64) CohortAgeing {
   double rate_per_length = 0.0, snap_rate = 0.0;
 };
 
-/// Properties and state of an infinite brush. Number in contact and overload are in the struct Patch.
-struct Cohorts : PatchRecord, CohortState {
+/// Scalars of the state of an infinite brush. Number in contact and overload are in the struct Patch.
+struct CohortScalars : CohortState {
+  std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of its present straight slide,
+                                     ///< whose length so far is `run`
+  double snap_rest = 0.0;            ///< fraction of a snap that is not yet reported, as only whole ones
+                                     ///< are
+  Glide glide;                       ///< recent path of the patch and, in a glide (a slide on a slowly
+                                     ///< turning path, calculated without visiting cohorts), the state
+                                     ///< of that glide
+};
+
+/// Properties and state of an infinite brush.
+struct Cohorts : PatchRecord, CohortScalars {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;
   /// Kernels of a patch whose force fluctuates as that of n bristles (fluctuation.hpp), else null.
   const CohortNoise* noise = nullptr;
-  std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of its present straight slide,
-                                     ///< whose length so far is `run`
-  double follow = 0.0;               ///< path of a slide, scaled, after which the cohorts need not be
-                                     ///< stepped: they move with the patch unchanged
+  double follow = 0.0;  ///< path of a slide, scaled, after which the cohorts need not be
+                        ///< stepped: they move with the patch unchanged
 
   /// Path, scaled, after which one long step that began with straight bristles is in steady sliding; 0 = as
   /// long as `follow`.
   double forget = 0.0;
-  Glide glide;          ///< recent path of the patch and, in a glide (a slide on a slowly turning path,
-                        ///< calculated without visiting cohorts), the state of that glide
   bool glides = false;  ///< whether the patch may glide; one that ages or fluctuates may not
 
   // Constants for glides (steady slides on bent paths), in scaled lengths; derived in make.cpp.
@@ -70,7 +77,6 @@ struct Cohorts : PatchRecord, CohortState {
   double highest_curve = 0.0;      ///< largest curvature of a path on which a patch glides, rad per scaled
                                    ///< length
   double chord_share = 0.0;        ///< factor from which Glide::chord_share (angle of a chord) is computed
-  double snap_rest = 0.0;          ///< fraction of a snap that is not yet reported, as only whole ones are
   std::uint32_t pieces = 0;        ///< pieces of path per mean snap length that the options ask for, rounded
                                    ///< up; PatchInfo::representatives reports the number
   std::uint32_t detail = 0;        ///< pieces of path per mean snap length in use (PatchBatch::set_detail)
@@ -132,6 +138,8 @@ void find_moment(CohortState& s, const double* rows) noexcept;
 /// Returns the sum of mass x |z|^2 over the cohorts, z the deflection. Includes the variance of place that
 /// was lost when bristles joined one cohort (CohortState::spread).
 double cohort_squares(const Patch& p) noexcept;
+/// Adds to `sum` mass x |z|^2 over the cohorts, for a patch at the place `at`.
+double squares_at(const CohortState& s, const double* rows, const double (&at)[2], double sum) noexcept;
 /// Returns the elastic energy, J, of one unit of mass that is bent by one scaled length.
 double joules_per_unit(const Patch& p) noexcept;
 /// Returns the sum of deflections along one axis, rounded, in units of Patch::sum; `at`: place of the patch.

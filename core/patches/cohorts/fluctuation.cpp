@@ -6,19 +6,6 @@
 #include "core/common/hashing.hpp"
 
 namespace bristle::detail {
-namespace {
-
-double squares_at(const CohortState& s, const double* rows, const double (&at)[2]) noexcept {
-  double sum = 0.0;
-  for (std::uint32_t i = 0; i < s.count; ++i) {
-    const double zx = at[0] - entry(rows, i, cohort_x);
-    const double zy = at[1] - entry(rows, i, cohort_y);
-    sum += mass_of(rows, i) * (zx * zx + zy * zy);
-  }
-  return sum;
-}
-
-}  // namespace
 
 void set_fluctuation(Cohorts& r) noexcept {
   if (r.options.fluctuation == 0) return;
@@ -32,7 +19,7 @@ void set_fluctuation(Cohorts& r) noexcept {
 
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept {
-  const double before = squares_at(s, rows, move.to);
+  const double before = squares_at(s, rows, move.to, 0.0);
   // Assigns n bristles at random, cohort by cohort. Each bristle that is not assigned yet joins the cohort
   // with the probability mean / mean_left: expected mass of this cohort over that of all cohorts left.
   double left = s.mass;
@@ -48,7 +35,7 @@ void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& m
   }
   remove_empty(s, rows, move.times.births);
   find_moment(s, rows);
-  t.lost += before - squares_at(s, rows, move.to);
+  t.lost += before - squares_at(s, rows, move.to, 0.0);
 }
 
 double carried_deflection(const Cohorts& r, const CohortMove& move, int axis) noexcept {

@@ -2,10 +2,10 @@
 // "Fluctuation"). The pass over the cohorts that computes the mean mass leaving each cohort also samples the
 // mass that really leaves (CohortNoise). Places of snaps, work, energy lost and renewals follow from the
 // sampled mass, so energy balances and no loss is negative. This file has the key of the random numbers, the
-// sampling outside a piece of path, and the saved state.
+// and the
+// sampling outside a piece of path.
 #pragma once
 
-#include "core/common/little_endian.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 
 namespace bristle::detail {
@@ -31,12 +31,5 @@ double draw_kept(Cohorts& r, std::uint32_t i, double mass, double mean_kept) noe
 /// keeps, replaced by the sampled one. The total that leaves is fixed; which bristles of a cohort came last
 /// is random.
 void draw_cut(Cohorts& r, double* kept) noexcept;
-
-// --- saved state and hash; a patch that does not fluctuate adds nothing to them
-template <class Io, class State>
-void fluctuation_fields(Io& io, State& s) noexcept {
-  io(s.draws);
-  io(s.draws_due);
-}
 
 }  // namespace bristle::detail

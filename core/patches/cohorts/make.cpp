@@ -19,11 +19,8 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.options.seed = seed;
   r.options.key = key;
   const std::uint32_t capacity = r.capacity;
-  static_cast<CohortState&>(r) = CohortState{};
+  static_cast<CohortScalars&>(r) = CohortScalars{};
   r.capacity = capacity;
-  r.slid_to[0] = r.slid_to[1] = 0;
-  r.glide = Glide{};
-  r.snap_rest = 0.0;
   clear_cohorts(r);
   if (r.ageing != nullptr) *r.ageing = CohortAgeing{};
   set_pieces(r, r.pieces);
@@ -57,22 +54,6 @@ Status set_detail(Patch& p, std::uint32_t detail) noexcept {
 }
 
 void describe(const Patch& p, PatchInfo& info) noexcept {
-  static constexpr const char* names[16] = {"1 axis, infinite, end, double",
-                                            "2 axes, infinite, end, double",
-                                            "1 axis, infinite, end + mean, double",
-                                            "2 axes, infinite, end + mean, double",
-                                            "1 axis, infinite, end, energy, double",
-                                            "2 axes, infinite, end, energy, double",
-                                            "1 axis, infinite, end + mean, energy, double",
-                                            "2 axes, infinite, end + mean, energy, double",
-                                            "1 axis, infinite, fluctuating, end, double",
-                                            "2 axes, infinite, fluctuating, end, double",
-                                            "1 axis, infinite, fluctuating, end + mean, double",
-                                            "2 axes, infinite, fluctuating, end + mean, double",
-                                            "1 axis, infinite, fluctuating, end, energy, double",
-                                            "2 axes, infinite, fluctuating, end, energy, double",
-                                            "1 axis, infinite, fluctuating, end + mean, energy, double",
-                                            "2 axes, infinite, fluctuating, end + mean, energy, double"};
   const Cohorts& r = cohorts(p);
   info.representatives = r.pieces;
   info.detail = r.detail;
@@ -80,8 +61,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
   info.max_normal_load = p.material().material.load_on_bristles(r.zeta_max());
   info.active = r.mass / full_mass * r.detail;
   info.bytes_per_representative = static_cast<std::uint32_t>(r.bytes / r.pieces);
-  info.kernel = names[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
-                      (has(p.outputs, Outputs::energy) ? 4u : 0u) | (r.noise != nullptr ? 8u : 0u)];
+  info.kernel = kernel_name(p, BristleKind::infinite, r.noise != nullptr ? 1u : 0u, true);
 }
 
 constexpr ContactModel cohorts_model = {.name = "cohorts",
@@ -215,16 +195,10 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.capacity = (static_cast<std::uint32_t>(capacity) + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   made.options.cohorts = made.capacity;
 
-  auto* r = make_record<Cohorts>(std::move(material), column_bytes(made));
-  made.bytes = r->bytes;
-  *r = made;
+  Cohorts* r = make_record(std::move(material), made);
   r->glides = !r->ages() && r->noise == nullptr;
-  place_columns(*r, column_memory(r));
   clear_cohorts(*r);
-  if (r->ageing != nullptr) {
-    *r->ageing = CohortAgeing{};
-    std::fill_n(r->births(), r->capacity, 0.0);
-  }
+  if (r->ageing != nullptr) *r->ageing = CohortAgeing{};
   Patch p = make_shared_part(*r, cohorts_model);
   note_cohorts(p);
   return p;

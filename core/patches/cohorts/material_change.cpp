@@ -87,11 +87,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   Cohorts& r = cohorts(to);
   end_glide(from);
   const Cohorts& old = cohorts(from);
-  r.options.key = old.options.key;
   r.options.seed = old.options.seed;
-  to.pending_snaps = from.pending_snaps;
-  to.pending_dissipated = from.pending_dissipated;
-  to.pending_loss = from.pending_loss;
   to.overload = from.overload;
   set_pieces(r, old.detail);
 

@@ -9,48 +9,80 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the saved fields of an infinite brush besides its rows of cohorts and what all contact models save.
-/// Reading and writing use the same list.
-template <class Io, class Record, class NotedAt>
-void cohort_fields(Io& io, Record& r, NotedAt& noted) noexcept {
-  io(r.mass);
-  io(r.run);
-  io(r.snap_rest);
-  io(r.spread);
-  for (int axis = 0; axis < 2; ++axis) {
-    io(r.base[axis]);
-    io(r.moment[axis]);
-    io(r.direction[axis]);
-    io(r.slid_to[axis]);
-    io(r.begin[0][axis]);
-    io(r.begin[1][axis]);
-    io(r.open[axis]);
-    io(noted[axis]);
-  }
-  io(r.open[2]);
-  io(r.layered);
-  io(r.count);
-  io(r.detail);
-  for (int axis = 0; axis < 2; ++axis) {
-    io(r.glide.direction[axis]);
-    io(r.glide.node[axis]);
-    io(r.glide.from[axis]);
-  }
-  io(r.glide.length);
-  io(r.glide.way);
-  io(r.glide.curve);
-  io(r.glide.from_curve);
-  io(r.glide.known);
-  io(r.glide.on);
+// The saved scalars of an infinite brush, in the order of the saved bytes. `r`: brush whose material and
+// options bound them.
+
+template <class State, class Visit>
+void slide_fields(State& s, const Cohorts& r, Visit&& visit) noexcept {
+  visit(s.mass, FieldRule{.hashed = Hashed::apart});
+  visit(s.run, FieldRule{"run", 0.0, r.follow, Hashed::apart});
+  visit(s.snap_rest, FieldRule{"snap_rest", 0.0, 1.0, Hashed::apart});
+  visit(s.spread, FieldRule{"spread", 0.0, full_mass * 1e8, Hashed::apart});
 }
 
+/// Lists the scalars along one axis. `noted`: position at which the sum of deflections was computed exactly.
+template <class State, class Noted, class Visit>
+void axis_fields(State& s, Noted& noted, int axis, Visit&& visit) noexcept {
+  visit(s.base[axis], placed(axis));
+  visit(s.moment[axis], FieldRule{"moment", -full_mass * 2e4, full_mass * 2e4});
+  visit(s.direction[axis], FieldRule{"direction", -1.0, 1.0});
+  visit(s.slid_to[axis], placed(axis));
+  for (auto& begin : s.begin) visit(begin[axis], FieldRule{"begin", -1e12, 1e12});
+  visit(s.open[axis]);
+  visit(noted[axis], placed(axis));
+}
+
+template <class State, class Visit>
+void count_fields(State& s, const Cohorts& r, Visit&& visit) noexcept {
+  visit(s.open[2], FieldRule{.hashed = Hashed::high_half});
+  visit(s.layered, FieldRule{"layered", 0.0, 1.0});
+  visit(s.count, FieldRule{"count", 0.0, static_cast<double>(r.capacity), Hashed::apart});
+  visit(s.detail, FieldRule{"detail", 1.0, static_cast<double>(r.pieces), Hashed::apart});
+}
+
+template <class AnyGlide, class Visit>
+void glide_fields(AnyGlide& g, const Cohorts& r, Visit&& visit) noexcept {
+  constexpr FieldRule unit{"direction of its course", -1.000001, 1.000001};
+  constexpr FieldRule path{"length of its course", 0.0, 1e300};
+  const FieldRule bend{"curvature of its course", -1.0 / r.memory, 1.0 / r.memory};
+  for (int axis = 0; axis < 2; ++axis) {
+    visit(g.direction[axis], unit);
+    visit(g.node[axis], unit);
+    visit(g.from[axis], unit);
+  }
+  visit(g.length, path);
+  visit(g.way, path);
+  visit(g.curve, bend);
+  visit(g.from_curve, bend);
+  visit(g.known, FieldRule{"course", 0.0, 1.0, Hashed::high_half});
+  visit(g.on, FieldRule{"course", 0.0, 1.0});
+}
+
+/// Lists what a patch whose force fluctuates saves in addition.
+template <class State, class Visit>
+void fluctuation_fields(State& s, Visit&& visit) noexcept {
+  visit(s.draws);
+  visit(s.draws_due, FieldRule{"renewals due", 0.0, 1.0});
+}
+
+template <class State, class Noted, class Visit>
+void cohort_fields(State& s, Noted& noted, const Cohorts& r, Visit&& visit) noexcept {
+  slide_fields(s, r, visit);
+  for (int axis = 0; axis < 2; ++axis) axis_fields(s, noted, axis, visit);
+  count_fields(s, r, visit);
+  glide_fields(s.glide, r, visit);
+  if (r.noise != nullptr) fluctuation_fields(s, visit);
+}
+
+constexpr double ever = 1e17;  ///< time longer than any clock runs for, s
+
 /// Lists the fields that an ageing patch saves besides the times when its cohorts were last straight.
-template <class Io>
-void ageing_fields(Io& io, CohortAgeing& a) noexcept {
-  io(a.base);
-  io(a.per_length);
-  io(a.until);
-  io(a.oldest);
+template <class Ageing, class Visit>
+void ageing_fields(Ageing& a, Visit&& visit) noexcept {
+  visit(a.base, FieldRule{"base of time", 0.0, ever * clock_units_per_second, Hashed::apart});
+  visit(a.per_length, FieldRule{"speed", 0.0, 1e300});
+  visit(a.until, FieldRule{"time", -ever, ever});
+  visit(a.oldest, FieldRule{"time", -ever, ever});
 }
 
 /// Reads the value in one column of cohort i.
@@ -90,27 +122,11 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
   return mass == saved.mass ? nullptr : "mass";
 }
 
-const char* find_glide_fault(const Cohorts& r, const Glide& saved, std::uint32_t count) noexcept {
-  for (int axis = 0; axis < 2; ++axis)
-    for (double x : {saved.direction[axis], saved.node[axis], saved.from[axis]})
-      if (!within(x, -1.000001, 1.000001)) return "direction of its course";
-  if (!within(saved.length, 0.0, 1e300) || !within(saved.way, 0.0, 1e300)) return "length of its course";
-  for (double x : {saved.curve, saved.from_curve})
-    if (!within(x * r.memory, -1.0, 1.0)) return "curvature of its course";
-  if (saved.known > 1 || saved.on > 1) return "course";
-  const bool unit = within(saved.from[0] * saved.from[0] + saved.from[1] * saved.from[1], 0.99, 1.01);
-  if (saved.on != 0 && !(r.glides && unit && count > 0)) return "glide";
-  return nullptr;
-}
-
 const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
   CohortAgeing saved;
-  ageing_fields(read, saved);
-  constexpr double ever = 1e17;  // time longer than any clock runs for, s
-  if (saved.base < 0 || saved.base > static_cast<Int128>(ever * clock_units_per_second))
-    return "base of time";
-  if (!within(saved.per_length, 0.0, 1e300)) return "speed";
-  if (!within(saved.until, -ever, ever) || !within(saved.oldest, -ever, ever)) return "time";
+  FieldCheck check{read};
+  ageing_fields(saved, check);
+  if (check.fault != nullptr) return check.fault;
   for (std::uint32_t i = 0; i < r.capacity; ++i) {
     double birth = 0.0;
     read(birth);
@@ -160,6 +176,15 @@ double cohort_squares(const Patch& p) noexcept {
   return sum;
 }
 
+double squares_at(const CohortState& s, const double* rows, const double (&at)[2], double sum) noexcept {
+  for (std::uint32_t i = 0; i < s.count; ++i) {
+    const double zx = at[0] - entry(rows, i, cohort_x);
+    const double zy = at[1] - entry(rows, i, cohort_y);
+    sum += mass_of(rows, i) * (zx * zx + zy * zy);
+  }
+  return sum;
+}
+
 double joules_per_unit(const Patch& p) noexcept {
   const CompiledMaterial& m = p.material();
   return 0.5 * m.material.bristle_stiffness * p.overload * m.metres_per_length * m.metres_per_length /
@@ -203,30 +228,24 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
   hasher.add(p.material().hash);
   for (double x : {r.zeta_max(), r.mass, p.overload, r.run, r.law.piece, r.snap_rest, r.spread})
     hasher.add(x);
-  for (int axis = 0; axis < 2; ++axis) {
-    hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.base[axis])));
-    hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.slid_to[axis])));
-    hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], p.part_position[axis])));
-    for (double x : {r.moment[axis], r.direction[axis], r.begin[0][axis], r.begin[1][axis]}) hasher.add(x);
-    hasher.add(std::uint64_t{r.open[axis]});
-  }
-  hasher.add(std::uint64_t{r.open[2]} << 32 | r.layered);
-  const Glide& g = r.glide;
+  FieldHash hash{hasher, p};
   for (int axis = 0; axis < 2; ++axis)
-    for (double x : {g.direction[axis], g.node[axis], g.from[axis]}) hasher.add(x);
-  for (double x : {g.length, g.way, g.curve, g.from_curve}) hasher.add(x);
-  hasher.add(std::uint64_t{g.known} << 32 | g.on);
+    for (const bool places : {true, false})
+      axis_fields(r, p.part_position, axis, [&](const auto& value, const FieldRule& rule = {}) {
+        if ((rule.hashed == Hashed::place) == places) hash(value, rule);
+      });
+  count_fields(r, r, hash);
+  glide_fields(r.glide, r, hash);
   if (r.noise != nullptr) {
     hasher.add(r.law.draw_key);
-    hasher.add(r.draws);
-    hasher.add(r.draws_due);
+    fluctuation_fields(r, hash);
   }
   for (std::uint32_t i = 0; i < r.count; ++i)
     for (std::uint32_t c = 0; c < cohort_columns; ++c)
       hasher.add(entry(r.rows, i, static_cast<CohortColumn>(c)));
   if (r.ageing != nullptr && r.count > 0) {
     hasher.add(times_of(p).now);
-    for (double x : {r.ageing->per_length, r.ageing->until, r.ageing->oldest}) hasher.add(x);
+    ageing_fields(*r.ageing, hash);
     for (std::uint32_t i = 0; i < r.count; ++i) hasher.add(r.births()[i]);
   }
   return hasher.value();
@@ -266,12 +285,11 @@ std::uint64_t cohort_signature(const Patch& p) noexcept {
 
 void save_cohorts(const Patch& p, ByteWriter& write) noexcept {
   const Cohorts& r = cohorts(p);
-  cohort_fields(write, r, p.part_position);
-  if (r.noise != nullptr) fluctuation_fields(write, r);
+  cohort_fields(r, p.part_position, r, write);
   write.column(r.rows, r.used_numbers());
   write.zeros<double>(r.capacity * cohort_columns - r.used_numbers());
   if (r.ageing == nullptr) return;
-  ageing_fields(write, *r.ageing);
+  ageing_fields(*r.ageing, write);
   write.column(r.births(), r.count);
   write.zeros<double>(r.capacity - r.count);
 }
@@ -280,18 +298,12 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   const Cohorts& r = cohorts(p);
   Cohorts saved;
   std::int64_t noted[2];
-  cohort_fields(read, saved, noted);
-  if (r.noise != nullptr) fluctuation_fields(read, saved);
+  FieldCheck check{read};
+  cohort_fields(saved, noted, r, check);
+  if (check.fault != nullptr) return check.fault;
   const double share = contact.zeta / r.zeta_max();
   if (!(contact.overload == (share > 1.0 + 1e-14 ? share : 1.0))) return "overload";
   if (saved.mass != std::floor(std::min(share, 1.0) * full_mass + 0.5)) return "mass";
-  if (saved.count > r.capacity) return "count";
-  if (saved.detail < 1 || saved.detail > r.pieces) return "detail";
-  if (!within(saved.run, 0.0, r.follow)) return "run";
-  if (!within(saved.snap_rest, 0.0, 1.0)) return "snap_rest";
-  if (!within(saved.draws_due, 0.0, 1.0)) return "renewals due";
-  if (saved.layered > 1) return "layered";
-  if (!within(saved.spread, 0.0, full_mass * 1e8)) return "spread";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
   // Allows any place for a patch out of contact, because the next contact resets the base of its places.
@@ -302,13 +314,10 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
     if (!within(at[axis], -near, near)) return "base";
     if (!within(to_lengths(difference(contact.position[axis], noted[axis])), -near, near))
       return "noted place";
-    const double farthest = full_mass * 2e4;
-    if (!within(saved.moment[axis], -farthest, farthest)) return "moment";
-    if (!within(saved.direction[axis], -1.0, 1.0)) return "direction";
-    for (const auto& begin : saved.begin)
-      if (!within(begin[axis], -1e12, 1e12)) return "begin";
   }
-  if (const char* fault = find_glide_fault(r, saved.glide, saved.count)) return fault;
+  const double(&from)[2] = saved.glide.from;
+  const bool unit = within(from[0] * from[0] + from[1] * from[1], 0.99, 1.01);
+  if (saved.glide.on != 0 && !(r.glides && unit && saved.count > 0)) return "glide";
   if (const char* fault = find_row_fault(r, at, saved, read)) return fault;
   if (r.ageing == nullptr) return nullptr;
   read.skip(std::size_t{r.capacity} * cohort_columns * sizeof(double));
@@ -319,14 +328,13 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   Cohorts& r = cohorts(p);
   r.options.seed = seed;
   std::int64_t noted[2];
-  cohort_fields(read, r, noted);
-  if (r.noise != nullptr) fluctuation_fields(read, r);
+  cohort_fields(r, noted, r, read);
   set_pieces(r, r.detail);
   read.column(r.rows, r.capacity * cohort_columns);
   for (std::uint32_t i = r.count; i < r.capacity; ++i) clear_lane(r.rows, i);
   if (r.ageing != nullptr) {
     *r.ageing = CohortAgeing{};
-    ageing_fields(read, *r.ageing);
+    ageing_fields(*r.ageing, read);
     read.column(r.births(), r.capacity);
   }
   p.bound.reach = no_reach;

@@ -183,16 +183,6 @@ void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewa
   }
 }
 
-double squares_at(const CohortState& s, const double* rows, const double (&at)[2]) noexcept {
-  double sum = s.spread;
-  for (std::uint32_t i = 0; i < s.count; ++i) {
-    const double zx = at[0] - entry(rows, i, cohort_x);
-    const double zy = at[1] - entry(rows, i, cohort_y);
-    sum += mass_of(rows, i) * (zx * zx + zy * zy);
-  }
-  return sum;
-}
-
 /// Writes the cohorts of steady sliding at the end of a step, with masses that are whole numbers.
 void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const CohortMove& a,
                  CohortState& s, double* rows) noexcept {
@@ -281,7 +271,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
       add_passages(r, law, find_renewals(law, nodes, count), s, rows, a, t);
       t.lost += 2.0 * (t.integral[0] * a.direction[0] + t.integral[1] * a.direction[1]);
     }
-    stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from);
+    stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from, s.spread);
   }
   write_nodes(r, nodes, count, a, s, rows);
   // Mixes the ranks (order of coming into contact), because a slide this long mixes old and new bristles.
@@ -291,7 +281,7 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
   find_moment(s, rows);
   s.slack = -1.0;
   ++t.pieces;
-  if (a.books) t.lost += stored - squares_at(s, rows, a.to);
+  if (a.books) t.lost += stored - squares_at(s, rows, a.to, s.spread);
 }
 
 }  // namespace bristle::detail

@@ -1,6 +1,5 @@
 // Makes and resets a patch of representatives.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <new>
@@ -86,12 +85,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.block_count = (made.padded() + block_size - 1) / block_size;
   made.group_count = (made.block_count + blocks_per_group - 1) / blocks_per_group;
 
-  const std::size_t columns = column_bytes(made);
-  auto* r = make_record<Representatives<T>>(std::move(material), columns);
-  made.bytes = r->bytes;
-  *r = made;
-  std::memset(column_memory(r), 0, columns);
-  place_columns(*r, column_memory(r));
+  Representatives<T>* r = make_record(std::move(material), made);
   if (r->shared != nullptr) {
     new (r->shared) SharedRenewal{};
     plan_pieces(*r);
@@ -110,31 +104,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   return p;
 }
 
-/// Returns the names of the kernel variants by axes, snap rule, mean, energy, precision, literal rule,
-/// residual, renewal and ageing.
-const std::array<std::string, 512>& kernel_names() {
-  static const std::array<std::string, 512> names = [] {
-    std::array<std::string, 512> all;
-    for (unsigned i = 0; i < all.size(); ++i) {
-      std::string& name = all[i];
-      name = i & 1 ? "2 axes" : "1 axis";
-      name += i & 2 ? ", redraw" : ", keep";
-      if (i & 32) name += ", literal";
-      if (i & 64) name += ", residual";
-      if (i & 128) name += ", renewal";
-      if (i & 256) name += ", ageing";
-      name += i & 4 ? ", end + mean" : ", end";
-      if (i & 8) name += ", energy";
-      name += i & 16 ? ", double" : ", single";
-    }
-    return all;
-  }();
-  return names;
-}
-
 }  // namespace
-
-void name_kernels() { kernel_names(); }
 
 template <class T>
 void fill_first(Representatives<T>& r) noexcept {
@@ -183,13 +153,8 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
 
 template <class T>
 void copy_patch(const Patch& from, Patch& to, std::byte* memory) noexcept {
-  const Representatives<T>& original = representatives<T>(from);
-  std::memcpy(memory, &original, original.bytes);
-  auto& copy = *reinterpret_cast<Representatives<T>*>(memory);
-  place_columns(copy, column_memory(&copy));
-  copy.find_lengths();
-  to = from;
-  to.record = &copy;
+  copy_record<Representatives<T>>(from, to, memory);
+  representatives<T>(to).find_lengths();
 }
 
 template <class T>
@@ -206,12 +171,10 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
       bytes += sizeof *column;
   });
   info.bytes_per_representative = static_cast<std::uint32_t>(bytes);
-  const unsigned index =
-      (p.axes == 2 ? 1u : 0u) | (r.redraws() ? 2u : 0u) | (has(p.outputs, Outputs::mean) ? 4u : 0u) |
-      (has(p.outputs, Outputs::energy) ? 8u : 0u) | (sizeof(T) == sizeof(double) ? 16u : 0u) |
-      (p.literal ? 32u : 0u) | (p.material().residual > 0.0 ? 64u : 0u) |
-      (p.material().material.shared_renewal > 0.0 ? 128u : 0u) | (r.ages() ? 256u : 0u);
-  info.kernel = kernel_names()[index].c_str();
+  const unsigned features = (p.literal ? 1u : 0u) | (p.material().residual > 0.0 ? 2u : 0u) |
+                            (r.renews() ? 4u : 0u) | (r.ages() ? 8u : 0u);
+  info.kernel = kernel_name(p, r.redraws() ? BristleKind::redraw : BristleKind::keep, features,
+                            sizeof(T) == sizeof(double));
 }
 
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,

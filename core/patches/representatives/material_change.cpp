@@ -87,16 +87,12 @@ template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   Representatives<T>& r = representatives<T>(to);
   const Representatives<T>& old = representatives<T>(from);
-  // Takes over seed and key, with which the last reset made the bristles.
-  r.options.key = old.options.key;
+  // Takes over the seed with which the last reset made the bristles.
   if (r.options.seed != old.options.seed) {
     change_seed(r, old.options.seed);
     fill_columns(r);
   }
   for (std::uint32_t b = 0; b < old.active_blocks(); ++b) rewrite_block<T>(from, b);
-  to.pending_snaps = from.pending_snaps;
-  to.pending_dissipated = from.pending_dissipated;
-  to.pending_loss = from.pending_loss;
   to.overload = from.overload;
   static_cast<RepresentativeCount&>(r) = old;
   if (r.shared != nullptr) {

@@ -360,8 +360,5 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 /// Makes a patch of representative bristles. Throws bristle::Error.
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight);
-/// Makes the names of the kernel variants. The first batch calls this function, so that asking for a name
-/// later allocates nothing.
-void name_kernels();
 
 }  // namespace bristle::detail

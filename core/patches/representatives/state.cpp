@@ -9,31 +9,48 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the saved counts of bristles in contact and in use; writing and reading use the same list.
-template <class Io, class Count>
-void count_fields(Io& io, Count& c) noexcept {
-  io(c.active);
-  io(c.fraction);
-  io(c.weight);
-  io(c.detail);
-  io(c.whole);
+/// Lists the saved counts of bristles in contact and in use.
+template <class Count, class Visit>
+void count_fields(Count& c, Visit&& visit) noexcept {
+  visit(c.active);
+  visit(c.fraction);
+  visit(c.weight);
+  visit(c.detail);
+  visit(c.whole);
 }
 
-/// Lists the fields that are saved only if the material has shared renewal.
-template <class Io, class State>
-void renewal_fields(Io& io, State& state, bool ages) noexcept {
-  io(state.due);
-  io(state.draws);
-  io(state.run);
-  io(state.young_run);
-  io(state.young_from);
+/// Largest number of snaps of a bristle in a piece of path, by which saved renewals still owed are checked.
+constexpr double most_snaps_of_piece = 64.0;
+
+// The saved scalars of shared renewal. Those of bristles that are not young, or of no slide, are not hashed.
+
+template <class T, class State, class Visit>
+void renewal_fields(State& s, const Representatives<T>& r, Visit&& visit) noexcept {
+  const double most = most_snaps_of_piece * largest_renewal * r.bristles;
+  const Hashed young = s.young_from == RenewalState::none_young ? Hashed::apart : Hashed::value;
+  visit(s.due, FieldRule{"renewals due", -most, most});
+  visit(s.draws);
+  visit(s.run);
+  visit(s.young_run, FieldRule{.hashed = young});
+  visit(s.young_from, FieldRule{.hashed = young});
+}
+template <class State, class Visit>
+void course_fields(State& s, Visit&& visit) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
-    io(state.direction[axis]);
-    io(state.slid_to[axis]);
+    visit(s.direction[axis], FieldRule{"direction", -1.0, 1.0});
+    visit(s.slid_to[axis], placed(axis));
   }
-  if (!ages) return;
-  io(state.run_ageing);
-  io(state.run_until);
+}
+template <class State, class Visit>
+void slide_age_fields(State& s, Visit&& visit) noexcept {
+  visit(s.run_ageing, FieldRule{"run_ageing", 0.0, oldest_bristle});
+  visit(s.run_until, FieldRule{"run_until", 0.0, 1e18, Hashed::time});
+}
+template <class T, class State, class Visit>
+void all_renewal_fields(State& s, const Representatives<T>& r, Visit&& visit) noexcept {
+  renewal_fields(s, r, visit);
+  course_fields(s, visit);
+  if (r.ages()) slide_age_fields(s, visit);
 }
 
 /// Returns the number of bytes saved for a block; where bristles age, with the time of its last rewrite.
@@ -74,9 +91,6 @@ struct Reading {
   template <class Other>
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
-
-/// Largest number of snaps of a bristle in a piece of path, by which saved renewals still owed are checked.
-constexpr double most_snaps_of_piece = 64.0;
 
 /// Checks a saved block. Stored values count from the block's position and, after a renewal, may exceed every
 /// deflection, so there are two bounds: `longest` for deflections, and `farthest` for stored values.
@@ -158,21 +172,11 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
   hasher.add(r.active);
   hasher.add(p.overload);
   if (r.renews()) {
-    hasher.add(r.shared->due);
-    hasher.add(r.shared->draws);
-    hasher.add(r.shared->run);
-    if (r.shared->young_from != RenewalState::none_young) {
-      hasher.add(r.shared->young_run);
-      hasher.add(std::uint64_t{r.shared->young_from});
-    }
-    if (r.ages() && r.shared->run > 0.0) {
-      hasher.add(r.shared->run_ageing);
-      hasher.add(time_of(p) - r.shared->run_until);
-    }
-    for (int axis = 0; axis < 2 && r.shared->run > 0.0; ++axis) {
-      hasher.add(r.shared->direction[axis]);
-      hasher.add(static_cast<std::uint64_t>(difference(p.position[axis], r.shared->slid_to[axis])));
-    }
+    const RenewalState& slide = *r.shared;
+    FieldHash hash{hasher, p};
+    renewal_fields(slide, r, hash);
+    if (r.ages() && slide.run > 0.0) slide_age_fields(slide, hash);
+    if (slide.run > 0.0) course_fields(slide, hash);
   }
   const std::uint32_t contact = r.in_contact();
   for (std::uint32_t i = 0; i < r.bristles; ++i) {
@@ -205,8 +209,8 @@ std::uint64_t signature(const Patch& p) noexcept {
 template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  count_fields(write, static_cast<const RepresentativeCount&>(r));
-  if (r.renews()) renewal_fields(write, static_cast<const RenewalState&>(*r.shared), r.ages());
+  count_fields(r, write);
+  if (r.renews()) all_renewal_fields(*r.shared, r, write);
   constexpr Block away{};
   for (std::uint32_t b = 0; b < r.block_count; ++b) {
     const bool active = b < r.active_blocks();
@@ -235,20 +239,16 @@ template <class T>
 const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   RepresentativeCount count;
-  count_fields(read, count);
+  count_fields(count, read);
   if (const char* fault = find_count_fault(r, contact, count)) return fault;
   if (r.renews()) {
     RenewalState renewal;
-    renewal_fields(read, renewal, r.ages());
-    const double most = most_snaps_of_piece * largest_renewal * r.bristles;
-    if (!within(renewal.due, -most, most)) return "renewals due";
+    FieldCheck check{read};
+    all_renewal_fields(renewal, r, check);
+    if (check.fault != nullptr) return check.fault;
     const double growth = r.ages() ? largest_ageing_factor(p.material().material) : 1.0;
     if (!within(renewal.run, 0.0, r.shared->forget * growth)) return "run";
     if (!within(renewal.young_run, 0.0, renewal.run)) return "run of young bristles";
-    if (!within(renewal.run_ageing, 0.0, oldest_bristle)) return "run_ageing";
-    if (!within(renewal.run_until, 0.0, 1e18)) return "run_until";
-    for (const double e : renewal.direction)
-      if (!within(e, -1.0, 1.0)) return "direction";
   }
 
   // Under an exponential law, a bristle at the end of a long slide may combine two draws, the lengths before
@@ -307,8 +307,8 @@ template <class T>
 void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   Representatives<T>& r = representatives<T>(p);
   change_seed(r, seed);
-  count_fields(read, static_cast<RepresentativeCount&>(r));
-  if (r.renews()) renewal_fields(read, static_cast<RenewalState&>(*r.shared), r.ages());
+  count_fields(r, read);
+  if (r.renews()) all_renewal_fields(*r.shared, r, read);
   for (std::uint32_t b = 0; b < r.block_count; ++b) {
     block_fields(read, r.blocks[b]);
     if (r.ages()) read(r.since[b]);

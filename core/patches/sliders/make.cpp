@@ -1,8 +1,5 @@
 // Makes and resets a patch of bristles that slide at their limit.
 #include <algorithm>
-#include <array>
-#include <cstring>
-#include <string>
 
 #include "core/common/hashing.hpp"
 #include "core/common/range_check.hpp"
@@ -36,31 +33,8 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
 }
 
 template <class T>
-void copy(const Patch& from, Patch& to, std::byte* memory) noexcept {
-  const Sliders<T>& original = sliders<T>(from);
-  std::memcpy(memory, &original, original.bytes);
-  auto& made = *reinterpret_cast<Sliders<T>*>(memory);
-  place_columns(made, column_memory(&made));
-  to = from;
-  to.record = &made;
-}
-
-template <class T>
 double stored_energy(const Patch& p) noexcept {
   return 0.5 * joules_per_square<T>(sliders<T>(p)) * sum_of_squares<T>(p);
-}
-
-/// Returns the names of the kernel variants by axes, mean, energy, precision, and drop or ageing (timed).
-const std::array<std::string, 32>& slider_names() {
-  static const std::array<std::string, 32> names = [] {
-    std::array<std::string, 32> all;
-    for (unsigned i = 0; i < all.size(); ++i)
-      all[i] = std::string(i & 1 ? "2 axes" : "1 axis") + ", slide" + (i & 16 ? ", timed" : "") +
-               (i & 2 ? ", end + mean" : ", end") + (i & 4 ? ", energy" : "") +
-               (i & 8 ? ", double" : ", single");
-    return all;
-  }();
-  return names;
 }
 
 template <class T>
@@ -73,10 +47,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
   info.active = p.zeta > 0.0 ? r.detail : 0.0;
   info.bytes_per_representative =
       static_cast<std::uint32_t>(sizeof(T) * (p.axes + 5u) + (r.since != nullptr ? sizeof(double) : 0));
-  info.kernel = slider_names()[(p.axes == 2 ? 1u : 0u) | (has(p.outputs, Outputs::mean) ? 2u : 0u) |
-                               (has(p.outputs, Outputs::energy) ? 4u : 0u) |
-                               (sizeof(T) == sizeof(double) ? 8u : 0u) | (r.since != nullptr ? 16u : 0u)]
-                    .c_str();
+  info.kernel = kernel_name(p, BristleKind::slide, r.since != nullptr ? 1u : 0u, sizeof(T) == sizeof(double));
 }
 
 template <class T>
@@ -110,7 +81,7 @@ constexpr ContactModel sliders_model = {
     .reset = &reset<T>,
     .take_over = &take_over_sliders<T>,
     .set_detail = &set_slider_detail<T>,
-    .copy = &copy<T>,
+    .copy = &copy_record<Sliders<T>>,
     .stored_energy = &stored_energy<T>,
     .hash = &hash_sliders<T>,
     .describe = &describe<T>,
@@ -151,12 +122,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.kernels = &kernels;
   const std::shared_ptr<const Strata> strata = material->strata(made.bristles);
 
-  const std::size_t columns = column_bytes(made);
-  auto* r = make_record<Sliders<T>>(std::move(material), columns);
-  made.bytes = r->bytes;
-  *r = made;
-  std::memset(column_memory(r), 0, columns);
-  place_columns(*r, column_memory(r));
+  Sliders<T>* r = make_record(std::move(material), made);
   const double mean = r->material->material.snap_length.mean() * r->material->lengths_per_metre;
   for (std::uint32_t i = 0; i < Sliders<T>::padded(r->bristles); ++i) {
     const std::uint32_t from = std::min(i, r->bristles - 1);
@@ -193,8 +159,6 @@ void fill_strata(Sliders<T>& r) noexcept {
   constexpr T least_limit = T(1e-15);
   for (std::uint32_t j = 0; j < r.rows(); ++j) r.per_limit[j] = T(1) / std::max(r.limit[j], least_limit);
 }
-
-void name_sliders() { slider_names(); }
 
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight) {

@@ -140,8 +140,6 @@ void fill_strata(Sliders<T>& r) noexcept;
 template <class T>
 void straighten(Patch& p) noexcept;
 
-/// Makes the names of the kernel variants. The first batch calls it, so asking for one allocates nothing.
-void name_sliders();
 /// Makes a patch of bristles that slide at their limit. Throws bristle::Error.
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight);

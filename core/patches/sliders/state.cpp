@@ -6,19 +6,14 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the saved fields other than columns, so that writing and reading use the same list.
-template <class Io, class Sum>
-void sum_fields(Io& io, Sum& sum) noexcept {
-  io(sum.detail);
-  io(sum.stiff_zeta);
-  for (int axis = 0; axis < 2; ++axis) io(sum.part_sum[axis]);
-  for (int axis = 0; axis < 2; ++axis) io(sum.part_position[axis]);
+/// Lists the saved scalars. `p`: shared part of the patch, which has the rounded sums of deflections.
+template <class Record, class Shared, class Visit>
+void slider_fields(Record& r, Shared& p, Visit&& visit) noexcept {
+  visit(r.detail);
+  visit(r.stiff_zeta);
+  for (auto& sum : p.part_sum) visit(sum);
+  for (auto& position : p.part_position) visit(position);
 }
-struct SavedSums {
-  std::uint32_t detail = 0;
-  double stiff_zeta = 0.0;
-  std::int64_t part_sum[2] = {0, 0}, part_position[2] = {0, 0};
-};
 
 bool within(double value, double most) noexcept { return detail::within(value, -most, most); }
 
@@ -48,9 +43,7 @@ std::uint64_t hash_sliders(const Patch& p) noexcept {
 template <class T>
 void save_sliders(const Patch& p, ByteWriter& write) noexcept {
   const Sliders<T>& r = sliders<T>(p);
-  SavedSums sums{
-      r.detail, r.stiff_zeta, {p.part_sum[0], p.part_sum[1]}, {p.part_position[0], p.part_position[1]}};
-  sum_fields(write, sums);
+  slider_fields(r, p, write);
   constexpr SlideBlock away{};
   for (std::uint32_t b = 0; b < r.block_count; ++b)
     block_fields(write, b < r.active_blocks() ? r.blocks[b] : away);
@@ -68,13 +61,14 @@ template <class T>
 const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   const Material& m = p.material().material;
-  SavedSums sums;
-  sum_fields(read, sums);
-  if (sums.detail < 1 || sums.detail > r.bristles) return "detail";
+  Sliders<T> saved;
+  Patch sums;
+  slider_fields(saved, sums, read);
+  if (saved.detail < 1 || saved.detail > r.bristles) return "detail";
   // Refuses a stiffness above that of the highest load a motion may have.
   const double most = m.bristles_in_contact(highest_load);
-  if (!(sums.stiff_zeta >= contact.zeta && sums.stiff_zeta <= most * (1.0 + 1e-9))) return "stiffness";
-  if (contact.zeta == 0.0 && sums.stiff_zeta != 0.0) return "stiffness";
+  if (!(saved.stiff_zeta >= contact.zeta && saved.stiff_zeta <= most * (1.0 + 1e-9))) return "stiffness";
+  if (contact.zeta == 0.0 && saved.stiff_zeta != 0.0) return "stiffness";
   const double excess = contact.zeta / (r.full_weight * r.bristles);
   if (contact.overload != (excess < 1.0 + 1e-14 ? 1.0 : excess)) return "overload";
   const double growth = r.since != nullptr ? m.ageing_factor(longest_time) : 1.0;
@@ -89,7 +83,7 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
     for (std::uint32_t i = 0; i < r.bristles; ++i) {
       T z;
       read(z);
-      if (i >= sums.detail) continue;
+      if (i >= saved.detail) continue;
       if (i % block_size == 0) {
         SlideBlock block{};
         block_fields(at, block);
@@ -106,7 +100,7 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
       return "the sum";
   }
   if (r.since != nullptr)
-    for (std::uint32_t i = 0; i < sums.detail; ++i) {
+    for (std::uint32_t i = 0; i < saved.detail; ++i) {
       double since;
       read(since);
       if (!(since >= -1.0 && since <= 1e18)) return "a time";
@@ -118,10 +112,8 @@ template <class T>
 void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   Sliders<T>& r = sliders<T>(p);
   r.options.seed = seed;
-  SavedSums sums;
-  sum_fields(read, sums);
-  r.detail = sums.detail;
-  r.stiff_zeta = sums.stiff_zeta;
+  Patch sums;
+  slider_fields(r, sums, read);
   fill_strata<T>(r);
   ByteReader blocks = read;
   read.skip(r.block_count * saved_block_size);

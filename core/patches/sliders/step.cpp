@@ -315,11 +315,7 @@ template <class T>
 void take_over_sliders(Patch& to, Patch& from) noexcept {
   Sliders<T>& r = sliders<T>(to);
   const Sliders<T>& old = sliders<T>(from);
-  r.options.key = old.options.key;
   r.options.seed = old.options.seed;
-  to.pending_snaps = from.pending_snaps;
-  to.pending_dissipated = from.pending_dissipated;
-  to.pending_loss = from.pending_loss;
   r.detail = old.detail;
   fill_strata<T>(r);
   const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // ratio of the

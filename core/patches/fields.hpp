@@ -1,0 +1,73 @@
+// Lists the scalars of a patch's state in one place: a function `..._fields(state, visit)` calls
+// `visit(value, rule)` for each, in the order of the saved bytes. Save, restore, the check of foreign bytes
+// and the hash are visitors of these lists. Caches are in none. Reset and copy take a struct of them as a
+// whole.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "core/common/hashing.hpp"
+#include "core/common/little_endian.hpp"
+#include "core/patches/patch.hpp"
+
+namespace bristle::detail {
+
+/// Part of a saved value that the hash of a state takes in.
+enum class Hashed : unsigned char {
+  value,      ///< the value itself
+  high_half,  ///< the value as the upper half of a word, whose lower half is the next value
+  place,      ///< the patch's position less the value, so that equal states at two positions have one hash
+  time,       ///< the patch's time less the value
+  apart       ///< not by its list: it follows from others, or the model's hash names it
+};
+
+struct FieldRule {
+  const char* name = nullptr;                               ///< name of the value in an error
+  double least = -std::numeric_limits<double>::infinity();  ///< least value that a patch can have
+  double most = std::numeric_limits<double>::infinity();    ///< largest value that a patch can have
+  Hashed hashed = Hashed::value;
+  int axis = 0;  ///< axis of a place
+};
+constexpr FieldRule placed(int axis) noexcept { return {.hashed = Hashed::place, .axis = axis}; }
+
+/// Whether a saved number is in its range; NaN never is.
+inline bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
+
+/// Reads saved values, and keeps the name of the first one that is out of its range.
+struct FieldCheck {
+  ByteReader& read;
+  const char* fault = nullptr;
+
+  template <class Number>
+  void operator()(Number& value, const FieldRule& rule = {}) noexcept {
+    read(value);
+    if (fault == nullptr && rule.name != nullptr &&
+        !within(static_cast<double>(value), rule.least, rule.most))
+      fault = rule.name;
+  }
+};
+
+/// Adds saved values of a patch to a hash.
+struct FieldHash {
+  Hasher& hasher;
+  const Patch& patch;
+  std::uint64_t high = 0;
+
+  template <class Number>
+  void operator()(const Number& value, const FieldRule& rule = {}) noexcept {
+    if (rule.hashed == Hashed::apart) return;
+    if constexpr (std::is_same_v<Number, double>) {
+      hasher.add(rule.hashed == Hashed::time ? time_of(patch) - value : value);
+    } else if constexpr (std::is_same_v<Number, std::int64_t>) {
+      hasher.add(static_cast<std::uint64_t>(difference(patch.position[rule.axis], value)));
+    } else if constexpr (std::is_unsigned_v<Number>) {
+      const bool half = rule.hashed == Hashed::high_half;
+      if (!half) hasher.add(high | value);
+      high = half ? std::uint64_t{value} << 32 : 0;
+    }
+  }
+};
+
+}  // namespace bristle::detail
