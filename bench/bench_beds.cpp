@@ -1,4 +1,4 @@
-// Compares beds with what their users have otherwise (plain_beds.hpp, tools/rivals), in one run.
+// Compares beds with what their users have otherwise (plain_beds.hpp, tools/libraries/rivals), in one run.
 //
 // Each row times a bed and one alternative (its rival), stepped alternately in blocks, so that whatever slows
 // the machine slows both; `ratio` is the median over the blocks of the rival's time over the bed's. `error`
@@ -19,8 +19,8 @@
 #include "measured_scene.hpp"
 #include "suites.hpp"
 #ifdef BRISTLE_HAS_RIVALS
-#include "tools/rivals/coulomb_disc.hpp"
-#include "tools/rivals/lugre_grid.hpp"
+#include "tools/libraries/rivals/coulomb_disc.hpp"
+#include "tools/libraries/rivals/lugre_grid.hpp"
 #endif
 
 namespace bristle_bench {

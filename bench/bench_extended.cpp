@@ -18,8 +18,8 @@
 
 #include "measured_scene.hpp"
 #include "suites.hpp"
-#include "tools/rivals/coulomb_disc.hpp"
-#include "tools/rivals/lugre_grid.hpp"
+#include "tools/libraries/rivals/coulomb_disc.hpp"
+#include "tools/libraries/rivals/lugre_grid.hpp"
 
 namespace bristle_bench {
 

@@ -7,7 +7,7 @@ void register_kernels();
 void register_batches();
 void register_beds();  // registered only in the full library, not in the minimal one
 void register_cohorts();
-void register_extended();  // registered only if tools/rivals is built
+void register_extended();  // registered only if tools/libraries/rivals is built
 void register_scaling();
 void register_joints();
 void register_keys();

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/experiments/experiment.hpp"
+#include "tools/libraries/experiments/experiment.hpp"
 
 namespace bristle_test {
 

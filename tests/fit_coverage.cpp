@@ -1,5 +1,6 @@
-// Counts the 95 % intervals of `bristle fit` that hold the true value, for tools/fitting/VALIDATION.md. It
-// repeats experiments made by brute force; a run can be stopped, resumed, and shared between machines:
+// Counts the 95 % intervals of `bristle fit` that hold the true value, for
+// tools/libraries/fitting/VALIDATION.md. It repeats experiments made by brute force; a run can be stopped,
+// resumed, and shared between machines:
 //
 //   bristle_fit_coverage run JOURNAL [--repeats 200] [--cells TEXT] [--shard i/N]
 //   bristle_fit_coverage table JOURNAL...
@@ -27,7 +28,7 @@
 #include "tests/made_up_joint.hpp"
 #include "tests/sliding_springs.hpp"
 #include "tests/synthetic_friction.hpp"
-#include "tools/fitting/fit.hpp"
+#include "tools/libraries/fitting/fit.hpp"
 
 using namespace bristle_test;
 using bristle::SnapRule;

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "expect.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/fitting/fit.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/fit.hpp"
 
 namespace bristle_test {
 

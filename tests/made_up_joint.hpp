@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "tools/fitting/joint.hpp"
+#include "tools/libraries/fitting/joint.hpp"
 
 namespace bristle_test {
 

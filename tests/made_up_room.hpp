@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tools/virtual_room/room_state.hpp"
+#include "tools/products/virtual_room/room_state.hpp"
 
 namespace made_up {
 

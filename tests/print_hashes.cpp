@@ -1,6 +1,7 @@
-// Prints one hash for each kernel variant, instruction set and number of threads, which tools/hash_table
-// compares between builds. Lines of variant, instruction set, threads, most threads seen in a step, hash,
-// separated by tabs. A hash covers every response of a scripted run and the state at its end.
+// Prints one hash for each kernel variant, instruction set and number of threads, which
+// tools/upkeep/hash_table compares between builds. Lines of variant, instruction set, threads, most threads
+// seen in a step, hash, separated by tabs. A hash covers every response of a scripted run and the state at
+// its end.
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scenes.hpp"
-#include "tools/scene/couplings.hpp"
+#include "tools/libraries/scene/couplings.hpp"
 
 namespace bristle_test {
 

@@ -18,8 +18,8 @@
 #include "expect.hpp"
 #include "scenes.hpp"
 #include "temporary_folder.hpp"
-#include "tools/accuracy/accuracy.hpp"
-#include "tools/scene/scene.hpp"
+#include "tools/libraries/accuracy/accuracy.hpp"
+#include "tools/libraries/scene/scene.hpp"
 
 namespace bristle_test::test_accuracy {
 

@@ -16,7 +16,7 @@
 
 #include "scenes.hpp"
 #include "servo_watch.hpp"
-#include "tools/scene/couplings.hpp"
+#include "tools/libraries/scene/couplings.hpp"
 
 using namespace bristle_test;
 

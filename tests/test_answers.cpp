@@ -13,10 +13,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/reports/answers.hpp"
-#include "tools/reports/numbers.hpp"
-#include "tools/reports/table.hpp"
-#include "tools/reports/text_layout.hpp"
+#include "tools/libraries/reports/answers.hpp"
+#include "tools/libraries/reports/numbers.hpp"
+#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/reports/text_layout.hpp"
 
 #include "command_line.hpp"
 #include "temporary_folder.hpp"

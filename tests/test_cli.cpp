@@ -22,11 +22,11 @@
 
 #include "command_line.hpp"
 #include "temporary_folder.hpp"
-#include "tools/capacity/capacity.hpp"
-#include "tools/capacity/subject.hpp"
-#include "tools/run/overload.hpp"
-#include "tools/scene/scene_stepper.hpp"
-#include "tools/scene/waveform.hpp"
+#include "tools/libraries/capacity/capacity.hpp"
+#include "tools/libraries/capacity/subject.hpp"
+#include "tools/libraries/run/overload.hpp"
+#include "tools/libraries/scene/scene_stepper.hpp"
+#include "tools/libraries/scene/waveform.hpp"
 
 namespace bristle_test::test_cli {
 

@@ -15,8 +15,8 @@
 #include "reference_table.hpp"
 #include "statistics.hpp"
 #include "test_paths.hpp"
-#include "tools/experiments/command.hpp"
-#include "tools/files/user_error.hpp"
+#include "tools/libraries/experiments/command.hpp"
+#include "tools/libraries/files/user_error.hpp"
 
 namespace bristle_test::test_experiments {
 

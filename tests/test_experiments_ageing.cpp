@@ -12,8 +12,8 @@
 #include "expect.hpp"
 #include "experiment_runs.hpp"
 #include "reference_table.hpp"
-#include "tools/experiments/subject.hpp"
-#include "tools/stability/pulled.hpp"
+#include "tools/libraries/experiments/subject.hpp"
+#include "tools/libraries/stability/pulled.hpp"
 
 namespace bristle_test::test_experiments_ageing {
 

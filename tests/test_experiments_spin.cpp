@@ -10,7 +10,7 @@
 #include "expect.hpp"
 #include "experiment_runs.hpp"
 #include "reference_table.hpp"
-#include "tools/rivals/coulomb_disc.hpp"
+#include "tools/libraries/rivals/coulomb_disc.hpp"
 
 namespace bristle_test::test_experiments_spin {
 

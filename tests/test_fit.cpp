@@ -19,13 +19,13 @@
 #include "tests/sliding_springs.hpp"
 #include "tests/stress.hpp"
 #include "tests/synthetic_friction.hpp"
-#include "tools/files/text_file.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/fitting/fit.hpp"
-#include "tools/fitting/judge.hpp"
-#include "tools/fitting/path_force.hpp"
-#include "tools/fitting/solve.hpp"
-#include "tools/scene/snap_law.hpp"
+#include "tools/libraries/files/text_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/fit.hpp"
+#include "tools/libraries/fitting/judge.hpp"
+#include "tools/libraries/fitting/path_force.hpp"
+#include "tools/libraries/fitting/solve.hpp"
+#include "tools/libraries/scene/snap_law.hpp"
 
 namespace bristle_test::test_fit {
 
@@ -482,7 +482,7 @@ TEST_CASE("The held-out error is that of fits to four fifths of a record, judged
 TEST_CASE("Of repeated experiments nearly all intervals hold the truth", "[fit]") {
   // Eight repeats of three parameters give 24 intervals. If 95 % of intervals hold the true value, fewer than
   // 18 do so with a probability below 1e-3; if 88 %, as for the worst parameter in long series
-  // (tools/fitting/VALIDATION.md), with 1 %.
+  // (tools/libraries/fitting/VALIDATION.md), with 1 %.
   SyntheticFriction s = usual();
   s.duration = 6.0;
   int held = 0;

@@ -12,8 +12,8 @@
 #include "command_line.hpp"
 #include "expect.hpp"
 #include "made_up_joint.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/fitting/data.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/data.hpp"
 
 namespace bristle_test::test_fit_joint {
 

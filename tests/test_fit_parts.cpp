@@ -13,8 +13,8 @@
 
 #include "tests/fit_helpers.hpp"
 #include "tests/sliding_springs.hpp"
-#include "tools/fitting/path_force.hpp"
-#include "tools/fitting/solve.hpp"
+#include "tools/libraries/fitting/path_force.hpp"
+#include "tools/libraries/fitting/solve.hpp"
 
 using Catch::Matchers::Contains;
 using namespace bristle_test;

@@ -12,7 +12,7 @@
 #include "tests/fit_helpers.hpp"
 #include "tests/synthetic_friction.hpp"
 #include "tests/temporary_folder.hpp"
-#include "tools/files/motion_file.hpp"
+#include "tools/libraries/files/motion_file.hpp"
 
 namespace bristle_test::test_fit_reading {
 

@@ -10,9 +10,9 @@
 #include "tests/fit_helpers.hpp"
 #include "tests/sliding_springs.hpp"
 #include "tests/synthetic_friction.hpp"
-#include "tools/fitting/fit.hpp"
-#include "tools/fitting/judge.hpp"
-#include "tools/fitting/path_force.hpp"
+#include "tools/libraries/fitting/fit.hpp"
+#include "tools/libraries/fitting/judge.hpp"
+#include "tools/libraries/fitting/path_force.hpp"
 
 namespace bristle_test::test_fit_slide {
 

@@ -12,8 +12,8 @@
 
 #include "tests/fit_helpers.hpp"
 #include "tests/synthetic_friction.hpp"
-#include "tools/fitting/judge.hpp"
-#include "tools/fitting/path_force.hpp"
+#include "tools/libraries/fitting/judge.hpp"
+#include "tools/libraries/fitting/path_force.hpp"
 
 namespace bristle_test::test_fit_time {
 

@@ -83,7 +83,7 @@ TEST_CASE("Whoever reads what snaps are is told that they are an estimate where 
            {"core/include/bristle/patch.hpp", "std::uint64_t snaps"},
            {"core/include/bristle/extended_patches.hpp", "std::uint64_t snaps"},
            {"core/include/bristle/bristle.h", "uint64_t snaps"},
-           {"tools/python/package/_arrays.py", "snaps = _output("},
+           {"tools/products/python/package/_arrays.py", "snaps = _output("},
            {"core/MODEL.md", "| `snaps` |"}}) {
     INFO(file);
     const std::string text = text_of(file);

@@ -17,7 +17,7 @@
 #include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
-#include "tools/files/one_line.hpp"
+#include "tools/libraries/files/one_line.hpp"
 
 namespace bristle_test::test_hostile_files {
 

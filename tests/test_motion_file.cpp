@@ -5,8 +5,8 @@
 #include <string>
 
 #include "expect.hpp"
-#include "tools/files/motion_file.hpp"
-#include "tools/files/user_error.hpp"
+#include "tools/libraries/files/motion_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
 
 namespace bristle_test::test_motion_file {
 

@@ -14,8 +14,8 @@
 #include <unistd.h>
 
 #include "command_line.hpp"
-#include "tools/files/output_file.hpp"
-#include "tools/files/user_error.hpp"
+#include "tools/libraries/files/output_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
 
 namespace bristle_test::test_output_files {
 

@@ -567,11 +567,11 @@ class Outputs(unittest.TestCase):
 
 
 class Environments(unittest.TestCase):
-    """Tests of tools/python/robot_environments.py, the example of robot learning."""
+    """Tests of tools/products/python/robot_environments.py, the example of robot learning."""
 
     @classmethod
     def setUpClass(cls):
-        file = REPOSITORY / "tools" / "python" / "robot_environments.py"
+        file = REPOSITORY / "tools/products/python/robot_environments.py"
         spec = importlib.util.spec_from_file_location("robot_environments", file)
         cls.module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(cls.module)

@@ -24,9 +24,9 @@
 #include "shared_core.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
-#include "tools/run/paced_clock.hpp"
-#include "tools/run/realtime.hpp"
-#include "tools/run/run.hpp"
+#include "tools/libraries/run/paced_clock.hpp"
+#include "tools/libraries/run/realtime.hpp"
+#include "tools/libraries/run/run.hpp"
 
 namespace bristle_test::test_realtime {
 

@@ -1,5 +1,5 @@
-// Tests written to catch planted faults (tools/mutate): losses reported once, trials that must leave no
-// trace, motions and states that must be refused.
+// Tests written to catch planted faults (tools/upkeep/mutate): losses reported once, trials that must leave
+// no trace, motions and states that must be refused.
 #include <catch2/catch.hpp>
 
 #include <cfloat>

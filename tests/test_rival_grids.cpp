@@ -9,10 +9,10 @@
 
 #include "expect.hpp"
 #include "reference_table.hpp"
-#include "tools/rivals/coulomb_disc.hpp"
-#include "tools/rivals/lugre.hpp"
-#include "tools/rivals/lugre_grid.hpp"
-#include "tools/rivals/rival_grid.hpp"
+#include "tools/libraries/rivals/coulomb_disc.hpp"
+#include "tools/libraries/rivals/lugre.hpp"
+#include "tools/libraries/rivals/lugre_grid.hpp"
+#include "tools/libraries/rivals/rival_grid.hpp"
 
 namespace bristle_test::test_rival_grids {
 

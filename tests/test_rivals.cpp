@@ -10,7 +10,7 @@
 
 #include "expect.hpp"
 #include "reference_table.hpp"
-#include "tools/rivals/rival.hpp"
+#include "tools/libraries/rivals/rival.hpp"
 
 namespace bristle_test::test_rivals {
 

@@ -20,17 +20,17 @@
 
 #include "expect.hpp"
 #include "temporary_folder.hpp"
-#include "tools/files/text_file.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/virtual_room/compared.hpp"
-#include "tools/virtual_room/haptic_loop.hpp"
-#include "tools/virtual_room/mouse_device.hpp"
-#include "tools/virtual_room/moved.hpp"
-#include "tools/virtual_room/parameters.hpp"
-#include "tools/virtual_room/presets.hpp"
-#include "tools/virtual_room/script.hpp"
-#include "tools/virtual_room/slow_pull.hpp"
-#include "tools/virtual_room/udp_device.hpp"
+#include "tools/libraries/files/text_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/products/virtual_room/compared.hpp"
+#include "tools/products/virtual_room/haptic_loop.hpp"
+#include "tools/products/virtual_room/mouse_device.hpp"
+#include "tools/products/virtual_room/moved.hpp"
+#include "tools/products/virtual_room/parameters.hpp"
+#include "tools/products/virtual_room/presets.hpp"
+#include "tools/products/virtual_room/script.hpp"
+#include "tools/products/virtual_room/slow_pull.hpp"
+#include "tools/products/virtual_room/udp_device.hpp"
 
 namespace bristle_test::test_room {
 

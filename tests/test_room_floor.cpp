@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "temporary_folder.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/virtual_room/floor_mesh.hpp"
-#include "tools/virtual_room/haptic_loop.hpp"
-#include "tools/virtual_room/parameters.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/products/virtual_room/floor_mesh.hpp"
+#include "tools/products/virtual_room/haptic_loop.hpp"
+#include "tools/products/virtual_room/parameters.hpp"
 
 namespace bristle_test::test_room_floor {
 namespace {

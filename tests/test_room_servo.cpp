@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "servo_watch.hpp"
-#include "tools/virtual_room/hand_motion.hpp"
-#include "tools/virtual_room/haptic_loop.hpp"
-#include "tools/virtual_room/udp_device.hpp"
+#include "tools/products/virtual_room/hand_motion.hpp"
+#include "tools/products/virtual_room/haptic_loop.hpp"
+#include "tools/products/virtual_room/udp_device.hpp"
 
 using namespace bristle_test;
 

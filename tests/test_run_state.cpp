@@ -11,8 +11,8 @@
 #include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/run/run.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/run/run.hpp"
 
 namespace bristle_test::test_run_state {
 

@@ -19,9 +19,9 @@
 #include "scenes.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
-#include "tools/files/force_file.hpp"
-#include "tools/run/run.hpp"
-#include "tools/scene/scene.hpp"
+#include "tools/libraries/files/force_file.hpp"
+#include "tools/libraries/run/run.hpp"
+#include "tools/libraries/scene/scene.hpp"
 
 namespace bristle_test::test_scene_hash {
 

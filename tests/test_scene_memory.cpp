@@ -11,8 +11,8 @@
 
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
-#include "tools/scene/scene_memory.hpp"
-#include "tools/scene/scene_stepper.hpp"
+#include "tools/libraries/scene/scene_memory.hpp"
+#include "tools/libraries/scene/scene_stepper.hpp"
 
 namespace bristle_test::test_scene_memory {
 

@@ -9,7 +9,7 @@
 
 #include "expect.hpp"
 #include "reference_table.hpp"
-#include "tools/stability/stability.hpp"
+#include "tools/libraries/stability/stability.hpp"
 
 namespace bristle_test::test_stability {
 

@@ -28,11 +28,11 @@
 #include "command_line.hpp"
 #include "expect.hpp"
 #include "temporary_folder.hpp"
-#include "tools/files/toml_text.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/sweep/override.hpp"
-#include "tools/sweep/sweep.hpp"
-#include "tools/sweep/table_file.hpp"
+#include "tools/libraries/files/toml_text.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/sweep/override.hpp"
+#include "tools/libraries/sweep/sweep.hpp"
+#include "tools/libraries/sweep/table_file.hpp"
 
 namespace bristle_test::test_sweep {
 

@@ -1,5 +1,5 @@
 # Cross-compiles for 64-bit ARM on Debian (g++-aarch64-linux-gnu) and runs the result by qemu-aarch64 (qemu-user), for
-# tools/check_neon. The only package it searches is xsimd, which is header-only.
+# tools/upkeep/check_neon. The only package it searches is xsimd, which is header-only.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

@@ -1,5 +1,5 @@
 # Cross-compiles for 64-bit Windows on Debian (clang-19, lld-19, mingw-w64's headers and runtime) and runs the result by
-# wine, for tools/check_windows. Does not use mingw's g++, which keeps the stack at 16 bytes and moves 32- and 64-byte
+# wine, for tools/upkeep/check_windows. Does not use mingw's g++, which keeps the stack at 16 bytes and moves 32- and 64-byte
 # vectors to it as if they were aligned (GCC bug 54412): a kernel then ends in a fault. Debian's g++ is patched to write
 # unaligned moves; others (MSYS2) are not.
 set(CMAKE_SYSTEM_NAME Windows)

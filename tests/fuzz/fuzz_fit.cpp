@@ -5,8 +5,8 @@
 
 #include "check.hpp"
 #include "targets.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/fitting/data.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/data.hpp"
 
 namespace fuzz {
 

@@ -3,8 +3,8 @@
 
 #include "check.hpp"
 #include "targets.hpp"
-#include "tools/files/motion_file.hpp"
-#include "tools/files/user_error.hpp"
+#include "tools/libraries/files/motion_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
 
 namespace fuzz {
 

@@ -3,8 +3,8 @@
 
 #include "check.hpp"
 #include "targets.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/virtual_room/script.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/products/virtual_room/script.hpp"
 
 namespace fuzz {
 

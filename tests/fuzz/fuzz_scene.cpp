@@ -2,9 +2,9 @@
 
 #include "check.hpp"
 #include "targets.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/scene/scene.hpp"
-#include "tools/scene/scene_stepper.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/scene/scene.hpp"
+#include "tools/libraries/scene/scene_stepper.hpp"
 
 namespace fuzz {
 namespace {

@@ -4,8 +4,8 @@
 #include "check.hpp"
 #include "input.hpp"
 #include "targets.hpp"
-#include "tools/files/user_error.hpp"
-#include "tools/sweep/range.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/sweep/range.hpp"
 
 namespace fuzz {
 namespace {

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "tools/reports/table.hpp"
+#include "tools/libraries/reports/table.hpp"
 
 namespace bristle_example {
 

@@ -1,4 +1,4 @@
-# Draws error against time over materials, from two sweeps of tools/sweep/stroked.toml: representatives and the infinite
+# Draws error against time over materials, from two sweeps of tools/libraries/sweep/stroked.toml: representatives and the infinite
 # brush (core/guides/GUIDE_RESEARCH.md). Colours are materials, by their ratio of peak to kinetic friction.
 #   gnuplot -e "bristles='bristles.csv'; infinite='infinite.csv'; png='error.png'" sweep_error.gp
 if (!exists("bristles") || !exists("infinite")) {

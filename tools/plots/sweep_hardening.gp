@@ -1,4 +1,4 @@
-# Draws how far friction rises with rubbing, from a sweep of tools/sweep/rubbed.toml (core/guides/GUIDE_RESEARCH.md).
+# Draws how far friction rises with rubbing, from a sweep of tools/libraries/sweep/rubbed.toml (core/guides/GUIDE_RESEARCH.md).
 #   gnuplot -e "csv='hardening.csv'; png='hardening.png'" sweep_hardening.gp
 if (!exists("csv")) { print "sweep_hardening.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "hardening.png"

@@ -1,0 +1,61 @@
+// Names for each speed target the limit of its time (instructions, latency, memory), and so what a faster
+// version would have to change. The texts rest on counts by callgrind and llvm-mca.
+#include <string_view>
+
+#include "tools/libraries/capacity/capacity.hpp"
+
+namespace cli {
+namespace {
+
+struct Bound {
+  std::string_view target;  ///< name of a speed target, or its beginning for several
+  const char* by;
+};
+
+// Limits of the speed targets. The first entry whose name begins the target's name applies to the target.
+constexpr Bound bounds[] = {
+    {"in_cache/few_snap",
+     "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},
+    {"in_cache/all_snap",
+     "instructions: sums, comparisons and selections share two of the processor's pipes"},
+    {"in_cache/redraw", "latency: the operations of a draw follow one another"},
+    {"tick/900", "instructions: two thirds in the blocks, one in the call"},
+    {"stuck/", "instructions of the call: no block is visited"},
+    {"any_speed/keep",
+     "instructions: beyond 4096 lengths a step is taken in double, a root and a quotient each"},
+    {"any_speed/redraw/uniform", "latency: draws follow one another until a jump is exact enough"},
+    {"any_speed/redraw/exponential", "instructions: a logarithm a draw"},
+    {"any_speed/redraw/",
+     "loads: draws follow one another until a jump is exact enough, each a look-up at a random place of a "
+     "table, 45 cycles for 16 bristles"},
+    {"hand/over_keep",
+     "loads: renewals read and write bristles at random places and look lengths up; keep does neither"},
+    {"hand/", "instructions: a bend or a rising load passes over bristles once more"},
+    {"plain_loop/all_snap/900",
+     "instructions: half of the step is its loop, bound by two pipes, half are sums of blocks and the call"},
+    {"plain_loop/", "instructions"},
+    {"streaming/", "bytes: 12 of a bristle are read, 8 written where its block is rewritten"},
+    {"batch/", "bytes: up to four cache lines of a patch, its bristles, motion and response"},
+    {"infinite/sticking", "instructions of the call: no cohort is looked at"},
+    {"infinite/",
+     "instructions: a turn is followed piece by piece of the path, each past all cohorts: 26,000 for a turn "
+     "of 8 pieces with the default law, 48,000 of 16 (AVX2)"},
+    {"spin/", "instructions: 415 to 440 a cell that glides, 265 to 290 one that sticks, of 78 cells"},
+    {"threads/back_to_back",
+     "latency: fork and join, and whole groups of 16,384 bristles to a thread; then bytes"},
+    {"threads/default_material", "loads: bristles at random places; and every thread passes over all draws"},
+    {"threads/paced", "latency: a worker that sleeps begins some 30 us after the caller"},
+    {"tick/redraw", "latency: the operations of a draw follow one another"},
+    {"tick/infinite", "instructions: 2,500 a contact (AVX2)"},
+    {"tick/", "bytes: more than the caches hold"},
+};
+
+}  // namespace
+
+const char* bound_of(std::string_view target) noexcept {
+  for (const Bound& bound : bounds)
+    if (target.substr(0, bound.target.size()) == bound.target) return bound.by;
+  return "";
+}
+
+}  // namespace cli

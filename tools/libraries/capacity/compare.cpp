@@ -1,0 +1,149 @@
+// Times the library and plain friction loops in turns, so that other programs slow all of them alike.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <bristle/deadline_monitor.hpp>
+#include "bench/plain_loops.hpp"
+
+#include "tools/libraries/capacity/capacity.hpp"
+#include "tools/libraries/capacity/subject.hpp"
+#include "tools/libraries/reports/quantile.hpp"
+
+namespace cli {
+namespace {
+
+using bristle::DeadlineMonitor;
+
+double sink = 0.0;
+
+double seconds_of(Contestant& contestant, std::uint64_t steps) {
+  const double start = DeadlineMonitor::wall_now();
+  for (std::uint64_t i = 0; i < steps; ++i) sink = sink + contestant.step();
+  return DeadlineMonitor::wall_now() - start;
+}
+
+}  // namespace
+
+std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const std::string& regime,
+                                   std::uint64_t bristles, std::uint64_t rounds) {
+  std::vector<std::uint64_t> steps;
+  for (Contestant& c : contestants) {
+    seconds_of(c, 3);  // runs some steps first, which warms caches and branch predictors
+    const double once = seconds_of(c, 4) / 4.0;
+    steps.push_back(static_cast<std::uint64_t>(std::clamp(200e-6 / std::max(once, 1e-9), 1.0, 1e5)));
+  }
+  for (std::uint64_t round = 0; round < rounds; ++round) {
+    for (std::size_t i = 0; i < contestants.size(); ++i) {
+      // Begins each round with another loop, so that no loop always runs after the same neighbour.
+      const std::size_t c = (i + round) % contestants.size();
+      contestants[c].ns.push_back(1e9 * seconds_of(contestants[c], steps[c]) /
+                                  static_cast<double>(steps[c] * bristles));
+    }
+  }
+  std::vector<ComparisonRow> rows;
+  for (const Contestant& c : contestants) {
+    std::vector<double> ratios;
+    for (std::uint64_t round = 0; round < rounds; ++round)
+      ratios.push_back(c.ns[round] / contestants[0].ns[round]);
+    rows.push_back({regime, c.name, bristles, quantile(c.ns, 0.5), quantile(c.ns, 0.25), quantile(c.ns, 0.75),
+                    quantile(ratios, 0.5), quantile(ratios, 0.25), quantile(ratios, 0.75)});
+  }
+  return rows;
+}
+
+Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::string& isa) {
+  auto subject = std::make_shared<CapacitySubject>(what, n, isa);
+  return {"bristle: " + what.kernel_name(),
+          [subject] {
+            subject->step();
+            return 0.0;
+          },
+          {}};
+}
+
+template <class Real, int Dimensions>
+Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
+  auto loop = std::make_shared<bristle::plain::PaperLoop<Real, Dimensions>>(n, mean_snap_length_m);
+  // Spreads the bristles' bends evenly between straight and about to snap, as after long sliding in short
+  // steps. Settling by steps of 1.6 mean snap lengths, which suits the other loops, would leave all bristles
+  // straight here, since the paper's rule loses the overshoot of a snap.
+  for (std::uint64_t i = 0; i < n; ++i) {
+    bristle::plain::Bristle b = loop->get(i);
+    // Multiplies a bristle's number by an irrational factor: its bend is independent of its snap length.
+    const double place = static_cast<double>(i) * 1.4142135623730951;
+    const double bend = b.delta * (place - std::floor(place));
+    b.zx = 0.8 * bend;
+    b.zy = 0.6 * bend;
+    loop->set(i, b);
+  }
+  const double d = step_length(regime) * mean_snap_length_m;
+  return {name, [loop, d] { return loop->step(0.8 * d, 0.6 * d, capacity_dt_s).end[0]; }, {}};
+}
+
+template Contestant paper_loop<double, 3>(const char*, Regime, std::uint64_t);
+template Contestant paper_loop<float, 2>(const char*, Regime, std::uint64_t);
+
+namespace {
+
+Contestant plain_loop(const char* name, const CapacityCase& what, std::uint64_t n,
+                      bristle::plain::Style style) {
+  bristle::plain::PlainOptions options;
+  options.bristles = n;
+  options.mean_snap_length_m = mean_snap_length_m;
+  options.axes = what.axes;
+  options.rule =
+      what.rule == bristle::SnapRule::keep ? bristle::plain::Rule::keep : bristle::plain::Rule::redraw;
+  options.mean = has(what.outputs, bristle::Outputs::mean);
+  options.style = style;
+  auto loop = std::make_shared<bristle::plain::PlainLoop>(options);
+  for (int i = 0; i < 20; ++i) loop->step(1.28 * mean_snap_length_m, 0.96 * mean_snap_length_m);
+  const double d = step_length(what.regime) * mean_snap_length_m;
+  return {name, [loop, d] { return loop->step(0.8 * d, 0.6 * d).end[0]; }, {}};
+}
+
+}  // namespace
+
+Contestant stream_loop(const CapacityCase& what, std::uint64_t n) {
+  const bool redraw = what.rule == bristle::SnapRule::redraw;
+  const int read = redraw ? 4 : 3;
+  const int written = what.regime == Regime::presliding ? 0 : redraw ? 4 : 2;
+  auto loop = std::make_shared<bristle::plain::StreamLoop>(n, read, written);
+  return {"streaming the same bytes", [loop] { return loop->step(); }, {}};
+}
+
+std::vector<ComparisonRow> compare_loops(const CapacityOptions& options) {
+  using bristle::Outputs;
+  using bristle::SnapRule;
+  using bristle::plain::Style;
+  CapacityCase presliding, sliding, redraw;
+  presliding.regime = Regime::presliding;
+  sliding.outputs = redraw.outputs = Outputs::mean;
+  redraw.regime = Regime::one_snap;
+  redraw.rule = SnapRule::redraw;
+
+  const std::uint64_t rounds = options.quick ? 15 : 61;
+  std::vector<ComparisonRow> rows;
+  for (const std::uint64_t n : {900u, 14'400u, 230'400u}) {
+    if (options.quick && n > 14'400) continue;
+    for (const CapacityCase& what : {presliding, sliding, redraw}) {
+      std::vector<Contestant> contestants;
+      contestants.push_back(bristle_kernel(what, n, options.isa));
+      if (what.rule == SnapRule::keep) {
+        contestants.push_back(paper_loop<double, 3>("the paper's loop, 3-D double", what.regime, n));
+        contestants.push_back(paper_loop<float, 2>("the paper's loop, 2-D float", what.regime, n));
+      }
+      contestants.push_back(plain_loop("plain arrays, one loop", what, n, Style::one_loop));
+      contestants.push_back(plain_loop("plain arrays, in chunks", what, n, Style::chunked));
+      contestants.push_back(stream_loop(what, n));
+      for (ComparisonRow& row : compare(std::move(contestants), to_string(what.regime), n, rounds))
+        rows.push_back(std::move(row));
+    }
+  }
+  return rows;
+}
+
+}  // namespace cli

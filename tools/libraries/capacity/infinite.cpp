@@ -1,0 +1,98 @@
+// Measures the step time of infinite patches, one alone and ten thousand together.
+#include <fmt/format.h>
+
+#include "tools/libraries/capacity/capacity.hpp"
+#include "tools/libraries/capacity/subject.hpp"
+#include "tools/libraries/reports/quantile.hpp"
+
+namespace cli {
+namespace {
+
+constexpr double default_resolution = 8.0;  // the library's default resolution, in pieces of path per mean
+                                            // snap length
+
+InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {
+  const ComparisonRow time =
+      compare({bristle_kernel(what, 1, options.isa)}, "", 1, options.quick ? 15 : 61).front();
+  InfiniteRow row;
+  row.patches = 1;
+  row.ns_per_patch = time.ns_per_bristle;
+  row.ns_low = time.ns_low;
+  row.ns_high = time.ns_high;
+  return row;
+}
+
+InfiniteRow many_patches(const CapacityCase& what, std::uint64_t patches, const CapacityOptions& options) {
+  CapacitySubject subject(what, patches, options.isa);
+  const double to_ns = 1e9 / static_cast<double>(patches);
+  std::vector<double> ns;
+  for (int i = 0; i < (options.quick ? 8 : 60); ++i) ns.push_back(to_ns * time_steps(subject, 1).p50_s);
+  InfiniteRow row;
+  row.patches = patches;
+  row.ns_per_patch = quantile(ns, 0.5);
+  row.ns_low = quantile(ns, 0.25);
+  row.ns_high = quantile(ns, 0.75);
+  return row;
+}
+
+}  // namespace
+
+CapacityCase infinite_case(Regime regime, std::optional<double> step, bool zigzag) {
+  CapacityCase what{regime, bristle::SnapRule::redraw, bristle::Outputs::end};
+  what.population = bristle::Population::infinite;
+  what.step = step;
+  what.zigzag = zigzag;
+  return what;
+}
+
+std::vector<CapacityCase> infinite_sliding() {
+  std::vector<CapacityCase> cases;
+  for (const bool zigzag : {false, true})
+    for (const double step : infinite_slides) cases.push_back(infinite_case(Regime::sliding, step, zigzag));
+  return cases;
+}
+
+std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report) {
+  std::vector<CapacityCase> cases = {infinite_case(Regime::rest), infinite_case(Regime::tremor)};
+  for (const CapacityCase& slide : infinite_sliding())
+    if (!options.quick || *slide.step == 0.1 ||
+        (!slide.zigzag && (*slide.step == 1.0 || *slide.step == 100.0)))
+      cases.push_back(slide);
+  std::vector<InfiniteRow> rows;
+  for (const CapacityCase& what : cases) {
+    const std::string motion = what.zigzag ? "zigzag" : what.step ? "straight" : to_string(what.regime);
+    report(fmt::format("infinite patches, {}", motion));
+    const bristle::PatchInfo info = CapacitySubject(what, 1, options.isa).info();
+    for (InfiniteRow row : {one_patch(what, options), many_patches(what, 10'000, options)}) {
+      row.motion = motion;
+      row.step = what.step.value_or(step_length(what.regime));
+      row.kernel = what.kernel_name();
+      row.resolution = info.representatives;
+      row.bytes_per_patch = info.memory_bytes;
+      rows.push_back(row);
+    }
+  }
+  return rows;
+}
+
+CapacityCase sliding_contacts(double resolution, int threads) {
+  CapacityCase what = infinite_case(Regime::sliding, 0.1, true);
+  what.resolution = resolution;
+  what.threads = threads;
+  return what;
+}
+
+std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const std::vector<int>& threads,
+                                          const Report& report) {
+  std::vector<CapacityRow> rows;
+  for (const int count : threads) {
+    if (options.quick && count != threads.front()) break;
+    for (const double resolution : {within_a_percent, default_resolution}) {
+      report(fmt::format("sliding contacts, resolution {:g}, threads: {}", resolution, count));
+      rows.push_back(find_capacity(sliding_contacts(resolution, count), options));
+    }
+  }
+  return rows;
+}
+
+}  // namespace cli

@@ -1,0 +1,174 @@
+#include "tools/libraries/experiments/command.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "tools/libraries/files/output_file.hpp"
+#include "tools/libraries/files/text_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/platform/platform.hpp"
+#include "tools/libraries/reports/progress.hpp"
+#include "tools/libraries/reports/text_layout.hpp"
+
+namespace cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_experiment(std::string_view name) {
+  return std::any_of(experiments().begin(), experiments().end(),
+                     [&](const Experiment& e) { return e.name == name; });
+}
+
+Settings settings_for(const Experiment& experiment, const ExperimentOptions& options) {
+  Settings settings(experiment.parameters);
+  if (!options.config.empty()) settings.read_file(options.config, experiment.name, is_experiment);
+  for (const std::string& assignment : options.set) {
+    std::string_view text = assignment;
+    if (options.name == "all") {
+      const auto dot = text.find('.');
+      if (dot == std::string_view::npos || dot > text.find('='))
+        throw UserError(fmt::format("--set {}: with 'all' it needs EXPERIMENT.KEY=VALUE", assignment));
+      if (find_experiment(text.substr(0, dot)).name != experiment.name) continue;
+      text.remove_prefix(dot + 1);
+    }
+    settings.set(text);
+  }
+  return settings;
+}
+
+// Quotes a path. Shell and gnuplot quote single quotes differently, so names with one are refused.
+std::string quoted(const std::string& path) {
+  if (path.find_first_of("'\"\n\\") != std::string::npos)
+    throw UserError(fmt::format("{}: gnuplot cannot take quotes or backslashes in a file name", path));
+  return "'" + path + "'";
+}
+
+// Returns the folder of gnuplot scripts: as installed beside the program, else in the build. Its path is
+// relative to the program, so that both may be moved.
+fs::path plots_folder() {
+  if (const char* folder = std::getenv("BRISTLE_PLOTS")) return folder;
+  std::error_code none;
+  const fs::path program = platform::program_folder();
+  const fs::path installed = (program / BRISTLE_PLOTS_INSTALLED).lexically_normal();
+  return fs::exists(installed, none) ? installed : (program / BRISTLE_PLOTS_IN_SOURCES).lexically_normal();
+}
+
+std::string plot_script(const std::string& name) {
+  std::string file = "experiment_" + name + ".gp";
+  std::replace(file.begin(), file.end(), '-', '_');
+  return (plots_folder() / file).string();
+}
+
+void check_plot(const ExperimentOptions& options) {
+  if (options.plot.empty()) return;
+  check_picture_name("--plot", options.plot);
+  if (options.name == "all") throw UserError("--plot: one experiment at a time");
+  if (!platform::has_gnuplot())
+    throw UserError("--plot: gnuplot is not installed (Debian: gnuplot-nox); --csv works without");
+  const std::string script = plot_script(options.name);
+  if (!fs::exists(script))
+    throw UserError(
+        fmt::format("--plot: {} does not exist; set BRISTLE_PLOTS to the folder of the scripts", script));
+  quoted(options.plot);
+  quoted(script);
+}
+
+void draw(const ExperimentOptions& options, const ExperimentReport& report, OutputFile& picture) {
+  OutputFile data(
+      (fs::temp_directory_path() / fmt::format("bristle_{}.csv", platform::process_number())).string());
+  data.append(experiment_csv(report));
+  data.flush();
+  const std::string arguments = fmt::format(
+      "-e \"csv={}; png={}; svg={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
+      is_vector_picture(options.plot) ? 1 : 0,
+      quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
+  if (!platform::run_gnuplot(arguments)) throw UserError("--plot: gnuplot failed; its message is above");
+  picture.finish();
+}
+
+void check_files(const ExperimentOptions& options) {
+  if (options.name == "all" && !options.csv.empty()) throw UserError("--csv: one experiment at a time");
+  if (options.name != "all" && !options.markdown.empty()) throw UserError("--markdown: only with 'all'");
+  check_plot(options);
+}
+
+ExperimentReport run_one(const Experiment& experiment, const ExperimentOptions& options,
+                         const std::vector<std::string>& models) {
+  Progress progress("experiment " + experiment.name);
+  ExperimentInput input{settings_for(experiment, options), models,
+                        [&](double share) { progress.update(share); }};
+  return {&experiment, input.settings, models, run_experiment(experiment, input)};
+}
+
+std::vector<CostRow> run_cost(const std::vector<std::string>& models) {
+  Progress progress("cost");
+  return measure_cost({Settings(cost_parameters()), models, [&](double share) { progress.update(share); }});
+}
+
+}  // namespace
+
+std::string experiment_list() {
+  std::string text = "Experiments: bristle experiment NAME; all of them: bristle experiment all\n";
+  for (const Experiment& e : experiments()) text += fmt::format("  {:<18} {}\n", e.name, e.title);
+  text += fmt::format(
+      "\nModels (--models A,B): {}\n\nParameters (--set KEY=VALUE) of every experiment; some have "
+      "other defaults for them, listed there\n",
+      fmt::join(model_names(), ", "));
+  const std::vector<Parameter> common = common_parameters();
+  text += parameter_table(common);
+  for (const Experiment& e : experiments()) {
+    std::vector<Parameter> own;
+    for (const Parameter& p : e.parameters) {
+      const auto same = std::find_if(common.begin(), common.end(), [&](const Parameter& c) {
+        return c.name == p.name && Settings::value_text(c) == Settings::value_text(p);
+      });
+      if (same == common.end()) own.push_back(p);
+    }
+    text += fmt::format("\n{}: {}\n", e.name, e.title);
+    if (!e.models.empty()) text += fmt::format("Models of its own: {}\n", fmt::join(models_of(&e), ", "));
+    text += parameter_table(own);
+  }
+  return text;
+}
+
+void experiment_command(const ExperimentOptions& options) {
+  if (options.name == "list") {
+    print_report(experiment_list());
+    return;
+  }
+  const bool on_stdout = check_files({{"--config", options.config}}, {{"--csv", options.csv},
+                                                                      {"--json", options.json},
+                                                                      {"--markdown", options.markdown},
+                                                                      {"--plot", options.plot}});
+  check_files(options);
+  std::vector<const Experiment*> wanted;
+  for (const Experiment& e : experiments()) {
+    if (options.name == "all" || options.name == e.name) wanted.push_back(&e);
+  }
+  if (wanted.empty()) find_experiment(options.name, {"all", "list"});
+  const std::vector<std::string> models =
+      choose_models(options.models, "--models", options.name == "all" ? nullptr : wanted.front());
+  for (const Experiment* e : wanted)
+    // Checks the settings of every experiment, so that a bad one is refused before the first experiment runs.
+    e->check(settings_for(*e, options));
+  OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);
+  std::vector<ExperimentReport> reports;
+  for (const Experiment* e : wanted)
+    reports.push_back(run_one(*e, options, wanted.size() > 1 && !e->models.empty() ? models_of(e) : models));
+  std::vector<CostRow> cost;
+  if (options.name == "all" && !options.no_cost) cost = run_cost(models);
+  if (!on_stdout)
+    print_report(findings_text(reports) + (cost.empty() ? std::string() : "\n" + cost_table(cost, models)));
+  if (csv) csv.write(experiment_csv(reports.front()));
+  if (json) json.write(experiment_json(reports, cost));
+  if (markdown) markdown.write(experiment_page(reports, cost, models));
+  if (picture) draw(options, reports.front(), picture);
+}
+
+}  // namespace cli

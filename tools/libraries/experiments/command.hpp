@@ -1,0 +1,46 @@
+// Command `bristle experiment`: its options and output.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/libraries/experiments/experiment.hpp"
+
+namespace cli {
+
+struct ExperimentOptions {
+  std::string name;                 ///< name of an experiment, "all" or "list"
+  std::vector<std::string> set;     ///< settings "key=value"; with "all": "experiment.key=value"
+  std::string config;               ///< TOML file with settings; empty: none
+  std::vector<std::string> models;  ///< names of friction models to run; empty: all
+  std::string csv, json, plot;      ///< report files; empty: none, "-": stdout (not for plot)
+  std::string markdown;             ///< Markdown page to write with all results, with "all"
+  bool no_cost = false;             ///< whether run times of models are left out, with "all"
+};
+
+/// Runs the command `bristle experiment` and writes its outputs. Throws UserError.
+void experiment_command(const ExperimentOptions& options);
+
+/// Lists all experiments by name and title, each with its parameters, their defaults and units.
+std::string experiment_list();
+
+/// Experiment with the settings and models it ran with, and its result.
+struct ExperimentReport {
+  const Experiment* experiment;
+  Settings settings;
+  std::vector<std::string> models;
+  ExperimentResult result;
+};
+
+/// Returns a sentence on how many phenomena each model shows, and a table for each experiment. With --wide,
+/// experiments that have the same models share a table.
+std::string findings_text(std::span<const ExperimentReport> reports);
+std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models);
+std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost);
+std::string experiment_csv(const ExperimentReport& report);
+/// Returns the text of the page tools/EXPERIMENTS.md, from the results of all experiments.
+std::string experiment_page(std::span<const ExperimentReport> reports, const std::vector<CostRow>& cost,
+                            const std::vector<std::string>& models);
+
+}  // namespace cli

@@ -1,0 +1,50 @@
+// Friction model under test whose contact has an extent, behind one interface: a rival model in every cell of
+// a grid, or a brush with an outline.
+#pragma once
+
+#include <memory>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <bristle/extended_patches.hpp>
+
+#include "tools/libraries/experiments/settings.hpp"
+#include "tools/libraries/rivals/lugre_grid.hpp"
+#include "tools/libraries/rivals/rival_grid.hpp"
+
+namespace cli {
+
+/// Shape and size of a contact area under uniform pressure.
+struct ContactArea {
+  enum class Shape { disc, square } shape = Shape::disc;
+  double half_m = 0.0;  ///< radius of the disc, or half a side of the square, m
+};
+
+class SpinSubject {
+ public:
+  /// Makes the friction model of this name, with parameters from spin_parameters(). Throws bristle::Error.
+  SpinSubject(std::string_view model, const Settings& settings, ContactArea area);
+
+  /// Moves the contact's centre by `displacement` (m) and turns the body by `angle` (rad, at most half a
+  /// turn), both at constant speed. Returns the force and torque on the moving body about the centre.
+  rivals::SpinForce step(rivals::Pair displacement, double angle, double dt_s, double load_n);
+
+ private:
+  struct Brush {
+    std::unique_ptr<bristle::PatchBatch> batch;  // held by pointer, since `patches` refers to it even if this
+                                                 // object moves
+    bristle::ExtendedPatches patches;
+    bristle::PatchId id;
+
+    rivals::SpinForce step(rivals::Pair displacement, double angle, double dt_s, double load_n);
+  };
+
+  std::variant<rivals::RivalGrid, rivals::LuGreGrid, Brush> contact_;
+};
+
+/// Returns the parameters that divide a contact area into cells: `across` cells for rival models, `rings` for
+/// the brush's disc (a square has twice as many cells along a side).
+std::vector<Parameter> spin_parameters(int across = 21, int rings = 6);
+
+}  // namespace cli

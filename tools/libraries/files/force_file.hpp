@@ -1,0 +1,36 @@
+// Writes a scene's force file: CSV, one row per step and patch. Its columns: tools/scenes/README.md.
+#pragma once
+
+#include <string>
+
+#include <fmt/format.h>
+
+#include <bristle/patch_batch.hpp>
+
+#include "tools/libraries/files/output_file.hpp"
+
+namespace cli {
+
+class ForceFile {
+ public:
+  /// Opens a force file for writing. `with_mean` and `with_energy` add the columns of mean force and energy;
+  /// patches that do not compute them get empty cells.
+  ForceFile(const std::string& path, bool with_mean, bool with_energy);
+
+  void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
+             double load, double bristles, double x, double y);
+  /// Writes what is still buffered and completes the force file. Throws UserError when the disk is full.
+  void finish();
+
+ private:
+  void flush();
+
+  OutputFile file_;
+  bool with_mean_, with_energy_;
+  fmt::memory_buffer buffer_;
+};
+
+/// Returns a patch's status as text: "ok", or the names of its flags joined by '+'.
+std::string status_text(bristle::Status status);
+
+}  // namespace cli

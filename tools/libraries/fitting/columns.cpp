@@ -1,0 +1,403 @@
+// Reads the CSV files of measured friction that `bristle fit` fits a material to.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "tools/libraries/files/csv_rows.hpp"
+#include "tools/libraries/files/foreign_csv.hpp"
+#include "tools/libraries/files/text_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/data.hpp"
+#include "tools/libraries/fitting/rebuilt_motion.hpp"
+
+namespace cli {
+namespace {
+
+enum Column : unsigned {
+  column_t,
+  column_x,
+  column_v,
+  column_vx,
+  column_load,
+  column_force,
+  column_fx,
+  column_friction,
+  column_y,
+  column_fy,
+  column_angle,
+  column_torque,
+  column_count
+};
+constexpr std::string_view names_t[] = {"time", "timestamp", "elapsed time"};
+constexpr std::string_view names_x[] = {"position", "displacement", "pos"};
+constexpr std::string_view names_v[] = {"velocity", "speed"};
+constexpr std::string_view names_load[] = {"normal load",  "normal_load", "normal force",
+                                           "normal_force", "normal",      "fn"};
+constexpr std::string_view names_force[] = {"friction force", "friction_force", "tangential force",
+                                            "tangential_force"};
+constexpr std::string_view no_other[] = {""};
+/// Name of the unit g of a load: files of tribometers mean by it the weight of a gram, not a mass.
+constexpr std::string_view grams = "g";
+constexpr Unit weighed_units[] = {{"N", 1.0},
+                                  {"mN", 1e3},
+                                  {"uN", 1e6},
+                                  {"kN", 1e-3},
+                                  {"gf", 1e3 / 9.80665},
+                                  {"kgf", 1.0 / 9.80665},
+                                  {grams, 1e3 / 9.80665}};
+constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t},
+                                            {"x", length_units, most_length, names_x},
+                                            {"v", speed_units, most_speed, names_v},
+                                            {"vx", speed_units, most_speed},
+                                            {"load", weighed_units, most_force, names_load},
+                                            {"force", weighed_units, most_force, names_force},
+                                            {"fx", weighed_units, most_force, no_other},
+                                            {"friction", weighed_units, most_force, no_other},
+                                            {"y", length_units, most_length},
+                                            {"fy", weighed_units, most_force},
+                                            {"angle", angle_units, most_length, no_other},
+                                            {"torque", torque_units, most_force, no_other}};
+constexpr const char* expected = "t,x,load,force";
+
+/// What a file has of a measured record: all of it, only the force, or only the motion.
+enum class Holds : unsigned char { record, force, motion };
+// Columns of which a file may have one: for the position, for the speed, for the force.
+constexpr unsigned place_columns[] = {column_x, column_angle}, speed_columns[] = {column_v, column_vx},
+                   force_columns[] = {column_force, column_fx, column_friction, column_torque};
+
+/// Returns the one of several columns that the CSV header has; column_count if it has none of them.
+unsigned pick(const CsvHeader& header, std::span<const unsigned> names, const std::string& where) {
+  unsigned found = column_count;
+  for (const unsigned c : names) {
+    if (!header.present[c]) continue;
+    if (found != column_count)
+      throw UserError(
+          fmt::format("{}: columns {} and {} together: give one", where, kinds[found].name, kinds[c].name));
+    found = c;
+  }
+  return found;
+}
+
+bool varies(const std::vector<double>& column) {
+  return std::any_of(column.begin(), column.end(), [&](double value) { return value != column.front(); });
+}
+
+/// Decides whether a record of friction is in the plane, which needs columns y and fy. If both are constant,
+/// as `bristle run` writes them for a patch on one axis, the record is on one axis.
+void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
+  const bool moves = has_y && varies(data.y), measured = has_fy && varies(data.force_y);
+  if (moves && !has_fy)
+    throw UserError(data.name +
+                    ": column y varies, and there is no column fy: add the force along y, or leave "
+                    "out column y if that motion has no part in the friction");
+  if (moves && measured) {
+    if (!data.has_x)
+      throw UserError(data.name + ": a record in the plane needs the positions x and y; here is no column x");
+    if (!data.v.empty()) data.v.clear();
+    return;
+  }
+  if (moves)
+    throw UserError(data.name +
+                    ": column y varies, and column fy is one value throughout: no friction of a "
+                    "motion in the plane");
+  if (has_y && !moves) data.ignored_columns.push_back("y");
+  if (has_fy) data.ignored_columns.push_back("fy");
+  data.y.clear();
+  data.force_y.clear();
+}
+
+std::vector<ColumnWish> wishes_of(FitReading reading, Holds holds) {
+  for (ColumnWords* const words : {&reading.columns, &reading.units})
+    for (auto& [ours, theirs] : *words) {
+      if (ours == "f") ours = "force";
+      if (ours == "n") ours = "load";
+    }
+  std::vector<ColumnWish> wishes = column_wishes(kinds, reading.columns, reading.units);
+  // Drops the user's choices for columns that are in the record's other file.
+  const auto drop = [&](std::span<const unsigned> of) {
+    for (const unsigned c : of) wishes[c].name.clear();
+  };
+  if (holds == Holds::force) drop(place_columns), drop(speed_columns);
+  if (holds == Holds::motion) drop(force_columns), wishes[column_load].name.clear();
+  return wishes;
+}
+
+bool is_record(const std::vector<bool>& present, const FitReading& reading, Holds holds) {
+  const auto any = [&](std::span<const unsigned> of) {
+    return std::any_of(of.begin(), of.end(), [&](unsigned c) { return present[c]; });
+  };
+  return present[column_t] &&
+         (holds == Holds::force || reading.speed || any(place_columns) || any(speed_columns)) &&
+         (holds == Holds::motion || any(force_columns));
+}
+
+/// Columns from which position, speed and force are read; column_count: none.
+struct Choice {
+  unsigned x = column_count, v = column_count, force = column_count;
+};
+
+Choice choose(const CsvHeader& header, std::string_view line, const FitReading& reading, Holds holds,
+              const std::string& where) {
+  const bool no_force = holds == Holds::motion, no_motion = reading.speed || holds == Holds::force;
+  const Choice choice{pick(header, place_columns, where), pick(header, speed_columns, where),
+                      no_force ? column_count : pick(header, force_columns, where)};
+  const auto need = [&](bool ok, const char* what, const char* ours) {
+    if (!ok)
+      throw UserError(
+          fmt::format("{}: header '{}' has no {}; expected {}, or your own names: --columns {}=NAME", where,
+                      trim(line), what, expected, ours));
+  };
+  need(header.present[column_t], "column t", "t");
+  need(choice.x != column_count || choice.v != column_count || no_motion, "column x (nor v)", "x");
+  need(choice.force != column_count || no_force, "column force (nor fx, friction)", "force");
+  const bool turns = choice.x == column_angle, twists = choice.force == column_torque;
+  if ((turns || twists) && !reading.radius)
+    throw UserError(
+        fmt::format("{}: column {} needs the radius at which it acts: --radius 20mm (a ring: its "
+                    "mean radius), or that of a full disc: --disc 20mm",
+                    where, turns ? "angle" : "torque"));
+  if (turns != twists && choice.x != column_count && !no_force)
+    throw UserError(fmt::format("{}: column {} goes with column {}", where, turns ? "angle" : "torque",
+                                turns ? "torque" : "angle"));
+  if (reading.radius && !turns && !twists)
+    throw UserError(fmt::format("{}: --{} is for columns angle and torque, and here are none", where,
+                                reading.disc ? "disc" : "radius"));
+  if (no_motion && (choice.x != column_count || choice.v != column_count))
+    throw UserError(fmt::format("{}: --{} stands for a column of the motion, and here is column {}", where,
+                                reading.speed ? "speed" : "position",
+                                kinds[choice.x != column_count ? choice.x : choice.v].name));
+  return choice;
+}
+
+/// Warns if the times of a file without a unit of time look like milliseconds.
+void doubt_time(const PlainCsv& csv, FitColumns& data) {
+  if (!csv.units[column_t].empty() || data.t.size() < 2) return;
+  const double between = (data.t.back() - data.t.front()) / static_cast<double>(data.t.size() - 1);
+  if (between >= 0.5)
+    data.understood.push_back(fmt::format(
+        "column t states no unit: rows are taken to be {:.3g} s apart; if these are ms, give --units t=ms",
+        between));
+}
+
+/// Returns the normal load (N) of a row. If the user allows it (--clip-load), slightly negative loads, a
+/// sensor's noise at zero load, count as 0.
+double clipped(double load, std::string_view cell, const FitReading& reading, const std::string& where,
+               std::size_t& clipped_rows, double& lowest) {
+  if (load >= 0.0) return load;
+  if (load >= -reading.clip_load) {
+    ++clipped_rows;
+    lowest = std::min(lowest, load);
+    return 0.0;
+  }
+  throw UserError(fmt::format(
+      "{}: column load: {} is negative; allowed: {}; --clip-load NEWTONS takes what a sensor shows at zero "
+      "load as 0",
+      where, cell,
+      reading.clip_load > 0.0 ? fmt::format("{} N or more (--clip-load)", -reading.clip_load)
+                              : std::string("0 or more")));
+}
+
+/// Checks a number passed in memory against the range that a cell of a CSV file must respect.
+void require_within(double value, const ColumnKind& kind, const std::string& where) {
+  if (std::fabs(value) <= kind.most) return;
+  throw UserError(fmt::format("{}: column {} is {} {}; allowed: {} to {}", where, kind.name, value,
+                              kind.units.front().name, -kind.most, kind.most));
+}
+
+/// Parses a CSV file that holds a record of friction, or only its force or its motion.
+FitColumns parse(std::string_view text, const std::string& name, const FitReading& reading, Holds holds) {
+  if (reading.stroke && reading.speed.value_or(0.0) == 0.0)
+    throw UserError("--stroke: needs the speed of the strokes, not 0: --speed 10mm/min");
+  FitColumns data;
+  data.name = name;
+  std::size_t first_line = 1;
+  text = skip_to_header(text, name, expected, first_line);
+  const PlainCsv csv =
+      plain_csv(text, name, first_line, kinds, wishes_of(reading, holds),
+                [&](const std::vector<bool>& present) { return is_record(present, reading, holds); });
+  const std::string header_where = fmt::format("{}:{}", name, csv.header_line);
+  const std::string_view plain = csv.text;
+  const CsvHeader header = read_csv_header(plain.substr(0, plain.find('\n')), header_where, kinds);
+  const Choice choice = choose(header, csv.header, reading, holds, header_where);
+  data.has_x = choice.x != column_count;
+  data.has_load = header.present[column_load];
+  data.replayable = csv.ours && (choice.x == column_x || choice.v == column_vx);
+  data.ignored_columns = header.other_columns;
+  const bool has_y = header.present[column_y], has_fy = header.present[column_fy];
+  const double lever = reading.radius.value_or(1.0);
+  data.disc = reading.disc && reading.radius;
+  std::size_t clipped_rows = 0;
+  double lowest_load = 0.0;
+  std::vector<unsigned> as_written{column_t};
+  for (const unsigned c : {choice.x == column_count ? choice.v : choice.x,
+                           data.has_load ? unsigned{column_load} : unsigned{column_count}, choice.force})
+    if (c != column_count) as_written.push_back(c);
+  for (const unsigned c : as_written) {
+    const std::string_view unit = csv.units[c].empty() ? kinds[c].units.front().name : csv.units[c];
+    const bool bare = csv.headers[c].find(unit) == std::string::npos;
+    data.written.push_back({bare ? fmt::format("{} [{}]", csv.headers[c], unit) : csv.headers[c], {}});
+  }
+
+  for_csv_rows(plain, name, csv.header_line, header, kinds, [&](const auto& cells, const auto& where) {
+    const auto value = [&](unsigned c) { return parse_cell(cells[c], kinds[c], header.per_si[c], where()); };
+    if (std::string_view(cells[column_t]).find(':') != std::string_view::npos)
+      throw UserError(
+          fmt::format("{}: column t: '{}' is a time of day; give seconds", where(), cells[column_t]));
+    const double t = value(column_t);
+    if (!data.t.empty()) require_later(t, data.t.back(), where());
+    if (choice.v != column_count) data.v.push_back(value(choice.v));
+    if (data.has_x) {
+      data.x.push_back(value(choice.x) * (choice.x == column_angle ? lever : 1.0));
+    } else if (choice.v != column_count) {
+      const std::size_t n = data.t.size();
+      data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
+      require_near(data.x.back(), where());
+    }
+    if (data.has_load)
+      data.load.push_back(
+          clipped(value(column_load), cells[column_load], reading, where(), clipped_rows, lowest_load));
+    if (choice.force != column_count)
+      data.force.push_back(value(choice.force) / (choice.force == column_torque ? lever : 1.0));
+    if (has_y) data.y.push_back(value(column_y));
+    if (has_fy) data.force_y.push_back(value(column_fy));
+    for (std::size_t i = 0; i < as_written.size(); ++i) {
+      const unsigned c = as_written[i];
+      data.written[i].values.push_back(parse_number(cells[c], kinds[c].name, where()));
+    }
+    data.t.push_back(t);
+  });
+  if (!data.t.empty()) settle_axes(data, has_y, has_fy);
+
+  data.understood.push_back(mapping_text(csv, kinds));
+  doubt_time(csv, data);
+  for (const unsigned c : {unsigned{column_load}, choice.force})
+    if (c != column_count && csv.units[c] == grams)
+      data.understood.push_back(
+          fmt::format("column {}: g is taken as gram-force, 1 g = 9.80665 mN (else --units {}=UNIT)",
+                      csv.headers[c], kinds[c].name));
+  if (reading.speed && !data.t.empty()) {
+    if (reading.stroke)
+      rebuild_strokes(data, *reading.speed, *reading.stroke);
+    else
+      rebuild_slide(data, *reading.speed);
+  }
+  if (reading.radius)
+    data.understood.push_back(
+        data.disc
+            ? fmt::format("angle and torque of a full disc under an even pressure, as a way and a force at "
+                          "its radius of {:.4g} mm",
+                          1e3 * lever)
+            : fmt::format("angle and torque as a way and a force at a radius of {:.4g} mm", 1e3 * lever));
+  if (clipped_rows > 0) {
+    data.understood.push_back(
+        fmt::format("{} negative loads, down to {:.3g} N, taken as 0", clipped_rows, lowest_load));
+    data.replayable = false;
+  }
+  return data;
+}
+
+}  // namespace
+
+FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading) {
+  return parse(text, name, reading, Holds::record);
+}
+
+FitColumns merge_fit_columns(std::string_view force, const std::string& name, std::string_view motion,
+                             const FitReading& reading) {
+  if (reading.speed)
+    throw UserError("--position and --speed together: the one measures the motion, the other states it");
+  FitColumns data = parse(force, name, reading, Holds::force);
+  merge_motion(data, parse(motion, reading.position, reading, Holds::motion), reading.clock);
+  return data;
+}
+
+FitColumns join_fit_columns(std::vector<FitColumns> records) {
+  FitColumns all = std::move(records.front());
+  const std::size_t count = records.size();
+  if (count == 1) return all;
+  std::size_t joined_clocks = 0;
+  for (std::size_t k = 1; k < count; ++k) {
+    FitColumns& next = records[k];
+    if (next.has_x != all.has_x || next.has_load != all.has_load || next.v.empty() != all.v.empty() ||
+        next.planar() != all.planar())
+      throw UserError(
+          fmt::format("{}: its columns (t, x, v, load, force) are not those of {}", next.name, all.name));
+    constexpr std::size_t fewest_rows = 3;  // number of rows below which a file gives no velocity
+    for (const FitColumns* file : {&all, &next})
+      if (file->t.size() < fewest_rows)
+        throw UserError(fmt::format("{}: {} data rows; a file of several needs at least {}", file->name,
+                                    file->t.size(), fewest_rows));
+    all.parts.push_back(all.t.size());
+    const double spacing = (all.t.back() - all.t.front()) / static_cast<double>(all.t.size() - 1);
+    const bool anew = next.t.front() <= all.t.back();
+    const double shift = anew ? all.t.back() + std::max(spacing, 1e-9) - next.t.front() : 0.0;
+    joined_clocks += anew ? 1 : 0;
+    for (const double t : next.t) all.t.push_back(t + shift);
+    const auto append = [](std::vector<double>& to, const std::vector<double>& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
+    append(all.x, next.x);
+    append(all.v, next.v);
+    append(all.load, next.load);
+    append(all.force, next.force);
+    append(all.y, next.y);
+    append(all.force_y, next.force_y);
+    for (std::size_t i = 0; i < std::min(all.written.size(), next.written.size()); ++i)
+      append(all.written[i].values, next.written[i].values);
+    for (const std::string& line : next.understood)
+      if (std::find(all.understood.begin(), all.understood.end(), line) == all.understood.end())
+        all.understood.push_back(next.name + ": " + line);
+  }
+  all.replayable = false;
+  all.understood.push_back(fmt::format(
+      "{} files as one record{}: what the contact remembers is not carried from one to the next; the sensor "
+      "has one offset and one drift in all of them",
+      count, joined_clocks > 0 ? fmt::format(" ({} clocks start anew and are joined)", joined_clocks) : ""));
+  all.name += fmt::format(" and {} more", count - 1);
+  return all;
+}
+
+FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading) {
+  if (!reading.position.empty()) {
+    if (files.size() > 1) throw UserError("--position: one file of the force only");
+    return merge_fit_columns(read_text_file(files.front()), files.front(), read_text_file(reading.position),
+                             reading);
+  }
+  if (reading.clock != 0.0) throw UserError("--clock: only with --position");
+  std::vector<FitColumns> records;
+  for (const std::string& file : files)
+    records.push_back(parse_fit_columns(read_text_file(file), file, reading));
+  return join_fit_columns(std::move(records));
+}
+
+void check_fit_columns(const FitColumns& c) {
+  const auto require_size = [&](const std::vector<double>& column, const char* name) {
+    if (column.size() != c.t.size())
+      throw UserError(fmt::format("{}: column {} has {} rows, column t {}; allowed: as many", c.name, name,
+                                  column.size(), c.t.size()));
+  };
+  require_size(c.x, "x");
+  require_size(c.force, "force");
+  if (c.has_load) require_size(c.load, "load");
+  if (c.planar() || !c.force_y.empty()) {
+    require_size(c.y, "y");
+    require_size(c.force_y, "fy");
+  }
+  for (std::size_t i = 0; i < c.t.size(); ++i) {
+    const std::string where = fmt::format("{}: row {}", c.name, i);
+    require_within(c.t[i], kinds[column_t], where);
+    require_within(c.x[i], kinds[column_x], where);
+    require_within(c.force[i], kinds[column_force], where);
+    if (c.planar()) {
+      require_within(c.y[i], kinds[column_y], where);
+      require_within(c.force_y[i], kinds[column_fy], where);
+    }
+    if (i > 0) require_later(c.t[i], c.t[i - 1], where);
+    if (!c.has_load) continue;
+    require_within(c.load[i], kinds[column_load], where);
+    require_load(c.load[i], fmt::format("{}", c.load[i]), where);
+  }
+}
+
+}  // namespace cli

@@ -1,0 +1,795 @@
+#include "tools/libraries/fitting/data.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
+
+#include "tools/libraries/files/user_error.hpp"
+
+namespace cli {
+namespace {
+
+constexpr std::size_t fewest_samples = 20;
+// Share of the travel in the less travelled direction above which a motion counts as to and fro.
+constexpr double to_and_fro = 0.1;
+// Relative deviation of the normal load below which it counts as constant.
+constexpr double steady_load_deviation = 0.02;
+
+double quantile_of(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+[[noreturn]] void refuse(const FitColumns& data, const std::string& why) {
+  throw UserError(fmt::format("{}: {}", data.name, why));
+}
+
+/// Returns differences of successive values, except those from the last row of a file to the next file.
+std::vector<double> differences(const FitColumns& c, const std::vector<double>& values) {
+  std::vector<double> result;
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (c.follows(i)) result.push_back(values[i] - values[i - 1]);
+  return result;
+}
+
+/// Calls take(begin, end) with the range of samples of each file that the record was joined from.
+template <class Take>
+void for_parts(const FitColumns& c, Take&& take) {
+  std::size_t begin = 0;
+  for (const std::size_t end : c.parts) {
+    take(begin, end);
+    begin = end;
+  }
+  take(begin, c.t.size());
+}
+
+std::vector<double> slice(const std::vector<double>& values, std::size_t begin, std::size_t end) {
+  return {values.begin() + static_cast<std::ptrdiff_t>(begin),
+          values.begin() + static_cast<std::ptrdiff_t>(end)};
+}
+
+void append(std::vector<double>& to, const std::vector<double>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+// ------------------------------------------------------------------- functions on measured positions
+
+/// Returns whether successive moves of the position are equal over long runs, as those of a programmed stage
+/// are. With an encoder, moves change at every other sample by counts.
+bool runs_evenly(const std::vector<double>& moves, double smallest) {
+  std::size_t changes = 0, moving = 0;
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    if (moves[i] == 0.0 && moves[i - 1] == 0.0) continue;
+    ++moving;
+    changes += std::fabs(moves[i] - moves[i - 1]) > 0.5 * smallest ? 1 : 0;
+  }
+  return 10 * changes < moving;
+}
+
+/// Returns the rounding error of a move between two samples: the least difference between moves of different
+/// size, which comes from the number of digits in the file.
+double coarseness(std::vector<double> moves, double smallest) {
+  for (double& d : moves) d = std::fabs(d);
+  std::sort(moves.begin(), moves.end());
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < moves.size(); ++i) {
+    const double step = moves[i] - moves[i - 1];
+    if (step > 1e-3 * smallest) least = std::min(least, step);
+  }
+  return least;
+}
+
+struct Encoder {
+  double quantum = 0.0;  // length of an encoder's count, m; 0: none found
+  bool rounded = false;  // whether the file's digits are too few for the count
+};
+
+/// Detects an encoder in measured positions: all moves between samples are whole multiples of one count, up
+/// to the file's digits, and many samples repeat.
+Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
+  const double range = *std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end());
+  const std::vector<double> moves = differences(c, x);
+  std::vector<double> sizes;
+  for (const double d : moves)
+    if (std::fabs(d) > 1e-12 * range) sizes.push_back(std::fabs(d));
+  if (sizes.empty()) return {};
+  std::sort(sizes.begin(), sizes.end());
+  const double smallest = sizes.front(), digits = coarseness(moves, smallest);
+  if (runs_evenly(moves, smallest)) return {};
+  const std::size_t repeats = moves.size() - sizes.size();
+  if (repeats * 50 <= moves.size()) return {};
+  // Refines the encoder's count (a length) from the smallest moves on: each larger move is a whole multiple
+  // of it, and the more moves have been used, the surer that multiple is.
+  const bool many = sizes.size() >= 50;  // many moves are not all near whole counts by chance
+  const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
+  double sum = 0.0, counts = 0.0, quantum = smallest;
+  Encoder encoder;
+  for (const double d : sizes) {
+    const double count = std::round(d / quantum), off = std::fabs(d - count * quantum);
+    const bool exact = off <= 0.05 * count * quantum;
+    if (!exact && off > slack) return {};
+    encoder.rounded = encoder.rounded || !exact;
+    sum += d;
+    counts += count;
+    quantum = sum / counts;
+  }
+  encoder.quantum = quantum;
+  return encoder;
+}
+
+/// Restores the positions of an encoder from a file that rounded them: fits a line that maps counts to
+/// positions, and sets each position to a whole count.
+std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
+  const double first = x.front(), n = static_cast<double>(x.size());
+  std::vector<double> counts(x.size(), 0.0);
+  double sum = 0.0, squares = 0.0, places = 0.0, products = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (i > 0) counts[i] = counts[i - 1] + std::round((x[i] - x[i - 1]) / quantum);
+    sum += counts[i];
+    squares += counts[i] * counts[i];
+    places += x[i] - first;
+    products += counts[i] * (x[i] - first);
+  }
+  quantum = (products - sum * places / n) / (squares - sum * sum / n);
+  const double zero = first + (places - quantum * sum) / n;
+  for (double& count : counts) count = zero + quantum * count;
+  return counts;
+}
+
+/// Smooths an encoder's positions where they creep by single counts: puts them on the line between the
+/// middles of the steps, which moves them by half a count at most. Rests and turns stay: a count that lasts
+/// much longer than its neighbours is a rest.
+std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector<double>& x, double quantum) {
+  constexpr double rest = 4.0;
+  std::vector<double> smooth = x;
+  const std::size_t n = x.size();
+  std::size_t last = 0;  // number of samples that showed the previous count
+  for (std::size_t begin = 0; begin < n;) {
+    std::size_t end = begin + 1, next = begin;
+    while (end < n && x[end] == x[begin]) ++end;
+    for (next = end; next < n && x[next] == x[end];) ++next;
+    const auto of_neighbours = static_cast<double>(std::max(last, next - end));
+    const bool rests = static_cast<double>(end - begin) > rest * std::max(of_neighbours, 1.0);
+    last = end - begin;
+    if (begin > 0 && end < n && !rests) {
+      const double before = (x[begin] - x[begin - 1]) / quantum, after = (x[end] - x[begin]) / quantum;
+      if (std::fabs(std::fabs(before) - 1.0) < 0.1 && std::fabs(after - before) < 0.1) {
+        const double enters = 0.5 * (t[begin - 1] + t[begin]), leaves = 0.5 * (t[end - 1] + t[end]);
+        for (std::size_t i = begin; i < end; ++i)
+          smooth[i] = x[i] + before * quantum * ((t[i] - enters) / (leaves - enters) - 0.5);
+      }
+    }
+    begin = end;
+  }
+  return smooth;
+}
+
+}  // namespace
+
+double position_noise(const std::vector<double>& x, double least) {
+  std::vector<double> bends;
+  for (std::size_t i = 2; i < x.size(); ++i) bends.push_back(std::fabs(x[i] - 2.0 * x[i - 1] + x[i - 2]));
+  // Converts the median of second differences to the standard deviation of the noise: the median of |normal|
+  // is 0.6745 deviations, and a second difference of noise has sqrt(6) of them.
+  return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
+}
+
+std::vector<double> smoothed_positions(const FitColumns& c, const std::vector<double>& x, double& quantum) {
+  const Encoder encoder = find_encoder(c, x);
+  quantum = encoder.quantum;
+  const std::vector<double> seen = encoder.rounded ? whole_counts(x, quantum) : x;
+  if (quantum == 0.0) return seen;
+  std::vector<double> smooth;
+  for_parts(c, [&](std::size_t begin, std::size_t end) {
+    append(smooth, smooth_creep(slice(c.t, begin, end), slice(seen, begin, end), quantum));
+  });
+  return smooth;
+}
+
+namespace {
+
+/// Finds velocities by differences over so many samples that the motion exceeds the noise of the position.
+std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
+  constexpr std::size_t widest = 25;
+  // Fewest equal samples to either side that show a rest; fewer may be an encoder's late count.
+  constexpr std::size_t rest_window = 6;
+  const std::size_t n = t.size();
+  std::vector<double> velocity(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t w = 1; w <= widest; ++w) {
+      const std::size_t a = i > w ? i - w : 0, b = std::min(i + w, n - 1);
+      velocity[i] = (x[b] - x[a]) / (t[b] - t[a]);
+      // Sets the velocity to zero during rests, where only noise moves the position, up to the samples at
+      // which motion starts or stops.
+      const auto moved = [&](std::size_t by) {
+        return std::fabs(x[std::min(i + by, n - 1)] - x[i > by ? i - by : 0]);
+      };
+      const bool far = moved(w) > 20.0 * noise;
+      if ((far || w == widest) && w >= rest_window && moved(w / 2) <= 3.0 * noise) velocity[i] = 0.0;
+      if (far) break;
+    }
+  }
+  return velocity;
+}
+
+int count_reversals(const std::vector<double>& x, double slack) {
+  int reversals = 0, direction = 0;
+  double extreme = x.front();
+  for (const double place : x) {
+    if (direction == 0) {
+      if (std::fabs(place - extreme) > slack) direction = place > extreme ? 1 : -1;
+      if (direction) extreme = place;
+    } else if (direction * (place - extreme) >= 0.0) {
+      extreme = place;
+    } else if (std::fabs(place - extreme) > slack) {
+      direction = -direction;
+      ++reversals;
+      extreme = place;
+    }
+  }
+  return reversals;
+}
+
+/// Returns whether the motion turns at sample i like a parabola: it slows down before and speeds up after. A
+/// stage that reverses suddenly turns at a sample, or at an unknown place between two, instead.
+bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
+  if (i < 2 || i + 2 >= x.size()) return false;
+  const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i],
+               after = x[i + 2] - x[i + 1];
+  const double bend = 0.25 * (a - b);
+  return (before - a) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend) &&
+         (b - after) * (bend > 0.0 ? 1.0 : -1.0) > std::fabs(bend);
+}
+
+}  // namespace
+
+std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
+                                 const std::vector<double>& load, double noise) {
+  std::vector<PathPoint> path;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    PathPoint turn{0.0, load[i], false, t[i]};
+    double place = 0.0;  // turning point, in sampling intervals after this sample
+    if (i > 0 && i + 1 < x.size()) {
+      const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
+      const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
+      if (a * b < 0.0 && std::min(std::fabs(a), std::fabs(b)) > 4.0 * noise && even > 0.8 && even < 1.25 &&
+          turns_smoothly(x, i)) {
+        place = 0.5 * (a + b) / (a - b);
+        turn.x = x[i] + 0.25 * (a + b) * place;
+        turn.t = t[i] + place * (place > 0.0 ? t[i + 1] - t[i] : t[i] - t[i - 1]);
+      }
+    }
+    if (place < 0.0) path.push_back(turn);
+    path.push_back({x[i], load[i], true, t[i]});
+    if (place > 0.0) path.push_back(turn);
+  }
+  return path;
+}
+
+namespace {
+
+/// Adds to the path the turning points that the record states besides its samples.
+void insert_turns(FitData& data) {
+  for (PathPoint turn : data.columns.turns) {
+    const auto next = std::upper_bound(data.path.begin(), data.path.end(), turn.t,
+                                       [](double t, const PathPoint& point) { return t < point.t; });
+    if (next == data.path.begin() || next == data.path.end()) continue;
+    turn.load = next->load;
+    data.path.insert(next, turn);
+  }
+}
+
+/// Makes a path in the plane from the samples alone: a smooth motion in the plane has no turning points.
+std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std::vector<double>& x,
+                                        const std::vector<double>& y, const std::vector<double>& load) {
+  std::vector<PathPoint> path;
+  for (std::size_t i = 0; i < x.size(); ++i) path.push_back({x[i], load[i], true, t[i], y[i]});
+  return path;
+}
+
+/// Returns the duration (s) of the longest rest: a time in which the path stays within `slack`, its noise,
+/// and a thousandth of its range.
+double longest_rest(const std::vector<PathPoint>& path, double slack) {
+  double longest = 0.0;
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    if (!path[i].begins && std::hypot(path[i].x - path[begin].x, path[i].y - path[begin].y) <= slack) {
+      longest = std::max(longest, path[i].t - path[begin].t);
+    } else {
+      begin = i;
+    }
+  }
+  return longest;
+}
+
+// ----------------------------------------------------- functions on the measured force and its sign
+
+/// Returns the share of the travelled distance that lies in the less travelled direction.
+double share_back(const FitColumns& c, const std::vector<double>& x) {
+  double forth = 0.0, back = 0.0;
+  for (const double move : differences(c, x)) (move > 0.0 ? forth : back) += std::fabs(move);
+  return std::min(forth, back) / std::max(forth + back, 1e-300);
+}
+
+/// Measured positions x (m) and forces f (N) along one axis.
+struct Axis {
+  const std::vector<double>&x, &f;
+};
+std::vector<Axis> axes_of(const FitColumns& c) {
+  if (c.planar()) return {{c.x, c.force}, {c.y, c.force_y}};
+  return {{c.x, c.force}};
+}
+
+/// Returns the correlation of the force with the motion, -1 to 1: the force's work over the largest possible.
+/// In a motion to and fro the mean force is subtracted first, so that an offset of the sensor does no work.
+/// In a slide with a few samples backwards it is not, since its friction has one sign.
+double relative_work(const FitColumns& c) {
+  double work = 0.0, most = 0.0;
+  for (const auto& [x, f] : axes_of(c)) {
+    const double middle =
+        share_back(c, x) > to_and_fro ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
+    for (std::size_t i = 1; i < x.size(); ++i) {
+      if (!c.follows(i)) continue;
+      const double w = (0.5 * (f[i] + f[i - 1]) - middle) * (x[i] - x[i - 1]);
+      work += w;
+      most += std::fabs(w);
+    }
+  }
+  return most > 0.0 ? work / most : 0.0;
+}
+
+/// Returns the correlation of force and displacement, which shows the force's sign in small motions.
+double relative_stiffness(const FitColumns& c) {
+  double xf = 0.0, xx = 0.0, ff = 0.0;
+  for (const auto& [x, f] : axes_of(c)) {
+    const double n = static_cast<double>(x.size());
+    const double mx = std::accumulate(x.begin(), x.end(), 0.0) / n,
+                 mf = std::accumulate(f.begin(), f.end(), 0.0) / n;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      xf += (x[i] - mx) * (f[i] - mf);
+      xx += (x[i] - mx) * (x[i] - mx);
+      ff += (f[i] - mf) * (f[i] - mf);
+    }
+  }
+  return xf / std::sqrt(xx * ff);
+}
+
+void settle_sign(FitData& data, ForceSign sign) {
+  const double work = relative_work(data.columns);
+  double direction = std::fabs(work) > 0.15 ? work : relative_stiffness(data.columns);
+  if (std::fabs(direction) < 0.15)
+    refuse(data.columns,
+           fmt::format("the force does not go with the motion (its work is {:.0f} % of what a force that "
+                       "always opposes it would do): this is no friction of x",
+                       100.0 * std::fabs(work)));
+  const ForceSign found = direction > 0.0 ? ForceSign::by_body : ForceSign::on_body;
+  data.sign_found = sign == ForceSign::automatic;
+  if (!data.sign_found && sign != found) {
+    refuse(
+        data.columns,
+        fmt::format("the friction has the wrong sign: {}; leave the sign to be found, or give --sign {}",
+                    found == ForceSign::by_body ? "as a force on the body it would drive the motion"
+                                                : "as a force by the body it would point against its motion",
+                    found == ForceSign::by_body ? "by" : "on"));
+  }
+  data.sign = found;
+  data.force = data.columns.force;
+  data.force.insert(data.force.end(), data.columns.force_y.begin(), data.columns.force_y.end());
+  if (found == ForceSign::on_body) {
+    for (double& f : data.force) f = -f;
+  }
+}
+
+// --------------------------------------------------------------------- functions on the normal load
+
+void settle_load(FitData& data, std::optional<double> given) {
+  const FitColumns& c = data.columns;
+  if (!given && !c.has_load) refuse(c, "no column load; add one, or give the load in N (--load)");
+  data.load = given ? std::vector<double>(c.t.size(), *given) : c.load;
+  double sum = 0.0, squares = 0.0;
+  for (const double load : data.load) sum += load;
+  data.mean_load = sum / static_cast<double>(data.load.size());
+  if (data.mean_load == 0.0) refuse(c, "the load is 0 throughout: no contact, no friction");
+  for (const double load : data.load) squares += (load - data.mean_load) * (load - data.mean_load);
+  const double deviation = std::sqrt(squares / static_cast<double>(data.load.size()));
+  const bool lifted = *std::min_element(data.load.begin(), data.load.end()) < 0.5 * data.mean_load;
+  data.steady_load = !lifted && deviation < steady_load_deviation * data.mean_load;
+  if (data.steady_load) data.load.assign(data.load.size(), data.mean_load);
+}
+
+void refuse_hopeless(const FitColumns& c) {
+  if (c.t.size() < fewest_samples)
+    refuse(c, fmt::format("{} data rows; a fit needs at least {}", c.t.size(), fewest_samples));
+  const auto [low, high] = std::minmax_element(c.x.begin(), c.x.end());
+  if (*low == *high && !c.planar()) refuse(c, "no motion: the position never changes");
+  const auto [least, most] = std::minmax_element(c.force.begin(), c.force.end());
+  if (*least == *most && !c.planar())
+    refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
+}
+
+/// Extreme points of a path between two samples that are kept. On one axis: the highest and the lowest if
+/// they lie beyond both samples; in the plane: the point farthest from the line between the samples.
+class Between {
+ public:
+  void add(const PathPoint& point) {
+    passed_.push_back(point);
+    passed_.back().wanted = false;
+  }
+  /// Appends the extreme points and the sample `end` to the path; forgets them for the next stretch.
+  void close(double slack, const PathPoint& end, unsigned axes, std::vector<PathPoint>& path) {
+    const PathPoint from = path.empty() ? end : path.back();
+    if (axes == 1)
+      put_turns(slack, from, end, path);
+    else
+      put_corner(slack, from, end, path);
+    path.push_back(end);
+    passed_.clear();
+  }
+
+ private:
+  void put_turns(double slack, const PathPoint& from, const PathPoint& end,
+                 std::vector<PathPoint>& path) const {
+    if (passed_.empty()) return;
+    const auto [low, high] = std::minmax_element(passed_.begin(), passed_.end(),
+                                                 [](const auto& a, const auto& b) { return a.x < b.x; });
+    const bool up = high->x > std::max(from.x, end.x) + slack,
+               down = low->x < std::min(from.x, end.x) - slack;
+    if (up && high < low) path.push_back(*high);
+    if (down) path.push_back(*low);
+    if (up && !(high < low)) path.push_back(*high);
+  }
+  void put_corner(double slack, const PathPoint& from, const PathPoint& end,
+                  std::vector<PathPoint>& path) const {
+    const double dx = end.x - from.x, dy = end.y - from.y, square = std::max(dx * dx + dy * dy, 1e-300);
+    double farthest = slack;
+    const PathPoint* corner = nullptr;
+    for (const PathPoint& p : passed_) {
+      const double along = std::clamp(((p.x - from.x) * dx + (p.y - from.y) * dy) / square, 0.0, 1.0);
+      const double away = std::hypot(p.x - from.x - along * dx, p.y - from.y - along * dy);
+      if (away > farthest) {
+        farthest = away;
+        corner = &p;
+      }
+    }
+    if (corner) path.push_back(*corner);
+  }
+
+  std::vector<PathPoint> passed_;
+};
+
+}  // namespace
+
+namespace {
+
+/// Copies the samples with the indices `stay`, in order, from every column of `data` to `part`.
+void take_columns(const FitData& data, const std::vector<std::size_t>& stay, FitData& part) {
+  const std::size_t n = data.samples();
+  const auto take = [&](const std::vector<double>& from, std::vector<double>& to) {
+    to.clear();
+    for (std::size_t begin = 0; begin < from.size(); begin += n)
+      for (const std::size_t i : stay) to.push_back(from[begin + i]);
+  };
+  take(data.columns.t, part.columns.t);
+  take(data.columns.x, part.columns.x);
+  take(data.columns.y, part.columns.y);
+  take(data.columns.v, part.columns.v);
+  take(data.columns.load, part.columns.load);
+  take(data.columns.force, part.columns.force);
+  take(data.columns.force_y, part.columns.force_y);
+  for (std::size_t& begin : part.columns.parts)
+    begin = static_cast<std::size_t>(std::lower_bound(stay.begin(), stay.end(), begin) - stay.begin());
+  take(data.force, part.force);
+  take(data.load, part.load);
+  take(data.velocity, part.velocity);
+}
+
+/// Returns a record with only the samples of indices `stay`, in order, and the turning points between them.
+FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
+  const std::size_t n = data.samples();
+  FitData part = data;
+  part.path.clear();
+  Between between;
+  std::size_t sample = 0, next = 0;
+  const double slack = stay.size() < n ? 4.0 * data.position_noise : 0.0;
+  for (const PathPoint& point : data.path) {
+    const std::size_t i = sample;
+    if (point.wanted) ++sample;
+    if (!point.wanted || next == stay.size() || i != stay[next]) {
+      between.add(point);
+      continue;
+    }
+    between.close(slack, point, data.axes, part.path);
+    ++next;
+  }
+  take_columns(data, stay, part);
+  return part;
+}
+
+/// Lists the first and last sample and those farther than `slack` (m) from where contact began.
+std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
+  std::vector<std::size_t> stay;
+  double origin = data.path.front().x;
+  std::size_t next = 0;
+  for (const PathPoint& point : data.path) {
+    if (point.begins) origin = point.x;
+    if (!point.wanted) continue;
+    const std::size_t i = next++;
+    if (i == 0 || i + 1 == data.samples() || point.begins || std::fabs(point.x - origin) > slack)
+      stay.push_back(i);
+  }
+  return stay;
+}
+
+/// Returns the distance (m) by which noise may move the measured position during a rest.
+double rest_slack(const FitData& data) {
+  return std::max(4.0 * std::min(data.position_noise, 1e-3 * data.range), 1e-5 * data.range);
+}
+
+}  // namespace
+
+FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept) {
+  const std::size_t n = data.samples(), every = (n + most - 1) / most;
+  std::vector<std::size_t> stay;
+  for (std::size_t i = 0; i < n; ++i)
+    if (i % every == 0 || std::binary_search(data.columns.parts.begin(), data.columns.parts.end(), i))
+      stay.push_back(i);
+  if (kept) *kept = stay;
+  return taken(data, stay);
+}
+
+FitData without_rests(const FitData& data) {
+  constexpr std::size_t shortest = 50;  // number of samples of the shortest rest that is thinned out
+  const std::size_t n = data.samples();
+  const double slack = rest_slack(data);
+  std::vector<PathPoint> places;
+  for (const PathPoint& point : data.path)
+    if (point.wanted) places.push_back(point);
+  std::vector<std::size_t> stay;
+  for (std::size_t begin = 0; begin < n;) {
+    std::size_t end = begin + 1;
+    while (end < n && std::hypot(places[end].x - places[begin].x, places[end].y - places[begin].y) <= slack &&
+           data.load[end] == data.load[begin] && data.columns.follows(end))
+      ++end;
+    const bool rests = end - begin >= shortest;
+    for (std::size_t i = begin, step = 1; i < end; i += step) {
+      stay.push_back(i);
+      if (rests) step = 1 + (i - begin) / 4;
+    }
+    if (stay.back() != end - 1) stay.push_back(end - 1);
+    begin = end;
+  }
+  return stay.size() == n ? data : taken(data, stay);
+}
+
+FitData without_origin(const FitData& data) {
+  const std::size_t n = data.samples();
+  double slack = std::max(20.0 * data.quantum, 4.0 * std::min(data.position_noise, 1e-3 * data.range));
+  std::vector<std::size_t> stay = beside_origin(data, slack);
+  while (2 * stay.size() < n && slack > 1e-6 * data.range) stay = beside_origin(data, slack *= 0.7);
+  // Keeps all samples of a body that stays near its origin; otherwise less than half would remain.
+  if (2 * stay.size() < n) return data;
+  FitData part = data;
+  std::size_t next = 0;
+  for (PathPoint& point : part.path)
+    point.wanted = point.wanted && std::binary_search(stay.begin(), stay.end(), next++);
+  take_columns(data, stay, part);
+  return part;
+}
+
+namespace {
+
+/// Returns the ratio of a fast to a slow speed: one is exceeded in a fifth, the other not reached in a fifth,
+/// of the samples or of the distance, whichever gives the larger ratio. Brief turns fall outside both fifths;
+/// strokes at another speed may show only in samples or only in distance.
+double ratio_of(std::vector<double> speeds) {
+  constexpr std::size_t fewest = 20;
+  constexpr double tail = 0.2;
+  if (speeds.size() < fewest) return 1.0;
+  std::sort(speeds.begin(), speeds.end());
+  std::vector<double> way(speeds.size());
+  std::partial_sum(speeds.begin(), speeds.end(), way.begin());
+  const auto at_way = [&](double share) {
+    return speeds[static_cast<std::size_t>(std::lower_bound(way.begin(), way.end(), share * way.back()) -
+                                           way.begin())];
+  };
+  return std::max(quantile_of(speeds, 1.0 - tail) / quantile_of(speeds, tail),
+                  at_way(1.0 - tail) / at_way(tail));
+}
+
+/// Records the speeds at which the body moves, and the range of normal loads of the moving samples.
+void describe_motion(FitData& data, const std::vector<double>& speed) {
+  const double fastest = *std::max_element(speed.begin(), speed.end());
+  std::vector<double> speeds, loads, forth, back;
+  for (std::size_t i = 0; i < speed.size(); ++i) {
+    if (speed[i] <= 1e-3 * fastest) continue;
+    speeds.push_back(speed[i]);
+    loads.push_back(data.load[i]);
+    (data.velocity[i] > 0.0 ? forth : back).push_back(speed[i]);
+  }
+  data.slow = quantile_of(speeds, 0.1);
+  data.fast = quantile_of(speeds, 0.9);
+  // Compares speeds within each direction only: an offset of the sensor, too, makes friction differ between
+  // the directions.
+  data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
+  data.least_load = quantile_of(loads, 0.1);
+  data.most_load = quantile_of(loads, 0.9);
+}
+
+/// Returns the first (`order` 1) or second (2) derivative of `values` by time at every sample, from a
+/// parabola fitted to 2 w + 1 samples.
+std::vector<double> slope_of(const std::vector<double>& t, const std::vector<double>& values, std::size_t w,
+                             int order) {
+  const std::size_t n = t.size();
+  std::vector<double> result(n, 0.0);
+  if (n < 3) return result;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t begin = std::min(i > w ? i - w : 0, n - 3),
+                      end = std::min(std::max(i + w + 1, begin + 3), n);
+    Eigen::MatrixXd a(static_cast<Eigen::Index>(end - begin), 3);
+    Eigen::VectorXd b(a.rows());
+    const double scale = t[end - 1] - t[begin];
+    for (std::size_t k = begin; k < end; ++k) {
+      const double u = (t[k] - t[i]) / scale;
+      a.row(static_cast<Eigen::Index>(k - begin)) << 1.0, u, u * u;
+      b[static_cast<Eigen::Index>(k - begin)] = values[k];
+    }
+    const Eigen::Vector3d p = (a.transpose() * a).ldlt().solve(a.transpose() * b);
+    result[i] = order == 1 ? p[1] / scale : 2.0 * p[2] / (scale * scale);
+  }
+  return result;
+}
+
+/// Estimates the noise of the position (m) from the median of its fourth differences, to which even a curved
+/// motion adds little.
+double noise_of_bends(const FitData& data, const std::vector<double>& x) {
+  std::vector<double> fourth;
+  for_parts(data.columns, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin + 4; i < end; ++i)
+      fourth.push_back(std::fabs(x[i] - 4.0 * x[i - 1] + 6.0 * x[i - 2] - 4.0 * x[i - 3] + x[i - 4]));
+  });
+  return std::max(0.3 * data.quantum, quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0)));
+}
+
+/// Returns the acceleration (m/s^2), smoothed over the narrowest window whose noise, times the mass, is below
+/// a hundredth of the force. Sets `left` to that noise of the inertia force (N).
+std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
+                                 double& left) {
+  constexpr std::size_t widest = 25;
+  const FitColumns& c = data.columns;
+  const bool of_speed = !c.v.empty();
+  const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
+  std::size_t w = 1;
+  for (;; ++w) {
+    // Factor of noise: standard deviation of the second derivative of a parabola through 2 w + 1 samples, for
+    // unit noise and unit spacing.
+    const double m = 2.0 * static_cast<double>(w) + 1.0;
+    const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0)));
+    left = mass * noise * bend / (dt * dt);
+    if (w == widest || left <= 0.01 * data.force_scale) break;
+  }
+  std::vector<double> result;
+  for_parts(c, [&](std::size_t begin, std::size_t end) {
+    const std::vector<double> t = slice(c.t, begin, end);
+    append(result,
+           of_speed ? slope_of(t, slice(c.v, begin, end), 2, 1) : slope_of(t, slice(x, begin, end), w, 2));
+  });
+  return result;
+}
+
+/// Subtracts mass times acceleration from the force: a sensor that drives the body measures its inertia too.
+void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
+  const std::size_t n = data.samples();
+  double most = 0.0, left = 0.0;
+  for (std::size_t axis = 0; axis < places.size(); ++axis) {
+    const std::vector<double> a = acceleration(data, places[axis], mass, left);
+    for (std::size_t i = 0; i < n; ++i) {
+      data.force[axis * n + i] -= mass * a[i];
+      most = std::max(most, std::fabs(mass * a[i]));
+    }
+  }
+  data.columns.understood.push_back(fmt::format(
+      "inertia of {:.4g} kg taken off the force: up to {:.3g} N{}", mass, most,
+      left > 0.02 * data.force_scale ? fmt::format(", of which {:.2g} N may be noise of the position", left)
+                                     : ""));
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+}  // namespace
+
+FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load, double mass) {
+  FitData data;
+  data.columns = std::move(columns);
+  const FitColumns& c = data.columns;
+  refuse_hopeless(c);
+  settle_load(data, load);
+  if (load) data.columns.understood.push_back(fmt::format("load of {:.4g} N throughout, as given", *load));
+  data.axes = c.planar() ? 2 : 1;
+
+  data.sample_time = quantile_of(differences(c, c.t), 0.5);
+  std::vector<std::vector<double>> places, velocities;
+  double square_range = 0.0;
+  for (const Axis& axis : axes_of(c)) {
+    double quantum = 0.0;
+    const std::vector<double> place = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
+    quantum = std::max(quantum, c.quantum);
+    std::vector<double> velocity;
+    // Error of positions (m): `noise` as such, `coarse` as far as it affects velocities.
+    double noise = 0.0, coarse = 0.0, longest = 0.0;
+    for_parts(c, [&](std::size_t begin, std::size_t end) {
+      const std::vector<double> x = slice(place, begin, end);
+      if (c.has_x) {
+        noise = std::max(noise, position_noise(x, 0.5 * quantum));
+        coarse = std::max(coarse, position_noise(x, 0.2 * quantum));
+      }
+      const auto [low, high] = std::minmax_element(x.begin(), x.end());
+      longest = std::max(longest, *high - *low);
+    });
+    for_parts(c, [&](std::size_t begin, std::size_t end) {
+      append(velocity, c.v.empty() ? find_velocity(slice(c.t, begin, end), slice(place, begin, end), coarse)
+                                   : slice(c.v, begin, end));
+    });
+    places.push_back(place);
+    velocities.push_back(std::move(velocity));
+    square_range += longest * longest;
+    data.quantum = std::max(data.quantum, quantum);
+    data.position_noise = std::max(data.position_noise, noise);
+  }
+  data.range = std::sqrt(square_range);
+  if (data.range == 0.0) refuse(c, "no motion: the position never changes within a file");
+  if (data.range < 4.0 * data.quantum)
+    refuse(c, fmt::format("no motion to speak of: the position takes {:.0f} steps of its encoder ({:.3g} m)",
+                          data.range / data.quantum, data.quantum));
+  const double noise = data.position_noise;
+  const double slack = std::max(5.0 * std::min(noise, 0.01 * data.range), 2.0 * data.quantum);
+  for (std::size_t axis = 0; axis < places.size(); ++axis) {
+    append(data.velocity, velocities[axis]);
+    int reversals = 0;
+    for_parts(c, [&](std::size_t begin, std::size_t end) {
+      reversals += count_reversals(slice(places[axis], begin, end), slack);
+    });
+    data.reversals = std::max(data.reversals, reversals);
+  }
+  for_parts(c, [&](std::size_t begin, std::size_t end) {
+    const std::vector<double> t = slice(c.t, begin, end), of_load = slice(data.load, begin, end),
+                              x = slice(places[0], begin, end);
+    std::vector<PathPoint> path = data.axes == 1
+                                      ? make_path(t, x, of_load, noise)
+                                      : make_planar_path(t, x, slice(places[1], begin, end), of_load);
+    path.front().begins = begin > 0;
+    data.path.insert(data.path.end(), path.begin(), path.end());
+  });
+  insert_turns(data);
+  data.longest_rest = longest_rest(data.path, rest_slack(data));
+
+  std::vector<double> speed, moves;
+  for (std::size_t i = 0; i < c.t.size(); ++i) {
+    const auto by = [&](const std::vector<double>& x) { return c.follows(i) ? x[i] - x[i - 1] : 0.0; };
+    const double across = data.axes == 2 ? by(places[1]) : 0.0;
+    const double move = std::hypot(by(places[0]), across);
+    data.travelled += move;
+    if (move > data.quantum) moves.push_back(move);
+    speed.push_back(std::hypot(velocities[0][i], data.axes == 2 ? velocities[1][i] : 0.0));
+  }
+  describe_motion(data, speed);
+  data.finest_move = moves.empty() ? data.quantum : quantile_of(moves, 0.1);
+  settle_sign(data, sign);
+  data.force_scale = root_mean_square(data.force);
+  if (mass > 0.0) {
+    take_off_inertia(data, places, mass);
+    data.force_scale = root_mean_square(data.force);
+  }
+  return data;
+}
+
+}  // namespace cli

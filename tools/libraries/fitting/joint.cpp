@@ -1,0 +1,668 @@
+#include "tools/libraries/fitting/joint.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/libraries/files/csv_rows.hpp"
+#include "tools/libraries/files/foreign_csv.hpp"
+#include "tools/libraries/files/output_file.hpp"
+#include "tools/libraries/files/text_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/fit.hpp"
+#include "tools/libraries/fitting/solve.hpp"
+#include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/progress.hpp"
+#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/rivals/lugre.hpp"
+
+namespace cli {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr Unit rate_units[] = {{"rad/s", 1.0}, {"deg/s", 57.29577951308232}, {"rpm", 9.549296585513721}};
+constexpr Unit current_units[] = {{"A", 1.0}, {"mA", 1e3}};
+enum Column : unsigned {
+  column_t,
+  column_angle,
+  column_speed,
+  column_motor,
+  column_current,
+  column_outside,
+  column_count
+};
+constexpr std::string_view names_t[] = {"time", "timestamp"};
+constexpr std::string_view names_angle[] = {"position", "pos"};
+constexpr std::string_view names_speed[] = {"velocity"};
+constexpr std::string_view names_motor[] = {"torque"};
+constexpr ColumnKind kinds[column_count] = {
+    {"t", time_units, most_time, names_t},   {"angle", angle_units, 1e6, names_angle},
+    {"speed", rate_units, 1e9, names_speed}, {"motor", torque_units, most_force, names_motor},
+    {"current", current_units, 1e9},         {"outside", torque_units, most_force}};
+
+/// Time over which torque residuals are averaged, s; over less, accelerations from differences are noise.
+constexpr double block_time = 0.01;
+constexpr std::size_t least_blocks = 30;
+/// Number of parts of equal duration that a log of a joint is cut into; every second one is held out.
+constexpr double parts = 24.0;
+
+/// Friction model of a joint, computed along a log. Its parameters are all positive; the first is the
+/// inertia, kg m^2.
+struct Model {
+  std::string name;
+  std::vector<const char*> names, units;
+  std::vector<VectorXd> guesses;
+  /// Computes the friction torque on the joint for each interval between samples, N m; if a matrix is passed,
+  /// also its derivatives by the parameters.
+  std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
+  int runs_with_slopes = 1;  ///< number of model runs that friction() with derivatives
+                             ///< takes
+};
+
+double size(const std::vector<double>& x) {
+  double sum = 0.0;
+  for (const double v : x) sum += v * v;
+  return std::sqrt(sum / static_cast<double>(x.size()));
+}
+
+double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
+
+/// Returns the change of motor torque between two samples above which it counts as a jump, whose exact time
+/// between the samples is unknown.
+double jump_of(const JointLog& log) {
+  std::vector<double> change;
+  for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
+    change.push_back(std::fabs(log.motor[k + 1] - log.motor[k]));
+  const auto usual = change.begin() + static_cast<std::ptrdiff_t>(change.size() * 19 / 20);
+  std::nth_element(change.begin(), usual, change.end());
+  return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
+}
+
+/// Unbalanced torques of a joint (inertia against motor, load and friction), one for each block of a log.
+/// Blocks of the fitted part come first. Blocks with a jump of the motor torque are left out.
+class Balance {
+ public:
+  Balance(const JointLog& log, JointPart part) : log_(log) {
+    const std::size_t n = log.t.size() - 1;
+    const double start = log.t.front(), length = log.t.back() - start, jump = jump_of(log);
+    std::vector<Block> judged;
+    Block block;
+    bool jumps = false;
+    for (std::size_t k = 0; k < n; ++k) {
+      jumps = jumps || std::fabs(log.motor[k + 1] - log.motor[k]) > jump;
+      block.end = k + 1;
+      if (k + 1 < n && log.t[k + 1] - log.t[block.first] < block_time * (1.0 - 1e-9)) continue;
+      const double part_number = std::floor(parts * (log.t[block.first] - start) / length);
+      const bool is_fitted =
+          part.alternate ? std::fmod(part_number, 2.0) == 0.0 : log.t[block.end] - start <= part.until;
+      if (!jumps) (is_fitted ? blocks_ : judged).push_back(block);
+      block.first = block.end;
+      jumps = false;
+    }
+    fitted_ = blocks_.size();
+    if (fitted_ < least_blocks)
+      throw UserError(fmt::format("{}: {} blocks of 10 ms to fit to; a joint needs at least {}", log.name,
+                                  fitted_, least_blocks));
+    blocks_.insert(blocks_.end(), judged.begin(), judged.end());
+    scale_ = std::max(std::hypot(size(log.motor), size(log.outside)), 1e-300);
+  }
+  Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
+  Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
+  double scale() const { return scale_; }
+
+  /// Returns the unbalanced torque (N m) of each block under a friction model, and its derivatives.
+  VectorXd left(const Model& model, const VectorXd& numbers, MatrixXd* by) const {
+    const auto intervals = static_cast<Eigen::Index>(log_.t.size()) - 1;
+    VectorXd friction(intervals);
+    MatrixXd friction_by;
+    if (by != nullptr) friction_by.resize(intervals, numbers.size());
+    model.friction(numbers, friction, by != nullptr ? &friction_by : nullptr);
+    VectorXd result(blocks());
+    if (by != nullptr) by->resize(blocks(), numbers.size());
+    for (Eigen::Index b = 0; b < blocks(); ++b) {
+      const auto [first, end] = blocks_[static_cast<std::size_t>(b)];
+      const double time = log_.t[end] - log_.t[first];
+      const double acceleration = (log_.speed[end] - log_.speed[first]) / time;
+      double torque = 0.0;
+      VectorXd slope = VectorXd::Zero(by != nullptr ? numbers.size() : 0);
+      for (std::size_t k = first; k < end; ++k) {
+        const double share = (log_.t[k + 1] - log_.t[k]) / time;
+        const auto row = static_cast<Eigen::Index>(k);
+        torque += share * (middle(log_.motor, k) + middle(log_.outside, k) + friction[row]);
+        if (by != nullptr) slope += share * friction_by.row(row).transpose();
+      }
+      result[b] = numbers[0] * acceleration - torque;
+      if (by == nullptr) continue;
+      by->row(b) = -slope.transpose();
+      (*by)(b, 0) += acceleration;
+    }
+    return result;
+  }
+
+ private:
+  struct Block {
+    std::size_t first = 0, end = 0;  ///< samples of the block: first, and one past the last
+  };
+  const JointLog& log_;
+  std::vector<Block> blocks_;
+  std::size_t fitted_ = 0;
+  double scale_ = 1.0;
+};
+
+/// Minimises s'As/2 + g's over s >= low by coordinate descent. A is symmetric with a positive diagonal.
+VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& low) {
+  VectorXd s = VectorXd::Zero(g.size());
+  for (int sweep = 0; sweep < 500; ++sweep)
+    for (Eigen::Index i = 0; i < g.size(); ++i)
+      s[i] = std::max(s[i] - (a.row(i).dot(s) + g[i]) / a(i, i), low[i]);
+  return s;
+}
+
+/// Point of a minimisation: parameters, unbalanced torques of the fitted blocks, and their derivatives.
+struct Place {
+  VectorXd numbers, left;
+  MatrixXd by;
+  double squares() const { return left.squaredNorm(); }
+};
+
+/// Fits positive parameters by Levenberg-Marquardt steps. Adds the runs of the model along the log to `runs`.
+Place minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
+  const auto at = [&](const VectorXd& p, bool with_slopes) {
+    runs += with_slopes ? model.runs_with_slopes : 1;
+    Place place;
+    place.numbers = p;
+    MatrixXd by;
+    place.left = balance.left(model, p, with_slopes ? &by : nullptr).head(balance.fitted());
+    if (with_slopes) place.by = by.topRows(balance.fitted());
+    return place;
+  };
+  Place here = at(from, true);
+  double damping = 1e-2;
+  for (int step = 0; step < steps && damping < 1e8; ++step) {
+    MatrixXd a = here.by.transpose() * here.by;
+    const double floor = 1e-12 * std::max(a.diagonal().maxCoeff(), 1e-300);
+    a.diagonal() = (a.diagonal() * (1.0 + damping)).array() + floor;
+    const VectorXd g = here.by.transpose() * here.left;
+    // Limits a Levenberg-Marquardt step: no parameter grows more than tenfold or falls below a thousandth of
+    // its first guess.
+    const VectorXd most = 10.0 * here.numbers.array().max(0.1 * from.array());
+    const VectorXd least = here.numbers.array().min(1e-3 * from.array()).max(1e-9 * from.array());
+    VectorXd next = here.numbers + bounded_minimum(a, g, least - here.numbers);
+    next = next.array().min(most.array());
+    const Place there = at(next, false);
+    if (!(there.squares() < here.squares())) {
+      damping *= 4.0;
+      continue;
+    }
+    const bool ends = there.squares() > here.squares() * (1.0 - 1e-7);
+    here = at(next, true);
+    if (ends) break;
+    damping = std::max(0.3 * damping, 1e-9);
+  }
+  return here;
+}
+
+double rms(const VectorXd& x) {
+  return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : std::nan("");
+}
+
+JointFit fit_model(const Balance& balance, const Model& model) {
+  JointFit fit;
+  fit.model = model.name;
+  Place best;
+  for (const VectorXd& guess : model.guesses) {
+    const Place place = minimise(balance, model, guess, 12, fit.runs);
+    if (best.numbers.size() == 0 || place.squares() < best.squares()) best = place;
+  }
+  best = minimise(balance, model, best.numbers, 100, fit.runs);
+
+  const VectorXd p = best.numbers;
+  MatrixXd by;
+  const VectorXd left = balance.left(model, p, &by);
+  const VectorXd fitted = left.head(balance.fitted());
+  fit.fitted_rms = rms(fitted);
+  fit.judged_rms = rms(left.tail(balance.blocks() - balance.fitted()));
+
+  // Lists in `told` the parameters that have an effect; the others stay out of the covariance.
+  std::vector<Eigen::Index> told;
+  const double noise = std::max(fit.fitted_rms, 1e-12 * balance.scale());
+  for (Eigen::Index i = 0; i < p.size(); ++i)
+    if (by.col(i).head(balance.fitted()).norm() * p[i] > 0.1 * noise) told.push_back(i);
+  MatrixXd j(balance.fitted(), static_cast<Eigen::Index>(told.size()));
+  for (std::size_t i = 0; i < told.size(); ++i)
+    j.col(static_cast<Eigen::Index>(i)) = by.col(told[i]).head(balance.fitted());
+  const double correlated = correlated_samples(fitted);
+  const MatrixXd spread = covariance(j, fitted, correlated);
+  const double freedom =
+      static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
+  const double quantile = student_quantile(freedom);
+  // Adds to each parameter's standard error that of a model wrong by 0.5 % of the friction: the motion
+  // between samples is unknown, so that even without noise friction is known to a few thousandths only.
+  const double shape =
+      0.005 * rms(by.topRows(balance.fitted()).rightCols(p.size() - 1) * p.tail(p.size() - 1));
+  for (Eigen::Index i = 0; i < p.size(); ++i) {
+    JointEstimate e;
+    e.name = model.names[static_cast<std::size_t>(i)];
+    e.unit = model.units[static_cast<std::size_t>(i)];
+    e.value = p[i];
+    const auto its = std::find(told.begin(), told.end(), i);
+    if (its != told.end()) {
+      const auto k = static_cast<Eigen::Index>(its - told.begin());
+      const double known = shape / rms(j.col(k));
+      const double half = std::hypot(quantile * std::sqrt(std::max(spread(k, k), 0.0)), known);
+      e.low = std::max(p[i] - half, 0.0);
+      e.high = p[i] + half;
+      e.determined = half < p[i];
+    }
+    fit.numbers.push_back(e);
+  }
+  return fit;
+}
+
+VectorXd vector_of(std::initializer_list<double> x) {
+  return Eigen::Map<const VectorXd>(x.begin(), static_cast<Eigen::Index>(x.size()));
+}
+
+/// Makes a model differentiate its friction by differences, which takes one more run for each parameter.
+void use_differences(Model& model) {
+  model.runs_with_slopes = 1 + static_cast<int>(model.names.size());
+  model.friction = [along = model.friction](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
+    along(p, friction, nullptr);
+    if (by == nullptr) return;
+    VectorXd there(friction.size());
+    for (Eigen::Index i = 0; i < p.size(); ++i) {
+      VectorXd q = p;
+      const double h = 1e-6 * std::max(p[i], 1e-9);
+      q[i] += h;
+      along(q, there, nullptr);
+      by->col(i) = (there - friction) / h;
+    }
+  };
+}
+
+bristle::JointMaterial material_of(const VectorXd& p) {
+  bristle::JointMaterial m;
+  double numbers[bristle::joint_parameters];
+  for (unsigned i = 0; i < bristle::joint_parameters; ++i) {
+    const bool has_inverse = i == bristle::joint_stiffness || i == bristle::joint_stribeck_speed;
+    const bool is_torque =
+        i == bristle::joint_viscous || i == bristle::joint_base || i == bristle::joint_static_base;
+    numbers[i] = std::clamp(p[i + 1], has_inverse ? 1e-9 : 0.0, is_torque || has_inverse ? 1e9 : 100.0);
+  }
+  std::memcpy(&m, numbers, sizeof m);
+  return m;
+}
+
+/// Makes the brush model of a joint. First guesses scale with the log's rms torque and rms speed.
+Model brush_model(const JointLog& log, double torque, double speed) {
+  Model model;
+  model.name = "brush";
+  model.names = {"inertia",
+                 "stiffness",
+                 "viscous",
+                 "base",
+                 "motor driving",
+                 "motor driven",
+                 "outside driving",
+                 "outside driven",
+                 "static base",
+                 "static motor driving",
+                 "static motor driven",
+                 "static outside driving",
+                 "static outside driven",
+                 "stribeck speed"};
+  model.units = {"kg m^2", "N m/rad", "N m s/rad", "N m", "", "", "", "", "N m", "", "", "", "", "rad/s"};
+  for (const double bends : {1e-4, 1e-3, 1e-2})
+    for (const double fall : {0.1, 1.0})
+      model.guesses.push_back(
+          vector_of({0.01 * torque / speed, 0.2 * torque / bends, 0.02 * torque / speed, 0.1 * torque, 0.05,
+                     0.05, 0.05, 0.05, 0.05 * torque, 0.02, 0.02, 0.02, 0.02, fall * speed}));
+  // Motor torque in the interval before each sample; where it jumps, the previous sample's value.
+  std::vector<double> led = log.motor;
+  const double jump = jump_of(log);
+  for (std::size_t k = 1; k < led.size(); ++k)
+    if (std::fabs(log.motor[k] - log.motor[k - 1]) > jump) led[k] = log.motor[k - 1];
+  model.friction = [&log, led](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
+    const bristle::JointMaterial m = material_of(p);
+    bristle::JointOptions options = joint_fit_options();
+    options.gradients = by != nullptr;
+    bristle::JointFriction joint(1, {&m, 1}, options);
+    double torque_before = 0.0, torque_now = 0.0;
+    double before[bristle::joint_parameters], now[bristle::joint_parameters];
+    for (std::size_t k = 0; k < log.t.size(); ++k) {
+      bristle::JointOutput out{{&torque_now, 1}};
+      if (by != nullptr) out.gradient = now;
+      joint.step({{&log.angle[k], 1}, {&log.speed[k], 1}, {&led[k], 1}, {&log.outside[k], 1}}, out);
+      if (k > 0) {
+        const auto row = static_cast<Eigen::Index>(k) - 1;
+        friction[row] = 0.5 * (torque_before + torque_now);
+        if (by != nullptr) {
+          (*by)(row, 0) = 0.0;
+          for (int i = 0; i < static_cast<int>(bristle::joint_parameters); ++i)
+            (*by)(row, i + 1) = 0.5 * (before[i] + now[i]);
+        }
+      }
+      torque_before = torque_now;
+      std::copy(now, now + bristle::joint_parameters, before);
+    }
+  };
+  return model;
+}
+
+/// Adds a friction model that stops the joint within an interval if its limit of friction (the budget)
+/// allows: Coulomb, Stribeck, and bam (Duclusaud et al. 2025). Parameters: inertia, viscous coefficient, and
+/// those of the function `budget`.
+void add_budget(
+    std::vector<Model>& models, const JointLog& log, const char* name, std::vector<const char*> names,
+    std::vector<VectorXd> guesses,
+    const std::function<double(const VectorXd&, double motor, double outside, double speed)>& budget) {
+  Model model;
+  model.name = name;
+  model.names = {"inertia", "viscous"};
+  model.names.insert(model.names.end(), names.begin(), names.end());
+  model.units.assign(model.names.size(), "");
+  model.guesses = std::move(guesses);
+  model.friction = [&log, budget](const VectorXd& p, VectorXd& friction, MatrixXd*) {
+    for (std::size_t k = 0; k + 1 < log.t.size(); ++k) {
+      const double motor = middle(log.motor, k), outside = middle(log.outside, k),
+                   speed = middle(log.speed, k);
+      const double most = budget(p, motor, outside, speed) + p[1] * std::abs(speed);
+      const double stops = -(motor + outside) - p[0] * log.speed[k] / (log.t[k + 1] - log.t[k]);
+      friction[static_cast<Eigen::Index>(k)] = std::clamp(stops, -most, most);
+    }
+  };
+  use_differences(model);
+  models.push_back(std::move(model));
+}
+
+std::vector<Model> rival_models(const JointLog& log, double torque, double speed) {
+  std::vector<Model> models;
+  const double inertia = 0.01 * torque / speed, viscous = 0.02 * torque / speed;
+  /// Returns the Stribeck factor of friction at speed v, which is 1 at rest. Its speed is parameter i, its
+  /// exponent parameter i + 1.
+  const auto falls = [](const VectorXd& p, Eigen::Index i, double v) {
+    return std::exp(-std::pow(std::abs(v) / p[i], std::clamp(p[i + 1], 0.3, 20.0)));
+  };
+  const auto starts = [&](std::initializer_list<double> rest) {
+    std::vector<VectorXd> all;
+    for (const double fall : {0.1, 1.0}) {
+      std::vector<double> p = {inertia, viscous};
+      p.insert(p.end(), rest);
+      p.push_back(fall * speed);
+      p.push_back(1.5);
+      all.push_back(Eigen::Map<const VectorXd>(p.data(), static_cast<Eigen::Index>(p.size())));
+    }
+    return all;
+  };
+  add_budget(models, log, "Coulomb (m1)", {"base"}, {vector_of({inertia, viscous, 0.2 * torque})},
+             [](const VectorXd& p, double, double, double) { return p[2]; });
+  add_budget(models, log, "Stribeck (m2)", {"base", "static base", "stribeck speed", "exponent"},
+             starts({0.2 * torque, 0.05 * torque}),
+             [=](const VectorXd& p, double, double, double v) { return p[2] + falls(p, 4, v) * p[3]; });
+  add_budget(models, log, "bam m3", {"base", "load"}, {vector_of({inertia, viscous, 0.1 * torque, 0.1})},
+             [](const VectorXd& p, double m, double o, double) { return p[2] + p[3] * std::abs(m - o); });
+  add_budget(
+      models, log, "bam m4", {"base", "load", "static base", "static load", "stribeck speed", "exponent"},
+      starts({0.1 * torque, 0.1, 0.05 * torque, 0.05}), [=](const VectorXd& p, double m, double o, double v) {
+        const double gear = std::abs(o - m);
+        return p[2] + p[3] * gear + falls(p, 6, v) * (p[4] + p[5] * gear);
+      });
+  const auto m5 = [=](const VectorXd& p, double m, double o, double v, Eigen::Index stribeck) {
+    return p[2] + std::abs(p[3] * o - p[4] * m) +
+           falls(p, stribeck, v) * (p[5] + std::abs(p[6] * o - p[7] * m));
+  };
+  add_budget(models, log, "bam m5",
+             {"base", "outside", "motor", "static base", "static outside", "static motor", "stribeck speed",
+              "exponent"},
+             starts({0.1 * torque, 0.1, 0.1, 0.05 * torque, 0.05, 0.05}),
+             [=](const VectorXd& p, double m, double o, double v) { return m5(p, m, o, v, 8); });
+  add_budget(
+      models, log, "bam m6",
+      {"base", "outside", "motor", "static base", "static outside", "static motor", "outside squared",
+       "motor squared", "stribeck speed", "exponent"},
+      starts({0.1 * torque, 0.1, 0.1, 0.05 * torque, 0.05, 0.05, 0.002, 0.002}),
+      [=](const VectorXd& p, double m, double o, double v) {
+        double squares = 0.0;
+        if (m * o < 0.0)
+          squares = std::abs(o) < std::abs(m) ? p[8] * o * o : std::abs(o) > std::abs(m) ? p[9] * m * m : 0.0;
+        return m5(p, m, o, v, 10) + falls(p, 10, v) * squares;
+      });
+
+  Model lugre;
+  lugre.name = "LuGre";
+  lugre.names = {"inertia", "viscous", "base", "static base", "stribeck speed", "stiffness", "damping"};
+  lugre.units.assign(lugre.names.size(), "");
+  for (const double bends : {1e-4, 1e-3, 1e-2})
+    for (const double fall : {0.1, 1.0})
+      lugre.guesses.push_back(vector_of({inertia, viscous, 0.2 * torque, 0.05 * torque, fall * speed,
+                                         0.2 * torque / bends, 0.02 * torque / speed}));
+  lugre.friction = [&log](const VectorXd& p, VectorXd& friction, MatrixXd*) {
+    rivals::LuGre model{{p[2], p[2] + p[3], p[5], p[6], p[1], p[4]}, {}};
+    for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
+      friction[static_cast<Eigen::Index>(k)] =
+          model.step({log.angle[k + 1] - log.angle[k], 0.0}, log.t[k + 1] - log.t[k], 1.0).mean.x;
+  };
+  use_differences(lugre);
+  models.insert(models.begin() + 2, lugre);
+  return models;
+}
+
+void require_motion(const JointLog& log) {
+  if (log.t.size() < 50)
+    throw UserError(fmt::format("{}: {} samples; a joint needs at least 50", log.name, log.t.size()));
+  if (!(size(log.speed) > 0.0)) throw UserError(log.name + ": the joint does not move");
+  if (!(size(log.motor) + size(log.outside) > 0.0)) throw UserError(log.name + ": no torque acts");
+}
+
+/// Fits a joint's brush whose deflection follows the log's angle; or, if that fits better, a brush too stiff
+/// for the angles to show its bending, which stops the joint up to a limit, as bam's models do.
+JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differences = false) {
+  const double torque = balance.scale(), speed = size(log.speed);
+  Model bent = brush_model(log, torque, speed);
+  if (by_differences) use_differences(bent);
+  JointFit fit = fit_model(balance, bent);
+  std::vector<Model> rigid;
+  std::vector<const char*> names(bent.names.begin() + 3, bent.names.end());
+  std::vector<VectorXd> guesses;
+  for (std::size_t i = 0; i < 2; ++i) {
+    VectorXd guess(bent.guesses[i].size() - 1);
+    guess << bent.guesses[i].head(1), bent.guesses[i].tail(guess.size() - 1);
+    guesses.push_back(guess);
+  }
+  add_budget(rigid, log, "brush", names, guesses,
+             [slow = 1e-3 * speed](const VectorXd& p, double motor, double outside, double v) {
+               const bool drives = motor * (std::abs(v) > slow ? v : motor + outside) > 0.0;
+               const auto losses = [&](Eigen::Index base) {
+                 return p[base] + p[drives ? base + 1 : base + 2] * std::abs(motor) +
+                        p[drives ? base + 3 : base + 4] * std::abs(outside);
+               };
+               return losses(2) + std::exp(-(v / p[12]) * (v / p[12])) * losses(7);
+             });
+  JointFit stiff = fit_model(balance, rigid.front());
+  if (stiff.fitted_rms < fit.fitted_rms) {
+    JointEstimate stiffness = fit.numbers[1];
+    stiffness.determined = false;
+    stiff.numbers.insert(stiff.numbers.begin() + 1, stiffness);
+    for (std::size_t i = 0; i < stiff.numbers.size(); ++i) stiff.numbers[i].unit = bent.units[i];
+    stiff.runs += fit.runs;
+    stiff.rigid = true;
+    fit = stiff;
+  }
+  VectorXd p(bristle::joint_parameters + 1);
+  for (std::size_t i = 0; i < fit.numbers.size(); ++i) p[static_cast<Eigen::Index>(i)] = fit.numbers[i].value;
+  fit.material = material_of(p);
+  return fit;
+}
+
+std::string fit_text(const JointLog& log, const JointFit& fit) {
+  std::string text = fmt::format(
+      "{}: {}.\nA row of {} bristles is off by {:.3g} N m rms of {:.3g}; {} samples over {:.4g} s, {} runs "
+      "along the log.\n\n",
+      log.name, log.understood, joint_fit_options().bristles, fit.fitted_rms,
+      std::hypot(size(log.motor), size(log.outside)), log.t.size(), log.t.back() - log.t.front(), fit.runs);
+  Table table({"<number", "value", "95 % from", "to", "<unit"});
+  std::string untold;
+  for (const JointEstimate& e : fit.numbers) {
+    if (e.determined)
+      table.add({e.name, fmt::format("{:.4g}", e.value), fmt::format("{:.4g}", e.low),
+                 fmt::format("{:.4g}", e.high), e.unit});
+    else
+      untold += (untold.empty() ? "" : ", ") + e.name;
+  }
+  text += table.text();
+  if (fit.rigid)
+    text += "\nThe angles do not show how far the joint bends while it sticks: its stiffness is not told.\n";
+  if (!untold.empty()) text += "\nNot told by this log: " + untold + ".\n";
+  return text;
+}
+
+std::string judged_text(const std::vector<JointFit>& fits, const JointPart& part) {
+  const JointFit& best =
+      *std::min_element(fits.begin(), fits.end(),
+                        [](const JointFit& a, const JointFit& b) { return a.judged_rms < b.judged_rms; });
+  std::string text =
+      fmt::format("{} is closest to what it was not fitted to. Fitted to {}; N m, rms.\n\n", best.model,
+                  part.alternate ? fmt::format("every second of {} parts of the log", parts)
+                                 : fmt::format("the first {:.4g} s", part.until));
+  Table table({"<model", "numbers", "fitted", "judged"});
+  for (const JointFit& fit : fits)
+    table.add({fit.model, fmt::format("{}", fit.numbers.size()), fmt::format("{:.4g}", fit.fitted_rms),
+               fmt::format("{:.4g}", fit.judged_rms)});
+  return text + table.text();
+}
+
+std::string joint_json(const JointLog& log, const std::vector<JointFit>& fits, const JointPart& part) {
+  nlohmann::ordered_json report;
+  report["schema"] = "bristle-fit-joint-1";
+  report["conditions"] = to_json(conditions());
+  report["file"] = log.name;
+  report["samples"] = log.t.size();
+  report["understood"] = log.understood;
+  if (part.alternate)
+    report["held_out_parts"] = parts / 2.0;
+  else
+    report["fit_until_s"] = std::min(part.until, log.t.back() - log.t.front());
+  for (const JointFit& fit : fits) {
+    nlohmann::ordered_json model = {
+        {"model", fit.model}, {"runs", fit.runs}, {"fitted_rms_nm", fit.fitted_rms}, {"rigid", fit.rigid}};
+    if (!std::isnan(fit.judged_rms)) model["judged_rms_nm"] = fit.judged_rms;
+    for (const JointEstimate& e : fit.numbers)
+      model["numbers"].push_back({{"name", e.name},
+                                  {"unit", e.unit},
+                                  {"value", e.value},
+                                  {"low", e.low},
+                                  {"high", e.high},
+                                  {"determined", e.determined}});
+    report["models"].push_back(model);
+  }
+  return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace
+
+bristle::JointOptions joint_fit_options() { return {}; }
+
+JointLog parse_joint_log(std::string_view text, const std::string& name, const FitReading& reading,
+                         std::optional<double> torque_constant, std::optional<double> pendulum) {
+  constexpr const char* expected = "t,angle,speed,motor,outside";
+  std::size_t first_line = 1;
+  text = skip_to_header(text, name, expected, first_line);
+  const auto has_torque = [&](const std::vector<bool>& present) {
+    return present[column_motor] || present[column_current] || present[column_outside] || pendulum;
+  };
+  const PlainCsv csv =
+      plain_csv(text, name, first_line, kinds, column_wishes(kinds, reading.columns, reading.units),
+                [&](const std::vector<bool>& present) {
+                  return present[column_t] && present[column_angle] && has_torque(present);
+                });
+  const std::string where_header = fmt::format("{}:{}", name, csv.header_line);
+  const std::string_view plain = csv.text;
+  const CsvHeader header = read_csv_header(plain.substr(0, plain.find('\n')), where_header, kinds);
+  const auto need = [&](bool there, const char* what, const char* ours) {
+    if (!there)
+      throw UserError(fmt::format("{}: no column {}; expected {}, or your own names: --columns {}=NAME",
+                                  where_header, what, expected, ours));
+  };
+  need(header.present[column_t], "t", "t");
+  need(header.present[column_angle], "angle", "angle");
+  need(has_torque(header.present), "motor (nor current, nor outside)", "motor");
+  if (header.present[column_current] && !header.present[column_motor] && !torque_constant)
+    throw UserError(where_header + ": column current: --torque-constant says how much torque an ampere is");
+  if (torque_constant && (header.present[column_motor] || !header.present[column_current]))
+    throw UserError(
+        fmt::format("{}: --torque-constant is for a column current, {}", where_header,
+                    header.present[column_motor] ? "and here is column motor" : "and here is none"));
+  JointLog log;
+  log.name = name;
+  log.understood = mapping_text(csv, kinds);
+  log.has_speed = header.present[column_speed];
+  log.has_outside = header.present[column_outside] || pendulum.has_value();
+  for_csv_rows(plain, name, csv.header_line, header, kinds, [&](const auto& cells, const auto& where) {
+    double value[column_count] = {};
+    for (unsigned c = 0; c < column_count; ++c)
+      if (header.present[c]) value[c] = parse_cell(cells[c], kinds[c], header.per_si[c], where());
+    if (!log.t.empty()) require_later(value[column_t], log.t.back(), where());
+    log.t.push_back(value[column_t]);
+    log.angle.push_back(value[column_angle]);
+    log.speed.push_back(value[column_speed]);
+    log.motor.push_back(header.present[column_motor] ? value[column_motor]
+                                                     : value[column_current] * torque_constant.value_or(0.0));
+    log.outside.push_back(value[column_outside] - pendulum.value_or(0.0) * std::sin(value[column_angle]));
+  });
+  const std::size_t n = log.t.size();
+  if (!log.has_speed && n > 1)
+    for (std::size_t k = 0; k < n; ++k) {
+      const std::size_t a = k > 0 ? k - 1 : 0, b = std::min(k + 1, n - 1);
+      log.speed[k] = (log.angle[b] - log.angle[a]) / (log.t[b] - log.t[a]);
+    }
+  require_motion(log);
+  return log;
+}
+
+JointFit fit_joint(const JointLog& log, JointPart part, bool by_differences) {
+  require_motion(log);
+  return fit_brush(log, Balance(log, part), by_differences);
+}
+
+std::vector<JointFit> judge_joint(const JointLog& log, JointPart part) {
+  require_motion(log);
+  const Balance balance(log, part);
+  Progress progress("fit");
+  std::vector<JointFit> fits;
+  const std::vector<Model> models = rival_models(log, balance.scale(), size(log.speed));
+  for (const Model& model : models) {
+    fits.push_back(fit_model(balance, model));
+    progress.update(static_cast<double>(fits.size()) / static_cast<double>(models.size() + 1));
+  }
+  fits.push_back(fit_brush(log, balance));
+  return fits;
+}
+
+void fit_joint_command(const FitOptions& options) {
+  if (options.data.size() != 1) throw UserError("--joint: one file only");
+  if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
+  if (!options.write.empty() || !options.csv.empty() || !options.plot.empty())
+    throw UserError("--joint: writes a table and --json only");
+  const bool on_stdout = check_files({{"DATA", options.data.front()}}, {{"--json", options.json}});
+  OutputFile json(options.json);
+  const JointLog log = parse_joint_log(read_text_file(options.data.front()), options.data.front(),
+                                       options.reading, options.torque_constant, options.pendulum);
+  JointPart part;
+  if (options.fit_until) part.until = *options.fit_until;
+  if (part.until >= log.t.back() - log.t.front() && options.fit_until)
+    throw UserError("--fit-until: nothing is left to judge");
+  part.alternate = options.rivals && !options.fit_until;
+  const std::vector<JointFit> fits =
+      options.rivals ? judge_joint(log, part) : std::vector<JointFit>{fit_joint(log, part)};
+  if (json) json.write(joint_json(log, fits, part));
+  if (!on_stdout)
+    print_report((options.rivals ? judged_text(fits, part) + "\n" : "") + fit_text(log, fits.back()));
+}
+
+}  // namespace cli

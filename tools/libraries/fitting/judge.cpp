@@ -1,0 +1,524 @@
+#include "tools/libraries/fitting/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/least_squares.hpp"
+#include "tools/libraries/fitting/model.hpp"
+#include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/progress.hpp"
+#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/rivals/rival.hpp"
+
+namespace cli {
+namespace {
+
+using Eigen::VectorXd;
+
+/// Rival friction model as a function of its fitted parameters. First come `logarithms` parameters that are
+/// fitted as logarithms, last viscous friction and offset, in which the force is linear.
+struct RivalModel {
+  std::string name;
+  int logarithms = 0;
+  /// Makes the rival model, at rest, from the fitted parameters. Its mean load is 1.
+  std::function<rivals::Rival(const VectorXd&)> make;
+  std::function<std::string(const VectorXd&)> describe;
+};
+
+/// Returns a rival model's friction along the path (N, by the body), without viscous friction and offset.
+VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
+  if (start != StartState::straight) {  // slides far before the record begins
+    const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
+    for (int i = 0; i < 100; ++i)
+      rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
+                   data.load.front());
+  }
+  VectorXd force(static_cast<Eigen::Index>(data.force.size()));
+  const std::vector<double>& t = data.columns.t;
+  const double first_dt = t[1] - t[0];
+  Eigen::Index sample = 0;
+  double x = data.path.front().x, end = 0.0;
+  for (std::size_t i = 0; i < data.path.size(); ++i) {
+    const PathPoint& point = data.path[i];
+    const auto k = static_cast<std::size_t>(sample);
+    double dt = k > 0 && k < t.size() ? t[k] - t[k - 1] : first_dt;
+    const bool turned = !point.wanted || (i > 0 && !data.path[i - 1].wanted);
+    if (turned) dt *= 0.5;
+    end = -rivals::step(rival, {point.x - x, 0.0}, dt, point.load).end.x;
+    x = point.x;
+    if (point.wanted) force[sample++] = end;
+  }
+  return force;
+}
+
+/// Adds viscous friction (coefficient `viscous`, N s/m) and the sensor's offset (N) to the elastic force.
+VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscous, double offset) {
+  VectorXd force = elastic.array() + offset;
+  for (Eigen::Index i = 0; i < force.size(); ++i)
+    force[i] += viscous * data.velocity[static_cast<std::size_t>(i)];
+  return force;
+}
+
+/// Residuals of a rival model over the rms force, and their derivatives by differences.
+struct RivalResiduals {
+  const RivalModel& model;
+  const FitData& data;
+  StartState start;
+  double speed;  // speed by which the viscous parameter is scaled, m/s
+
+  Eigen::Index values() const { return static_cast<Eigen::Index>(data.force.size()); }
+  VectorXd force(const VectorXd& p) const {
+    const VectorXd bounded = p.head(model.logarithms).cwiseMax(-60.0).cwiseMin(60.0);
+    return whole_force(elastic_force(model.make(bounded), data, start), data,
+                       p[model.logarithms] * data.force_scale / speed,
+                       p[model.logarithms + 1] * data.force_scale);
+  }
+  void fill(const VectorXd& p, VectorXd& out) const {
+    out = (force(p) - Eigen::Map<const VectorXd>(data.force.data(), values())) / data.force_scale;
+    for (double& r : out) {
+      if (!std::isfinite(r)) r = 1e6;
+    }
+  }
+  void differentiate(const VectorXd& p, Eigen::MatrixXd& out) const {
+    VectorXd at(values()), moved(values());
+    fill(p, at);
+    for (Eigen::Index i = 0; i < p.size(); ++i) {
+      if (i >= model.logarithms) {  // parameters of viscous friction and offset, in which the force is linear
+        for (Eigen::Index k = 0; k < at.size(); ++k)
+          out(k, i) = i == model.logarithms ? data.velocity[static_cast<std::size_t>(k)] / speed : 1.0;
+        continue;
+      }
+      constexpr double step = 1e-3;
+      VectorXd q = p;
+      q[i] += step;
+      fill(q, moved);
+      out.col(i) = (moved - at) / step;
+    }
+  }
+};
+
+struct RivalFit {
+  VectorXd parameters;
+  StartState start = StartState::straight;
+  double sum_of_squares = std::numeric_limits<double>::infinity();
+};
+
+RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& guess) {
+  RivalFit best;
+  const double speed = std::max(data.fast, 1e-12);
+  VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
+  StartState start = StartState::straight;
+  double least = std::numeric_limits<double>::infinity();
+  for (const StartState tried : {StartState::straight, StartState::forward, StartState::backward}) {
+    RivalResiduals{model, data, tried, speed}.fill(guess, residuals);
+    // Prefers a rival's elements to start unloaded, as the brush's bristles start straight, unless another
+    // start lowers the sum of squares by 2 %.
+    const double squares = residuals.squaredNorm() * (tried == StartState::straight ? 0.98 : 1.0);
+    if (squares < least) {
+      least = squares;
+      start = tried;
+    }
+  }
+  const RivalResiduals function{model, data, start, speed};
+  VectorXd p = guess;
+  minimise({function.values(), [&](const VectorXd& at, VectorXd& out) { function.fill(at, out); },
+            [&](const VectorXd& at, Eigen::MatrixXd& out) { function.differentiate(at, out); }},
+           {80, 1e-7, 1e-6, 1.0}, p);
+  if (!p.allFinite()) p = guess;
+  function.fill(p, residuals);
+  return {p, start, residuals.squaredNorm()};
+}
+
+RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
+  // Fits a rival model only from the three guesses with the smallest residuals.
+  const double speed = std::max(data.fast, 1e-12);
+  VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
+  std::vector<std::pair<double, VectorXd>> rated;
+  for (VectorXd& guess : guesses) {
+    RivalResiduals{model, data, StartState::straight, speed}.fill(guess, residuals);
+    rated.emplace_back(residuals.squaredNorm(), std::move(guess));
+  }
+  std::sort(rated.begin(), rated.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  if (rated.size() > 3) rated.resize(3);
+  RivalFit best;
+  for (const auto& [squares, guess] : rated) {
+    const RivalFit fit = fit_from(model, data, guess);
+    if (fit.sum_of_squares < best.sum_of_squares) best = fit;
+  }
+  return best;
+}
+
+rivals::Surface bare_surface(double kinetic) {
+  rivals::Surface s;
+  s.kinetic_coefficient = s.static_coefficient = kinetic;
+  s.damping = s.viscous_friction = 0.0;
+  return s;
+}
+
+/// Returns presliding lengths to try, evenly spaced in the logarithm from the data's resolution to the range
+/// of the motion.
+std::vector<double> trial_lengths(const FitData& data, int count) {
+  const double low = std::max({0.5 * data.quantum, 0.3 * data.finest_move, 1e-4 * data.range}),
+               high = data.range;
+  std::vector<double> lengths;
+  for (int i = 0; i < count; ++i) lengths.push_back(low * std::pow(high / low, (i + 0.5) / count));
+  return lengths;
+}
+
+RivalModel coulomb_model() {
+  return {"Coulomb", 2,
+          [](const VectorXd& p) -> rivals::Rival {
+            return rivals::Coulomb{.surface = bare_surface(std::exp(p[0])), .creep_velocity = std::exp(p[1])};
+          },
+          [](const VectorXd& p) {
+            return fmt::format("kinetic {:.3g}, ramp {:.3g} m/s", std::exp(p[0]), std::exp(p[1]));
+          }};
+}
+
+RivalModel lugre_model(const FitData& data) {
+  const double load = data.mean_load;
+  return {"LuGre", 5,
+          [load](const VectorXd& p) -> rivals::Rival {
+            rivals::Surface s = bare_surface(std::exp(p[0]));
+            s.static_coefficient = std::exp(p[1]);
+            s.stribeck_velocity = std::exp(p[2]);
+            s.stiffness = std::exp(p[3]) * load;
+            s.damping = std::exp(p[4]) * load;
+            return rivals::LuGre{.surface = s, .z = {}};
+          },
+          [load](const VectorXd& p) {
+            return fmt::format(
+                "kinetic {:.3g}, static {:.3g}, Stribeck {:.3g} m/s, stiffness {:.3g} N/m, damper "
+                "{:.3g} N s/m",
+                std::exp(p[0]), std::exp(p[1]), std::exp(p[2]), load * std::exp(p[3]), load * std::exp(p[4]));
+          }};
+}
+
+constexpr int elements = rivals::MaxwellSlip::elements;
+
+/// Makes the Maxwell-slip model, whose parameters are the stiffness over load (1/m) of each element, then the
+/// slip length (m) of each element at the mean load.
+RivalModel maxwell_model(const FitData& data) {
+  const double load = data.mean_load;
+  return {"Maxwell-slip", 2 * elements,
+          [load](const VectorXd& p) -> rivals::Rival {
+            rivals::MaxwellSlip m;
+            m.surface = bare_surface(1.0);
+            m.surface.stiffness = load;  // sets mu N / sigma0 to 1 m at mean load: lengths need no scale
+            for (int i = 0; i < elements; ++i) {
+              m.stiffness_share[static_cast<std::size_t>(i)] = std::exp(p[i]);
+              m.slip_length[static_cast<std::size_t>(i)] = std::exp(p[elements + i]);
+            }
+            return m;
+          },
+          [](const VectorXd& p) {
+            // Describes only elements with at least a hundredth of the strongest element's force; the data do
+            // not determine the slip lengths of others.
+            double strongest = 0.0, low = 1e300, high = 0.0;
+            int count = 0;
+            const auto limit = [&](int i) { return std::exp(p[i] + p[elements + i]); };
+            const auto counts = [&](int i) { return std::exp(p[elements + i]) < 1.0; };
+            for (int i = 0; i < elements; ++i) {
+              if (counts(i)) strongest = std::max(strongest, limit(i));
+            }
+            for (int i = 0; i < elements; ++i) {
+              if (!counts(i) || limit(i) < 0.01 * strongest) continue;
+              low = std::min(low, std::exp(p[elements + i]));
+              high = std::max(high, std::exp(p[elements + i]));
+              ++count;
+            }
+            return fmt::format("{} elements that matter slip at {:.3g} to {:.3g} m", count, low, high);
+          }};
+}
+
+/// Returns a first guess of the Maxwell-slip parameters: ten fixed slip lengths, with stiffnesses, viscous
+/// friction and offset by nonnegative least squares.
+VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low, double high) {
+  const auto samples = static_cast<Eigen::Index>(data.force.size());
+  const double speed = std::max(data.fast, 1e-12);
+  VectorXd p = VectorXd::Zero(2 * elements + 2);
+  Eigen::MatrixXd a(samples, elements + 2);
+  for (int i = 0; i < elements; ++i)
+    p[elements + i] = std::log(low * std::pow(high / low, i / (elements - 1.0)));
+  for (int i = 0; i < elements; ++i) {
+    VectorXd single = p;
+    single.head(elements).setConstant(-60.0);
+    single[i] = 0.0;
+    a.col(i) = elastic_force(model.make(single), data, StartState::straight);
+  }
+  a.col(elements) = Eigen::Map<const VectorXd>(data.velocity.data(), samples) / speed * data.force_scale;
+  a.col(elements + 1).setConstant(data.force_scale);
+  const VectorXd unit = a.colwise().norm().cwiseMax(1e-300);
+  a = a * unit.cwiseInverse().asDiagonal();
+  const Eigen::Map<const VectorXd> force(data.force.data(), samples);
+  const VectorXd solution =
+      solve_nonnegative(a.transpose() * a, a.transpose() * force, elements).cwiseQuotient(unit);
+  const double weakest = 1e-4 * solution.head(elements).maxCoeff() + 1e-300;
+  p.head(elements) = solution.head(elements).cwiseMax(weakest).array().log();
+  p.tail(2) = solution.tail(2);
+  return p;
+}
+
+/// Returns for each sample the path since the last turn of the motion (or the first sample), m.
+std::vector<double> way_since_turn(const FitData& data) {
+  const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
+  std::vector<double> ways;
+  double turn = data.path.front().x, extreme = turn, direction = 0.0;
+  for (const PathPoint& point : data.path) {
+    if (direction == 0.0 && std::fabs(point.x - turn) > slack) direction = point.x > turn ? 1.0 : -1.0;
+    if (direction * (point.x - extreme) >= 0.0) {
+      extreme = point.x;
+    } else if (std::fabs(point.x - extreme) > slack) {
+      turn = extreme;
+      extreme = point.x;
+      direction = -direction;
+    }
+    if (point.wanted) ways.push_back(std::fabs(point.x - turn));
+  }
+  return ways;
+}
+
+class Judge {
+ public:
+  Judge(const FitData& whole, std::size_t fitted, double reversal_way)
+      : whole_(whole), fitted_(fitted), reversal_way_(reversal_way), ways_(way_since_turn(whole)) {}
+
+  void add(Judgements& all, const std::string& model, int parameters, const VectorXd& force,
+           const std::string& values) const {
+    Judgement j;
+    j.model = model;
+    j.parameters = parameters;
+    j.values = values;
+    j.fitted = rms(force, [&](std::size_t i) { return i < fitted_; });
+    j.judged.all = rms(force, [&](std::size_t i) { return i >= fitted_; });
+    j.judged.reversal = rms(force, [&](std::size_t i) { return i >= fitted_ && turns(i); });
+    j.judged.sliding = rms(force, [&](std::size_t i) { return i >= fitted_ && !turns(i); });
+    if (!std::isfinite(j.fitted + j.judged.all)) j.failed = "its force is no number on this record";
+    all.models.push_back(j);
+  }
+  void count(Judgements& all) const {
+    all.fitted_samples = fitted_;
+    for (std::size_t i = fitted_; i < ways_.size(); ++i)
+      ++(turns(i) ? all.reversal_samples : all.sliding_samples);
+  }
+
+ private:
+  bool turns(std::size_t i) const { return ways_[i] <= reversal_way_; }
+  template <class Counts>
+  double rms(const VectorXd& force, const Counts& counts) const {
+    double squares = 0.0, n = 0.0;
+    for (std::size_t i = 0; i < ways_.size(); ++i) {
+      if (!counts(i)) continue;
+      squares += std::pow(force[static_cast<Eigen::Index>(i)] - whole_.force[i], 2);
+      n += 1.0;
+    }
+    return n > 0.0 ? std::sqrt(squares / n) : std::nan("");
+  }
+
+  const FitData& whole_;
+  std::size_t fitted_;
+  double reversal_way_;
+  std::vector<double> ways_;
+};
+
+FitColumns first_part(const FitColumns& columns, double until) {
+  FitColumns part = columns;
+  const auto end = std::upper_bound(columns.t.begin(), columns.t.end(), columns.t.front() + until);
+  const auto count = static_cast<std::size_t>(end - columns.t.begin());
+  for (std::vector<double>* column : {&part.t, &part.x, &part.v, &part.load, &part.force}) {
+    if (!column->empty()) column->resize(count);
+  }
+  return part;
+}
+
+std::string brush_values(const FitResult& r) {
+  const auto value = [&](FitParameter p) { return r.estimates[p].value; };
+  std::string text = r.rule == bristle::SnapRule::slide ? "slide: " : "redraw: ";
+  text += fmt::format("kinetic {:.3g}, presliding {:.3g} m, spread {:.3g}", value(fit_kinetic),
+                      value(fit_length), value(fit_spread));
+  for (unsigned p = fit_residual; p < fit_offset; ++p)
+    if (r.estimates[p].fitted) text += fmt::format(", {} {:.3g}", fit_name(p), r.estimates[p].value);
+  return text;
+}
+
+}  // namespace
+
+Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, double until) {
+  const FitColumns part = first_part(columns, until);
+  if (part.t.size() == columns.t.size())
+    throw UserError(fmt::format("--fit-until {:g} s: nothing is left to judge; the record ends after {:g} s",
+                                until, columns.t.back() - columns.t.front()));
+  if (columns.planar())
+    throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
+  const FitData train = prepare_fit_data(part, options.sign, options.load, options.mass);
+  const FitData whole = prepare_fit_data(columns, train.sign, options.load, options.mass);
+  Progress progress("rivals", options.quiet);
+  progress.update(0.0);
+
+  // Fits the brush without a drift of the sensor, which would be extrapolated beyond the fitted part.
+  FitOptions held = options;
+  held.no_drift = held.for_prediction = held.no_time = true;
+  held.quiet = true;
+  held.choose_rule = false;
+  if (held.law == bristle::SnapLaw::table) held.law = bristle::SnapLaw::lognormal;
+  held.rule = bristle::SnapRule::redraw;
+  const FitResult rubbed = fit_material(train, held);
+  progress.update(0.25);
+  FitOptions paper = held;
+  paper.residual = paper.renewal = 0.0;
+  FitOptions sliding = held;
+  sliding.rule = bristle::SnapRule::slide;
+  FitOptions any_law = sliding;
+  any_law.law = bristle::SnapLaw::table;
+  // Options of the fit that users get without --rivals, which also looks for stage, sensor and time terms.
+  FitOptions handed_out = options;
+  handed_out.quiet = handed_out.no_drift = true;
+
+  Judgements all;
+  all.until = until;
+  all.presliding_length = rubbed.estimates[fit_length].value;
+  const Judge judge(whole, train.force.size(), 2.0 * all.presliding_length);
+  judge.count(all);
+  const auto add_failed = [&](const std::string& name, int parameters, const std::string& reason) {
+    const double none = std::nan("");
+    all.models.push_back({name, parameters, none, {none, none, none}, {}, reason});
+  };
+  const auto add_brush = [&](const std::string& name, const FitResult& result, const FitOptions& used) {
+    FitOptions same = used;
+    same.rule = result.rule;
+    same.law = result.law;
+    same.quantiles = result.quantiles;
+    FitModel model(whole, same, Detail::finish);
+    model.set_past(result.past);
+    model.set_frame(result.frame);
+    FitValues values{};
+    int parameters = 0;
+    for (unsigned p = 0; p < fit_parameters; ++p) {
+      values[p] = result.estimates[p].value;
+      parameters += result.estimates[p].fitted ? 1 : 0;
+    }
+    model.settle_stage(values);
+    judge.add(all, name, parameters, model.force(values), brush_values(result));
+  };
+  const auto fit_brush = [&](const std::string& name, const FitOptions& used, double done) {
+    try {
+      add_brush(name, fit_material(train, used), used);
+    } catch (const UserError& refused) {
+      add_failed(name, 0, refused.what());
+    }
+    progress.update(done);
+  };
+  const auto add_rival = [&](const RivalModel& model, const std::vector<VectorXd>& guesses, double done) {
+    const RivalFit fit = best_fit(model, train, guesses);
+    if (!std::isfinite(fit.sum_of_squares)) {
+      add_failed(model.name, model.logarithms + 2,
+                 fmt::format("none of {} starts led to a finite force", guesses.size()));
+      return;
+    }
+    const double speed = std::max(train.fast, 1e-12);
+    const VectorXd force =
+        whole_force(elastic_force(model.make(fit.parameters.head(model.logarithms)), whole, fit.start), whole,
+                    fit.parameters[model.logarithms] * train.force_scale / speed,
+                    fit.parameters[model.logarithms + 1] * train.force_scale);
+    judge.add(all, model.name, model.logarithms + 2, force, model.describe(fit.parameters));
+    progress.update(done);
+  };
+
+  const double kinetic = train.force_scale / train.mean_load;
+  std::vector<VectorXd> guesses;
+  for (const double speed : {0.1 * train.slow, train.slow, train.fast})
+    guesses.push_back(
+        (VectorXd(4) << std::log(kinetic), std::log(std::max(speed, 1e-12)), 0.0, 0.0).finished());
+  add_rival(coulomb_model(), guesses, 0.3);
+
+  guesses.clear();
+  for (const double length : trial_lengths(train, 14)) {
+    // Ratio of bristle damping to stiffness, over the time in which the motion covers a presliding length.
+    for (const double damper : {1e-3, 0.3}) {
+      const double time = length / std::max(train.slow, 1e-12);
+      VectorXd p(7);
+      p << std::log(kinetic), std::log(1.1 * kinetic), std::log(std::max(train.slow, 1e-12)),
+          std::log(kinetic / length), std::log(damper * time * kinetic / length), 0.0, 0.0;
+      guesses.push_back(p);
+    }
+  }
+  add_rival(lugre_model(train), guesses, 0.4);
+
+  guesses.clear();
+  const RivalModel maxwell = maxwell_model(train);
+  const std::vector<double> lengths = trial_lengths(train, 12);
+  for (const double low : {lengths[0], lengths[3], lengths[5]}) {
+    for (const double high : {lengths[7], lengths[9], lengths[11]})
+      guesses.push_back(maxwell_guess(maxwell, train, low, high));
+  }
+  add_rival(maxwell, guesses, 0.6);
+  fit_brush("brush, the paper's", paper, 0.65);
+  add_brush("brush, rubbed", rubbed, held);
+  fit_brush("brush, slide", sliding, 0.75);
+  fit_brush("brush, slide, free law", any_law, 0.85);
+  fit_brush("brush, as fitted", handed_out, 1.0);
+  return all;
+}
+
+std::string judgement_table(const Judgements& all) {
+  const auto best = [&](const auto& of) {
+    return std::min_element(all.models.begin(), all.models.end(),
+                            [&](const Judgement& a, const Judgement& b) { return of(a) < of(b); })
+        ->model;
+  };
+  std::string failures;
+  for (const Judgement& j : all.models)
+    if (!j.failed.empty())
+      failures += fmt::format("{}{}: {}", failures.empty() ? "" : "; ", j.model, j.failed);
+  const std::string winner =
+      failures.empty()
+          ? fmt::format("{} is closest to the rest of the record, and {} in its reversals.",
+                        best([](const Judgement& j) { return j.judged.all; }),
+                        best([](const Judgement& j) { return j.judged.reversal; }))
+          : fmt::format("No model is named closest, since not all could be fitted ({}).", failures);
+  std::string text = fmt::format(
+      "{}\n\nFitted to the first {:g} s ({} samples), judged on the rest: {} samples within {:.3g} um after "
+      "a turn (reversal, twice the presliding length), {} beyond (sliding). Residuals in N, rms.\n\n",
+      winner, all.until, all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length,
+      all.sliding_samples);
+  Table table({"<model", "numbers", "fitted", "judged", "reversal", "sliding"});
+  const auto number = [](double value) {
+    return std::isnan(value) ? std::string("-") : fmt::format("{:.4g}", value);
+  };
+  for (const Judgement& j : all.models)
+    table.add({j.model, fmt::format("{}", j.parameters), number(j.fitted), number(j.judged.all),
+               number(j.judged.reversal), number(j.judged.sliding)});
+  text += table.text() + '\n';
+  for (const Judgement& j : all.models) text += fmt::format("{}: {}\n", j.model, j.values);
+  return text;
+}
+
+std::string judgement_json(const FitColumns& columns, const Judgements& all) {
+  nlohmann::ordered_json report;
+  report["schema"] = "bristle-fit-rivals-1";
+  report["conditions"] = to_json(conditions());
+  report["file"] = columns.name;
+  report["fit_until_s"] = all.until;
+  report["presliding_length_m"] = all.presliding_length;
+  report["samples"] = {
+      {"fitted", all.fitted_samples}, {"reversal", all.reversal_samples}, {"sliding", all.sliding_samples}};
+  for (const Judgement& j : all.models) {
+    report["models"].push_back({{"model", j.model},
+                                {"parameters", j.parameters},
+                                {"fitted_rms_n", j.fitted},
+                                {"judged_rms_n", j.judged.all},
+                                {"reversal_rms_n", j.judged.reversal},
+                                {"sliding_rms_n", j.judged.sliding},
+                                {"values", j.values},
+                                {"failed", j.failed}});
+  }
+  return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace cli

@@ -1,0 +1,42 @@
+// Fits the brush and rival friction models to one part of a record and compares their errors on the rest:
+// `bristle fit --rivals`.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/libraries/fitting/fit.hpp"
+
+namespace cli {
+
+/// Root mean square residuals (N) of all samples, and of samples near and far from turns; NaN: none such.
+struct Residuals3 {
+  double all = 0.0;
+  double reversal = 0.0;  ///< rms residual within two presliding lengths after a turn, N
+  double sliding = 0.0;   ///< rms residual farther than two presliding lengths after a turn, N
+};
+
+struct Judgement {
+  std::string model;
+  int parameters = 0;  ///< number of fitted parameters, including the sensor's offset
+  double fitted = 0.0;
+  Residuals3 judged;
+  std::string values;  ///< fitted parameters, as text
+  std::string failed;  ///< reason why no fit was possible; empty if fitted
+};
+
+struct Judgements {
+  double until = 0.0;              ///< end of the part to which models are fitted, s
+  double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
+  std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
+  std::vector<Judgement> models;
+};
+
+/// Fits the brush and rival friction models to the record up to `until` (s after the first sample), and
+/// computes their errors on the rest. Throws UserError where either part determines no parameter.
+Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, double until);
+
+std::string judgement_table(const Judgements& judgements);
+std::string judgement_json(const FitColumns& columns, const Judgements& judgements);
+
+}  // namespace cli

@@ -1,0 +1,198 @@
+#include "tools/libraries/fitting/path_force.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <bristle/outline.hpp>
+#include <bristle/patch_batch.hpp>
+
+#include "tools/libraries/scene/snap_law.hpp"
+
+namespace cli {
+namespace {
+
+using bristle::SnapRule;
+
+/// Presliding length (m) that every computed brush has. The path is scaled to it, so that one material serves
+/// all presliding lengths.
+constexpr double unit_length = 1e-5;  // m
+
+/// Path, in presliding lengths, of the slide simulated before a record. Every law forgets its start in less:
+/// 1,260 lengths at a spread of 2 (core/patches/COHORTS.md).
+constexpr double long_slide = 3000.0;   // path of a slide before a record, in presliding lengths
+constexpr double shortest_step = 1e-9;  // shortest duration of a step, s
+constexpr std::size_t most_made = 8;
+
+struct Direction {
+  double x, y;
+};
+/// Returns the direction of a slide before the record: +x on one axis, that of the first motion in the
+/// plane.
+Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
+  if (axes == 1) return {1.0, 0.0};
+  double range = 0.0;
+  for (const PathPoint& p : path)
+    range = std::max(range, std::hypot(p.x - path.front().x, p.y - path.front().y));
+  for (const PathPoint& p : path) {
+    const double x = p.x - path.front().x, y = p.y - path.front().y, way = std::hypot(x, y);
+    if (way > 0.01 * range) return {x / way, y / way};
+  }
+  return {1.0, 0.0};
+}
+
+}  // namespace
+
+bristle::Material BrushShape::material(double length) const {
+  bristle::Material m;
+  const bool redraws = rule == SnapRule::redraw;
+  const double share = redraws ? residual_share : 0.0;
+  m.bristle_stiffness = 1.0;
+  m.asperity_height_deviation = 1e-6;
+  m.normal_stiffness = 1e6;
+  const double mean = (1.0 - share) * length / growth;
+  if (law == bristle::SnapLaw::table) {
+    std::vector<double> lengths = quantiles;
+    for (double& l : lengths) l *= mean;
+    m.snap_length = bristle::SnapLength::table({lengths.data(), lengths.size()});
+  } else {
+    m.snap_length = make_snap_length(law, mean, spread);
+  }
+  m.snap_rule = rule;
+  m.residual_length =
+      std::min(share * length, bristle::largest_residual * mean);  // limits the residual to the library's
+                                                                   // largest, which strong growth by age
+                                                                   // would exceed
+  m.shared_renewal = redraws ? shared_renewal : 0.0;
+  m.ageing_form = ageing_form;
+  m.ageing_strength = redraws ? ageing_strength : 0.0;
+  m.ageing_time = ageing_time;
+  return m;
+}
+
+/// Brush whose force is computed along the path: a single patch in a batch of its own.
+struct PathForce::Brush {
+  BrushShape shape;
+  Detail detail;
+  bristle::Material material;
+  bristle::PatchBatch batch;
+  bristle::PatchId patch;
+
+  Brush(const BrushShape& s, Detail d, unsigned axes, double most_load)
+      : shape(s), detail(d), material(s.material(unit_length)) {
+    bristle::PatchOptions options;
+    options.with_axes(static_cast<int>(axes)).with_max_normal_load(most_load);
+    if (s.rule == SnapRule::slide)
+      options.with_bristles(d == Detail::search ? 32 : 64);
+    else
+      options.with_population(bristle::Population::infinite)
+          .with_resolution(d == Detail::search ? 8.0 : 16.0)
+          .with_cohorts(d == Detail::search ? 96 : 256);
+    patch = batch.add(material, options);
+    batch.warm_up();
+  }
+
+  struct Force {
+    double x, y;
+  };
+  /// Steps the brush and returns its friction (N, by the body), for a bristle stiffness of 1 N/m and one
+  /// bristle per newton.
+  Force step(double dx, double dy, double load, double dt) {
+    bristle::Motion motion;
+    motion.id = patch;
+    motion.displacement[0] = dx;
+    motion.displacement[1] = dy;
+    motion.normal_load = load;
+    bristle::Response response;
+    batch.step(std::max(dt, shortest_step), {&motion, 1}, {&response, 1});
+    return {-response.elastic[0], -response.elastic[1]};
+  }
+};
+
+std::vector<Ring> rings_of(bool disc, Detail detail) {
+  if (!disc) return {Ring{}};
+  const int count = detail == Detail::search ? 4 : 8, around = 3;
+  std::vector<Ring> rings;
+  for (const bristle::PatchCell& cell :
+       bristle::Outline::disc(1.0, bristle::Pressure::uniform, count, around).cells) {
+    const double lever = std::hypot(cell.position[0], cell.position[1]);
+    if (rings.empty() || lever > 1.000001 * rings.back().lever)
+      rings.push_back({lever, cell.weight});
+    else
+      rings.back().share += cell.weight;
+  }
+  return rings;
+}
+
+PathForce::PathForce(const std::vector<PathPoint>& path, unsigned axes, bool disc)
+    : path_(path), axes_(axes), disc_(disc) {
+  for (const PathPoint& point : path) most_load_ = std::max(most_load_, point.load);
+}
+PathForce::~PathForce() = default;
+
+PathForce::Brush& PathForce::brush_of(const BrushShape& shape, Detail detail) {
+  const auto found = std::find_if(made_.begin(), made_.end(), [&](const auto& brush) {
+    return brush->shape == shape && brush->detail == detail;
+  });
+  if (found != made_.end()) {
+    made_.splice(made_.begin(), made_, found);
+    made_.front()->batch.reset(made_.front()->patch);
+  } else {
+    if (made_.size() == most_made) made_.pop_back();
+    made_.push_front(std::make_unique<Brush>(shape, detail, axes_, most_load_));
+  }
+  return *made_.front();
+}
+
+std::vector<double> PathForce::find(const BrushShape& shape, double length, Past past, Detail detail,
+                                    double kinetic_speed) {
+  std::vector<double> sum;
+  for (const Ring& ring : rings_of(disc_, detail)) {
+    const std::vector<double> forces = of_ring(ring.lever, shape, length, past, detail, kinetic_speed);
+    sum.resize(forces.size(), 0.0);
+    for (std::size_t i = 0; i < forces.size(); ++i) sum[i] += ring.share * ring.lever * forces[i];
+  }
+  return sum;
+}
+
+std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, double length, const Past& past,
+                                       Detail detail, double kinetic_speed) {
+  if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length / lever, past, detail);
+  Brush& brush = brush_of(shape, detail);
+  const double per_length = unit_length / length, scale = lever * per_length;
+  const double kinetic = kinetic_speed > 0.0 ? brush.material.kinetic_coefficient(kinetic_speed * per_length)
+                                             : brush.material.kinetic_coefficient();
+  const PathPoint& first = path_.front();
+  const auto begin = [&](StartState start, const PathPoint& at) {
+    if (start != StartState::straight) {
+      const Direction e = first_direction(path_, axes_);
+      const double way = start == StartState::forward ? long_slide : -long_slide;
+      const double seconds = past.speed > 0.0 ? long_slide * length / (lever * past.speed) : 0.0;
+      brush.step(way * unit_length * e.x, way * unit_length * e.y, at.load, seconds);
+    } else if (past.rested > 0.0) {
+      brush.step(0.0, 0.0, at.load, 0.0);
+      brush.step(0.0, 0.0, at.load, past.rested);
+    }
+  };
+  begin(past.start, first);
+  std::vector<double> forces, across;
+  forces.reserve(axes_ * path_.size());
+  PathPoint at = first;
+  std::size_t part = 0;
+  for (const PathPoint& point : path_) {
+    if (point.begins) {
+      brush.batch.reset(brush.patch);
+      begin(past.of_part(++part), point);
+      at = point;
+    }
+    const Brush::Force force =
+        brush.step((point.x - at.x) * scale, (point.y - at.y) * scale, point.load, point.t - at.t);
+    at = point;
+    if (!point.wanted) continue;
+    forces.push_back(force.x / kinetic);
+    if (axes_ == 2) across.push_back(force.y / kinetic);
+  }
+  forces.insert(forces.end(), across.begin(), across.end());
+  return forces;
+}
+
+}  // namespace cli

@@ -1,0 +1,513 @@
+// Writes reports of `bristle fit`: table, JSON, CSV, TOML, picture. Schema: tools/libraries/reports/JSON.md.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/libraries/files/output_file.hpp"
+#include "tools/libraries/files/text_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/fit.hpp"
+#include "tools/libraries/fitting/fit_plot_script.hpp"  // made by CMake from tools/plots/fit.gp
+#include "tools/libraries/fitting/joint.hpp"
+#include "tools/libraries/fitting/judge.hpp"
+#include "tools/libraries/platform/platform.hpp"
+#include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/numbers.hpp"
+#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/reports/text_layout.hpp"
+#include "tools/libraries/scene/snap_law.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Row {
+  const char* name;
+  const char* unit;
+  double per_si;
+  const char* key;  ///< name of the parameter in JSON and Python
+};
+/// Rows of the report: FitParameter in order, then peak, stiffness, and friction towards +x and -x.
+constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
+                                       {"presliding_length", "um", 1e6, "presliding_length"},
+                                       {"spread", "", 1.0, "spread"},
+                                       {"residual_share", "", 1.0, "residual_share"},
+                                       {"shared_renewal", "", 1.0, "shared_renewal"},
+                                       {"ageing", "", 1.0, "ageing"},
+                                       {"ageing_time", "s", 1.0, "ageing_time"},
+                                       {"speed_strengthening", "", 1.0, "speed_strengthening"},
+                                       {"strengthening_speed", "mm/s", 1e3, "strengthening_speed"},
+                                       {"viscous_friction", "N s/m", 1.0, "viscous_friction"},
+                                       {"damping_per_newton", "s/m", 1.0, "damping_per_newton"},
+                                       {"stribeck_velocity", "mm/s", 1e3, "stribeck_velocity"},
+                                       {"stage compliance", "um/N", 1e6, "stage_compliance"},
+                                       {"stage softening", "um/N^2", 1e6, "stage_softening"},
+                                       {"sensor delay", "ms", 1e3, "sensor_delay"},
+                                       {"asymmetry", "", 1.0, "asymmetry"},
+                                       {"sensor offset", "N", 1.0, "sensor_offset"},
+                                       {"sensor drift", "N/s", 1.0, "sensor_drift"},
+                                       {"sensor offset y", "N", 1.0, "sensor_offset_y"},
+                                       {"sensor drift y", "N/s", 1.0, "sensor_drift_y"},
+                                       {"peak", "", 1.0, "peak"},
+                                       {"stiffness / load", "1/mm", 1e-3, "stiffness_per_newton"},
+                                       {"kinetic towards +x", "", 1.0, "kinetic_forward"},
+                                       {"kinetic towards -x", "", 1.0, "kinetic_backward"}};
+
+/// Returns whether a row (a parameter) of the report has a meaning for this record.
+bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
+  if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
+  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // a row of friction towards +x or -x
+  return (row != fit_asymmetry && row != fit_softening) || data.axes == 1;
+}
+
+const char* start_text(StartState start) {
+  return start == StartState::straight  ? "straight"
+         : start == StartState::forward ? "sliding towards +x"
+                                        : "sliding towards -x";
+}
+
+const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
+
+/// Returns the time step of a replay: the sampling interval, or a whole fraction of it, at most 1 ms.
+std::string replay_dt(const FitData& data) {
+  return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
+}
+
+std::string quoted(const std::string& text) {
+  return "'" + [&] {
+    std::string out;
+    for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
+    return out;
+  }() + "'";
+}
+
+/// Draws measured and fitted force: runs gnuplot on a built-in script that contains the samples.
+void draw(const FitData& data, const FitResult& result, bool vectors, OutputFile& picture) {
+  const std::string script = fmt::format(
+      "$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\n{}", fit_csv(data, result),
+      quoted(picture.place()), vectors ? 1 : 0, quoted(data.columns.name), fit_plot_script);
+  const std::optional<int> status = platform::feed_gnuplot(script);
+  if (status == 0) return picture.finish();
+  throw UserError(status == 127 ? "--plot: gnuplot is not installed; install the package gnuplot-nox"
+                                : "--plot: gnuplot failed");
+}
+
+}  // namespace
+
+const char* fit_name(std::size_t row) { return rows[row].key; }
+
+const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
+  if (row < fit_parameters) return r.estimates[row];
+  const FitEstimate* const follow[] = {&r.peak, &r.stiffness, &r.forward, &r.backward};
+  return *follow[row - fit_parameters];
+}
+
+/// Returns a sentence that says how well the brush fits, and gives the first two fitted parameters.
+static std::string fit_answer(const FitData& data, const FitResult& r) {
+  std::string found;
+  std::size_t fitted = 0;
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
+    if (!e.fitted || !concerns(data, r, i) || ++fitted > 2) continue;
+    const double k = rows[i].per_si;
+    found +=
+        fmt::format("{}{} {:.4g}{}{} ({:.4g} to {:.4g})", fitted > 1 ? ", " : "", rows[i].name, k * e.value,
+                    rows[i].unit[0] != '\0' ? " " : "", rows[i].unit, k * e.low, k * e.high);
+  }
+  const double length = r.estimates[fit_length].value;
+  const bool odd_length = r.estimates[fit_length].fitted && !(length > 0.2e-6 && length < 5e-3);
+  if (fitted > 2) found += fmt::format(", and {} more below", fitted - 2);
+  return fmt::format(
+      "{}{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
+      "fitted{}{}.\n\n",
+      odd_length
+          ? fmt::format(
+                "A presliding length of {:.3g} um is implausible (solids: 1 to 100, skin and rubber up to "
+                "1000): check the unit of x (--units x=mm). ",
+                1e6 * length)
+          : "",
+      r.explained < 0.5 ? "Not a fit to build on. " : "", 100.0 * r.explained, r.held_out_rms,
+      found.empty() ? "" : ": ", found);
+}
+
+std::string fit_table(const FitData& data, const FitResult& r) {
+  std::string text = fit_answer(data, r);
+  text += fmt::format(
+      "data        {} samples over {:.4g} s ({:.4g} Hz), {} reversals, {:.4g} mm travelled in a range of "
+      "{:.4g} mm\n",
+      count_text(data.samples()), data.length(), 1.0 / data.sample_time, data.reversals, 1e3 * data.travelled,
+      1e3 * data.range);
+  text +=
+      fmt::format("            {:.3g} to {:.3g} mm/s, load {:.4g} N{}{}\n", 1e3 * data.slow, 1e3 * data.fast,
+                  data.mean_load, data.steady_load ? " (taken as constant)" : " on average",
+                  data.quantum > 0.0 ? fmt::format(", encoder of {:.3g} um", 1e6 * data.quantum) : "");
+  for (std::size_t i = 0; i < data.columns.understood.size(); ++i)
+    text += fmt::format("{:<12}{}\n", i == 0 ? "read" : "", data.columns.understood[i]);
+  text +=
+      fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
+                  data.sign_found ? "found from the data" : "as given", start_text(r.past.start));
+  text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(r.law), to_string(r.rule));
+  Table table({"<parameter", "value", "95 % from", "to", "<unit"});
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
+    if (!e.fitted || !concerns(data, r, i)) continue;
+    const double k = rows[i].per_si;
+    table.add({rows[i].name, fmt::format("{:.4g}", k * e.value), fmt::format("{:.4g}", k * e.low),
+               fmt::format("{:.4g}", k * e.high), rows[i].unit});
+  }
+  text += table.text();
+  text += "\nnot determined by these data, left at\n";
+  Table left({"<", ">", "<", "<"});
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    const FitEstimate& e = report_estimate(r, i);
+    if (e.fitted || !concerns(data, r, i)) continue;
+    left.add({std::string("  ") + rows[i].name, fmt::format("{:.4g}", rows[i].per_si * e.value), rows[i].unit,
+              e.why});
+  }
+  left.add({"  bristles_per_newton", "900", "1/N",
+            std::isfinite(r.fluctuating_bristles)
+                ? fmt::format("the mean force does not depend on it; {:.3g} or more by its fluctuation",
+                              r.fluctuating_bristles)
+                : std::string("the mean force does not depend on it")});
+  std::string lines = left.text();
+  text += lines.substr(lines.find('\n') + 1);
+  text += fmt::format(
+      "\nresiduals   {:.3g} N rms, {:.3g} N where not fitted to (held out in fifths);\n"
+      "            intervals count {:.1f} samples, whose errors are alike, as one\n"
+      "            the brush explains {:.2f} % of the force\n",
+      r.residual_rms, r.held_out_rms, r.correlated_samples, 100.0 * r.explained);
+  for (std::size_t i = 0; i < r.notes.size(); ++i)
+    text += fmt::format("{:<12}{}\n", i == 0 ? "notes" : "", r.notes[i]);
+  return text;
+}
+
+namespace {
+
+constexpr std::size_t most_drawn = 1500;  // limit of samples that a report's curve has
+
+/// Selects evenly spaced samples to draw, including the first and the last sample of each file.
+std::vector<std::size_t> drawn(const FitColumns& c) {
+  const std::size_t n = c.t.size(), every = (n + most_drawn - 1) / most_drawn;
+  std::vector<std::size_t> places;
+  for (std::size_t i = 0; i < n; ++i)
+    if (i % every == 0 || i + 1 == n || !c.follows(i) || !c.follows(i + 1)) places.push_back(i);
+  return places;
+}
+
+Json taken(const std::vector<double>& values, const std::vector<std::size_t>& places, std::size_t from = 0) {
+  Json out = Json::array();
+  for (const std::size_t i : places) out.push_back(values[from + i]);
+  return out;
+}
+
+/// Returns the prepared data and the fitted force as JSON arrays.
+Json curves(const FitData& data, const FitResult& r) {
+  const std::vector<std::size_t> places = drawn(data.columns);
+  const std::size_t n = data.samples();
+  Json out = {{"t_s", taken(data.columns.t, places)},
+              {"x_m", taken(data.columns.x, places)},
+              {"load_n", taken(data.load, places)},
+              {"force_n", taken(data.force, places)},
+              {"fit_n", taken(r.curve, places)}};
+  if (data.axes == 2) {
+    out["y_m"] = taken(data.columns.y, places);
+    out["force_y_n"] = taken(data.force, places, n);
+    out["fit_y_n"] = taken(r.curve, places, n);
+  }
+  return out;
+}
+
+/// Returns the columns of time, path, load and force in the file's own units, as JSON.
+Json as_written(const FitData& data) {
+  const std::vector<std::size_t> places = drawn(data.columns);
+  Json out = Json::array();
+  for (const WrittenColumn& column : data.columns.written)
+    out.push_back({{"header", column.header}, {"values", taken(column.values, places)}});
+  return out;
+}
+
+}  // namespace
+
+std::string fit_json(const FitData& data, const FitResult& r) {
+  Json report;
+  report["schema"] = "bristle-fit-1";
+  report["conditions"] = to_json(conditions());
+  report["data"] = {{"file", data.columns.name},
+                    {"samples", data.samples()},
+                    {"axes", data.axes},
+                    {"length_s", data.length()},
+                    {"sample_time_s", data.sample_time},
+                    {"reversals", data.reversals},
+                    {"travelled_m", data.travelled},
+                    {"range_m", data.range},
+                    {"slow_m_per_s", data.slow},
+                    {"fast_m_per_s", data.fast},
+                    {"encoder_step_m", data.quantum},
+                    {"longest_rest_s", data.longest_rest},
+                    {"mean_load_n", data.mean_load},
+                    {"steady_load", data.steady_load},
+                    {"sign", sign_text(data.sign)},
+                    {"sign_found", data.sign_found},
+                    {"ignored_columns", data.columns.ignored_columns},
+                    {"understood", data.columns.understood},
+                    {"files", data.columns.parts.size() + 1}};
+  report["law"] = bristle::to_string(r.law);
+  if (r.law == bristle::SnapLaw::table) {
+    const auto quantiles = r.material.snap_length.table_values();
+    report["lengths_m"] = std::vector<double>(quantiles.begin(), quantiles.end());
+  }
+  report["rule"] = to_string(r.rule);
+  report["start"] = start_text(r.past.start);
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    if (!concerns(data, r, i)) continue;
+    const FitEstimate& e = report_estimate(r, i);
+    Json entry = {{"value", e.value}, {"determined", e.fitted}};
+    if (e.fitted) {
+      entry["low"] = e.low;
+      entry["high"] = e.high;
+    } else if (!e.why.empty()) {
+      entry["why"] = e.why;
+    }
+    report["parameters"][fit_name(i)] = entry;
+  }
+  if (r.frame.speed > 0.0) {
+    const bool ages = r.estimates[fit_ageing].value > 0.0;
+    report["holds_at"] = {{"speed_m_per_s", r.frame.speed}};
+    if (ages) {
+      report["holds_at"]["age_s"] = r.frame.age;
+      report["ageing"] = {
+          {"form", r.frame.form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating"},
+          {"form_assumed", r.frame.form_assumed},
+          {"strength", r.material.ageing_strength},
+          {"time_s", r.material.ageing_time}};
+    }
+  }
+  report["notes"] = r.notes;
+  report["residuals"] = {{"rms_n", r.residual_rms},
+                         {"held_out_rms_n", r.held_out_rms},
+                         {"explained", r.explained},
+                         {"correlated_samples", r.correlated_samples},
+                         {"smallest_singular_value", r.smallest_singular_value},
+                         {"least_bristles_per_newton", r.fluctuating_bristles}};
+  report["evaluations"] = r.evaluations;
+  report["curves"] = curves(data, r);
+  report["as_written"] = as_written(data);
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string fit_csv(const FitData& data, const FitResult& r) {
+  fmt::memory_buffer out;
+  const auto to = std::back_inserter(out);
+  const std::size_t n = data.samples();
+  const bool planar = data.axes == 2;
+  out.append(std::string_view(planar ? "t,x,y,load,fx,fy,fit_x,fit_y,residual_x,residual_y\n"
+                                     : "t,x,load,force,fit,residual\n"));
+  for (std::size_t i = 0; i < n; ++i) {
+    const FitColumns& c = data.columns;
+    fmt::format_to(to, "{:.9g},{:.9g},", c.t[i], c.x[i]);
+    if (planar) {
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", c.y[i], data.load[i],
+                     data.force[i], data.force[i + n], r.curve[i], r.curve[i + n], data.force[i] - r.curve[i],
+                     data.force[i + n] - r.curve[i + n]);
+    } else {
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g}\n", data.load[i], data.force[i], r.curve[i],
+                     data.force[i] - r.curve[i]);
+    }
+  }
+  return fmt::to_string(out);
+}
+
+namespace {
+
+/// Returns the name of the motion file to write beside the scene if the data file is no motion file itself;
+/// empty if the scene is not written to disk.
+std::string motion_file(const FitOptions& options) {
+  if (options.write.empty() || options.write == "-") return {};
+  return platform::path_of(options.write).replace_extension().string() + "_motion.csv";
+}
+
+}  // namespace
+
+std::string fit_motion(const FitData& data) {
+  const FitColumns& c = data.columns;
+  const bool planar = c.planar(), with_load = c.has_load;
+  std::string text = fmt::format("t,x{}{}\n", planar ? ",y" : "", with_load ? ",load" : "");
+  // Jump of the position between two joined files, which is no motion of the body, m.
+  double jump_x = 0.0, jump_y = 0.0;
+  for (std::size_t i = 0; i < c.t.size(); ++i) {
+    if (i > 0 && !c.follows(i)) {
+      jump_x += c.x[i] - c.x[i - 1];
+      if (planar) jump_y += c.y[i] - c.y[i - 1];
+    }
+    text += fmt::format("{:.12g},{:.12g}", c.t[i], c.x[i] - jump_x);
+    if (planar) text += fmt::format(",{:.12g}", c.y[i] - jump_y);
+    if (with_load) text += fmt::format(",{:.12g}", c.load[i]);
+    text += '\n';
+  }
+  return text;
+}
+
+namespace {
+
+/// Writes a material as TOML by its coefficients (kinetic, peak, presliding length, ...).
+std::string by_coefficients(const FitResult& r) {
+  const bristle::Coefficients c = r.material.coefficients(r.frame.speed);
+  const bool slides = c.rule == bristle::SnapRule::slide;
+  std::string text = fmt::format(
+      "kinetic = {}\n{} = {}\nspread = {}\npresliding_length = {}  # m\n"
+      "bristles_per_newton = {}  # 1/N\nlaw = \"{}\"\nrule = \"{}\"\nresidual_share = {}\nshared_renewal = "
+      "{}\n"
+      "damping_per_newton = {}  # s/m\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\n"
+      "damper_decay = \"{}\"\n",
+      c.kinetic, slides ? "drop" : "peak", slides ? c.drop : c.peak, c.spread, c.presliding_length,
+      c.bristles_per_newton, bristle::to_string(c.law), to_string(c.rule), c.residual_share, c.shared_renewal,
+      c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
+      c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
+  if (c.fall_per_decade > 0.0)
+    text += fmt::format(
+        "kinetic_speed = {}  # m/s\nfall_per_decade = {}\nageing_form = \"{}\"\nageing_time = {}  # s\n",
+        c.kinetic_speed, c.fall_per_decade,
+        c.ageing_form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating", c.ageing_time);
+  if (c.speed_strengthening > 0.0)
+    text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", c.speed_strengthening,
+                        c.strengthening_speed);
+  return text;
+}
+
+/// Writes a material as TOML by its bristles, for a law of snap lengths that coefficients cannot state.
+std::string own_law(const bristle::Material& m) {
+  const auto quantiles = m.snap_length.table_values();
+  return fmt::format(
+      "rule = \"{}\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\nviscous_friction = {}  # "
+      "N s/m\n"
+      "stribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\nnormal_stiffness = {}  # N/m\n"
+      "asperity_height_deviation = {}  # m\nspeed_strengthening = {}\nstrengthening_speed = {}  # m/s\n"
+      "snap_length = {{ law = \"table\", quantiles = [{}] }}  # m\n",
+      to_string(m.snap_rule), m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity,
+      m.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential", m.normal_stiffness,
+      m.asperity_height_deviation, m.speed_strengthening, m.strengthening_speed,
+      fmt::join(quantiles.begin(), quantiles.end(), ", "));
+}
+
+}  // namespace
+
+std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& r) {
+  std::string text = fmt::format(
+      "# A material fitted to {}: copy [[material]] into a scene, or replay the measurement with\n"
+      "# `bristle run` on this file. Values with their 95 % intervals:\n",
+      platform::path_of(data.columns.name).filename().string());
+  for (std::size_t i = 0; i < fit_report_rows; ++i) {
+    if (!concerns(data, r, i)) continue;
+    const FitEstimate& e = report_estimate(r, i);
+    const std::string unit = rows[i].unit[0] ? std::string(" ") + rows[i].unit : "";
+    if (e.fitted) {
+      text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}){}\n", rows[i].name, rows[i].per_si * e.value,
+                          rows[i].per_si * e.low, rows[i].per_si * e.high, unit);
+    } else {
+      text += fmt::format("#   {} = {:.4g}{}, not determined: {}\n", rows[i].name, rows[i].per_si * e.value,
+                          unit, e.why);
+    }
+  }
+  for (const std::string& note : r.notes) text += "# " + note + '\n';
+  // Highest normal load of the replayed motion. It may exceed the fit's load, which is the mean where the fit
+  // took the load as constant.
+  double most_load = data.mean_load;
+  if (data.columns.has_load && !options.load)
+    most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
+  text += "\n[[material]]\nname = \"fitted\"\n" +
+          (r.law == bristle::SnapLaw::table ? own_law(r.material) : by_coefficients(r));
+  const bool own_file = !data.columns.replayable && motion_file(options) != "";
+  const bool replays = data.columns.replayable || own_file;
+  text += fmt::format(
+      "\n[scene]\nname = \"fitted\"\ndt = {}  # s\n{}\n[[patch]]\nname = \"body\"\nmaterial = \"fitted\"\n"
+      "max_normal_load = {}  # N\naxes = {}\n\n[[motion]]\npatch = \"body\"\n",
+      replay_dt(data), replays ? "" : fmt::format("duration = {}  # s\n", data.length()), 1.001 * most_load,
+      data.axes);
+  if (replays) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::path folder =
+        options.write == "-" ? fs::path(".") : platform::path_of(options.write).parent_path();
+    const std::string motion = own_file ? motion_file(options) : data.columns.name;
+    const fs::path file =
+        fs::proximate(platform::path_of(motion), folder.empty() ? fs::path(".") : folder, error);
+    text += fmt::format("type = \"trace\"\nfile = '{}'\n", error ? motion : file.string());
+  } else {
+    text += fmt::format("type = \"ramp\"\nvelocity = {}  # m/s\n", data.fast);
+  }
+  if (!replays || !data.columns.has_load || options.load)
+    text += fmt::format("load = {}  # N\n", data.mean_load);
+  return text;
+}
+
+namespace {
+
+std::vector<FileOption> inputs_of(const FitOptions& options) {
+  std::vector<FileOption> inputs;
+  for (const std::string& data : options.data) inputs.push_back({"DATA", data});
+  inputs.push_back({"--position", options.reading.position});
+  return inputs;
+}
+
+void rivals_command(const FitOptions& options, bool on_stdout) {
+  if (options.rule == bristle::SnapRule::keep)
+    throw UserError("--rivals: fits brushes with the rules redraw and slide, not keep");
+  OutputFile json(options.json);
+  if (options.data.size() > 1) throw UserError("--rivals: one file only");
+  const FitColumns columns = read_fit_columns(options.data, options.reading);
+  if (columns.t.empty()) throw UserError(columns.name + ": no data rows");
+  const double third = (columns.t.back() - columns.t.front()) / 3.0;
+  const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
+  if (json) json.write(judgement_json(columns, judgements));
+  if (!on_stdout) print_report(judgement_table(judgements));
+}
+
+/// Fits the record and writes the output files that the options ask for.
+void fit_record(const FitOptions& options, bool prints) {
+  const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
+                                        options.load, options.mass);
+  if (!options.plot.empty() && data.axes == 2)
+    throw UserError("--plot: draws records of one axis; take --csv for one in the plane");
+  OutputFile scene(options.write), csv(options.csv), picture(options.plot), json(options.json),
+      motion(data.columns.replayable ? std::string() : motion_file(options));
+  const FitResult result = fit_material(data, options);
+  if (scene) scene.write(fit_toml(data, options, result));
+  if (motion) motion.write(fit_motion(data));
+  if (csv) csv.write(fit_csv(data, result));
+  if (picture) draw(data, result, is_vector_picture(options.plot), picture);
+  if (json) json.write(fit_json(data, result));
+  if (prints) print_report(fit_table(data, result));
+}
+
+}  // namespace
+
+void fit_command(const FitOptions& options) {
+  if (options.joint) return fit_joint_command(options);
+  if (options.torque_constant || options.pendulum)
+    throw UserError("--torque-constant and --pendulum: only with --joint");
+  if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
+  for (const std::string& data : options.data)
+    if (data.ends_with(".toml"))
+      throw UserError(fmt::format(
+          "{}: is a scene; fit reads measured friction (CSV with t, x, load, force); bristle run {}", data,
+          data));
+  check_picture_name("--plot", options.plot);
+  const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json},
+                                                          {"--csv", options.csv},
+                                                          {"--write", options.write},
+                                                          {"--plot", options.plot},
+                                                          {"the motion of --write", motion_file(options)}});
+  if (!options.rivals) return fit_record(options, !on_stdout);
+  rivals_command(options, on_stdout);
+  FitOptions whole = options;  // writes no JSON file of the fit: that file holds the judgements
+  whole.json.clear();
+  if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty()) fit_record(whole, false);
+}
+
+}  // namespace cli

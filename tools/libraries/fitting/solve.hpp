@@ -1,0 +1,94 @@
+// Solves the nonlinear least squares of a fit, and finds parameters' intervals.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "tools/libraries/fitting/model.hpp"
+
+namespace cli {
+
+using FitParameterSet = std::vector<FitParameter>;
+
+struct FitPoint {
+  FitValues values = fit_defaults;
+  FitParameterSet free;
+  Past past;
+  FitFrame frame;
+  double sum_of_squares = 0.0;  ///< sum of squares of measured minus computed force, N^2
+};
+
+/// Sets the model's state before the record, and its reference speed and age, to those of a fitted point.
+void assume(FitModel& model, const FitPoint& point);
+
+/// Minimises the sum of squares by Levenberg-Marquardt over the free parameters of `from`, starting there.
+FitPoint minimise(FitModel& model, FitPoint from);
+
+/// Returns derivatives of the force by a point's free parameters, in units of FitModel::scale.
+Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point);
+
+/// Least-squares fit of a force by columns: the columns' coefficients, and the remainder of the force.
+struct Projection {
+  Eigen::VectorXd coefficients, left;
+};
+Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force);
+
+/// Returns how many correlated residuals carry as much information as one independent: their integrated
+/// autocorrelation time.
+double correlated_samples(const Eigen::VectorXd& residuals);
+
+/// Returns the covariance of the free parameters, in units of FitModel::scale: (J'J)^-1 M (J'J)^-1, where M
+/// is the gradient's covariance with correlated neighbouring residuals (Newey and West). Where larger, takes
+/// the covariance for independent residuals times `correlated`. Singular directions get very large variances.
+Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                           double correlated);
+
+/// Errors of a fit due to a finite number of bristles, whose mean length and spread differ from the law's
+/// and which snap at random places. Residuals show them only in part, as the same bristles bend in every
+/// small loop. They come from simulation: random brushes of the fitted material, each fitted to first
+/// order.
+struct PopulationError {
+  Eigen::MatrixXd covariance;  ///< covariance of the free parameters, in units of FitModel::scale
+  bool seen = false;           ///< whether the residuals show the fluctuation of a finite number of bristles
+
+  /// Lower estimate of the number of bristles at the mean load, if `seen`: misfit passes for fluctuation.
+  double bristles = 0.0;
+  double noise = 0.0;  ///< variance of the residuals attributed to sensor noise, N^2
+};
+/// Estimates the errors of a fit due to a finite number of bristles. Assumes `usual_bristles` at the mean
+/// load as far as the residuals do not show their number.
+PopulationError population_error(const FitModel& model, const FitPoint& point,
+                                 const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                                 double usual_bristles);
+
+/// Returns the covariance of the free parameters from sensor noise and a finite number of bristles, or that
+/// from correlated residuals if it is larger.
+Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                           double correlated, const PopulationError& population);
+/// Raises variances to those that the differences between five successive parts of the record imply, if noise
+/// would hardly explain the differences. Friction that wanders over minutes is correlated for longer than
+/// neighbouring samples show.
+void raise_to_parts(Eigen::MatrixXd& covariance, const Eigen::MatrixXd& jacobian,
+                    const Eigen::VectorXd& residuals, std::size_t samples);
+
+/// Number of blocks into which a record is cut to test predictions; every fifth is held out in turn.
+inline constexpr std::size_t mixed_blocks = 25;
+/// Returns the sum of squared errors (N^2) of the held-out parts of a record, each predicted from the rest.
+double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                        std::size_t samples);
+
+/// Free law of snap lengths (a histogram), and the fitted point that it belongs to.
+struct FreeLaw {
+  /// Quantiles of the snap lengths over their mean, as SnapLength::table takes them.
+  std::vector<double> quantiles;
+  FitPoint point;
+};
+/// Finds a free law of snap lengths for the slide rule, as a histogram with nonnegative weights. Throws
+/// UserError if no such law fits.
+FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about);
+
+/// Returns the 97.5 % quantile of Student's law, within 1 %; below one degree of freedom, that of one.
+double student_quantile(double degrees_of_freedom);
+
+}  // namespace cli

@@ -1,0 +1,25 @@
+// Puts the main results of reports into words with figures, for the first lines on a terminal. Functions take
+// a JSON report, and throw nlohmann::json::exception if the report lacks a value.
+#pragma once
+
+#include <string>
+
+#include "tools/libraries/reports/report_tables.hpp"
+
+namespace cli {
+
+// Put reports of `bristle accuracy` (schema bristle-accuracy-1) into words.
+std::string how_wrong_is_fast(const Json& accuracy);
+std::string what_to_choose(const Json& accuracy);
+std::string what_to_leave_out(const Json& accuracy);
+/// Returns the answers of an accuracy report, a line each: the error of a fast setting, which setting to
+/// choose, and what to leave out.
+std::string accuracy_answer(const Json& accuracy);
+/// Returns a setting of an accuracy study in words: "13,000 bristles a patch, steps of 1.00 ms, ...".
+std::string setting_in_words(const Json& setting);
+
+// Put reports of `bristle stability` (schema bristle-stability-1) into words.
+std::string is_mine_stable(const Json& stability);
+std::string stability_answer(const Json& stability);
+
+}  // namespace cli

@@ -1,0 +1,54 @@
+// Shows a line of progress on stderr once work has taken a second, if stderr is a terminal and `quiet` is not
+// set.
+#pragma once
+
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "tools/libraries/platform/platform.hpp"
+
+namespace cli {
+
+class Progress {
+ public:
+  explicit Progress(std::string label, bool quiet = false)
+      : label_(std::move(label)), terminal_(!quiet && platform::is_terminal(stderr)) {}
+  ~Progress() {
+    if (shown_) std::fputs("\r\033[K", stderr);
+  }
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// Updates the share of the work done (0 to 1). Cheap enough to call every hundredth step of a run.
+  void update(double share, const char* what = "") {
+    if (terminal_ && Clock::now() >= next_) show(share, what);
+  }
+  /// Shows the line of progress at once. Call it before work that may last for seconds without update().
+  void show(double share, const char* what = "") {
+    if (!terminal_) return;
+    next_ = Clock::now() + std::chrono::milliseconds(200);
+    shown_ = true;
+    char text[80];  // limit of 79 characters, as a wrapped line could not be erased
+    std::snprintf(text, sizeof text, "%s: %3.0f %% %s", label_.c_str(), 100.0 * share, what);
+    std::fprintf(stderr, "\r\033[K%s", text);
+    std::fflush(stderr);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::string label_;
+  bool terminal_;
+  bool shown_ = false;
+  Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
+};
+
+/// Returns a function that shows a line of progress until the function's last copy is destroyed.
+inline std::function<void(double)> progress_line(std::string label, bool quiet = false) {
+  return [line = std::make_shared<Progress>(std::move(label), quiet)](double share) { line->update(share); };
+}
+
+}  // namespace cli

@@ -1,0 +1,48 @@
+// Makes the tables of the commands' reports from their JSON, so that text and JSON agree. Functions throw
+// nlohmann::json::exception if the JSON lacks a value.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/libraries/reports/table.hpp"
+
+namespace cli {
+
+using Json = nlohmann::ordered_json;
+using JsonColumn = Column<Json>;
+
+std::string text_of(const Json& json, const char* key);
+/// Make a column from a key of the report's rows: of texts, or of numbers (times `scale`, three digits).
+JsonColumn text_column(std::string header, const char* key);
+JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
+
+// Make the tables of `bristle capacity` from its JSON (schema bristle-capacity-1).
+Table targets_table(const Json& capacity);
+Table capacities_table(const Json& capacity);
+Table comparisons_table(const Json& capacity);
+Table infinite_table(const Json& capacity);
+Table contacts_table(const Json& capacity);
+/// Returns the largest number of bristles that meets the deadline ("> 1,234"), or why there is none.
+std::string bristles_that_fit(const Json& row);
+/// Returns whether other programs caused a row's 99th percentile, since its median is far inside the
+/// deadline.
+bool was_busy(const Json& row, double deadline_s);
+/// Returns the result of a capacity report in a sentence that also says whether to trust it.
+std::string capacity_answer(const Json& capacity);
+
+// Make the tables of `bristle accuracy` from its JSON (schema bristle-accuracy-1).
+Table settings_table(const Json& accuracy, bool front_only);
+Table slopes_table(const Json& accuracy);
+Table scene_features_table(const Json& accuracy);
+std::string setting_bristles(const Json& setting);
+
+// Make the tables of `bristle stability` from its JSON (schema bristle-stability-1).
+Table maps_table(const Json& stability);
+Table varied_table(const Json& stability);
+/// Returns the table of stopping distances: a row for each dimensionless stiffness k and true distance, a
+/// column for each integration scheme.
+Table stops_table(const Json& stability);
+
+}  // namespace cli

@@ -1,0 +1,74 @@
+// Contact area cut into a grid of cells, and the wrench of friction on it; shared by the rivals with an
+// extent.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "tools/libraries/rivals/pair.hpp"
+
+namespace rivals {
+
+enum class Pressure { uniform, hertz };
+
+/// Positions of the cells from the centre, m, and their shares of the load, which sum to one.
+struct PressedCells {
+  std::vector<double> x, y, share;
+
+  std::size_t size() const noexcept { return x.size(); }
+};
+
+/// Cuts a disc into squares, `across` along a diameter, and keeps those whose centre is in the disc. Shares
+/// follow the pressure at the centre. Throws std::invalid_argument unless across >= 1 and radius > 0.
+PressedCells disc_cells(int across, double radius_m, Pressure pressure = Pressure::uniform);
+
+/// Cuts a rectangle into across_x times across_y equal cells under uniform pressure. Throws
+/// std::invalid_argument as disc_cells().
+PressedCells rectangle_cells(int across_x, int across_y, double width_m, double height_m);
+
+/// Force, N, and torque about the centre, N m, both on the moving body.
+struct Wrench {
+  Pair force;
+  double torque = 0.0;
+};
+
+/// Force and torque at the end of the step, and their means, with which force . displacement + torque angle
+/// is the work of the step.
+struct SpinForce {
+  Wrench end, mean;
+};
+
+/// Turn of a body by `angle` while its centre moves straight. Gives each cell's place in the surface's axes
+/// at both ends of the step, and the arm of its mean force.
+class Turn {
+ public:
+  /// Sets the turn. `before` is the body's angle at its start, rad.
+  Turn(double before, double angle) noexcept
+      : begin_{std::cos(before), std::sin(before)},
+        end_{std::cos(before + angle), std::sin(before + angle)},
+        middle_{std::cos(before + 0.5 * angle), std::sin(before + 0.5 * angle)},
+        // Scales the arm to the chord along which a cell moves: the work per angle is the force times chord
+        // over angle.
+        chord_(angle != 0.0 ? 2.0 * std::sin(0.5 * angle) / angle : 1.0) {}
+
+  /// Returns the displacement of a cell, m, without that of the centre.
+  Pair way(double x, double y) const noexcept { return turned(end_, x, y) - turned(begin_, x, y); }
+  Pair end_arm(double x, double y) const noexcept { return turned(end_, x, y); }
+  Pair mean_arm(double x, double y) const noexcept { return chord_ * turned(middle_, x, y); }
+
+ private:
+  static Pair turned(Pair c, double x, double y) noexcept { return {c.x * x - c.y * y, c.y * x + c.x * y}; }
+
+  // Cosine and sine of the body's angle at the beginning, end and middle of the step.
+  Pair begin_, end_, middle_;
+  double chord_;
+};
+
+constexpr double cross(Pair a, Pair b) noexcept { return a.x * b.y - a.y * b.x; }
+
+inline void add(Wrench& wrench, Pair arm, Pair force) noexcept {
+  wrench.force = wrench.force + force;
+  wrench.torque += cross(arm, force);
+}
+
+}  // namespace rivals

@@ -1,0 +1,61 @@
+#include "tools/libraries/rivals/rival.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "tools/libraries/rivals/relaxation.hpp"
+
+namespace rivals {
+
+Force Coulomb::step(Pair displacement, double dt_s, double load_n) noexcept {
+  if (!(load_n > 0.0)) return {};
+  const Pair v = (1.0 / dt_s) * displacement;
+  const double per_speed = load_n * surface.kinetic_coefficient / std::max(length(v), creep_velocity);
+  const Pair force = -(per_speed + surface.viscous_friction) * v;
+  return {force, force};
+}
+
+Force Dahl::step(Pair displacement, double /*dt_s*/, double load_n) noexcept {
+  if (!(load_n > 0.0)) {
+    z = {};
+    return {};
+  }
+  const double way = length(displacement);
+  Relaxed r{z, z};
+  if (way > 0.0) {
+    const double zc = surface.kinetic_coefficient * load_n / surface.stiffness;
+    r = relax(z, (zc / way) * displacement, way / zc);
+  }
+  z = r.end;
+  return {-surface.stiffness * r.end, -surface.stiffness * r.mean};
+}
+
+Force LuGre::step(Pair displacement, double dt_s, double load_n) noexcept {
+  if (!(load_n > 0.0)) {
+    z = {};
+    return {};
+  }
+  const Pair v = (1.0 / dt_s) * displacement;
+  const double way = length(displacement);
+  const double zss = surface.stribeck_force(way / dt_s, load_n) / surface.stiffness;
+  Relaxed r{z, z};
+  if (way > 0.0) r = relax(z, (zss / way) * displacement, way / zss);
+  const Pair mean_rate = (1.0 / dt_s) * (r.end - z);
+  const Pair end_rate = v - (way / dt_s / zss) * r.end;
+  z = r.end;
+  return {surface.bristle_force(r.end, end_rate, v), surface.bristle_force(r.mean, mean_rate, v)};
+}
+
+Rival make_rival(std::string_view name, const Surface& surface) {
+  if (name == "coulomb") return Coulomb{.surface = surface};
+  if (name == "dahl") return Dahl{.surface = surface, .z = {}};
+  if (name == "lugre") return LuGre{.surface = surface, .z = {}};
+  if (name == "elasto_plastic") return ElastoPlastic{.surface = surface, .z = {}};
+  if (name == "maxwell_slip") return MaxwellSlip{.surface = surface};
+  if (name == "gms") return GeneralisedMaxwellSlip{.surface = surface};
+  if (name == "rate_state") return RateState{.surface = surface, .z = {}};
+  throw std::invalid_argument("no rival model is called " + std::string(name));
+}
+
+}  // namespace rivals

@@ -1,0 +1,333 @@
+#include "tools/libraries/run/bed_run.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <bristle/bed.hpp>
+#include <bristle/error.hpp>
+
+#include "tools/libraries/files/force_file.hpp"
+#include "tools/libraries/files/toml_table.hpp"
+#include "tools/libraries/files/toml_text.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/reports/text_layout.hpp"
+#include "tools/libraries/scene/scene_stepper.hpp"
+#include "tools/libraries/scene/scene_table.hpp"
+
+namespace cli {
+namespace {
+
+/// Row of a bed's path (a bed is the contact of an elastic body): its displacement since the beginning, at
+/// time t. Linear between rows.
+struct BedRow {
+  double t = 0.0;                 ///< time of the row, s
+  double x = 0.0, y = 0.0;        ///< displacement, m
+  double spin = 0.0;              ///< turn about the normal, rad
+  double rolled[2] = {0.0, 0.0};  ///< rolled distance, m
+  double load = 0.0;              ///< normal load, N
+};
+
+struct SceneBed {
+  std::string name, where;
+  bristle::BedMaterial material;
+  bristle::BedShape shape;
+  bristle::BedOptions options;
+  std::vector<BedRow> path;
+};
+
+struct BedScene {
+  Scene scene;  ///< scene without its beds, which `beds` has, and so without patches
+  std::vector<SceneBed> beds;
+};
+
+constexpr Range metres{-1e5, 1e5, false, "m"}, half_width{0.0, 1e3, false, "m"};
+constexpr Range positive{0.0, 1e15, true, ""};
+
+bristle::BedMaterial read_material(const TomlTable& table) {
+  double friction[2];
+  table.pair("friction", {0.0, 100.0, false, ""}, friction);  // coefficients of static and kinetic friction
+  if (friction[1] == 0.0) friction[1] = friction[0];
+  bristle::BedMaterial material(friction[0], friction[1]);
+  if (table.has("shear_modulus"))
+    material.with_elastic(table.number("shear_modulus", positive), table.number("poisson", {0.0, 0.5}),
+                          table.number("radius", {0.0, 1e6, false, "m"}, 0.0));
+  if (table.has("slip_stiffness")) {
+    table.pair("slip_stiffness", {0.0, 1e15, false, "N"}, material.slip_stiffness);
+    if (material.slip_stiffness[1] == 0.0) material.slip_stiffness[1] = material.slip_stiffness[0];
+  }
+  if (table.has("flexibility")) {
+    const std::vector<double> given = table.numbers("flexibility", {0.0, 1.0, true, "m^3/N"});
+    if (given.size() != 3) table.fail("flexibility", "needs three numbers: x, y, spin");
+    material.with_flexibility(given[0], given[1], given[2]);
+  }
+  material.presliding = table.number("presliding", {0.0, 1e3, false, "m"}, 0.0);
+  return material;
+}
+
+bristle::BedShape read_shape(const TomlTable& table) {
+  using bristle::BedShape;
+  double half[2] = {0.0, 0.0}, cells[2] = {0.0, 0.0};
+  if (table.has("half")) table.pair("half", half_width, half);
+  if (table.has("cells")) table.pair("cells", {1.0, 65536.0}, cells);
+  const bool rolls = table.has("rolling");
+  const auto pressure =
+      static_cast<bristle::BedPressure>(table.choice("pressure", {"uniform", "parabolic", "hertz"}, 1));
+  const auto cell = [&](int axis, int otherwise) {
+    return cells[axis] == 0.0 ? otherwise : static_cast<int>(cells[axis]);
+  };
+  BedShape shape;
+  switch (table.choice("shape", {"sphere", "wheel", "cylinder", "disc", "ellipse", "rectangle"}, 6)) {
+    case 0:
+      shape = BedShape::sphere_row(cell(0, 32), half[0]);
+      break;
+    case 1:
+      shape = BedShape::wheel_row(half[0], pressure, cell(0, 32));
+      break;
+    case 2:
+      shape = BedShape::cylinder_row(half[0], cell(0, 32));
+      break;
+    case 3:
+      shape = BedShape::disc(half[0], pressure, cell(0, 7), cell(1, 0));
+      break;
+    case 4:
+      shape = BedShape::ellipse(half[0], half[1], pressure, cell(0, 7), cell(1, 0));
+      break;
+    case 5:
+      shape = BedShape::rectangle(half[0], half[1], pressure, cell(0, 16), cell(1, 8));
+      break;
+    default:
+      table.fail("key 'shape' is missing");
+  }
+  if (rolls) {
+    double grid[2];
+    table.pair("rolling", {1.0, 1024.0}, grid);
+    shape.rolling(static_cast<int>(grid[0]), static_cast<int>(grid[1]));
+  }
+  if (table.has("growth"))
+    shape.grown(
+        static_cast<bristle::BedGrowth>(table.choice("growth", {"fixed", "cube_root", "square_root"}, 0)));
+  return shape;
+}
+
+std::vector<BedRow> read_path(const TomlTable& parent) {
+  std::vector<BedRow> rows;
+  for (const TomlTable& table : parent.tables("path")) {
+    table.allow({"t", "x", "y", "spin", "rolled", "load"});
+    BedRow row = rows.empty() ? BedRow{} : rows.back();  // keys missing in a row keep the last row's
+                                                         // values
+    row.t = table.number("t", {0.0, 1e6, false, "s"});
+    if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
+    if (rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");
+    row.x = table.number("x", metres, row.x);
+    row.y = table.number("y", metres, row.y);
+    row.spin = table.number("spin", {-1e6, 1e6, false, "rad"}, row.spin);
+    if (table.has("rolled")) table.pair("rolled", {-1e9, 1e9, false, "m"}, row.rolled);
+    row.load = table.number("load", {0.0, 1e15, false, "N"}, row.load);
+    rows.push_back(row);
+  }
+  if (rows.empty()) parent.fail("path", "is missing, or holds no rows");
+  return rows;
+}
+
+BedRow row_at(const std::vector<BedRow>& rows, double t) {
+  const auto after = std::upper_bound(rows.begin(), rows.end(), t,
+                                      [](double time, const BedRow& row) { return time < row.t; });
+  if (after == rows.begin()) return rows.front();
+  if (after == rows.end()) return rows.back();
+  const BedRow &a = *(after - 1), &b = *after;
+  const double share = (t - a.t) / (b.t - a.t);
+  const auto between = [&](double from, double to) { return from + share * (to - from); };
+  return {t,
+          between(a.x, b.x),
+          between(a.y, b.y),
+          between(a.spin, b.spin),
+          {between(a.rolled[0], b.rolled[0]), between(a.rolled[1], b.rolled[1])},
+          between(a.load, b.load)};
+}
+
+struct BedResult {
+  ForceStatistics force[2], torque, load;
+  double work = 0.0, dissipated = 0.0, stored = 0.0, most_slipping = 0.0;
+  std::uint64_t refused = 0;  ///< number of a bed's steps refused with Status::bad_input
+};
+
+using Json = nlohmann::ordered_json;
+Json json_of(const ForceStatistics& f) {
+  return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
+}
+
+/// Parses a scene that has beds; returns nothing if it has none. Throws UserError with file, line and key.
+std::optional<BedScene> parse_bed_scene(const std::string& text, const std::string& path) {
+  // Searches for the word first, which avoids parsing most scenes (those without beds) twice.
+  if (text.find("bed") == std::string::npos) return std::nullopt;
+  const toml::table root = parse_toml(text, path);
+  if (!root.contains("bed")) return std::nullopt;
+  const TomlTable table(path, root, "");
+  table.allow({"scene", "bed"});
+  BedScene result;
+  result.scene.file = path;
+  if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
+  read_scene_table(table.table("scene"), result.scene);
+  double longest = 0.0;
+  for (TomlTable& t : table.tables("bed")) {
+    SceneBed bed;
+    bed.name = t.name();
+    bed.where = t.where();
+    t.allow({"name", "shape", "half", "cells", "pressure", "growth", "rolling", "friction", "shear_modulus",
+             "poisson", "radius", "slip_stiffness", "flexibility", "presliding", "max_normal_load",
+             "longest_piece", "path"});
+    bed.material = read_material(t);
+    bed.shape = read_shape(t);
+    bed.options.max_normal_load = t.number("max_normal_load", {0.0, 1e15, true, "N"});
+    bed.options.longest_piece = t.number("longest_piece", {1e-3, 10.0}, bed.options.longest_piece);
+    bed.path = read_path(t);
+    longest = std::max(longest, bed.path.back().t);
+    if (std::any_of(result.beds.begin(), result.beds.end(),
+                    [&](const SceneBed& b) { return b.name == bed.name; }))
+      t.fail("name", fmt::format("'{}' appears twice", bed.name));
+    result.beds.push_back(std::move(bed));
+  }
+  if (!result.scene.duration) result.scene.duration = longest;
+  return result;
+}
+
+/// Returns the motion that takes a bed from one row of its path to the other.
+bristle::BedMotion motion_between(bristle::BedId id, const BedRow& from, const BedRow& to) {
+  bristle::BedMotion m;
+  m.id = id;
+  m.displacement[0] = to.x - from.x;
+  m.displacement[1] = to.y - from.y;
+  m.spin = to.spin - from.spin;
+  for (int axis = 0; axis < 2; ++axis) m.rolled[axis] = to.rolled[axis] - from.rolled[axis];
+  m.normal_load = to.load;
+  return m;
+}
+
+void gather(BedResult& result, const bristle::BedMotion& motion, const bristle::BedResponse& r) {
+  for (int axis = 0; axis < 2; ++axis) {
+    result.force[axis].add(r.force[axis]);
+    result.work -= r.mean[axis] * motion.displacement[axis];
+  }
+  result.work -= r.mean_torque * motion.spin;
+  result.torque.add(r.torque);
+  result.load.add(motion.normal_load);
+  result.dissipated += r.dissipated;
+  result.stored = r.stored;
+  result.most_slipping = std::max(result.most_slipping, r.slipping_share);
+  result.refused += has(r.status, bristle::Status::bad_input) ? 1 : 0;
+}
+
+Json report_json(const BedScene& given, const std::vector<BedResult>& results, const bristle::BedBatch& beds,
+                 const std::vector<bristle::BedMotion>& motions, std::uint64_t steps) {
+  const Scene& scene = given.scene;
+  Json report = {{"schema", "bristle-beds-1"},
+                 {"conditions", to_json(conditions())},
+                 {"scene", {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}}},
+                 {"steps", steps},
+                 {"beds", Json::array()}};
+  for (std::size_t b = 0; b < results.size(); ++b) {
+    const BedResult& r = results[b];
+    report["beds"].push_back(
+        {{"name", given.beds[b].name},
+         {"bristles", beds.info(motions[b].id).bristles},
+         {"load", json_of(r.load)},
+         {"force", {{"x", json_of(r.force[0])}, {"y", json_of(r.force[1])}}},
+         {"torque", json_of(r.torque)},
+         {"energy", {{"work", r.work}, {"dissipated", r.dissipated}, {"stored", r.stored}}},
+         {"most_slipping", r.most_slipping},
+         {"bad_input", r.refused}});
+  }
+  report["state_hash"] = fmt::format("{:016x}", beds.state_hash());
+  report["conditions"]["isa"] = beds.isa();
+  report["conditions"]["threads"] = beds.threads();
+  return report;
+}
+
+std::string report_text(const BedScene& given, const std::vector<BedResult>& results, std::uint64_t steps,
+                        std::uint64_t hash) {
+  Table forces({"<force on the body", "load N", "fx mean N", "min", "max", "fy mean N", "min", "max",
+                "torque mean N m", "min", "max"});
+  Table energies(
+      {"<energy", "put in J", "lost J", "stored at the end J", "most of it that slipped %", "steps refused"});
+  const auto number = [](double value) { return fmt::format("{:.4g}", value); };
+  for (std::size_t b = 0; b < results.size(); ++b) {
+    const BedResult& r = results[b];
+    std::vector<Cell> row = {given.beds[b].name, number(r.load.mean())};
+    for (const ForceStatistics* f : {&r.force[0], &r.force[1], &r.torque})
+      for (const double value : {f->mean(), f->min, f->max}) row.push_back(number(value));
+    forces.add(std::move(row));
+    energies.add({given.beds[b].name, number(r.work), number(r.dissipated), number(r.stored),
+                  fmt::format("{:.1f}", 100.0 * r.most_slipping), std::to_string(r.refused)});
+  }
+  return fmt::format("{}: {} of {} steps of {:g} s\n\n{}\n{}\nstate hash  {:016x}\n", given.scene.name,
+                     results.size() == 1 ? "a bed" : fmt::format("{} beds", results.size()), steps,
+                     given.scene.dt, forces.text(), energies.text(), hash);
+}
+
+}  // namespace
+
+bool run_bed_scene(const RunOptions& options, const std::string& text) {
+  const std::optional<BedScene> read = parse_bed_scene(text, options.scene);
+  if (!read) return false;
+  const BedScene& given = *read;
+  if (options.realtime || !options.trace.empty() || options.bristles || !options.restore_state.empty() ||
+      !options.save_state.empty() || !options.overload.replay.empty())
+    throw UserError(fmt::format(
+        "{}: has [[bed]]: --out, --json, --steps, --threads and --isa go with it, other options do not",
+        options.scene));
+  const Scene& scene = given.scene;
+  const bool on_stdout =
+      check_files({{"SCENE", options.scene}}, {{"--json", options.json}, {"--out", options.out}});
+  OutputFile json(options.json), out_file(options.out);
+  bristle::BedBatch beds(bristle::BatchOptions{}
+                             .with_threads(options.threads.value_or(scene.threads))
+                             .with_isa(options.isa.empty() ? nullptr : options.isa.c_str()));
+  std::vector<bristle::BedMotion> motions(given.beds.size());
+  std::vector<bristle::BedResponse> responses(given.beds.size());
+  std::vector<BedRow> last(given.beds.size());
+  std::vector<BedResult> results(given.beds.size());
+  for (std::size_t b = 0; b < given.beds.size(); ++b) {
+    const SceneBed& bed = given.beds[b];
+    try {
+      motions[b].id = beds.add(bed.material, bed.shape, bed.options);
+    } catch (const bristle::Error& error) {
+      throw UserError(fmt::format("{}: {}", bed.where, error.what()));
+    }
+    last[b] = row_at(bed.path, 0.0);
+  }
+  if (out_file) out_file.append("t,bed,fx,fy,torque,load,status,dissipated,stored,slipping_share,x,y\n");
+  const std::uint64_t steps = options.steps.value_or(step_count(scene));
+  for (std::uint64_t k = 1; k <= steps; ++k) {
+    const double t = static_cast<double>(k) * scene.dt;
+    for (std::size_t b = 0; b < motions.size(); ++b) {
+      const BedRow row = row_at(given.beds[b].path, t);
+      motions[b] = motion_between(motions[b].id, last[b], row);
+      last[b] = row;
+    }
+    beds.step({motions.data(), motions.size()}, {responses.data(), responses.size()});
+    for (std::size_t b = 0; b < motions.size(); ++b) {
+      const bristle::BedResponse& r = responses[b];
+      gather(results[b], motions[b], r);
+      if (out_file)
+        out_file.append(fmt::format(
+            "{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", t,
+            given.beds[b].name, r.force[0], r.force[1], r.torque, motions[b].normal_load,
+            status_text(r.status), r.dissipated, r.stored, r.slipping_share, last[b].x, last[b].y));
+    }
+  }
+  if (out_file) out_file.finish();
+  if (!on_stdout) print_report(report_text(given, results, steps, beds.state_hash()));
+  if (json)
+    json.write(report_json(given, results, beds, motions, steps)
+                   .dump(2, ' ', false, Json::error_handler_t::replace) +
+               '\n');
+  return true;
+}
+
+}  // namespace cli

@@ -1,0 +1,58 @@
+#include "tools/libraries/run/realtime_thread.hpp"
+
+#include <fmt/format.h>
+
+#include "tools/libraries/platform/platform.hpp"
+
+namespace cli {
+
+RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_workers)
+    : timers_(platform::use_exact_timers()) {
+  if (options.core) bind(*options.core);
+  if (options.lock_memory) lock_memory();
+  if (!options.fifo_priority) return;
+  if (options.core && !is_bound()) {
+    // Refuses a real-time priority without a core to bind to: the thread might occupy the core of a worker
+    // thread, which has the usual priority and would never run.
+    refused_.push_back(fmt::format("SCHED_FIFO {}: not asked for without core {}; usual scheduling instead",
+                                   *options.fifo_priority, *options.core));
+    return;
+  }
+  if (has_workers && before_ && before_->size() == 1) {
+    refused_.push_back(fmt::format(
+        "SCHED_FIFO {}: not asked for, workers have no other core than {}; usual scheduling instead",
+        *options.fifo_priority, *options.core));
+    return;
+  }
+  take_fifo(*options.fifo_priority);
+}
+
+RealtimeThread::~RealtimeThread() {
+  if (has_fifo_) platform::use_usual_scheduling();
+  if (has_locked_memory_) platform::unlock_memory();
+  if (before_) platform::use_cores(*before_);
+  platform::use_timers(timers_);
+}
+
+void RealtimeThread::take_fifo(int priority) {
+  const std::string why_not = platform::take_fifo(priority);
+  has_fifo_ = why_not.empty();
+  if (!has_fifo_) refused_.push_back(fmt::format("SCHED_FIFO {}: {}", priority, why_not));
+}
+
+void RealtimeThread::bind(int core) {
+  std::vector<int> before;
+  const std::string why_not = platform::bind_thread(core, before);
+  if (why_not.empty())
+    before_ = before;
+  else
+    refused_.push_back(fmt::format("core {}: {}", core, why_not));
+}
+
+void RealtimeThread::lock_memory() {
+  const std::string why_not = platform::lock_memory();
+  has_locked_memory_ = why_not.empty();
+  if (!has_locked_memory_) refused_.push_back(fmt::format("locked memory: {}", why_not));
+}
+
+}  // namespace cli

@@ -1,0 +1,373 @@
+// Writes the reports of `bristle run`: a table for people and JSON for programs.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/libraries/files/one_line.hpp"
+#include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/numbers.hpp"
+#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/run/run.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string force_text(double newtons) { return fmt::format("{:.4f}", newtons); }
+
+std::string ratio_text(double numerator, double denominator) {
+  return denominator > 0.0 ? fmt::format("{:.4f}", numerator / denominator) : "-";
+}
+
+std::string joined(const std::vector<std::string>& texts) {
+  std::string all;
+  for (const std::string& text : texts) all += (all.empty() ? "" : ", ") + text;
+  return all.empty() ? "nothing" : all;
+}
+
+/// Returns the resolution of an infinite patch, in pieces per mean snap length: the option or, where that is
+/// 0 (automatic), what the patch chose.
+double resolution_of(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
+  return options.resolution > 0.0 ? options.resolution : info.representatives;
+}
+
+std::string name_of(const ScenePatch& patch) {
+  return patch.count == 1 ? patch.name : fmt::format("{} x {}", patch.name, count_text(patch.count));
+}
+
+// Limit of rows in a table for people; the JSON report has all rows.
+constexpr std::size_t rows_shown = 12;
+
+std::string more_rows(std::size_t rows) {
+  return rows > rows_shown ? fmt::format("... and {} more patches: see --json\n", rows - rows_shown)
+                           : std::string();
+}
+
+std::string size_text(const RunResult& r, std::size_t patch_count) {
+  std::string text = r.bristles > 0 || r.infinite_patches == 0
+                         ? fmt::format("{} bristles in ", count_text(r.bristles))
+                         : std::string();
+  fmt::format_to(std::back_inserter(text), "{} {}", count_text(patch_count),
+                 patch_count == 1 ? "patch" : "patches");
+  if (r.infinite_patches > 0)
+    fmt::format_to(std::back_inserter(text), ", {} of infinitely many bristles",
+                   count_text(r.infinite_patches));
+  return text + fmt::format(", {} kB", count_text((r.memory_bytes + 1023) / 1024));
+}
+
+/// Returns the kind of a patch's population and its number of bristles, as text.
+std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
+  if (options.population == bristle::Population::infinite)
+    return fmt::format("infinite, resolution {}{}", resolution_of(options, info),
+                       options.fluctuation == 0
+                           ? std::string()
+                           : fmt::format(", noise of {} bristles", count_text(options.fluctuation)));
+  return fmt::format("{} representatives", count_text(info.representatives));
+}
+
+std::string head(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  std::string text;
+  const auto line = [&](const char* label, const std::string& value) {
+    fmt::format_to(std::back_inserter(text), "{:<12}{}\n", label, value);
+  };
+  const Conditions c = conditions();
+  const bristle::DeadlineMonitor& m = r.monitor;
+  // Passes the description through one_line(), as a text from a file may hold control characters.
+  line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
+  line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
+                              r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
+  line("machine", c.cpu);
+  const std::size_t patch_count = scene.patch_count();
+  line("size", size_text(r, patch_count));
+  line("steps", fmt::format("{} of {}: {} simulated in {}", count_text(r.steps), time_text(scene.dt),
+                            time_text(static_cast<double>(r.steps) * scene.dt), time_text(r.seconds)));
+  if (r.steps_before > 0)
+    line("restored",
+         fmt::format("{}: continues after {} steps", options.restore_state, count_text(r.steps_before)));
+  line("step time", fmt::format("p50 {}   p99 {}   p99.9 {}   max {}", time_text(m.p50()), time_text(m.p99()),
+                                time_text(m.p999()), time_text(m.max())));
+  line("deadline",
+       fmt::format("{}: {} late ({} by this program, {} by the machine)", time_text(m.deadline()),
+                   count_text(m.misses()), count_text(m.misses_ours()), count_text(m.misses_machine())));
+  if (r.overload) {
+    const OverloadResult& o = *r.overload;
+    line("overload",
+         fmt::format(
+             "{}: {} changes of detail; {} bristles left out at most (force noise x {:.2f}), {} at the end",
+             o.replayed ? std::string("decisions replayed") : "budget " + time_text(o.budget_s),
+             count_text(o.decisions), count_text(o.most_bristles), 1.0 / std::sqrt(o.least_share),
+             count_text(o.bristles)));
+  }
+  for (const ScenePatch& patch : scene.patches) {
+    if (!patch.motion || patch.motion->type != MotionType::trace) continue;
+    const MotionFile& trace = *patch.motion->trace;
+    line("trace", fmt::format("{}: {} rows over {}{}", one_line(trace.name), count_text(trace.rows.size()),
+                              time_text(trace.rows.back().t),
+                              trace.ignored_columns.empty()
+                                  ? ""
+                                  : "; columns not used: " + one_line(joined(trace.ignored_columns))));
+  }
+  if (!options.out.empty())
+    line("forces", fmt::format("{}: {} of {} patches{}", options.out, count_text(r.patches_written),
+                               count_text(patch_count),
+                               r.patches_written < patch_count ? " (out_patches in the scene)" : ""));
+  return text;
+}
+
+std::string force_table(const Scene& scene, const RunResult& r) {
+  const int axes = std::any_of(scene.patches.begin(), scene.patches.end(),
+                               [](const ScenePatch& p) { return p.options.axes == 2; })
+                       ? 2
+                       : 1;
+  std::vector<std::string> columns = {"<force on the body", "load N"};
+  for (int axis = 0; axis < axes; ++axis)
+    columns.insert(columns.end(), {axis == 0 ? "fx mean N" : "fy mean N", "rms", "min", "max"});
+  Table table(columns);
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    const PatchResult& patch = r.patches[p];
+    std::vector<Cell> row = {name_of(scene.patches[p]), force_text(patch.load.mean())};
+    for (int axis = 0; axis < axes; ++axis) {
+      const ForceStatistics& f = patch.force[axis];
+      for (const double value : {f.mean(), f.rms(), f.min, f.max})
+        row.push_back(axis < scene.patches[p].options.axes ? force_text(value) : "-");
+    }
+    table.add(std::move(row));
+  }
+  return table.text() + more_rows(r.patches.size());
+}
+
+std::string friction_table(const Scene& scene, const RunResult& r) {
+  Table table({"<friction / load", "sliding", "in theory", "highest", "in theory at first loading",
+               "steps overloaded", "bad input"});
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    const PatchResult& patch = r.patches[p];
+    const bristle::Material& m = scene.materials[scene.patches[p].material].material;
+    table.add({name_of(scene.patches[p]), ratio_text(patch.sliding_force, patch.sliding_load),
+               fmt::format("{:.4f}", m.kinetic_coefficient()),
+               fmt::format("{:.4f}", patch.highest_coefficient), fmt::format("{:.4f}", m.peak_coefficient()),
+               count_text(patch.overload_steps), count_text(patch.bad_steps)});
+  }
+  return table.text() + more_rows(r.patches.size());
+}
+
+/// Returns a table of the patches' energies; "" if no patch computes energies.
+std::string energy_table(const Scene& scene, const RunResult& r) {
+  Table table({"<energy", "snaps", "lost in snaps J", "with contacts J", "in dampers J"});
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    if (!has(scene.patches[p].options.outputs, bristle::Outputs::energy)) continue;
+    const PatchResult& patch = r.patches[p];
+    const auto joules = [](double value) { return fmt::format("{:.4g}", value); };
+    table.add({name_of(scene.patches[p]), count_text(patch.snaps), joules(patch.dissipated),
+               joules(patch.contact_loss), joules(patch.damper_work)});
+  }
+  return table.empty() ? std::string() : table.text() + more_rows(r.patches.size()) + '\n';
+}
+
+/// Returns the run's main result in words: whether the steps keep the deadline, and the friction.
+std::string run_answer(const Scene& scene, const RunResult& r) {
+  const bristle::DeadlineMonitor& m = r.monitor;
+  std::string text =
+      fmt::format("A step of {} takes {}, {} % of its {}{}; ", scene.name, time_text(m.p50()),
+                  number_text(m.p50() / m.deadline(), 100.0), time_text(m.deadline()),
+                  r.threads == 1 ? " on one thread" : fmt::format(" on {} threads", r.threads));
+  text += m.misses() == 0
+              ? "no step was late.\n"
+              : fmt::format("{} of {} were late, {} by this program, {} because the machine was busy.\n",
+                            count_text(m.misses()), count_text(m.count()), count_text(m.misses_ours()),
+                            count_text(m.misses_machine()));
+  for (std::size_t b = 0; b < std::min<std::size_t>(r.bodies.size(), 3); ++b) {
+    const Sticking& s = r.bodies[b].sticking;
+    const double all = static_cast<double>(r.steps) * scene.dt;
+    text += s.broke_away
+                ? fmt::format("{} breaks away after {} at {:.3g} N applied, and sticks for {} of {}.\n",
+                              scene.bodies[b].name, time_text(s.time), s.applied, time_text(s.stuck),
+                              time_text(all))
+                : fmt::format("{} sticks all the time.\n", scene.bodies[b].name);
+  }
+  std::size_t said = 0;
+  std::uint64_t bad = 0;
+  for (std::size_t p = 0; p < r.patches.size(); ++p) {
+    const PatchResult& patch = r.patches[p];
+    bad += patch.bad_steps;
+    if (!(patch.sliding_load > 0.0) || said == 3) continue;
+    ++said;
+    text += fmt::format("{} slides at {:.3f} of its load (theory{} {:.3f}), and rubs with {:.3f} at most.\n",
+                        scene.patches[p].name, patch.sliding_force / patch.sliding_load,
+                        scene.patches[p].options.lay == bristle::Lay{} ? "" : " along its lay",
+                        scene.materials[scene.patches[p].material].material.kinetic_coefficient(),
+                        patch.highest_coefficient);
+  }
+  if (said == 0) text += "No patch slid for long enough to say its sliding friction.\n";
+  if (bad > 0)
+    text += fmt::format("BAD INPUT in {} steps of patches: motions or loads that are no numbers.\n", bad);
+  return text;
+}
+
+std::string feature_table(const Scene& scene, const RunResult& r) {
+  Table table({"<features used", "<population", "<kernel", "bytes", "<left out"});
+  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
+    const ScenePatch& patch = scene.patches[p];
+    const bristle::PatchInfo& info = r.patches[p].info;
+    table.add({name_of(patch), population_text(patch.options, info), info.kernel,
+               patch.options.population == bristle::Population::infinite
+                   ? fmt::format("{} a patch", count_text(info.memory_bytes))
+                   : fmt::format("{} a bristle", info.bytes_per_representative),
+               joined(left_out(patch, scene.materials[patch.material].material))});
+  }
+  std::string text = table.text() + more_rows(r.patches.size());
+  if (r.threads == 1) text += "no worker threads\n";
+  return text;
+}
+
+std::string body_table(const Scene& scene, const RunResult& r) {
+  Table table(
+      {"<body", "x m", "y m", "speed m/s", "highest", "solver calls", "most in a step", "worst residual"});
+  for (std::size_t b = 0; b < r.bodies.size(); ++b) {
+    const BodyResult& body = r.bodies[b];
+    const double speed = std::sqrt(body.velocity[0] * body.velocity[0] + body.velocity[1] * body.velocity[1]);
+    table.add({scene.bodies[b].name, fmt::format("{:.6g}", body.position[0]),
+               fmt::format("{:.6g}", body.position[1]), fmt::format("{:.3g}", speed),
+               fmt::format("{:.3g}", body.highest_speed), count_text(body.solve.iterations),
+               fmt::format("{}", body.solve.worst_iterations),
+               fmt::format("{:.1e}", body.solve.worst_residual)});
+  }
+  return table.text();
+}
+
+Json statistics_json(const ForceStatistics& f) {
+  return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
+}
+
+Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material, const PatchResult& r) {
+  const bristle::Outputs outputs = scene_patch.options.outputs;
+  const bool infinite = scene_patch.options.population == bristle::Population::infinite;
+  Json patch = {{"name", scene_patch.name},
+                {"count", scene_patch.count},
+                {"population", infinite ? "infinite" : "representatives"},
+                {"resolution", infinite ? Json(resolution_of(scene_patch.options, r.info)) : Json(nullptr)},
+                {"fluctuation", scene_patch.options.fluctuation},
+                {"kernel", r.info.kernel},
+                {"left_out", left_out(scene_patch, material)},
+                {"bristles", infinite ? Json(nullptr) : Json(r.info.representatives)},
+                {"weight", infinite ? Json(nullptr) : Json(r.info.weight)},
+                {"bytes_per_bristle", infinite ? Json(nullptr) : Json(r.info.bytes_per_representative)},
+                {"memory_bytes", r.memory_bytes},
+                {"load", statistics_json(r.load)}};
+  Json force = {{"x", statistics_json(r.force[0])}};
+  if (scene_patch.options.axes == 2) force["y"] = statistics_json(r.force[1]);
+  patch["force"] = force;
+  if (has(outputs, bristle::Outputs::mean)) {
+    Json mean_force = {{"x", statistics_json(r.mean_force[0])}};
+    if (scene_patch.options.axes == 2) mean_force["y"] = statistics_json(r.mean_force[1]);
+    patch["mean_force"] = mean_force;
+  }
+  patch["coefficient"] = {
+      {"sliding", r.sliding_load > 0.0 ? Json(r.sliding_force / r.sliding_load) : Json(nullptr)},
+      {"sliding_steps", r.sliding_steps},
+      {"kinetic_theory", material.kinetic_coefficient()},
+      {"highest", r.highest_coefficient},
+      {"peak_theory", material.peak_coefficient()}};
+  if (has(outputs, bristle::Outputs::energy)) {
+    Json energy = {{"snaps", r.snaps},
+                   {"dissipated", r.dissipated},
+                   {"contact_loss", r.contact_loss},
+                   {"damper_work", r.damper_work},
+                   {"stored", r.stored}};
+    if (has(outputs, bristle::Outputs::mean)) {
+      energy["work"] = r.work;
+      energy["balance_error"] = r.work - r.stored - r.dissipated - r.contact_loss - r.damper_work;
+    }
+    patch["energy"] = energy;
+  }
+  patch["status"] = {
+      {"steps_in_contact", r.steps_in_contact}, {"overload", r.overload_steps}, {"bad_input", r.bad_steps}};
+  return patch;
+}
+
+}  // namespace
+
+std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  std::string text = run_answer(scene, r) + '\n' + head(scene, options, r) + '\n' +
+                     (r.realtime ? realtime_table(*r.realtime, r.threads) + '\n' : "") +
+                     force_table(scene, r) + '\n' + friction_table(scene, r) + '\n' + energy_table(scene, r);
+  if (!r.bodies.empty()) text += body_table(scene, r) + '\n';
+  text += feature_table(scene, r);
+  text += fmt::format("\nstate hash  {:016x}\n", r.state_hash);
+  return text;
+}
+
+std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  const bristle::DeadlineMonitor& m = r.monitor;
+  Json report = {{"schema", "bristle-run-1"}};
+  report["conditions"] = to_json(conditions());
+  report["conditions"]["isa"] = r.isa;
+  report["conditions"]["threads"] = r.threads;
+  report["scene"] = {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}};
+  report["steps"] = r.steps;
+  report["steps_before"] = r.steps_before;
+  report["simulated_s"] = static_cast<double>(r.steps) * scene.dt;
+  report["wall_s"] = r.seconds;
+  report["step_time"] = {
+      {"p50_s", m.p50()}, {"p99_s", m.p99()}, {"p999_s", m.p999()}, {"max_s", m.max()}, {"mean_s", m.mean()}};
+  report["deadline"] = {{"deadline_s", m.deadline()},
+                        {"misses", m.misses()},
+                        {"misses_ours", m.misses_ours()},
+                        {"misses_machine", m.misses_machine()}};
+  if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
+  if (r.overload) {
+    const OverloadResult& o = *r.overload;
+    report["overload"] = {{"budget_s", o.replayed ? Json(nullptr) : Json(o.budget_s)},
+                          {"replayed", o.replayed},
+                          {"changes", o.decisions},
+                          {"steps_over_budget", o.replayed ? Json(nullptr) : Json(o.late_steps)},
+                          {"most_bristles_left_out", o.most_bristles},
+                          {"least_share", o.least_share},
+                          {"noise_growth", 1.0 / std::sqrt(o.least_share)},
+                          {"error_growth", 1.0 / (o.least_pieces * o.least_pieces)},
+                          {"bristles_left_out", o.bristles},
+                          {"patches_with_less", o.patches},
+                          {"bristle_s", o.replayed ? Json(nullptr) : Json(o.rate_s)}};
+  }
+  report["bristles"] = r.bristles;
+  report["patch_count"] = scene.patch_count();
+  report["memory_bytes"] = r.memory_bytes;
+  report["patches"] = Json::array();
+  for (std::size_t p = 0; p < scene.patches.size(); ++p)
+    report["patches"].push_back(
+        patch_json(scene.patches[p], scene.materials[scene.patches[p].material].material, r.patches[p]));
+  report["bodies"] = Json::array();
+  for (std::size_t b = 0; b < r.bodies.size(); ++b) {
+    const BodyResult& body = r.bodies[b];
+    report["bodies"].push_back(
+        {{"name", scene.bodies[b].name},
+         {"position", {body.position[0], body.position[1]}},
+         {"velocity", {body.velocity[0], body.velocity[1]}},
+         {"highest_speed", body.highest_speed},
+         {"broke_away_s", body.sticking.broke_away ? Json(body.sticking.time) : Json(nullptr)},
+         {"broke_away_n", body.sticking.broke_away ? Json(body.sticking.applied) : Json(nullptr)},
+         {"stuck_s", body.sticking.stuck},
+         {"solver",
+          {{"evaluations", body.solve.iterations},
+           {"worst_evaluations", body.solve.worst_iterations},
+           {"worst_residual", body.solve.worst_residual}}}});
+  }
+  report["traces"] = Json::array();
+  for (const ScenePatch& patch : scene.patches) {
+    if (!patch.motion || patch.motion->type != MotionType::trace) continue;
+    const MotionFile& trace = *patch.motion->trace;
+    report["traces"].push_back({{"patch", patch.name},
+                                {"file", trace.name},
+                                {"rows", trace.rows.size()},
+                                {"length_s", trace.rows.back().t},
+                                {"ignored_columns", trace.ignored_columns}});
+  }
+  if (!options.out.empty()) report["forces"] = {{"file", options.out}, {"patches", r.patches_written}};
+  report["state_hash"] = fmt::format("{:016x}", r.state_hash);
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace cli

@@ -1,0 +1,128 @@
+// Steps a scene and reports forces and step times: the command `bristle run`.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <bristle/deadline_monitor.hpp>
+#include <bristle/patch.hpp>
+
+#include "tools/libraries/run/overload.hpp"
+#include "tools/libraries/run/realtime.hpp"
+#include "tools/libraries/scene/body_motion.hpp"
+#include "tools/libraries/scene/scene.hpp"
+
+namespace cli {
+
+class SceneStepper;
+
+struct RunOptions {
+  std::string scene;
+  std::string trace;       ///< motion file that moves all patches; empty: as the scene says
+  double clip_load = 0.0;  ///< loads from -clip_load to 0 count as 0, N
+  std::string out;         ///< force file to write (CSV); empty: none
+  std::string json;        ///< JSON report to write; empty: none, "-": stdout
+  std::optional<int> threads;
+  std::string isa;  ///< instruction set, such as "avx2"; empty: the library's choice
+  std::optional<std::uint64_t> steps;
+  std::optional<std::uint32_t> bristles;    ///< bristles of every patch; none: as the scene says
+  std::optional<RealtimeOptions> realtime;  ///< pace of steps in real time; none: without pauses
+  std::string restore_state;                ///< file of a saved state to start from; empty: none
+  std::string save_state;                   ///< file to which the final state is saved; empty: none
+  OverloadOptions overload;
+  SceneLimits limits;
+  bool quiet = false;  ///< whether the terminal shows no progress
+};
+
+/// Statistics of one force component over many steps: sum, sum of squares, lowest and highest (N).
+struct ForceStatistics {
+  double sum = 0.0, square_sum = 0.0;
+  double min = 0.0, max = 0.0;
+  std::uint64_t count = 0;
+
+  void add(double value) noexcept {
+    min = count ? (value < min ? value : min) : value;
+    max = count ? (value > max ? value : max) : value;
+    sum += value;
+    square_sum += value * value;
+    ++count;
+  }
+  double mean() const noexcept { return count ? sum / static_cast<double>(count) : 0.0; }
+  double rms() const noexcept;
+};
+
+/// Results of one patch of the scene, over all its copies and all steps.
+struct PatchResult {
+  bristle::PatchInfo info;  ///< facts of the patch's first copy at the end of the run
+  std::uint64_t memory_bytes = 0;
+  ForceStatistics force[2];       ///< force on the body at the end of each step, by axis, N
+  ForceStatistics mean_force[2];  ///< force on the body averaged over each step, by axis, N
+  ForceStatistics load;
+  double sliding_force = 0.0;  ///< elastic force summed over the sliding steps, N
+  double sliding_load = 0.0;   ///< normal load summed over the sliding steps, N
+  std::uint64_t sliding_steps = 0;
+  /// Highest elastic force over load, of steps whose load is at least a tenth of max_normal_load.
+  double highest_coefficient = 0.0;
+  std::uint64_t overload_steps = 0, bad_steps = 0, steps_in_contact = 0;
+  std::uint64_t snaps = 0;
+  double dissipated = 0.0, contact_loss = 0.0, damper_work = 0.0, work = 0.0, stored = 0.0;  // energies, J
+};
+
+/// Break-away of a body, and how long it sticks. A body counts as sliding while it is farther than ten mean
+/// snap lengths (the longest of its patches') from where it last stuck, and faster than one such length per
+/// second.
+struct Sticking {
+  bool broke_away = false;
+  double time = 0.0, applied = 0.0;  ///< time of the first break-away (s), and force then (N)
+  double stuck = 0.0;                ///< total time in which the body stuck, s
+};
+
+struct BodyResult {
+  double position[2], velocity[2], highest_speed;
+  SolveStatistics solve;
+  Sticking sticking;
+};
+
+struct RunResult {
+  std::uint64_t steps = 0;
+  std::uint64_t steps_before = 0;  ///< number of steps that had led to the restored state
+  double seconds = 0.0;            ///< wall time of the steps, without the bare loop, s
+  bristle::DeadlineMonitor monitor;
+  std::string isa;
+  int threads = 1;
+  std::uint64_t bristles = 0;          ///< number of representatives in all patches together
+  std::uint64_t infinite_patches = 0;  ///< number of patches with an infinite brush
+  std::uint64_t memory_bytes = 0;
+  std::uint64_t state_hash = 0;
+  std::size_t patches_written = 0;  ///< number of patches whose forces were written
+  std::vector<PatchResult> patches;
+  std::vector<BodyResult> bodies;
+  std::optional<RealtimeResult> realtime;
+  std::optional<OverloadResult> overload;  ///< changes in bristles, if the run had a time budget or a record
+
+  /// Reason why the final state could not be saved, such as a full disk; empty if saved or not wanted.
+  std::string save_failure;
+};
+
+/// Sets a scene's time step to 1 / rate_hz, and its deadline to the time step if it is longer.
+void set_rate(Scene& scene, double rate_hz);
+
+/// Function called after every step, outside the timed part; it may read motions and responses.
+using StepObserver = std::function<void(const SceneStepper&)>;
+
+/// Runs a scene to its end. Throws UserError, and whatever `observer` throws.
+RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObserver& observer = {});
+
+/// Lists features that a patch does not use, such as "second axis", and that its kernel so leaves out.
+std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material);
+
+std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& result);
+std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& result);
+
+/// Runs the command `bristle run`: reads the scene, steps it, and writes the reports.
+void run_command(const RunOptions& options);
+
+}  // namespace cli

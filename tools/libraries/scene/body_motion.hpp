@@ -1,0 +1,80 @@
+// Moves a body on friction patches: solves its equation of motion for the displacement of each step.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <bristle/coupling_solver.hpp>
+#include <bristle/patch_batch.hpp>
+
+#include "tools/libraries/scene/scene.hpp"
+
+namespace cli {
+
+/// Effort of solving a body's equation of motion, summed over all its steps.
+struct SolveStatistics {
+  std::uint64_t iterations = 0;  ///< number of times the friction force was evaluated
+  int worst_iterations = 0;
+  double worst_residual = 0.0;  ///< largest residual of the equation over its largest force
+};
+
+/// Motion of a body of mass m under an external force F_ext and friction. Solves m (v1 - v0) = T (F_ext +
+/// F_mean(d)) with d = T (v0 + v1) / 2 for the displacement d in a step of time T, where v0 and v1 are the
+/// velocities before and after it, and F_mean is the mean friction over the step
+/// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy.
+class BodyMotion {
+ public:
+  /// Makes the motion of a body. `patches` has the indices of its patches in the batch's motions.
+  BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
+
+  /// Returns the normal load (N) on each of the body's patches at time t.
+  double load_per_patch(double t) const noexcept;
+
+  /// Solves a step's equation of motion: sets displacement and load of the body's patches in `motions`. Must
+  /// be called before PatchBatch::step.
+  void solve(bristle::PatchBatch& batch, double t, double dt,
+             bristle::Span<bristle::Motion> motions) noexcept;
+  /// Updates the body's velocity by the friction of the step. Must be called after PatchBatch::step.
+  void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
+
+  /// Sets position (m) and velocity (m/s) of the body, as when a saved run is restored.
+  void set_place(const double (&position)[2], const double (&velocity)[2]) noexcept {
+    for (int axis = 0; axis < 2; ++axis) {
+      position_[axis] = position[axis];
+      velocity_[axis] = velocity[axis];
+    }
+  }
+
+  const SolveStatistics& statistics() const noexcept { return statistics_; }
+  const double (&position() const noexcept)[2] { return position_; }
+  const double (&velocity() const noexcept)[2] { return velocity_; }
+  double highest_speed() const noexcept { return highest_speed_; }
+
+ private:
+  /// Solver for a body with one degree of freedom (on a rail) or two (in the plane). A body uses one of the
+  /// two.
+  template <int Dof>
+  struct Coupled {
+    bristle::MovingBody<Dof> body;
+    std::vector<bristle::BodyContact<Dof>> contacts;
+  };
+  template <int Dof>
+  void solve(Coupled<Dof>& coupled, bristle::PatchBatch& batch, double dt,
+             bristle::Span<bristle::Motion> motions) noexcept;
+  template <int Dof>
+  void finish(Coupled<Dof>& coupled, double dt, bristle::Span<const bristle::Response> responses) noexcept;
+
+  const SceneBody& body_;
+  std::vector<std::size_t> patches_;
+  Coupled<1> rail_;
+  Coupled<2> plane_;
+  double position_[2] = {0.0, 0.0};
+  double velocity_[2];
+  double applied_[2] = {0.0, 0.0};
+  double displacement_[2] = {0.0, 0.0};
+  double highest_speed_ = 0.0;
+  SolveStatistics statistics_;
+};
+
+}  // namespace cli

@@ -1,0 +1,275 @@
+// Runs the command `bristle sweep`, a parameter study over a scene.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include <bristle/deadline_monitor.hpp>
+
+#include "tools/libraries/files/output_file.hpp"
+#include "tools/libraries/files/text_file.hpp"
+#include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/platform/platform.hpp"
+#include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/numbers.hpp"
+#include "tools/libraries/reports/progress.hpp"
+#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/reports/text_layout.hpp"
+#include "tools/libraries/run/paced_clock.hpp"
+#include "tools/libraries/sweep/sweep.hpp"
+#include "tools/libraries/sweep/table_file.hpp"
+
+namespace cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string left_text(double seconds) {
+  if (seconds < 100.0) return fmt::format("{:.0f} s", std::ceil(seconds));
+  if (seconds < 6000.0) return fmt::format("{:.0f} min", std::ceil(seconds / 60.0));
+  return fmt::format("{:.1f} h", seconds / 3600.0);
+}
+
+/// Shows the progress of a sweep: the number of rows done, and the time predicted for the others.
+class RowProgress {
+ public:
+  explicit RowProgress(std::uint64_t rows) : rows_(rows), line_("sweep") {}
+  void one_done() {
+    ++done_;
+    const double share = static_cast<double>(done_) / static_cast<double>(rows_);
+    const double left = (bristle::DeadlineMonitor::wall_now() - start_) * (1.0 - share) / share;
+    line_.update(
+        share,
+        fmt::format("{} of {} rows, {} left", count_text(done_), count_text(rows_), left_text(left)).c_str());
+  }
+
+ private:
+  std::uint64_t rows_, done_ = 0;
+  double start_ = bristle::DeadlineMonitor::wall_now();
+  Progress line_;
+};
+
+std::string journal_path(const SweepOptions& options) {
+  if (!options.journal.empty()) return options.journal;
+  // Keeps no journal if a table goes to a device or a FIFO, beside which there is no folder for it.
+  const auto file = std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(platform::path_of(o), error);
+    return o != "-" && (std::filesystem::is_regular_file(status) || !std::filesystem::exists(status));
+  });
+  return file == options.out.end() ? std::string() : *file + ".journal";
+}
+
+/// Range of a column of the table: lowest and highest value, sum and number of values.
+struct Spread {
+  double least = 0.0, greatest = 0.0, sum = 0.0;
+  std::uint64_t count = 0;
+  void add(double value) {
+    least = count ? std::min(least, value) : value;
+    greatest = count ? std::max(greatest, value) : value;
+    sum += value;
+    ++count;
+  }
+};
+
+struct Overview {
+  const std::vector<SweepColumn>& columns;
+  std::vector<Spread> spreads;
+  std::uint64_t failures = 0;
+  std::string first_failure;
+};
+
+Overview overview_of(const SweepRows& rows) {
+  Overview overview{rows.columns(), std::vector<Spread>(rows.columns().size()), 0, {}};
+  for (const std::string& row : rows.rows()) {
+    const auto cells = nlohmann::json::parse(row);
+    for (std::size_t c = 0; c < cells.size(); ++c)
+      if (cells[c].is_number()) overview.spreads[c].add(cells[c].get<double>());
+    if (cells.back().is_null()) continue;
+    if (overview.failures++ == 0)
+      overview.first_failure = fmt::format("row {}: {}", cells[0].dump(), cells.back().get<std::string>());
+  }
+  return overview;
+}
+
+std::string number(double value) { return fmt::format("{:.5g}", value); }
+
+/// Returns a sentence with the ranges of the first three results that vary from row to row.
+std::string ranges_answer(const SweepRows& rows, const Overview& overview) {
+  std::string text;
+  std::size_t said = 0;
+  const std::size_t varied = rows.header()["vary"].size();
+  for (std::size_t c = 1 + varied; c + 1 < overview.columns.size() && said < 3; ++c) {
+    const Spread& spread = overview.spreads[c];
+    const SweepColumn& column = overview.columns[c];
+    if (spread.count < 2 || column.name == "seed" || column.measured || spread.least == spread.greatest)
+      continue;
+    text += fmt::format("{}{} goes from {} to {}{}", said++ ? "; " : "", column.name, number(spread.least),
+                        number(spread.greatest), column.unit.empty() ? "" : " " + column.unit);
+  }
+  return text.empty() ? "" : text + ".\n";
+}
+
+std::string ranges_table(const Overview& overview) {
+  Table table({"<column", "<unit", "rows", "least", "mean", "greatest"});
+  constexpr std::size_t shown = 24;
+  std::size_t more = 0;
+  for (std::size_t c = 1; c + 1 < overview.columns.size(); ++c) {
+    const Spread& spread = overview.spreads[c];
+    const SweepColumn& column = overview.columns[c];
+    if (spread.count == 0 || column.name == "seed") continue;
+    if (c > shown) {
+      ++more;
+      continue;
+    }
+    table.add({column.name, column.unit, count_text(spread.count), number(spread.least),
+               number(spread.sum / static_cast<double>(spread.count)), number(spread.greatest)});
+  }
+  return table.text() + (more ? fmt::format("... and {} more columns: see the table\n", more) : "");
+}
+
+/// Returns a table of all rows if the study is small and the table narrow enough to read; else "".
+std::string rows_table(const SweepRows& rows, const Overview& overview) {
+  std::vector<std::string> heads;
+  std::vector<std::size_t> shown;
+  for (std::size_t c = 0; c + 1 < overview.columns.size(); ++c) {
+    heads.push_back(overview.columns[c].head());
+    shown.push_back(c);
+  }
+  Table table(heads);
+  for (const std::string& row : rows.rows()) {
+    const auto cells = nlohmann::json::parse(row);
+    std::vector<Cell> line;
+    for (const std::size_t c : shown) {
+      const auto& cell = cells[c];
+      line.emplace_back(cell.is_null()           ? "-"
+                        : cell.is_string()       ? cell.get<std::string>()
+                        : cell.is_number_float() ? number(cell.get<double>())
+                                                 : cell.dump());
+    }
+    table.add(std::move(line));
+  }
+  const std::size_t columns = text_layout().columns;
+  return columns == 0 || table.natural_width() <= columns ? table.text() : std::string();
+}
+
+std::string report_json(const SweepRows& rows, const std::vector<std::string>& out, double seconds) {
+  const Overview overview = overview_of(rows);
+  Json report = {{"schema", "bristle-sweep-1"}};
+  report["conditions"] = to_json(conditions());
+  report["study"] = rows.header()["study"];
+  report["scene"] = rows.header()["scene"];
+  report["vary"] = rows.header()["vary"];
+  report["sample"] = rows.header()["sample"];
+  report["rows"] = rows.rows().size();
+  report["done"] = rows.done();
+  report["failures"] = overview.failures;
+  report["first_failure"] = overview.failures ? Json(overview.first_failure) : Json();
+  report["table_hash"] = rows.table_hash();
+  report["wall_s"] = seconds;
+  report["tables"] = out;
+  report["columns"] = Json::array();
+  for (std::size_t c = 0; c < overview.columns.size(); ++c) {
+    Json column = to_json(overview.columns[c]);
+    const Spread& spread = overview.spreads[c];
+    if (spread.count) {
+      column["least"] = spread.least;
+      column["mean"] = spread.sum / static_cast<double>(spread.count);
+      column["greatest"] = spread.greatest;
+    }
+    report["columns"].push_back(column);
+  }
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+/// Checks that no output file is also an input. Returns whether a table or the report goes to stdout, where
+/// the summary for people would mix with it.
+bool check_files(const std::vector<FileOption>& inputs, const std::vector<std::string>& out,
+                 const std::string& json, const std::string& journal) {
+  std::vector<FileOption> outputs = {{"--json", json}, {"--journal", journal}};
+  for (const std::string& path : out) {
+    check_table_file(path);
+    outputs.push_back({"--out", path});
+  }
+  return check_files(inputs, outputs);
+}
+
+void refuse_if_all_failed(const SweepRows& rows) {
+  const Overview overview = overview_of(rows);
+  if (overview.failures == rows.rows().size() && overview.failures > 0)
+    throw UserError("every row was refused; " + overview.first_failure);
+}
+
+std::string resume_text(const std::string& journal, const SweepRows& rows) {
+  if (journal.empty())
+    return "bristle: stopped; no row is kept: with --out FILE the next sweep can be resumed\n";
+  return fmt::format("bristle: stopped after {} of {} rows, which are in {}; resume by the same command\n",
+                     count_text(rows.done()), count_text(rows.rows().size()), journal);
+}
+
+void write_scene_of_row(const Study& study, const SweepOptions& options) {
+  if (options.out.size() > 1) throw UserError("--row writes one scene; give one --out SCENE.toml, or none");
+  const std::string path = options.out.empty() ? "-" : options.out[0];
+  check_files(study.inputs(), {{"--out", path}});
+  OutputFile(path).write(study.scene_text(*options.row));
+}
+
+}  // namespace
+
+std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out) {
+  const Overview overview = overview_of(rows);
+  std::string text = fmt::format("{} rows of scene {}{}\n", count_text(rows.done()),
+                                 rows.header()["scene"].get<std::string>(),
+                                 out.empty() ? "" : fmt::format(", in {}", fmt::join(out, " and ")));
+  if (overview.failures)
+    text += fmt::format("{} of them refused by the scene (column failure); {}\n",
+                        count_text(overview.failures), overview.first_failure);
+  text += ranges_answer(rows, overview) + '\n';
+  const std::string all = rows.done() <= 20 ? rows_table(rows, overview) : std::string();
+  text += !all.empty() ? all : ranges_table(overview);
+  text += fmt::format("\nstudy       {}\ntable hash  {}\n", rows.header()["study"].get<std::string>(),
+                      rows.table_hash());
+  return text;
+}
+
+int sweep_command(const SweepOptions& options) {
+  const Study study(options.study);
+  if (options.row) {
+    write_scene_of_row(study, options);
+    return 0;
+  }
+  const std::string journal = journal_path(options);
+  const bool quiet_stdout = check_files(study.inputs(), options.out, options.json, journal);
+  OutputFile json(options.json);
+  SweepRows rows(study, journal);
+  if (rows.found() > 0)
+    print_note(fmt::format("bristle: {} of {} rows are in {} already\n", count_text(rows.found()),
+                           count_text(study.rows()), journal));
+  const std::vector<std::uint64_t> to_do = rows.missing();
+  const double start = bristle::DeadlineMonitor::wall_now();
+  stop_on_signals();
+  try {
+    RowProgress progress(std::max<std::uint64_t>(to_do.size(), 1));
+    const RowDone done = [&](const std::string& row) {
+      rows.add(row);
+      progress.one_done();
+    };
+    const StepCheck check = [] {
+      if (stop_requested()) throw SweepStopped();
+    };
+    run_rows(study, to_do, options.threads, options.isa, done, check);
+  } catch (const SweepStopped&) {
+    print_note(resume_text(journal, rows));
+    return 130;
+  }
+  for (const std::string& path : options.out) write_table_file(rows, path);
+  if (json) json.write(report_json(rows, options.out, bristle::DeadlineMonitor::wall_now() - start));
+  if (!quiet_stdout) print_report(sweep_summary(rows, options.out));
+  if (options.journal.empty()) rows.remove();
+  refuse_if_all_failed(rows);
+  return 0;
+}
+
+}  // namespace cli

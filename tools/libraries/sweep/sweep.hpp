@@ -1,0 +1,41 @@
+// Runs a scene over a grid or sample of parameters: the command `bristle sweep`.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/libraries/sweep/journal.hpp"
+#include "tools/libraries/sweep/study.hpp"
+
+namespace cli {
+
+struct SweepOptions {
+  StudyOptions study;
+  std::vector<std::string> out;      ///< CSV tables to write; "-": stdout
+  std::string journal;               ///< journal of finished rows; empty: beside the first table
+  std::string json;                  ///< JSON report to write; empty: none, "-": stdout
+  std::optional<std::uint64_t> row;  ///< row whose scene is printed instead of running the study
+  int threads = 0;                   ///< number of rows run at a time; 0: one per core
+  std::string isa;
+};
+
+/// Exception that ends a sweep after a stop signal.
+struct SweepStopped : std::exception {
+  const char* what() const noexcept override { return "stopped"; }
+};
+
+/// Function called with each finished row, in the form of Study::run_row(), by one thread at a time.
+using RowDone = std::function<void(const std::string& row)>;
+
+/// Runs the rows with these indices on several threads of this process, in any order. An exception in one row
+/// ends all of them.
+void run_rows(const Study& study, const std::vector<std::uint64_t>& indices, int threads,
+              const std::string& isa, const RowDone& done, const StepCheck& check = {});
+
+std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out);
+
+/// Runs the command `bristle sweep`. Returns its exit code: 0, or 130 after Ctrl-C.
+int sweep_command(const SweepOptions& options);
+
+}  // namespace cli

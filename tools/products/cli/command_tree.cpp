@@ -1,0 +1,69 @@
+#include "tools/products/cli/command_tree.hpp"
+
+#include <algorithm>
+
+namespace cli {
+namespace {
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(at, begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+void add(std::vector<Command>& all, const CLI::App& app, const std::vector<std::string>& path) {
+  all.push_back({&app, path});
+  for (const CLI::App* command : subcommands_of(app)) {
+    std::vector<std::string> longer = path;
+    longer.push_back(command->get_name());
+    add(all, *command, longer);
+  }
+}
+
+}  // namespace
+
+std::string Command::call() const {
+  std::string text = "bristle";
+  for (const std::string& word : path) text += ' ' + word;
+  return text;
+}
+
+std::vector<Command> commands_of(const CLI::App& program) {
+  std::vector<Command> all;
+  add(all, program, {});
+  return all;
+}
+
+std::vector<OptionWords> options_of(const CLI::App& command) {
+  std::vector<OptionWords> all;
+  for (const CLI::Option* option : command.get_options([](const CLI::Option*) { return true; })) {
+    OptionWords words;
+    words.positional = option->get_positional();
+    words.name = words.positional ? option->get_name(true) : "--" + option->get_lnames().front();
+    if (!words.positional && !option->get_snames().empty()) words.also = "-" + option->get_snames().front();
+    words.description = option->get_description();
+    if (option->get_items_expected_max() > 0 && option->get_type_size_max() > 0) {
+      // Splits the type of a CLI11 option, such as "FLOAT:FLOAT in [0 - 1]", into kind of value and range.
+      const std::string kind = option->get_type_name();
+      words.value = kind.substr(0, kind.find(':'));
+      const std::size_t from = kind.find('['), until = kind.find(']');
+      if (from != std::string::npos && until != std::string::npos)
+        words.description += " (" + kind.substr(from + 1, until - from - 1) + ")";
+      if (words.value.find('|') != std::string::npos) words.choices = split(words.value, '|');
+      words.takes_file =
+          words.value.find(file_value) != std::string::npos || (words.positional && words.choices.empty());
+    }
+    all.push_back(std::move(words));
+  }
+  return all;
+}
+
+std::vector<const CLI::App*> subcommands_of(const CLI::App& command) {
+  return command.get_subcommands([](const CLI::App*) { return true; });
+}
+
+}  // namespace cli

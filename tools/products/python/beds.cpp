@@ -1,0 +1,255 @@
+// Binds BedMaterial, BedShape and BedBatch, with numpy arrays in and out.
+#include <string>
+#include <vector>
+
+#include <pybind11/functional.h>
+
+#include "tools/products/python/keyword_class.hpp"
+#include "tools/products/python/owned.hpp"
+
+namespace bristle_python {
+
+using bristle::BedBatch;
+using bristle::BedMaterial;
+using bristle::BedMotion;
+using bristle::BedOptions;
+using bristle::BedResponse;
+using bristle::BedShape;
+
+namespace {
+
+const Names<bristle::BedPressure> pressures = {{"uniform", bristle::BedPressure::uniform},
+                                               {"parabolic", bristle::BedPressure::parabolic},
+                                               {"hertz", bristle::BedPressure::hertz}};
+const Names<bristle::BedGrowth> growths = {{"fixed", bristle::BedGrowth::fixed},
+                                           {"cube_root", bristle::BedGrowth::cube_root},
+                                           {"square_root", bristle::BedGrowth::square_root}};
+
+using Beds = Owned<BedBatch>;
+
+std::vector<BedMotion> read_motions(const Ids& ids, const Numbers& motions) {
+  if (ids.ndim() != 1 || motions.ndim() != 2 || motions.shape(0) != ids.shape(0) || motions.shape(1) != 6)
+    throw bristle::Error(
+        "motions: shape (n, 6) is needed for n ids: displacement x, y (m), spin (rad), rolled x, y (m), "
+        "normal load (N)");
+  std::vector<BedMotion> in(static_cast<std::size_t>(ids.shape(0)));
+  for (py::ssize_t i = 0; i < ids.shape(0); ++i) {
+    BedMotion& motion = in[static_cast<std::size_t>(i)];
+    motion.id = {ids.at(i)};
+    for (py::ssize_t k = 0; k < 2; ++k) {
+      motion.displacement[k] = motions.at(i, k);
+      motion.rolled[k] = motions.at(i, 3 + k);
+    }
+    motion.spin = motions.at(i, 2);
+    motion.normal_load = motions.at(i, 5);
+  }
+  return in;
+}
+
+py::dict write_responses(const std::vector<BedResponse>& responses) {
+  Columns<BedResponse> to(responses);
+  to.add("force", &BedResponse::force);
+  to.add("torque", &BedResponse::torque);
+  to.add("mean", &BedResponse::mean);
+  to.add("mean_torque", &BedResponse::mean_torque);
+  to.add("dissipated", &BedResponse::dissipated);
+  to.add("stored", &BedResponse::stored);
+  to.add("tangent", &BedResponse::tangent);
+  to.add("slipping_share", &BedResponse::slipping_share);
+  return to.columns;
+}
+
+py::dict step(Beds& self, const Ids& ids, const Numbers& motions) {
+  const std::vector<BedMotion> in = read_motions(ids, motions);
+  std::vector<BedResponse> out(in.size());
+  {
+    const Beds::Turn turn(self);
+    const py::gil_scoped_release release;
+    self.batch.step({in.data(), in.size()}, {out.data(), out.size()});
+  }
+  return write_responses(out);
+}
+
+py::dict find_force(Beds& self, const Ids& ids, const Numbers& motions) {
+  const std::vector<BedMotion> in = read_motions(ids, motions);
+  std::vector<BedResponse> out(in.size());
+  {
+    const Beds::Turn turn(self);
+    const py::gil_scoped_release release;
+    for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.batch.find_force(in[i]);
+  }
+  return write_responses(out);
+}
+
+py::dict bristles_of(Beds& self, std::uint64_t id) {
+  const Beds::Turn turn(self);
+  std::vector<bristle::BedBristle> bristles(self.batch.info({id}).bristles);
+  self.batch.read_bristles({id}, {bristles.data(), bristles.size()});
+  const auto n = static_cast<py::ssize_t>(bristles.size());
+  Numbers position({n, py::ssize_t{2}}), deflection({n, py::ssize_t{2}}), stiffness(n), limit(n);
+  for (std::size_t i = 0; i < bristles.size(); ++i) {
+    std::copy_n(bristles[i].position, 2, position.mutable_data() + 2 * i);
+    std::copy_n(bristles[i].deflection, 2, deflection.mutable_data() + 2 * i);
+    stiffness.mutable_data()[i] = bristles[i].stiffness;
+    limit.mutable_data()[i] = bristles[i].limit;
+  }
+  py::dict result;
+  result["position"] = position;
+  result["deflection"] = deflection;
+  result["stiffness"] = stiffness;
+  result["limit"] = limit;
+  return result;
+}
+
+void define_material(py::module_& module) {
+  py::class_<BedMaterial>(
+      module, "BedMaterial",
+      "Friction and elasticity of a bed: exactly one of elastic moduli, flexibilities, slip "
+      "stiffness, presliding displacement.")
+      .def(py::init<double, double>(), py::arg("static_friction"), py::arg("kinetic_friction"))
+      .def(py::init<double>(), py::arg("friction"))
+      .def("with_elastic", &BedMaterial::with_elastic, py::arg("shear_modulus"), py::arg("poisson"),
+           py::arg("radius") = 0.0, "One elastic body on a rigid one; Pa, m.")
+      .def("with_elastic_pair", &BedMaterial::with_elastic_pair, py::arg("shear_modulus"), py::arg("poisson"),
+           py::arg("radius") = 0.0, "Two alike elastic bodies; 1/radius = 1/R1 + 1/R2.")
+      .def("with_flexibility", &BedMaterial::with_flexibility, py::arg("x"), py::arg("y"), py::arg("spin"),
+           "Kalker's L1, L2, L3 in m^3/N.")
+      .def("with_slip_stiffness", &BedMaterial::with_slip_stiffness, py::arg("x"), py::arg("y"),
+           "N per unit slip.")
+      .def("with_presliding", &BedMaterial::with_presliding, py::arg("displacement"),
+           "m: all of it slides at this displacement, under full load.");
+}
+
+void define_shape(py::module_& module) {
+  const auto pressure = [](const std::string& name) { return value_of(pressures, "pressure", name); };
+  py::class_<BedShape>(module, "BedShape", "Outline, pressure and grid of a bed.")
+      .def_static("sphere_row", &BedShape::sphere_row, py::arg("cells") = 32, py::kw_only(),
+                  py::arg("radius_of_contact") = 0.0, "Sphere on a plane by dimensional reduction.")
+      .def_static(
+          "wheel_row",
+          [pressure](double half_length, const std::string& name, int cells) {
+            return BedShape::wheel_row(half_length, pressure(name), cells);
+          },
+          py::arg("half_length"), py::kw_only(), py::arg("pressure") = "parabolic", py::arg("cells") = 32,
+          "One row that rolls along x.")
+      .def_static("cylinder_row", &BedShape::cylinder_row, py::arg("half_length"), py::kw_only(),
+                  py::arg("cells") = 32, "Hertz's cylinder, rolling.")
+      .def_static(
+          "ellipse",
+          [pressure](double x, double y, const std::string& name, int rings, int around) {
+            return BedShape::ellipse(x, y, pressure(name), rings, around);
+          },
+          py::arg("half_x"), py::arg("half_y"), py::kw_only(), py::arg("pressure") = "hertz",
+          py::arg("rings") = 7, py::arg("around") = 0, "around = 0: three times the rings.")
+      .def_static(
+          "disc",
+          [pressure](double radius, const std::string& name, int rings, int around) {
+            return BedShape::disc(radius, pressure(name), rings, around);
+          },
+          py::arg("radius"), py::kw_only(), py::arg("pressure") = "hertz", py::arg("rings") = 7,
+          py::arg("around") = 0)
+      .def_static(
+          "rectangle",
+          [pressure](double x, double y, const std::string& name, int nx, int ny) {
+            return BedShape::rectangle(x, y, pressure(name), nx, ny);
+          },
+          py::arg("half_x"), py::arg("half_y"), py::kw_only(), py::arg("pressure") = "parabolic",
+          py::arg("nx") = 16, py::arg("ny") = 8)
+      .def_static("from_pressure", &BedShape::from_pressure, py::arg("half_x"), py::arg("half_y"),
+                  py::arg("nx"), py::arg("ny"), py::arg("pressure"),
+                  "pressure(x, y), relative; above 0 inside.")
+      .def_static(
+          "from_list",
+          [](const Numbers& positions, const Numbers& stiffness, const Numbers& load) {
+            if (positions.ndim() != 2 || positions.shape(1) != 2 || stiffness.ndim() != 1 ||
+                load.ndim() != 1 || stiffness.shape(0) != positions.shape(0) ||
+                load.shape(0) != positions.shape(0))
+              throw bristle::Error(
+                  "BedShape: positions of shape (n, 2) in m, n stiffnesses and n loads are needed");
+            std::vector<bristle::BedCell> cells;
+            for (py::ssize_t i = 0; i < load.shape(0); ++i)
+              cells.push_back({{positions.at(i, 0), positions.at(i, 1)}, stiffness.at(i), load.at(i)});
+            return BedShape::from_list(std::move(cells));
+          },
+          py::arg("positions"), py::arg("stiffness"), py::arg("load"), "Given bristles, relative shares.")
+      .def(
+          "rolling", [](BedShape shape, int along, int rows) { return shape.rolling(along, rows); },
+          py::arg("along"), py::arg("rows"), "A copy whose bristles are carried through the contact.")
+      .def(
+          "grown",
+          [](BedShape shape, const std::string& law) { return shape.grown(value_of(growths, "law", law)); },
+          py::arg("law"), "A copy whose size follows the load: fixed, cube_root, square_root.");
+}
+
+}  // namespace
+
+void define_beds(py::module_& module) {
+  define_material(module);
+  define_shape(module);
+  py::class_<Beds> type(
+      module, "BedBatch",
+      "Elastic bodies in contact that slip from the rim, spin and roll. Named by ids (int), stepped "
+      "together; step and find_force let go of the interpreter's lock.");
+  type.def(py::init([](int threads, const char* isa) {
+             return std::make_unique<Beds>(bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
+           }),
+           py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), "As PatchBatch.")
+      .def(
+          "add",
+          [](Beds& self, const BedMaterial& material, const BedShape& shape, double max_normal_load,
+             bool all_outputs, double longest_piece) {
+            const Beds::Turn turn(self);
+            BedOptions options;
+            options.max_normal_load = max_normal_load;
+            options.all_outputs = all_outputs;
+            options.longest_piece = longest_piece;
+            return self.batch.add(material, shape, options).value;
+          },
+          py::arg("material"), py::arg("shape"), py::kw_only(), py::arg("max_normal_load"),
+          py::arg("all_outputs") = true, py::arg("longest_piece") = BedOptions{}.longest_piece,
+          "A new bed, out of contact: its id. Raises bristle.Error.")
+      .def(
+          "remove",
+          [](Beds& self, std::uint64_t id) {
+            const Beds::Turn turn(self);
+            self.batch.remove({id});
+          },
+          py::arg("id"), "Raises bristle.Error when there is no such bed.")
+      .def(
+          "reset",
+          [](Beds& self, std::uint64_t id) {
+            const Beds::Turn turn(self);
+            if (!self.batch.reset({id})) throw bristle::Error("BedBatch.reset: there is no such bed");
+          },
+          py::arg("id"), "Unbends all bristles and takes the bed out of contact.")
+      .def(
+          "info",
+          [](Beds& self, std::uint64_t id) {
+            const Beds::Turn turn(self);
+            const bristle::BedInfo info = self.batch.info({id});
+            py::dict result;
+            result["bristles"] = info.bristles;
+            result["half"] = py::make_tuple(info.half[0], info.half[1]);
+            result["normal_load"] = info.normal_load;
+            result["stiffness"] = info.stiffness;
+            result["longest_deflection"] = info.longest_deflection;
+            result["memory_bytes"] = info.memory_bytes;
+            return result;
+          },
+          py::arg("id"),
+          "A dict: bristles, half widths (m) and load (N) of the last step, stiffness (N/m), longest "
+          "deflection (m), memory. Zeros for an unknown id.")
+      .def("step", &step, py::arg("ids"), py::arg("motions"),
+           "Moves n beds. motions: shape (n, 6): displacement x, y (m), spin (rad), rolled x, y (m), normal "
+           "load (N). A dict of arrays: status, force (n, 2), torque, mean (n, 2), mean_torque, dissipated, "
+           "stored, tangent (n, 3, 3), slipping_share; on the moving body.")
+      .def("find_force", &find_force, py::arg("ids"), py::arg("motions"),
+           "The responses to trial motions, each from the state as it is, which does not change.")
+      .def("bristles", &bristles_of, py::arg("id"),
+           "A dict of arrays: position and deflection (n, 2) in m, stiffness in N/m, limit in m.");
+  define_state(
+      type, "id", [](std::uint64_t id) { return bristle::BedId{id}; },
+      [](const BedBatch& batch) { return batch.bed_count(); });
+}
+
+}  // namespace bristle_python

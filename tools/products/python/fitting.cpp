@@ -1,0 +1,311 @@
+// Binds fit(), which does what `bristle fit` does, for a file or arrays.
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "tools/libraries/files/csv_columns.hpp"
+#include "tools/libraries/fitting/fit.hpp"
+#include "tools/libraries/reports/text_layout.hpp"
+#include "tools/products/python/material_names.hpp"
+#include "tools/products/python/tools.hpp"
+
+namespace bristle_python {
+template <>
+inline constexpr bool is_module_class<cli::FitEstimate> = true;
+
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using bristle::SnapLaw;
+using cli::FitEstimate;
+using cli::ForceSign;
+
+/// Measured record, options of its fit, and the result.
+struct Fit {
+  cli::FitOptions options;
+  cli::FitData data;
+  cli::FitResult result;
+};
+
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<Fit> = true;
+
+namespace {
+
+struct FitNames {
+  std::string sign, law, rule, damper_decay;
+};
+/// Residual length and shared renewal, set where the user fixes them.
+struct Held {
+  std::optional<double> residual, renewal;
+};
+
+void require_between(const char* name, const std::optional<double>& value, double low, double high,
+                     const char* unit) {
+  if (!value || (*value >= low && *value <= high)) return;
+  const auto text = [](double number) { return py::cast<std::string>(py::repr(py::float_(number))); };
+  throw bristle::Error(std::string(name) + " is " + text(*value) + "; allowed: " + text(low) + " to " +
+                       text(high) + " " + unit);
+}
+
+cli::FitOptions make_options(const FitNames& names, const std::optional<double>& load, const Held& held) {
+  const Names<ForceSign> signs = {
+      {"auto", ForceSign::automatic}, {"on", ForceSign::on_body}, {"by", ForceSign::by_body}};
+  const Names<SnapLaw> fitted_laws = {{"lognormal", SnapLaw::lognormal},
+                                      {"normal", SnapLaw::normal},
+                                      {"uniform", SnapLaw::uniform},
+                                      {"exponential", SnapLaw::exponential},
+                                      {"free", SnapLaw::table}};
+  require_between("load", load, 1e-9, cli::most_force, "N");
+  require_between("residual", held.residual, 0.0, cli::widest_residual, "or None to fit it");
+  require_between("renewal", held.renewal, 0.0, cli::most_renewed, "or None to fit it");
+  cli::FitOptions options;
+  options.load = load;
+  options.residual = held.residual;
+  options.renewal = held.renewal;
+  options.sign = value_of(signs, "sign", names.sign);
+  options.law = value_of(fitted_laws, "law", names.law);
+  options.choose_rule = names.rule == "auto";
+  if (!options.choose_rule) options.rule = value_of(rule_names, "rule", names.rule);
+  options.decay = value_of(decay_names, "damper_decay", names.damper_decay);
+  options.quiet = true;
+  return options;
+}
+
+/// Sets the terms of the measurement (between contact and sensors) that the user fixed. Checks them, and the
+/// facts that the data lack.
+void set_measurement(cli::FitOptions& options, double mass, const std::optional<double>& compliance,
+                     const std::optional<double>& delay) {
+  options.mass = mass;
+  options.compliance = compliance;
+  options.delay = delay;
+  const cli::FitReading& reading = options.reading;
+  require_between("speed", reading.speed, -1e3, 1e3, "m/s");
+  require_between("stroke", reading.stroke, 1e-9, 1e3, "m");
+  require_between(reading.disc ? "disc" : "radius", reading.radius, 1e-9, 1e3, "m");
+  require_between("compliance", options.compliance, 0.0, 1.0, "m/N");
+  require_between("delay", options.delay, 0.0, 1e3, "s");
+  require_between("mass", options.mass, 0.0, 1e6, "kg");
+  require_between("clip_load", reading.clip_load, 0.0, 1e9, "N");
+}
+
+using Words = std::map<std::string, std::string>;
+
+/// Converts the user's choices of columns, each a name or a number.
+Words words_of(const std::map<std::string, std::variant<std::size_t, std::string>>& given) {
+  Words words;
+  for (const auto& [ours, theirs] : given)
+    words[ours] = std::holds_alternative<std::string>(theirs) ? std::get<std::string>(theirs)
+                                                              : std::to_string(std::get<std::size_t>(theirs));
+  return words;
+}
+
+/// Fits without holding the interpreter's lock, since a long record takes seconds.
+Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
+  cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load, options.mass);
+  cli::FitResult result = cli::fit_material(data, options);
+  return {std::move(options), std::move(data), std::move(result)};
+}
+
+using Files = std::variant<std::filesystem::path, std::vector<std::filesystem::path>>;
+using ColumnNames = std::map<std::string, std::variant<std::size_t, std::string>>;
+
+Fit fit_files(const Files& files, const std::optional<double>& load, const std::string& sign,
+              const std::string& law, const std::string& rule, const std::string& damper_decay,
+              const std::optional<double>& residual, const std::optional<double>& renewal,
+              const ColumnNames& columns, const Words& units, const std::optional<double>& speed,
+              const std::optional<double>& stroke, const std::optional<std::filesystem::path>& position,
+              double clock, double clip_load, const std::optional<double>& radius,
+              const std::optional<double>& disc, double mass, const std::optional<double>& compliance,
+              const std::optional<double>& delay) {
+  cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
+  if (radius && disc)
+    throw bristle::Error("radius and disc together: a ring has the one, a full disc the other");
+  options.reading.speed = speed;
+  options.reading.stroke = stroke;
+  options.reading.radius = disc ? disc : radius;
+  options.reading.disc = disc.has_value();
+  options.reading.clip_load = clip_load;
+  set_measurement(options, mass, compliance, delay);
+  if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
+    options.data = {one->string()};
+  } else {
+    for (const auto& file : std::get<std::vector<std::filesystem::path>>(files))
+      options.data.push_back(file.string());
+    if (options.data.empty()) throw bristle::Error("file is an empty list; allowed: one file or several");
+  }
+  if (position) options.reading.position = position->string();
+  options.reading.clock = clock;
+  for (const auto& word : words_of(columns)) options.reading.columns.push_back(word);
+  for (const auto& word : units) options.reading.units.push_back(word);
+  const py::gil_scoped_release release;
+  return fit_columns(cli::read_fit_columns(options.data, options.reading), options);
+}
+
+std::vector<double> column_of(const Doubles& array, const char* name) {
+  if (array.ndim() != 1) throw bristle::Error(std::string(name) + ": one dimension is needed");
+  return {array.data(), array.data() + array.size()};
+}
+
+Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const Doubles& load,
+               const std::string& sign, const std::string& law, const std::string& rule,
+               const std::string& damper_decay, const std::optional<double>& residual,
+               const std::optional<double>& renewal, double mass, const std::optional<double>& compliance,
+               const std::optional<double>& delay) {
+  cli::FitColumns columns;
+  columns.name = "bristle.fit";
+  columns.t = column_of(t, "t");
+  columns.x = column_of(x, "x");
+  columns.force = column_of(force, "force");
+  columns.has_x = true;
+  columns.has_load = load.ndim() > 0;
+  if (columns.has_load) columns.load = column_of(load, "load");
+  cli::FitOptions options = make_options(
+      {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
+      {residual, renewal});
+  set_measurement(options, mass, compliance, delay);
+  const py::gil_scoped_release release;
+  cli::check_fit_columns(columns);
+  return fit_columns(std::move(columns), options);
+}
+
+/// Returns a column of the fit as a read-only array; `owner` holds its memory.
+py::object column(const py::object& owner, const std::vector<double>& values) {
+  py::array_t<double> array(static_cast<py::ssize_t>(values.size()), values.data(), owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+template <class Get>
+auto column_property(Get get) {
+  return py::cpp_function(
+      [get](const py::object& self) { return column(self, get(py::cast<const Fit&>(self))); });
+}
+
+py::dict parameters_of(const Fit& fit, bool determined, bool others) {
+  py::dict parameters;
+  for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
+    const FitEstimate& estimate = cli::report_estimate(fit.result, i);
+    // False for parameters that this record cannot determine, such as those of a second axis it lacks.
+    const bool meant = estimate.fitted || !estimate.why.empty();
+    if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_name(i)] = estimate;
+  }
+  return parameters;
+}
+
+py::object if_determined(const FitEstimate& estimate, double value) {
+  return estimate.fitted ? py::object(py::float_(value)) : py::object(py::none());
+}
+
+std::string text_of(const FitEstimate& estimate) {
+  const auto number = [](double value) { return py::cast<std::string>(py::repr(py::float_(value))); };
+  return "FitEstimate(value=" + number(estimate.value) +
+         (estimate.fitted ? ", low=" + number(estimate.low) + ", high=" + number(estimate.high) + ")"
+                          : ", not determined: " + estimate.why + ")");
+}
+
+void define_estimate(py::module_& module) {
+  py::class_<FitEstimate>(module, "FitEstimate", "A fitted number in SI units.")
+      .def_readonly("value", &FitEstimate::value, "The estimate; where not determined, what was assumed.")
+      .def_readonly("determined", &FitEstimate::fitted, "Whether the data determine it.")
+      .def_property_readonly(
+          "low", [](const FitEstimate& e) { return if_determined(e, e.low); },
+          "Lower end of the 95 % interval; None where not determined.")
+      .def_property_readonly(
+          "high", [](const FitEstimate& e) { return if_determined(e, e.high); },
+          "Upper end of the 95 % interval; None where not determined.")
+      .def_property_readonly(
+          "why", [](const FitEstimate& e) { return e.fitted ? std::string() : e.why; },
+          "Where not determined: what the data lack.")
+      .def("__repr__", &text_of);
+}
+
+void define_result(py::module_& module) {
+  py::class_<Fit>(module, "FitResult",
+                  "A material from measured friction. print(result) shows what `bristle fit` prints.")
+      .def_property_readonly(
+          "material", [](const Fit& fit) { return fit.result.material; }, "The fitted bristle.Material.")
+      .def_property_readonly(
+          "parameters", [](const Fit& fit) { return parameters_of(fit, true, true); },
+          "FitEstimate by name: kinetic, presliding_length (m), spread, residual_share, shared_renewal, "
+          "ageing, ageing_time (s), speed_strengthening, strengthening_speed (m/s), viscous_friction (N "
+          "s/m), damping_per_newton (s/m), stribeck_velocity (m/s), stage_compliance (m/N), sensor_delay "
+          "(s), asymmetry, sensor_offset (N), sensor_drift (N/s), the same of a second axis, and what "
+          "follows from them: peak, stiffness_per_newton (1/m), kinetic_forward, kinetic_backward. With "
+          "ageing or strengthening report[\"holds_at\"] says at which speed and age.")
+      .def_property_readonly(
+          "not_determined", [](const Fit& fit) { return parameters_of(fit, false, true); },
+          "Those of parameters that the data do not determine.")
+      .def_property_readonly(
+          "residual_rms", [](const Fit& fit) { return fit.result.residual_rms; }, "N.")
+      .def_property_readonly(
+          "explained", [](const Fit& fit) { return fit.result.explained; },
+          "Share of the sum of squares of the force.")
+      .def_property_readonly(
+          "t", column_property([](const Fit& f) -> const auto& { return f.data.columns.t; }), "Samples, s.")
+      .def_property_readonly(
+          "x", column_property([](const Fit& f) -> const auto& { return f.data.columns.x; }), "Samples, m.")
+      .def_property_readonly("load", column_property([](const Fit& f) -> const auto& { return f.data.load; }),
+                             "Samples as the fit uses them, N.")
+      .def_property_readonly(
+          "force", column_property([](const Fit& f) -> const auto& { return f.data.force; }),
+          "Samples, N, by the body: positive along the motion. Two axes: all x, then all y.")
+      .def_property_readonly("curve",
+                             column_property([](const Fit& f) -> const auto& { return f.result.curve; }),
+                             "The fit at the samples, N, by the body, sensor offset and drift included.")
+      .def_property_readonly(
+          "report", [](const Fit& fit) { return report_of(cli::fit_json(fit.data, fit.result)); },
+          "All of it but the samples: a dict as `bristle fit --json` writes it.")
+      .def_property_readonly(
+          "understood", [](const Fit& fit) { return fit.data.columns.understood; },
+          "How the data were read, a sentence each.")
+      .def("__str__", [](const Fit& fit) { return cli::filled(cli::fit_table(fit.data, fit.result)); });
+}
+
+}  // namespace
+
+void define_fitting(py::module_& module) {
+  define_estimate(module);
+  define_result(module);
+  module.def(
+      "fit", &fit_files, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
+      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
+      py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
+      py::arg("renewal") = py::none(), py::arg("columns") = ColumnNames(), py::arg("units") = Words(),
+      py::arg("speed") = py::none(), py::arg("stroke") = py::none(), py::arg("position") = py::none(),
+      py::arg("clock") = 0.0, py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
+      py::arg("disc") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
+      py::arg("delay") = py::none(),
+      "A material from measured friction in a CSV file with the columns t,x,load,force "
+      "(tools/libraries/fitting/README.md), or in several that are one record. load: N, in place of a "
+      "column. columns: "
+      "the file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
+      "\"um\"}). speed: m/s, where no column has the motion; stroke: m, of strokes to and fro at it; "
+      "position: instead, another logger's file, clock seconds later than it says. clip_load: N, loads from "
+      "minus this to 0 count as 0. radius: m, at which columns angle and torque act; disc: instead, that of "
+      "a full disc. mass: kg that the force sensor accelerates. sign: whose force, \"on\" the body or \"by\" "
+      "it; \"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\", \"exponential\" or, where "
+      "bristles slide, \"free\". rule: \"redraw\", \"keep\", \"slide\", or \"auto\" for redraw or slide, "
+      "what predicts better. residual (a share of the presliding length, 0 to 0.95), renewal (0 to 8), "
+      "compliance of the stage (m/N) and delay of the force sensor (s) hold these; None fits them, "
+      "residual=0, renewal=0 is the paper's brush; other rules have neither. Takes seconds and lets go of "
+      "the interpreter's lock. Raises bristle.Error on data that nothing can be learnt from.");
+  module.def(
+      "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
+      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
+      py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
+      py::arg("renewal") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
+      py::arg("delay") = py::none(),
+      "The same of arrays: times (s), positions (m), forces and loads (N; one number or one a sample).");
+}
+
+}  // namespace bristle_python

@@ -1,0 +1,150 @@
+// Binds a struct of plain fields as a Python class with keyword arguments, attributes, == and repr.
+#pragma once
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/libraries/files/nearest_name.hpp"
+#include "tools/products/python/module.hpp"
+
+namespace bristle_python {
+
+/// Python names and values of a C++ enumeration.
+template <class E>
+using Names = std::vector<std::pair<const char*, E>>;
+
+template <class E>
+std::string name_of(const Names<E>& names, E value) {
+  for (const auto& [name, named] : names) {
+    if (named == value) return name;
+  }
+  return "?";
+}
+/// Returns the value of an enumeration with this Python name. Throws bristle::Error that lists the allowed
+/// names.
+template <class E>
+E value_of(const Names<E>& names, const std::string& parameter, const std::string& name) {
+  std::string known;
+  cli::NameList all;
+  for (const auto& [candidate, value] : names) {
+    if (name == candidate) return value;
+    known += (known.empty() ? "\"" : ", \"") + std::string(candidate) + "\"";
+    all.emplace_back(candidate);
+  }
+  throw bristle::Error(parameter + ": \"" + name + "\" is not one of " + known + cli::meant(name, all));
+}
+
+/// Returns a value as Python code. A number within four rounding errors of one with at most twelve digits is
+/// written as that: 2e-06, not 2.0000000000000003e-06.
+inline std::string code_of(const py::object& value) {
+  py::object shown = value;
+  if (py::isinstance<py::float_>(value)) {
+    const auto number = py::cast<double>(value);
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.12g", number);
+    const double rounded = std::strtod(digits, nullptr);
+    const double rounding_errors = 4.0 * std::numeric_limits<double>::epsilon() * std::abs(number);
+    if (std::abs(rounded - number) <= rounding_errors) shown = py::float_(rounded);
+  }
+  return py::cast<std::string>(py::repr(shown));
+}
+
+template <class T>
+class KeywordClass {
+ public:
+  KeywordClass(py::module_& module, const char* name, const char* doc)
+      : type(module, name, doc), name_(name) {}
+
+  template <class Member>
+  KeywordClass& field(const char* name, Member T::*member, const char* doc) {
+    // Returns the field by value, because a reference would change later, together with the field.
+    type.def_property(
+        name, [=](const T& self) { return self.*member; },
+        [=](T& self, const Member& value) { self.*member = value; }, doc);
+    fields_.emplace_back(name);
+    return *this;
+  }
+  template <class E>
+  KeywordClass& named_field(const char* name, E T::*member, const Names<E>& names, const char* doc) {
+    type.def_property(
+        name, [=](const T& self) { return name_of(names, self.*member); },
+        [=](T& self, const std::string& value) { self.*member = value_of(names, name, value); }, doc);
+    fields_.emplace_back(name);
+    return *this;
+  }
+  /// Returns the fields with types and defaults, as help() shows them: "a: float = 1.0, b: str = 'x'".
+  std::string keywords() const {
+    const py::object by_default = py::cast(T{});
+    std::string all;
+    for (const std::string& field : fields_) {
+      const py::object value = by_default.attr(field.c_str());
+      all += (all.empty() ? "" : ", ") + field + ": " + Py_TYPE(value.ptr())->tp_name + " = " +
+             py::cast<std::string>(py::repr(value));
+    }
+    return all;
+  }
+  /// Adds constructor, comparison and repr. Call it after all fields. Python: T(a=1, b=2); fields left out
+  /// keep their defaults.
+  void done() {
+    const auto make = [name = name_, fields = fields_](const py::dict& given) {
+      T value;
+      const py::object self = py::cast(&value, py::return_value_policy::reference);
+      for (const auto& [key, item] : given) {
+        const std::string parameter = py::cast<std::string>(key);
+        if (!py::hasattr(self, key))
+          throw py::type_error(name + "() has no parameter '" + parameter + "'" +
+                               cli::meant(parameter, fields));
+        py::setattr(self, key, item);
+      }
+      return value;
+    };
+    {
+      py::options options;
+      options.disable_function_signatures();
+      const std::string signature = "__init__(self: bristle." + name_ + ", *, " + keywords() + ") -> None";
+      type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
+    }
+    // Pickles an object's fields with their names, so that a later version may have more fields.
+    type.def(py::pickle(
+        [fields = fields_](const py::object& self) -> py::object {
+          py::dict state;
+          for (const std::string& field : fields) state[py::str(field)] = self.attr(field.c_str());
+          return state;
+        },
+        [make, name = name_](const py::object& state) {
+          return read_pickle(name.c_str(), [&] { return make(py::cast<py::dict>(state)); });
+        }));
+    // Shows, as Python code, the object's fields that differ from their defaults.
+    type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
+      const py::object usual = py::cast(T{});
+      std::string text;
+      for (const std::string& field : fields) {
+        const py::object value = self.attr(field.c_str());
+        if (value.equal(usual.attr(field.c_str()))) continue;
+        text += (text.empty() ? "" : ", ") + field + "=" + code_of(value);
+      }
+      return name + "(" + text + ")";
+    });
+    type.def("__eq__", [fields = fields_](const py::object& self, const py::object& other) {
+      if (!py::isinstance<T>(other)) return false;
+      for (const std::string& field : fields) {
+        if (!self.attr(field.c_str()).equal(other.attr(field.c_str()))) return false;
+      }
+      return true;
+    });
+    type.attr("__hash__") = py::none();  // == without a hash: Python hashes only immutable objects
+  }
+
+  py::class_<T> type;
+
+ private:
+  std::string name_;
+  std::vector<std::string> fields_;
+};
+
+}  // namespace bristle_python

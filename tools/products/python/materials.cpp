@@ -1,0 +1,255 @@
+// Binds SnapLength, Coefficients and Material.
+#include <pybind11/stl.h>
+
+#include "tools/products/python/material_names.hpp"
+
+namespace bristle_python {
+
+using bristle::Coefficients;
+using bristle::Material;
+using bristle::SnapLaw;
+using bristle::SnapLength;
+
+namespace {
+
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+template <class Function>
+Doubles map(const Doubles& in, Function&& function) {
+  Doubles out(std::vector<py::ssize_t>(in.shape(), in.shape() + in.ndim()));
+  for (py::ssize_t i = 0; i < in.size(); ++i) out.mutable_data()[i] = function(in.data()[i]);
+  return out;
+}
+
+std::string text_of(const SnapLength& law) {
+  std::string text = std::string("SnapLength.") + to_string(law.law()) + "(";
+  if (law.law() == SnapLaw::table) {
+    text += std::to_string(law.table_values().size()) + " quantiles";
+  } else {
+    text += code_of(py::float_(law.first_parameter()));
+    const bool two = law.law() != SnapLaw::single && law.law() != SnapLaw::exponential;
+    if (two) text += ", " + code_of(py::float_(law.second_parameter()));
+  }
+  return text + ")";
+}
+
+/// Returns the name and parameters of a law of snap lengths, as the static methods of SnapLength take them.
+py::object parameters_of(const SnapLength& law) {
+  const bristle::Span<const double> values = law.table_values();
+  py::list table;
+  for (std::size_t i = 0; i < values.size(); ++i) table.append(values[i]);
+  return py::make_tuple(to_string(law.law()), law.first_parameter(), law.second_parameter(), table);
+}
+
+SnapLength read_law(const py::tuple& parameters) {
+  const auto name = py::cast<std::string>(parameters[0]);
+  const auto a = py::cast<double>(parameters[1]), b = py::cast<double>(parameters[2]);
+  for (const SnapLaw law : {SnapLaw::single, SnapLaw::uniform, SnapLaw::normal, SnapLaw::lognormal,
+                            SnapLaw::exponential, SnapLaw::table}) {
+    if (name != to_string(law)) continue;
+    if (law == SnapLaw::single) return SnapLength::single(a);
+    if (law == SnapLaw::uniform) return SnapLength::uniform(a, b);
+    if (law == SnapLaw::normal) return SnapLength::normal(a, b);
+    if (law == SnapLaw::lognormal) return SnapLength::lognormal(a, b);
+    if (law == SnapLaw::exponential) return SnapLength::exponential(a);
+    const auto values = py::cast<std::vector<double>>(parameters[3]);
+    return SnapLength::table({values.data(), values.size()});
+  }
+  throw bristle::Error("SnapLength: \"" + name + "\" is not the name of a law");
+}
+
+SnapLength law_of(const py::object& state) {
+  return read_pickle("SnapLength", [&] { return read_law(py::cast<py::tuple>(state)); });
+}
+
+void define_snap_length(py::module_& module) {
+  py::class_<SnapLength>(
+      module, "SnapLength",
+      "The law of the snap length: the deflection at which a bristle lets go. Lengths in m. "
+      "Made by its static methods, which raise bristle.Error; never changes.")
+      .def_static("single", &SnapLength::single, py::arg("length"), "Every bristle snaps at this length.")
+      .def_static("uniform", &SnapLength::uniform, py::arg("min"), py::arg("max"), "Uniform on [min, max].")
+      .def_static("normal", &SnapLength::normal, py::arg("mean"), py::arg("deviation"),
+                  "Normal, cut at 0; mean and deviation are those of the uncut law.")
+      .def_static("lognormal", &SnapLength::lognormal, py::arg("mean"), py::arg("cv"),
+                  "Lognormal with the given mean and coefficient of variation, 0 to 3.")
+      .def_static("exponential", &SnapLength::exponential, py::arg("mean"), "Exponential.")
+      .def_static(
+          "table",
+          [](const Doubles& quantiles) {
+            return SnapLength::table({quantiles.data(), static_cast<std::size_t>(quantiles.size())});
+          },
+          py::arg("quantiles"), "Quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending; 2 to 257.")
+      .def_property_readonly(
+          "law", [](const SnapLength& s) { return to_string(s.law()); }, "Name of the law.")
+      .def_property_readonly("mean", &SnapLength::mean, "E[delta], m.")
+      .def_property_readonly("cv", &SnapLength::cv, "Standard deviation over mean.")
+      .def_property_readonly("longest", &SnapLength::longest, "Largest length that is drawn, m.")
+      .def("moment", &SnapLength::moment, py::arg("k"), "E[delta^k], m^k, k = 0 to 6.")
+      .def(
+          "quantile",
+          [](const SnapLength& s, const Doubles& u) {
+            return map(u, [&](double x) { return s.quantile(x); });
+          },
+          py::arg("u"), "Length below which a share u of the bristles lies, m. Takes arrays.")
+      .def(
+          "survival",
+          [](const SnapLength& s, const Doubles& x) {
+            return map(x, [&](double v) { return s.survival(v); });
+          },
+          py::arg("x"), "P(delta > x), x in m. Takes arrays.")
+      .def("__eq__",
+           [](const SnapLength& a, const py::object& b) {
+             return py::isinstance<SnapLength>(b) && a == py::cast<const SnapLength&>(b);
+           })
+      .def("__hash__", [](const SnapLength& s) { return py::hash(py::str(text_of(s))); })
+      .def(py::pickle(&parameters_of, &law_of))
+      .def("__repr__", &text_of);
+}
+
+Material material_of(const Coefficients& c) {
+  if (c.presliding_length > 1.0 &&
+      PyErr_WarnEx(PyExc_UserWarning, "bristle: presliding_length is in m, and more than one of them", 1) < 0)
+    throw py::error_already_set();
+  return Material::from_coefficients(c);
+}
+
+/// Returns the keywords of the constructor with their defaults, for help().
+std::string define_coefficients(py::module_& module) {
+  KeywordClass<Coefficients> coefficients(
+      module, "Coefficients", "What people know of a pair of surfaces. See Material.from_coefficients.");
+  coefficients.field("kinetic", &Coefficients::kinetic, "Friction over normal load in slow sliding.")
+      .field("peak", &Coefficients::peak,
+             "Highest friction over normal load at first loading; 0 = what follows from spread.")
+      .field("presliding_length", &Coefficients::presliding_length, "m, mean deflection at a snap.")
+      .field("bristles_per_newton", &Coefficients::bristles_per_newton, "1/N.")
+      .named_field("law", &Coefficients::law, law_names,
+                   "Family of snap lengths; peak / kinetic sets its spread, or spread does.")
+      .named_field("rule", &Coefficients::rule, rule_names, "\"redraw\", \"keep\" or \"slide\".")
+      .field("damping_per_newton", &Coefficients::damping_per_newton,
+             "s/m, tangential damping at rest over load.")
+      .field("viscous_friction", &Coefficients::viscous_friction, "N s/m, lubricant term of the patch.")
+      .field("stribeck_velocity", &Coefficients::stribeck_velocity, "m/s, of the damper's decay.")
+      .named_field("damper_decay", &Coefficients::damper_decay, decay_names,
+                   "\"exponential\" or \"gaussian\".")
+      .field("residual_share", &Coefficients::residual_share,
+             "Share of the presliding length that a snap leaves, 0 to below 1.")
+      .field("shared_renewal", &Coefficients::shared_renewal, "Bristles that a snap renews in the patch.")
+      .field("kinetic_speed", &Coefficients::kinetic_speed,
+             "m/s, at which kinetic and peak hold; 0 = so fast that nothing ages.")
+      .field("fall_per_decade", &Coefficients::fall_per_decade,
+             "Share of kinetic friction that is lost per decade of speed; 0 = no ageing.")
+      .field("growth_per_decade", &Coefficients::growth_per_decade,
+             "Instead: growth of static friction per decade of rest, over kinetic.")
+      .field("ageing_time", &Coefficients::ageing_time, "s: tau.")
+      .named_field("ageing_form", &Coefficients::ageing_form, ageing_names,
+                   "\"logarithmic\" or \"saturating\".")
+      .field("speed_strengthening", &Coefficients::speed_strengthening,
+             "a: a N asinh(v / (2 v*)) against the motion; 0 = none. Not part of kinetic.")
+      .field("strengthening_speed", &Coefficients::strengthening_speed, "m/s: v*.")
+      .field(
+          "spread", &Coefficients::spread,
+          "Standard deviation over mean of the snap length (normal: of the uncut law); 0 = solved from peak. "
+          "Beside a peak the two must agree.")
+      .field("drop", &Coefficients::drop,
+             "rule=\"slide\": share of its limit that a bristle loses while it slides; 0 = solved from peak.")
+      .done();
+  coefficients.type
+      .def_static("paper", &Coefficients::paper, "The law of the paper: residual_share = shared_renewal = 0.")
+      .def_static(
+          "typical", [](const std::string& name) { return bristle::typical_coefficients(name.c_str()); },
+          py::arg("name"),
+          "Coefficients to start from: a name of typical_materials(), e.g. \"wood on wood\".");
+  return coefficients.keywords();
+}
+
+void define_material(py::module_& module, const std::string& keywords_of_coefficients) {
+  KeywordClass<Material> material(
+      module, "Material", "Bristle parameters, SI units. Checked by validate() and by PatchBatch.add.");
+  material.field("bristle_stiffness", &Material::bristle_stiffness, "sigma0, N/m: one bristle, tangential.")
+      .field("bristle_damping", &Material::bristle_damping, "sigma1, N s/m: damper of one bristle at rest.")
+      .field("viscous_friction", &Material::viscous_friction, "sigma2, N s/m: lubricant term of the patch.")
+      .field("stribeck_velocity", &Material::stribeck_velocity, "vs, m/s; 0 = no damper.")
+      .field("normal_stiffness", &Material::normal_stiffness, "sigma_perp, N/m: one bristle, normal.")
+      .field("asperity_height_deviation", &Material::asperity_height_deviation, "sigma, m.")
+      .field("snap_length", &Material::snap_length,
+             "SnapLength: law of the deflection at which a bristle snaps.")
+      .named_field("snap_rule", &Material::snap_rule, rule_names, "\"redraw\", \"keep\" or \"slide\".")
+      .named_field("damper_decay", &Material::damper_decay, decay_names, "\"exponential\" or \"gaussian\".")
+      .field("residual_length", &Material::residual_length,
+             "m: a bristle snaps at this plus its snap length, and stays bent by this.")
+      .field("shared_renewal", &Material::shared_renewal, "Bristles that a snap renews in the patch.")
+      .named_field("ageing_form", &Material::ageing_form, ageing_names,
+                   "\"logarithmic\" or \"saturating\": how a snap length grows while a bristle holds.")
+      .field("ageing_strength", &Material::ageing_strength, "beta or gain; 0 = no ageing.")
+      .field("ageing_time", &Material::ageing_time, "s: tau.")
+      .field("speed_strengthening", &Material::speed_strengthening,
+             "a: a N asinh(v / (2 v*)) against the motion; 0 = none.")
+      .field("strengthening_speed", &Material::strengthening_speed, "m/s: v*.")
+      .field("drop", &Material::drop,
+             "snap_rule=\"slide\": share of its limit that a bristle loses while it slides.")
+      .done();
+  material.type
+      .def_static(
+          "from_coefficients", &material_of, py::arg("coefficients"),
+          "Bristle parameters from Coefficients. Raises bristle.Error, with the reachable range, where the "
+          "family cannot reach peak / kinetic.")
+      .def_static(
+          "from_coefficients",
+          [](const py::kwargs& given) {
+            if (given.contains("coefficients")) throw py::reference_cast_error();  // for the other overload
+            const py::object type = py::type::of<Coefficients>();
+            return material_of(py::cast<Coefficients>(type(**given)));
+          },
+          ("The same of keywords: " + keywords_of_coefficients).c_str())
+      .def_static(
+          "typical",
+          [](const std::string& name) { return material_of(bristle::typical_coefficients(name.c_str())); },
+          py::arg("name"), "The material of Coefficients.typical(name).")
+      .def("coefficients", &Material::coefficients, py::arg("kinetic_speed") = 0.0,
+           "The way back: Coefficients of these parameters, at a speed (m/s; 0 = fast).")
+      .def("validate", &Material::validate, "Raises bristle.Error naming the first parameter out of range.")
+      .def("bristles_in_contact", &Material::bristles_in_contact, py::arg("normal_load"),
+           "Bristles that carry this load (N), a real number.")
+      .def("kinetic_coefficient", py::overload_cast<>(&Material::kinetic_coefficient, py::const_),
+           "Friction over load in slow steady sliding; with ageing in fast sliding, the lowest.")
+      .def("kinetic_coefficient", py::overload_cast<double>(&Material::kinetic_coefficient, py::const_),
+           py::arg("speed"), "The same at a speed, m/s: with ageing it falls with the speed.")
+      .def("peak_coefficient", py::overload_cast<>(&Material::peak_coefficient, py::const_),
+           "Highest friction over load at first loading.")
+      .def("peak_coefficient", py::overload_cast<double>(&Material::peak_coefficient, py::const_),
+           py::arg("held"), "The same of a contact that has held for this time, s, and is loaded fast.")
+      .def("strengthening_at", &Material::strengthening_at, py::arg("speed"),
+           "Friction over load that strengthening with speed adds. m/s.")
+      .def("damping_at", &Material::damping_at, py::arg("speed"), "sigma1(v), N s/m, of one bristle. m/s.")
+      .def("steady_force", &Material::steady_force, py::arg("speed"), py::arg("normal_load"),
+           "Steady friction at constant speed (m/s) under a load (N): N.");
+}
+
+}  // namespace
+
+void define_materials(py::module_& module) {
+  define_snap_length(module);
+  define_material(module, define_coefficients(module));
+  module.def(
+      "typical_materials",
+      [] {
+        py::dict all;
+        for (const bristle::TypicalMaterial& typical : bristle::typical_materials())
+          all[typical.name] = typical.about;
+        return all;
+      },
+      "Names of pairs of surfaces for Coefficients.typical and Material.typical, and where their numbers "
+      "come from.");
+  module.def(
+      "virgin_deflection",
+      [](const SnapLength& law, const std::string& rule, const Doubles& x_over_mean) {
+        const bristle::SnapRule value = value_of(rule_names, "rule", rule);
+        return map(x_over_mean, [&](double x) { return bristle::virgin_deflection(law, value, x); });
+      },
+      py::arg("law"), py::arg("rule"), py::arg("x_over_mean"),
+      "Mean deflection at displacement x from straight bristles, both in units of the mean snap length. "
+      "Takes arrays.");
+}
+
+}  // namespace bristle_python

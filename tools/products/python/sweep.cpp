@@ -1,0 +1,109 @@
+// Binds what bristle.sweep (package/_sweep.py) needs: a study, and rows with their journal and tables.
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "tools/libraries/sweep/sweep.hpp"
+#include "tools/libraries/sweep/table_file.hpp"
+#include "tools/products/python/material_names.hpp"
+#include "tools/products/python/tools.hpp"
+
+namespace bristle_python {
+template <>
+inline constexpr bool is_module_class<cli::Study> = true;
+
+namespace {
+
+using cli::Study;
+using Path = std::filesystem::path;
+using Texts = std::vector<std::string>;
+
+std::unique_ptr<Study> make_study(const Path& scene, const Texts& vary, const std::string& sample,
+                                  std::uint64_t points, std::uint64_t repeat,
+                                  const std::optional<std::uint32_t>& seed, const Texts& set,
+                                  const Texts& reference, const Texts& report, const std::string& window,
+                                  const std::optional<std::uint64_t>& steps) {
+  const Names<cli::SweepSampling> samples = {{"grid", cli::SweepSampling::grid},
+                                             {"latin", cli::SweepSampling::latin},
+                                             {"sobol", cli::SweepSampling::sobol}};
+  cli::StudyOptions options;
+  options.scene = scene.string();
+  options.vary = vary;
+  options.sampling = value_of(samples, "sample", sample);
+  options.points = points;
+  options.repeat = repeat;
+  options.seed = seed;
+  options.set = set;
+  options.reference = reference;
+  options.report = report;
+  options.window = window;
+  options.steps = steps;
+  return std::make_unique<Study>(options);
+}
+
+std::string run_row(const Study& study, std::uint64_t index, const std::string& isa) {
+  const py::gil_scoped_release release;
+  return study.run_row(index, isa);
+}
+
+}  // namespace
+
+template <>
+inline constexpr bool is_module_class<cli::SweepRows> = true;
+
+namespace {
+
+using Rows = cli::SweepRows;
+
+void run_on_threads(Rows& rows, const Study& study, int threads, const std::string& isa) {
+  const std::vector<std::uint64_t> indices = rows.missing();
+  const py::gil_scoped_release release;
+  const auto check = [] {
+    // Makes a check for Ctrl-C for each thread; Ctrl-C itself reaches only Python's main thread.
+    thread_local InterruptCheck interrupted;
+    interrupted();
+  };
+  cli::run_rows(
+      study, indices, threads, isa, [&](const std::string& row) { rows.add(row); }, check);
+}
+
+py::object columns_of(const Study& study) { return report_of(study.header().at("columns").dump()); }
+
+}  // namespace
+
+void define_sweep(py::module_& module) {
+  py::class_<Study>(module, "_SweepStudy")
+      .def(py::init(&make_study), py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("sample"),
+           py::arg("points"), py::arg("repeat"), py::arg("seed"), py::arg("set"), py::arg("reference"),
+           py::arg("report"), py::arg("window"), py::arg("steps"))
+      .def_static("from_recipe",
+                  [](const std::string& recipe, const Path& folder) {
+                    return std::make_unique<Study>(recipe, folder.string());
+                  })
+      .def("recipe", &Study::recipe)
+      .def_property_readonly("hash", &Study::hash)
+      .def_property_readonly("rows", &Study::rows)
+      .def_property_readonly("columns", &columns_of)
+      .def("run_row", &run_row, py::arg("index"), py::arg("isa"));
+  py::class_<Rows>(module, "_SweepRows")
+      .def(py::init([](const Study& study, const std::string& journal) {
+        return std::make_unique<Rows>(study, journal);
+      }))
+      .def("add", &Rows::add)
+      .def("remove", &Rows::remove)
+      .def("close", &Rows::close)
+      .def("missing", &Rows::missing)
+      .def("lines", &Rows::rows)
+      .def("table_hash", &Rows::table_hash)
+      .def("write", &cli::write_table_file)
+      .def("summary", [](const Rows& rows) { return cli::sweep_summary(rows, {}); })
+      .def("run_on_threads", &run_on_threads);
+  module.def("_check_table_file", &cli::check_table_file);
+}
+
+}  // namespace bristle_python

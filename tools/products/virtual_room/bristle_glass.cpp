@@ -1,0 +1,164 @@
+#include "tools/products/virtual_room/bristle_glass.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace room {
+
+namespace {
+
+constexpr float flash_lasts_s = 0.22f;
+// Deflection over snap length above which a bristle that snapped gets no flash in the magnifying glass.
+constexpr float bent_after_flash = 0.25f;
+
+// Places the root of hair number i at multiples of the golden angle, which covers the disc evenly.
+void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
+  const float radius =
+      0.86f * BristleGlass::reach * std::sqrt((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+  const float angle = 2.39996323f * static_cast<float>(i);
+  root[0] = radius * std::cos(angle);
+  root[1] = radius * std::sin(angle);
+}
+
+float bent(const BristleView& view, std::size_t i) {
+  return view.snap_length[i] > 0 ? std::hypot(view.zx[i], view.zy[i]) / view.snap_length[i] : 0.0f;
+}
+
+float median(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+// Finds bristles that snapped between two pictures: all others moved with the block, by the median move.
+void BristleGlass::find_snaps(const BristleView& now) {
+  snaps_ = 0;
+  const std::size_t count = hairs_.size();
+  if (now.key != before_.key || now.count != before_.count || count == 0) return;
+  float displacement[2];
+  for (int axis = 0; axis < 2; ++axis) {
+    moves_.clear();
+    for (std::size_t i = 0; i < count; ++i)
+      moves_.push_back(axis == 0 ? now.zx[i] - before_.zx[i] : now.zy[i] - before_.zy[i]);
+    displacement[axis] = median(moves_);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const float x = now.zx[i] - before_.zx[i] - displacement[0],
+                y = now.zy[i] - before_.zy[i] - displacement[1];
+    // Counts a bristle as snapped if its snap length was redrawn; ageing changes it too, but by less.
+    const bool redrawn =
+        std::abs(now.snap_length[i] - before_.snap_length[i]) > grows_ * before_.snap_length[i];
+    if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
+    // Lights up a bristle that snapped, unless it has bent again since: in fast sliding all bristles snap
+    // between two pictures.
+    if (bent(now, i) < bent_after_flash) hairs_[i].flash = 1.0f;
+    hairs_[i].age = 0.0f;
+    ++snaps_;
+  }
+}
+
+float BristleGlass::age_colour(float age_s) {
+  return std::clamp((std::log10(std::max(age_s, 1e-6f)) + 2.0f) / 4.0f, 0.0f, 1.0f);
+}
+
+void BristleGlass::update(const Snapshot& room, float elapsed) {
+  const double simulated = room.time - time_;
+  const bool continues =
+      simulated >= 0 && room.bristles.key == before_.key && cohorts_ == room.settings.infinite;
+  if (!continues) {
+    hairs_.clear();
+    seen_.clear();
+  }
+  cohorts_ = room.settings.infinite;
+  // Largest relative growth of a snap length by ageing between two pictures; more means a new snap length.
+  grows_ = room.settings.growth_per_decade > 0.0 ? 0.02f : 0.0f;
+  const float passed = continues && std::isfinite(simulated) ? static_cast<float>(simulated) : 0.0f;
+  if (cohorts_) {
+    update_cohorts(room, passed);
+  } else {
+    // Fades flashes by the simulated time if none passes for the user: a pause that shows another moment.
+    update_hairs(room, elapsed > 0.0f ? elapsed : passed, passed);
+  }
+  for (Hair& hair : hairs_) hair.age_colour = age_colour(hair.age);
+  before_ = room.bristles;
+  time_ = room.time;
+  for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
+}
+
+// Shows the cohorts of an infinite brush (bristles last straight at one place, which bend alike) as groups of
+// hairs in proportion to their shares of the bristles. A cohort that moved with the block since the last
+// picture is the same one; any other is new.
+void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
+  const BristleView& now = room.bristles;
+  const std::size_t count = std::min(now.count, bristles_shown);
+  const double mean = std::max(room.presliding_length, 1e-12);
+  const float share = 1.0f / static_cast<float>(std::max<std::size_t>(count, 1));
+  std::vector<Cohort> found;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!std::isfinite(now.zx[i]) || !std::isfinite(now.zy[i])) continue;
+    if (i == 0 || found.empty() || now.zx[i] != now.zx[i - 1] || now.zy[i] != now.zy[i - 1])
+      found.push_back({0, now.zx[i], now.zy[i], 0});
+    found.back().mass += share;
+  }
+  const double moved[2] = {room.block_position[0] - place_[0], room.block_position[1] - place_[1]};
+  const auto near = static_cast<float>(0.003 * mean);
+  for (Cohort& cohort : found) {
+    for (const Cohort& old : seen_) {
+      const float x = old.zx + static_cast<float>(moved[0]) - cohort.zx,
+                  y = old.zy + static_cast<float>(moved[1]) - cohort.zy;
+      if (std::abs(x) < near && std::abs(y) < near) cohort.age = std::max(cohort.age, old.age + simulated);
+    }
+  }
+  seen_ = found;
+  // Lays cohorts side by side in the order of their bending; each is as wide as its share of the bristles.
+  std::sort(found.begin(), found.end(), [](const Cohort& a, const Cohort& b) { return a.zx < b.zx; });
+  hairs_.resize(found.size());
+  float from = -0.86f * reach;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Cohort& cohort = found[i];
+    Hair& hair = hairs_[i];
+    const float wide = 2 * 0.86f * reach * cohort.mass, x = from + 0.5f * wide;
+    from += wide;
+    hair.root[0] = x;
+    hair.root[1] = 0;
+    hair.half[0] = std::max(0.40f * wide, 0.4f * Hair::thin);
+    hair.half[1] = 0.8f * std::sqrt(std::max(0.9f * reach * reach - x * x, 0.04f));
+    const auto z = std::hypot(cohort.zx, cohort.zy);
+    const float scale = lean_per_length / static_cast<float>(mean) *
+                        std::min(1.0f, 2.2f * static_cast<float>(mean) / std::max(z, 1e-12f));
+    hair.lean[0] = scale * cohort.zx;
+    hair.lean[1] = scale * cohort.zy;
+    hair.bent = z / static_cast<float>(mean);
+    hair.flash = 0;
+    hair.age = cohort.age;
+  }
+  snaps_ = 0;
+}
+
+void BristleGlass::update_hairs(const Snapshot& room, float elapsed, float simulated) {
+  const BristleView& now = room.bristles;
+  const std::size_t count = std::min(now.count, bristles_shown);
+  if (hairs_.size() != count || now.key != before_.key) {
+    hairs_.assign(count, Hair{});
+    for (std::size_t i = 0; i < count; ++i) place_root(i, count, hairs_[i].root);
+  }
+  for (Hair& hair : hairs_) {
+    hair.flash = std::max(0.0f, hair.flash - elapsed / flash_lasts_s);
+    hair.age += simulated;
+  }
+  find_snaps(now);
+  const float mean = static_cast<float>(std::max(room.presliding_length, 1e-12));
+  for (std::size_t i = 0; i < count; ++i) {
+    const float z = std::hypot(now.zx[i], now.zy[i]);
+    // Limits the drawn lean: a hair bent beyond two mean snap lengths would lie on the floor.
+    const float scale = lean_per_length / mean * std::min(1.0f, 2.2f * mean / std::max(z, 1e-12f));
+    hairs_[i].lean[0] = scale * now.zx[i];
+    hairs_[i].lean[1] = scale * now.zy[i];
+    hairs_[i].bent = bent(now, i);
+    if (hairs_[i].bent > 2 * bent_after_flash) hairs_[i].flash = 0.0f;
+  }
+}
+
+}  // namespace room

@@ -1,0 +1,164 @@
+// Scenes that compare blocks: which blocks there are, what moves them, which figure is shown for each.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "tools/products/virtual_room/room_state.hpp"
+
+namespace room {
+
+struct ComparedScene {
+  const char* name;  ///< name on the scene's button
+  const char* key;   ///< name in scripts
+  const char* says;
+  std::size_t beside;  ///< number of blocks besides the first one
+  bool driven;         ///< whether a carriage on rails moves all blocks
+  const char* names[1 + most_compared];
+};
+inline constexpr std::array<ComparedScene, 5> compared_scenes = {{
+    {"Level floor", "no", "one block, and your hand", 0, false, {"", "", ""}},
+    {"Models, tapped",
+     "models",
+     "brush, LuGre and Coulomb on a tapped slope: which one creeps?",
+     2,
+     false,
+     {"brush", "LuGre", "Coulomb"}},
+    {"Rubbing",
+     "rubbing",
+     "strokes 2.5 bristle lengths wide: the default's loop closes on itself, the paper's law hardens",
+     1,
+     true,
+     {"default law", "the paper's law", ""}},
+    {"Slide, hold, slide",
+     "rest",
+     "longer and longer rests: static friction grows where bristles age",
+     2,
+     true,
+     {"brush that ages", "brush", "LuGre"}},
+    {"Ratchet, tapped",
+     "ratchet",
+     "a floor with a nap (velvet, skis, scales) and one without, tapped to and fro: which block walks?",
+     1,
+     false,
+     {"on the nap", "no nap", ""}},
+}};
+inline const ComparedScene& scene_of(Comparison which) {
+  return compared_scenes[std::min(static_cast<std::size_t>(which), compared_scenes.size() - 1)];
+}
+
+/// Returns the settings of block i beside the first one, which has the settings `s`.
+inline Settings settings_beside(const Settings& s, std::size_t i) {
+  Settings other = s;
+  switch (s.compare) {
+    case Comparison::none:
+      break;
+    case Comparison::models:
+      other.model = i == 0 ? FrictionModel::lugre : FrictionModel::coulomb;
+      break;
+    case Comparison::rubbing:
+      other.residual_share = other.shared_renewal = 0.0;
+      break;
+    case Comparison::rest:
+      other.growth_per_decade = 0.0;
+      if (i == 1) other.model = FrictionModel::lugre;
+      break;
+    case Comparison::ratchet:
+      other.nap = 1.0;
+      break;
+  }
+  return other;
+}
+
+// ------------------------------------------------------ motion of the carriage that moves compared blocks
+
+/// Cycles of the carriage per second in the rubbing scene, and their amplitude in presliding lengths.
+inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;
+/// Durations (s) of the rests between slides of one second each, in the scene of rests. After the last slide
+/// the sequence repeats in the other direction.
+inline constexpr std::array<double, 5> rests_s = {0.1, 0.3, 1.0, 3.0, 10.0};
+inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< speed (m/s) and duration (s) of a slide
+
+struct RestPhase {
+  double place = 0.0;  ///< place of the carriage that moves the blocks, m
+  bool slides = false;
+  double rested = 0.0;  ///< duration of the rest before this slide or, at rest, of this rest, s
+};
+inline RestPhase rest_phase(double t) {
+  double once = slide_lasts;
+  for (const double rest : rests_s) once += rest + slide_lasts;
+  const double times = std::floor(t / once);
+  const bool back = std::fmod(times, 2.0) != 0.0;
+  double left = t - times * once;
+  const double far = slide_speed * slide_lasts * static_cast<double>(rests_s.size() + 1);
+  RestPhase phase;
+  for (std::size_t i = 0; i <= rests_s.size(); ++i) {
+    const double slid = std::min(left, slide_lasts);
+    phase.place += slide_speed * slid;
+    if ((left -= slide_lasts) < 0.0 || i == rests_s.size()) {
+      phase.slides = true;
+      phase.rested = i == 0 ? 0.0 : rests_s[i - 1];
+      break;
+    }
+    if ((left -= rests_s[i]) < 0.0) {
+      phase.rested = rests_s[i];
+      break;
+    }
+  }
+  if (back) phase.place = far - phase.place;
+  return phase;
+}
+
+/// Returns the place of the carriage (m along x, from the middle of the floor) at time t.
+inline double carriage_place(const Settings& s, double t) {
+  constexpr double turn = 2.0 * 3.14159265358979323846;
+  if (s.compare == Comparison::rubbing)
+    return rubbing_amplitude * s.presliding_length * std::sin(turn * rubbing_per_s * t);
+  return s.compare == Comparison::rest ? rest_phase(t).place : 0.0;
+}
+
+// --------------------------------------------------------- figures that are shown for each compared block
+
+/// Meter of the highest friction of a block that a carriage moves: the strength of its contact.
+class Strength {
+ public:
+  void begin() noexcept { *this = {}; }
+  /// Adds the friction (N, along x) of a tick. Call it every tick.
+  void take(Comparison scene, double t, double friction) noexcept {
+    const double size = std::fabs(friction);
+    if (scene == Comparison::rubbing) {
+      const double cycle = std::floor(t * rubbing_per_s);
+      if (cycle != part_) {
+        if (part_ == 0.0) first_ = highest_;
+        newton_ = highest_;
+        part_ = cycle;
+        highest_ = 0.0;
+      }
+      highest_ = std::fmax(highest_, size);
+    } else if (scene == Comparison::rest) {
+      const RestPhase phase = rest_phase(t);
+      if (!phase.slides || phase.rested == 0.0) return;
+      if (phase.rested != part_) {
+        part_ = phase.rested;
+        highest_ = 0.0;
+      }
+      newton_ = highest_ = std::fmax(highest_, size);
+    }
+  }
+  /// Returns the strength (N): in the rubbing scene, the highest friction of the last whole cycle; in the
+  /// scene of rests, that of the slide after the last rest. 0: none yet.
+  double newton() const noexcept { return newton_; }
+  /// Returns the figure shown beside newton(): in the rubbing scene, newton() over its value in the first
+  /// cycle; in the scene of rests, the duration of the rest, s.
+  double beside(Comparison scene) const noexcept {
+    if (scene == Comparison::rubbing) return first_ > 0.0 ? newton_ / first_ : 0.0;
+    return part_;
+  }
+
+ private:
+  double part_ = 0.0, highest_ = 0.0, newton_ = 0.0, first_ = 0.0;
+};
+
+}  // namespace room

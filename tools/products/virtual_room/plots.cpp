@@ -1,0 +1,464 @@
+#include "tools/products/virtual_room/plots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <string>
+
+#include "tools/products/virtual_room/quantity_text.hpp"
+
+namespace room {
+
+namespace {
+
+constexpr ImU32 plot_ground = IM_COL32(15, 17, 21, 255);
+
+struct Axis {
+  double low = 0, high = 1;
+  double at(double value) const { return (value - low) / (high - low); }
+};
+
+// Returns the thickness of curves in pixels, which grows with the display scale.
+float stroke(const Fonts& fonts) { return 1.5f * fonts.small->FontSize / 13; }
+
+// Frame of a plot with ticks and title; it maps values to pixels.
+class Frame {
+ public:
+  Frame(ImDrawList& draw, const Fonts& fonts, const Area& area, const char* title, Axis x, Axis y)
+      : draw_(draw), fonts_(fonts), x_(x), y_(y) {
+    const float line = fonts.small->FontSize;
+    inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, area.width - 3.9f * line,
+              area.height - 3.0f * line};
+    inner_.width = std::max(inner_.width, 20.0f);
+    inner_.height = std::max(inner_.height, 20.0f);
+    draw_.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height},
+                        plot_ground, 2);
+    draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text,
+                  title);
+    title_end_ = area.x + 0.2f * line + fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title).x;
+    draw_.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
+  }
+  ~Frame() { draw_.PopClipRect(); }
+  Frame(const Frame&) = delete;
+  Frame& operator=(const Frame&) = delete;
+
+  ImVec2 at(double x, double y) const {
+    return {inner_.x + inner_.width * static_cast<float>(x_.at(x)),
+            inner_.y + inner_.height * (1 - static_cast<float>(y_.at(y)))};
+  }
+  const Area& inner() const { return inner_; }
+  float title_end() const { return title_end_; }
+  void clip() const {
+    draw_.PushClipRect({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, true);
+  }
+  void unclip() const { draw_.PopClipRect(); }
+
+  void label(float x, float y, ImU32 colour, const std::string& text, float anchor) const {
+    const ImVec2 size = fonts_.small->CalcTextSizeA(fonts_.small->FontSize, 1e4f, 0, text.c_str());
+    draw_.AddText(fonts_.small, fonts_.small->FontSize, {std::round(x - anchor * size.x), std::round(y)},
+                  colour, text.c_str());
+  }
+
+  void grid_x(double scale, int wanted, double offset = 0.0) const {
+    const double step = find_step((x_.high - x_.low) / scale, wanted) * scale;
+    const float below = inner_.y + inner_.height;
+    const double low = x_.low - offset, high = x_.high - offset;
+    for (double v = std::ceil(low / step) * step; v <= high + 1e-9 * step; v += step) {
+      const float x = at(offset + v, y_.low).x;
+      draw_.AddLine({x, inner_.y}, {x, below}, colours::faint_line);
+      label(x, below + 2, colours::faint_text, number(v / scale, step / scale), 0.5f);
+    }
+  }
+  void grid_y(double scale, int wanted) const {
+    const double step = find_step((y_.high - y_.low) / scale, wanted) * scale;
+    for (double v = std::ceil(y_.low / step) * step; v <= y_.high + 1e-9 * step; v += step) {
+      const float y = at(x_.low, v).y;
+      const bool zero = std::abs(v) < 1e-9 * step;
+      draw_.AddLine({inner_.x, y}, {inner_.x + inner_.width, y},
+                    zero ? IM_COL32(88, 96, 110, 255) : colours::faint_line);
+      label(inner_.x - 5, y - 0.5f * fonts_.small->FontSize, colours::faint_text,
+            number(v / scale, step / scale), 1.0f);
+    }
+  }
+  void dashed(double y, ImU32 colour, float dash = 5) const {
+    const float py = at(x_.low, y).y;
+    for (float x = inner_.x; x < inner_.x + inner_.width; x += dash + 4)
+      draw_.AddLine({x, py}, {x + dash, py}, colour);
+  }
+  // Draws a ring at a value of the plot with a label beside it, on the side that has room.
+  void mark(double x, double y, ImU32 colour, const std::string& text) const {
+    const ImVec2 p = at(x, y);
+    const float size = fonts_.small->FontSize, radius = 0.3f * size;
+    const float wide = fonts_.small->CalcTextSizeA(size, 1e4f, 0, text.c_str()).x;
+    draw_.AddCircle(p, radius, colour, 16, 1.2f * stroke(fonts_));
+    const bool left = p.x - wide - 2 * radius > inner_.x;
+    label(left ? p.x - 2 * radius : p.x + 2 * radius, std::max(p.y - 0.9f * size, inner_.y + 1), colour, text,
+          left ? 1.0f : 0.0f);
+  }
+  // Labels a value that is above the plotted range, at the plot's upper edge.
+  void name_above(double x, ImU32 colour, const std::string& text) const {
+    label(at(x, y_.high).x + 4, inner_.y + 2, colour, text, 0.0f);
+  }
+
+ private:
+  static double find_step(double span, int wanted) {
+    const double rough = span / std::max(wanted, 1);
+    const double power = std::pow(10.0, std::floor(std::log10(std::max(rough, 1e-300))));
+    const double r = rough / power;
+    return power * (r <= 1 ? 1 : r <= 2 ? 2 : r <= 5 ? 5 : 10);
+  }
+  static std::string number(double v, double step) {
+    const int decimals = std::max(0, static_cast<int>(-std::floor(std::log10(step) + 1e-9)));
+    return fmt::format("{:.{}f}", std::abs(v) < 1e-9 * step ? 0.0 : v, decimals);
+  }
+
+  ImDrawList& draw_;
+  const Fonts& fonts_;
+  Axis x_, y_;
+  Area inner_;
+  float title_end_ = 0;
+};
+
+// Returns the first of the titles, longest first, that fits the plot's width; the last if none does.
+std::string title_for(const Fonts& fonts, const Area& area, std::initializer_list<std::string> titles) {
+  const float line = fonts.small->FontSize;
+  for (const std::string& title : titles) {
+    if (fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title.c_str()).x < area.width - 0.5f * line)
+      return title;
+  }
+  return *(titles.end() - 1);
+}
+
+// Returns the index, from `first` on, of the point with the highest friction against a motion along +x.
+std::size_t find_peak(const History& history, std::size_t first) {
+  std::size_t peak = first;
+  for (std::size_t i = first; i < history.size(); ++i) {
+    if (history[i].friction < history[peak].friction) peak = i;
+  }
+  return peak;
+}
+
+void draw_levels(const Frame& frame, FrictionLevels levels) {
+  for (const double side : {1.0, -1.0}) {
+    if (levels.kinetic > 0) frame.dashed(side * levels.kinetic, IM_COL32(255, 133, 64, 130));
+    if (levels.peak > 0) frame.dashed(side * levels.peak, IM_COL32(226, 230, 236, 110), 2);
+  }
+}
+
+// Draws a curve by its least and greatest value in each column of pixels, so that any number of points takes
+// the same time.
+template <class Value>
+void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, std::size_t first, ImU32 colour,
+                float thickness, Value value) {
+  const Area& in = frame.inner();
+  ImVec2 last{};
+  bool any = false;
+  std::size_t i = first;
+  while (i < history.size()) {
+    const float column = std::floor(frame.at(history[i].time, 0).x);
+    double low = value(history[i]), high = low, end = low;
+    for (; i < history.size() && std::floor(frame.at(history[i].time, 0).x) == column; ++i) {
+      end = value(history[i]);
+      low = std::min(low, end);
+      high = std::max(high, end);
+    }
+    const float x = column + 0.5f;
+    const ImVec2 top{x, frame.at(0, high).y}, bottom{x, frame.at(0, low).y}, at{x, frame.at(0, end).y};
+    if (any) draw.AddLine(last, bottom.y - last.y < last.y - top.y ? bottom : top, colour, thickness);
+    if (bottom.y - top.y > 1) draw.AddLine(top, bottom, colour, thickness);
+    last = at;
+    any = true;
+  }
+  if (any && last.x < in.x + in.width + 1) draw.AddCircleFilled(last, 1.8f * thickness, colour);
+}
+
+// Draws snaps per millisecond as bars on the plot's lower edge, the highest a fifth of its height.
+void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const History& history,
+                std::size_t first, float seconds) {
+  const Area& in = frame.inner();
+  std::vector<float> columns(static_cast<std::size_t>(in.width) + 1, 0.0f);
+  for (std::size_t i = first; i < history.size(); ++i) {
+    const float x = frame.at(static_cast<double>(history[i].time), 0).x - in.x;
+    if (x >= 0 && x < in.width) columns[static_cast<std::size_t>(x)] += history[i].snaps;
+  }
+  const float most = *std::max_element(columns.begin(), columns.end());
+  if (!(most > 0) || !std::isfinite(most)) return;
+  const float low = in.y + in.height, high = 0.2f * in.height;
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    if (!(columns[k] > 0)) continue;
+    const float x = in.x + static_cast<float>(k);
+    draw.AddRectFilled({x, low - std::max(1.0f, high * columns[k] / most)}, {x + 1, low},
+                       (colours::snaps & 0x00ffffffu) | 0x90000000u);
+  }
+  const double per_ms =
+      static_cast<double>(most) * static_cast<double>(in.width) / (1e3 * static_cast<double>(seconds));
+  std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
+  if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
+  const float line = fonts.small->FontSize;
+  if (in.height < 8 * line) return;  // no room for this label, which would cover the legend
+  const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
+  draw.AddRectFilled({in.x + 2, low - high - 1.2f * line}, {in.x + 6 + wide, low - high},
+                     (plot_ground & 0x00ffffffu) | 0xc0000000u, 2);
+  frame.label(in.x + 4, low - high - 1.15f * fonts.small->FontSize, colours::snaps, text, 0);
+}
+
+// Draws an inset plot of friction over displacement in the first bending since the reset.
+void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const FirstBending& bending) {
+  const Area& in = frame.inner();
+  const float line = fonts.small->FontSize;
+  if (bending.size() < 3 || in.width < 15 * line || in.height < 7.5f * line) return;
+  const Area box{in.x + 0.58f * in.width, in.y + 0.52f * in.height, 0.41f * in.width, 0.46f * in.height};
+  draw.AddRectFilled({box.x, box.y}, {box.x + box.width, box.y + box.height}, IM_COL32(24, 28, 34, 240), 2);
+  draw.AddRect({box.x, box.y}, {box.x + box.width, box.y + box.height}, colours::line, 2);
+  float x_low = 0, x_high = 0, y_low = 0, y_high = 0;
+  for (std::size_t i = 0; i < bending.size(); ++i) {
+    x_low = std::min(x_low, bending[i].first);
+    x_high = std::max(x_high, bending[i].first);
+    y_low = std::min(y_low, bending[i].second);
+    y_high = std::max(y_high, bending[i].second);
+  }
+  const Area curve{box.x + 4, box.y + 1.5f * line, box.width - 8, box.height - 1.5f * line - 4};
+  const auto at = [&](std::size_t i) -> ImVec2 {
+    return {curve.x + curve.width * (bending[i].first - x_low) / std::max(x_high - x_low, 1e-9f),
+            curve.y + curve.height * (1 - (bending[i].second - y_low) / std::max(y_high - y_low, 1e-6f))};
+  };
+  for (std::size_t i = 1; i < bending.size(); ++i)
+    draw.AddLine(at(i - 1), at(i), colours::friction, stroke(fonts));
+  const float most = std::abs(y_low) > y_high ? y_low : y_high;
+  frame.label(box.x + 4, box.y + 1, colours::faint_text,
+              box.width > 10 * line ? fmt::format("first bending, to {:.2f} N", static_cast<double>(most))
+                                    : fmt::format("first: {:.2f} N", static_cast<double>(most)),
+              0);
+}
+
+void legend(const Frame& frame, ImDrawList& draw, const Fonts& fonts, float right, float y, ImU32 colour,
+            const std::string& text, float& used) {
+  const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, text.c_str());
+  const float x = right - used - size.x, middle = y + 0.55f * fonts.small->FontSize;
+  frame.label(x, y, colours::text, text, 0);
+  draw.AddLine({x - 18, middle}, {x - 6, middle}, colour, 1.7f * stroke(fonts));
+  used += size.x + 32;
+}
+
+}  // namespace
+
+void FollowingRange::follow(double data_low, double data_high, double least_span, float elapsed) {
+  const double middle = 0.5 * (data_low + data_high);
+  const double half = std::max(0.5 * least_span, 0.56 * (data_high - data_low));
+  const double wanted_low = middle - half, wanted_high = middle + half;
+  if (!set) {
+    low = wanted_low;
+    high = wanted_high;
+    set = true;
+    return;
+  }
+  const double ease = 1 - std::exp(-1.5 * static_cast<double>(elapsed));
+  low = wanted_low < low ? wanted_low : low + ease * (wanted_low - low);
+  high = wanted_high > high ? wanted_high : high + ease * (wanted_high - high);
+}
+
+ValueRange range_of_most(std::vector<float>& values, double sure) {
+  if (values.empty()) return {};
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double low = static_cast<double>(*least), high = static_cast<double>(*most);
+  const std::size_t cut = values.size() / 200;
+  const auto at = [&](std::size_t i) {
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(i), values.end());
+    return static_cast<double>(values[i]);
+  };
+  const double usual_low = at(cut), usual_high = at(values.size() - 1 - cut);
+  return {std::min(usual_low, std::max(low, -sure)), std::max(usual_high, std::min(high, sure))};
+}
+
+AxisText length_axis(double low, double high) {
+  const double span = high - low, farthest = std::max(std::abs(low), std::abs(high));
+  AxisText axis;
+  axis.scale = span >= 0.9e-3 ? 1e-3 : span >= 0.9e-6 ? 1e-6 : 1e-9;
+  axis.unit = axis.scale == 1e-3 ? "mm" : axis.scale == 1e-6 ? "µm" : "nm";
+  // Gives an axis an offset ("µm from 249 mm") if its numbers would have more than four digits.
+  const bool small_steps = axis.scale < 1e-3 && farthest > 2000 * axis.scale;
+  if (!(farthest > 50 * span || small_steps) || !std::isfinite(farthest) || !(span > 0)) return axis;
+  const double grain = std::pow(10.0, std::ceil(std::log10(span)));
+  axis.offset = std::floor(low / grain) * grain;
+  if (axis.offset == 0.0) return axis;
+  const int decimals = std::max(0, static_cast<int>(std::lround(-3.0 - std::log10(grain))));
+  axis.unit += fmt::format(" from {:.{}f} mm", 1e3 * axis.offset, decimals);
+  return axis;
+}
+
+void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+                          float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
+                          float elapsed) {
+  const std::size_t first = history.first_of_last(seconds);
+  // Number of ticks whose mean is one point of the hysteresis curve.
+  constexpr std::size_t together = 16;
+  std::vector<float> values;
+  values.reserve(2 * (history.size() - first) / together + 2);
+  for (std::size_t i = first; i + together <= history.size(); i += together) {
+    float friction = 0, applied = 0, others[most_compared] = {};
+    for (std::size_t j = i; j < i + together; ++j) {
+      friction -= history[j].friction / together;
+      applied += history[j].applied / together;
+      for (std::size_t k = 0; k < beside.count; ++k) others[k] -= history[j].beside_friction[k] / together;
+    }
+    values.push_back(friction);
+    values.push_back(applied);
+    if (!(levels.peak > 0)) values.push_back(history[i].holds);
+    if (!beside.driven) continue;
+    for (std::size_t k = 0; k < beside.count; ++k) values.push_back(others[k]);
+  }
+  const ValueRange most = range_of_most(values, 1.3 * levels.peak);
+  ranges.force.follow(std::min(-0.05, most.low), std::max({0.2, 1.1 * levels.peak, most.high}), 0.1, elapsed);
+  const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
+  const std::string title = title_for(fonts, area, {"Force, N, over time, s", "N over s"});
+  const Frame frame(draw, fonts, area, title.c_str(), {end - seconds, end},
+                    {ranges.force.low, ranges.force.high});
+  frame.grid_x(1, area.width < 260 ? 3 : 5);
+  frame.grid_y(1, 4);
+  frame.clip();
+  draw_levels(frame, levels);
+  if (!(levels.peak > 0))
+    draw_curve(draw, frame, history, first, IM_COL32(226, 230, 236, 110), 0.7f * stroke(fonts),
+               [](const PlotPoint& p) { return p.holds; });
+  for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;)
+    draw_curve(draw, frame, history, first, compared_colour(k), 0.8f * stroke(fonts),
+               [k](const PlotPoint& p) { return -p.beside_friction[k]; });
+  if (!beside.driven)
+    draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
+               [](const PlotPoint& p) { return p.applied; });
+  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
+             [](const PlotPoint& p) { return -p.friction; });
+  draw_snaps(draw, frame, fonts, history, first, seconds);
+  if (history.size() > first) {
+    const PlotPoint& peak = history[find_peak(history, first)];
+    if (-peak.friction > 0.05f) {
+      const double height = static_cast<double>(-peak.friction);
+      const std::string text = fmt::format("{:.2f} N", height);
+      if (height <= ranges.force.high) {
+        frame.mark(static_cast<double>(peak.time), height, colours::text, text);
+      } else {
+        frame.name_above(static_cast<double>(peak.time), colours::text, text);
+      }
+    }
+  }
+  frame.unclip();
+  // Places the legend above the plot, or inside its upper right corner if the title leaves no room.
+  float used = 0;
+  const float right = frame.inner().x + frame.inner().width;
+  const bool above = right - frame.title_end() > 14 * fonts.small->FontSize;
+  const float y = above ? area.y : frame.inner().y + frame.inner().height - 1.3f * fonts.small->FontSize;
+  if (!above)
+    draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
+                       {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
+  if (beside.driven) {  // blocks that a carriage moves: names in their curves' colours, no hand force
+    legend(frame, draw, fonts, right, y, colours::friction, beside.names[0], used);
+  } else {
+    legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
+    legend(frame, draw, fonts, right, y, colours::friction, "friction", used);
+  }
+}
+
+void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+                     const FirstBending& first_bending, float seconds, double presliding_length,
+                     FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed) {
+  const std::size_t first = history.first_of_last(seconds);
+  double x_low = 0, x_high = 0;
+  std::vector<float> values;
+  values.reserve(history.size() - first);
+  for (std::size_t i = first; i < history.size(); ++i) {
+    const double x = static_cast<double>(history[i].displacement);
+    if (i == first) x_low = x_high = x;
+    x_low = std::min(x_low, x);
+    x_high = std::max(x_high, x);
+    values.push_back(-history[i].friction);
+    if (!beside.driven) continue;
+    for (std::size_t k = 0; k < beside.count; ++k) values.push_back(-history[i].beside_friction[k]);
+  }
+  ranges.displacement.follow(x_low, x_high, std::max(1e-8, 0.5 * presliding_length), elapsed);
+  const ValueRange most = range_of_most(values, 1.3 * levels.peak);
+  ranges.loop_force.follow(most.low, most.high, 0.1, elapsed);
+  const FollowingRange& r = ranges.displacement;
+  const AxisText axis = length_axis(r.low, r.high);
+  const std::string title =
+      title_for(fonts, area,
+                {fmt::format("Friction, N, over displacement, {}", axis.unit),
+                 fmt::format("Friction, N, over {}", axis.unit), fmt::format("N over {}", axis.unit)});
+  const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high},
+                    {ranges.loop_force.low, ranges.loop_force.high});
+  frame.grid_x(axis.scale, area.width < 260 ? 2 : 4, axis.offset);
+  frame.grid_y(1, 4);
+  frame.clip();
+  draw_levels(frame, levels);
+  const auto loop = [&](ImU32 colour, auto x_of, auto y_of) {
+    ImVec2 last = frame.at(x_of(history[first]), y_of(history[first]));
+    for (std::size_t i = first + 1; i < history.size(); ++i) {
+      const ImVec2 next = frame.at(x_of(history[i]), y_of(history[i]));
+      const float dx = next.x - last.x, dy = next.y - last.y;
+      if (dx * dx + dy * dy < 0.8f && i + 1 < history.size()) continue;
+      const float age = (history.newest().time - history[i].time) / seconds;
+      draw.AddLine(last, next, (colour & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
+                   stroke(fonts));
+      last = next;
+    }
+    return last;
+  };
+  if (history.size()) {
+    for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;)
+      loop(
+          compared_colour(k), [k](const PlotPoint& p) { return p.beside_displacement[k]; },
+          [k](const PlotPoint& p) { return -p.beside_friction[k]; });
+    const ImVec2 last = loop(
+        colours::friction, [](const PlotPoint& p) { return p.displacement; },
+        [](const PlotPoint& p) { return -p.friction; });
+    draw.AddCircleFilled(last, 2.3f * stroke(fonts), colours::text);
+  }
+  draw_inset(draw, fonts, frame, first_bending);
+  frame.unclip();
+}
+
+void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
+                   const LoopStatistics& loop) {
+  // Range of the axis of computing times, as powers of ten: 1 us to 10 ms.
+  constexpr double decades_low = -6.0, decades_high = -2.0;
+  double most = 1;
+  for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
+  const double high = std::ceil(std::log10(most) + 0.3);
+  const Frame frame(draw, fonts, area, "Ticks by computing time", {decades_low, decades_high}, {0, high});
+  const float below = frame.inner().y + frame.inner().height;
+  static constexpr const char* names[] = {"1 µs", "10 µs", "100 µs", "1 ms", "10 ms"};
+  for (int d = 0; d < 5; ++d) {
+    const float x = frame.at(decades_low + d, 0).x;
+    draw.AddLine({x, frame.inner().y}, {x, below}, colours::faint_line);
+    frame.label(x, below + 2, colours::faint_text, names[d], d == 4 ? 0.8f : 0.5f);
+  }
+  for (int d = 0; d <= static_cast<int>(high); ++d) {
+    const float y = frame.at(decades_low, d).y;
+    draw.AddLine({frame.inner().x, y}, {frame.inner().x + frame.inner().width, y}, colours::faint_line);
+    static constexpr const char* counts[] = {"1", "10", "100", "1k", "10k", "100k", "1M", "10M", "100M"};
+    if (d < 9)
+      frame.label(frame.inner().x - 5, y - 0.5f * fonts.small->FontSize, colours::faint_text, counts[d],
+                  1.0f);
+  }
+  frame.clip();
+  for (int i = 0; i < TimeHistogram::classes; ++i) {
+    if (!times.count(i)) continue;
+    const double begin = TimeHistogram::begin_of(i), end = TimeHistogram::begin_of(i + 1);
+    const ImU32 colour = begin >= loop.deadline      ? colours::bad
+                         : end > 0.7 * loop.deadline ? colours::warning
+                                                     : colours::good;
+    // Draws a class with one tick as a visible bar too, although its logarithm is zero.
+    const double bar = std::max(0.15, std::log10(static_cast<double>(times.count(i))));
+    const ImVec2 top = frame.at(std::log10(begin), bar), foot = frame.at(std::log10(end), 0);
+    draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);
+  }
+  const float line = frame.at(std::log10(loop.deadline), 0).x;
+  draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
+  frame.unclip();
+  frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
+  const std::string text = fmt::format("99 % within {}", with_unit(loop.p99, "s"));
+  frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
+}
+
+}  // namespace room

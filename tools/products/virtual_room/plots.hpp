@@ -1,0 +1,68 @@
+// Draws the plots below the picture of the room, by ImGui's ImDrawList.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/products/virtual_room/camera.hpp"
+#include "tools/products/virtual_room/gui_style.hpp"
+#include "tools/products/virtual_room/history.hpp"
+
+namespace room {
+
+/// Range of a plot's axis that follows its data: it grows at once and shrinks slowly.
+struct FollowingRange {
+  double low = 0, high = 0;
+  bool set = false;
+
+  void follow(double data_low, double data_high, double least_span, float elapsed);
+};
+
+/// Range of values without their highest and lowest half per cent, unless these are within `sure`, so that an
+/// impact of some milliseconds does not flatten the rest of a curve. The function reorders the values.
+struct ValueRange {
+  double low = 0, high = 0;
+};
+ValueRange range_of_most(std::vector<float>& values, double sure);
+
+/// Labelling of an axis: a value is offset + number * scale.
+struct AxisText {
+  double scale = 1, offset = 0;
+  std::string unit;  ///< unit with the offset, if any: "µm from 249 mm"
+};
+/// Returns the labelling of an axis of lengths (m): a unit that suits its range, and an offset where numbers
+/// would be long.
+AxisText length_axis(double low, double high);
+
+/// Levels of friction that a plot draws as lines (N): in sliding, and at the peak of first loading.
+struct FrictionLevels {
+  double kinetic = 0, peak = 0;
+};
+
+/// Compared blocks whose curves are drawn beside the first block's. `driven`: a carriage moves all blocks, so
+/// that there is no hand force to draw.
+struct ShownBeside {
+  std::size_t count = 0;
+  bool driven = false;
+  const char* names[1 + most_compared] = {};
+};
+
+/// Ranges of the plots' axes, which change slowly from picture to picture.
+struct PlotRanges {
+  FollowingRange force, displacement, loop_force;
+};
+
+/// Plots friction against a motion along x over time, with the sign of the applied force. Dashed lines are
+/// the levels, a ring marks the highest friction in the `seconds` shown, bars at the bottom are snaps per
+/// millisecond. Without a peak level it draws the bristles' friction limit as a curve over time.
+void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+                          float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
+                          float elapsed);
+/// Plots friction over displacement; where there is room, an inset shows the first bending since the reset.
+void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+                     const FirstBending& first_bending, float seconds, double presliding_length,
+                     FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed);
+void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
+                   const LoopStatistics& loop);
+
+}  // namespace room

@@ -1,0 +1,668 @@
+#include "tools/products/virtual_room/renderer.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tools/products/virtual_room/compared.hpp"
+#include "tools/products/virtual_room/floor_mesh.hpp"
+#include "tools/products/virtual_room/gl_program.hpp"
+#include "tools/products/virtual_room/mesh.hpp"
+#include "tools/products/virtual_room/shaders.hpp"
+#include "tools/products/virtual_room/trails.hpp"
+
+namespace room {
+
+namespace {
+
+using Eigen::Affine3f;
+using Eigen::Matrix3f;
+using Eigen::Matrix4f;
+using Eigen::Vector3f;
+using Eigen::Vector4f;
+
+// Colours of the drawn bodies, in linear light (before gamma).
+const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
+    slab_paint(0.10f, 0.11f, 0.13f);
+const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f),
+    backdrop(0.014f, 0.017f, 0.022f);
+const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f),
+    lost_paint(0.6f, 0.08f, 0.05f);
+const Vector3f lugre_paint(0.10f, 0.26f, 0.45f), coulomb_paint(0.34f, 0.35f, 0.37f),
+    beside_paint(0.09f, 0.38f, 0.60f);
+const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
+
+constexpr float shadow_reach = 0.46f;  // half width of the shadow map about the room's middle, m
+
+enum Look { plain, wood, tiles, wall, glowing, table };
+
+struct Body {
+  const Mesh* mesh;
+  Affine3f place;
+  Vector3f colour;
+  int look = plain;
+  float gloss = 0.1f, alpha = 1.0f;
+  // Whether block, tool and room cast shadows on the drawn body.
+  bool by_block = true, by_tool = true, by_room = true;
+};
+
+Affine3f placed(const Vector3f& at, const Vector3f& scale) {
+  Affine3f t = Affine3f::Identity();
+  t.translate(at).scale(scale);
+  return t;
+}
+
+// Returns the transform of a rod's axis, z from 0 to 1, onto the line between two points.
+Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
+  Affine3f t = Affine3f::Identity();
+  t.translate(from)
+      .rotate(Eigen::Quaternionf::FromTwoVectors(Vector3f::UnitZ(), to - from))
+      .scale(Vector3f(radius, radius, (to - from).norm()));
+  return t;
+}
+
+// Frame buffer with several samples per pixel, which are averaged into the target, so that pictures with and
+// without a window are equal.
+class DrawingBoard {
+ public:
+  explicit DrawingBoard(int samples) {
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_SAMPLES, &most);
+    samples_ = std::clamp(samples, 1, std::max(1, static_cast<int>(most)));
+    glGenFramebuffers(1, &frame_);
+    glGenRenderbuffers(2, buffers_);
+  }
+  DrawingBoard(const DrawingBoard&) = delete;
+  DrawingBoard& operator=(const DrawingBoard&) = delete;
+  ~DrawingBoard() {
+    glDeleteRenderbuffers(2, buffers_);
+    glDeleteFramebuffers(1, &frame_);
+  }
+
+  void begin(int width, int height) {
+    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+    if (width == width_ && height == height_) return;
+    width_ = width;
+    height_ = height;
+    const GLsizei samples = samples_ > 1 ? samples_ : 0;
+    const GLenum formats[] = {GL_RGBA8, GL_DEPTH_COMPONENT24};
+    const GLenum places[] = {GL_COLOR_ATTACHMENT0, GL_DEPTH_ATTACHMENT};
+    for (int i = 0; i < 2; ++i) {
+      glBindRenderbuffer(GL_RENDERBUFFER, buffers_[i]);
+      glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, formats[i], width, height);
+      glFramebufferRenderbuffer(GL_FRAMEBUFFER, places[i], GL_RENDERBUFFER, buffers_[i]);
+    }
+    if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+      throw std::runtime_error("this OpenGL gives no frame buffer of the picture's size");
+  }
+
+  void resolve_into(GLuint target, int width, int height) const {
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target);
+    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width, height, GL_COLOR_BUFFER_BIT,
+                      width == width_ ? GL_NEAREST : GL_LINEAR);
+    glBindFramebuffer(GL_FRAMEBUFFER, target);
+  }
+
+  bool has_many_samples() const { return samples_ > 1; }
+
+ private:
+  int samples_ = 1, width_ = 0, height_ = 0;
+  GLuint frame_ = 0, buffers_[2] = {0, 0};
+};
+
+class ShadowMap {
+ public:
+  explicit ShadowMap(int pixels) : pixels_(pixels) {
+    glGenTextures(1, &texture_);
+    glBindTexture(GL_TEXTURE_2D, texture_);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, pixels, pixels, 0, GL_DEPTH_COMPONENT,
+                 GL_UNSIGNED_INT, nullptr);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+    glGenFramebuffers(1, &frame_);
+    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, texture_, 0);
+    glDrawBuffer(GL_NONE);
+    glReadBuffer(GL_NONE);
+  }
+  ShadowMap(const ShadowMap&) = delete;
+  ShadowMap& operator=(const ShadowMap&) = delete;
+  ~ShadowMap() {
+    glDeleteFramebuffers(1, &frame_);
+    glDeleteTextures(1, &texture_);
+  }
+
+  void begin() const {
+    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+    glViewport(0, 0, pixels_, pixels_);
+    glClear(GL_DEPTH_BUFFER_BIT);
+  }
+  void bind() const {
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, texture_);
+  }
+
+  int pixels() const { return pixels_; }
+
+ private:
+  int pixels_;
+  GLuint texture_ = 0, frame_ = 0;
+};
+
+}  // namespace
+
+Matrix3f room_tilt(double slope) {
+  return Eigen::AngleAxisf(static_cast<float>(slope), Vector3f::UnitY()).toRotationMatrix();
+}
+
+Vector3f to_vector(const double (&v)[3]) { return Eigen::Map<const Eigen::Vector3d>(v).cast<float>(); }
+
+// Returns the length of a force's arrow: proportional up to 2 N, then logarithmic, so that the arrow stays in
+// the room.
+float arrow_length(double newtons) {
+  const double f = std::abs(newtons);
+  return static_cast<float>(0.07 * (f <= 2.0 ? f : 2.0 * (1.0 + std::log(f / 2.0))));
+}
+
+ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
+  constexpr double least = 0.02;  // smallest force that is drawn as an arrow, N
+  ForceArrows arrows;
+  const Vector3f friction = to_vector(room.friction), applied = to_vector(room.applied);
+  Vector3f foot = to_vector(room.block_position);
+  foot.z() = std::max(0.004f, foot.z() - 0.5f * static_cast<float>(measures.block[2]) + 0.004f);
+  arrows.friction = friction.norm() > least;
+  if (arrows.friction) {
+    arrows.friction_from = foot;
+    arrows.friction_to = foot + friction.normalized() * (0.5f * static_cast<float>(measures.block[0]) +
+                                                         arrow_length(friction.norm()));
+    arrows.friction_from += friction.normalized() * 0.5f * static_cast<float>(measures.block[0]);
+  }
+  arrows.applied = applied.norm() > least;
+  if (arrows.applied) {
+    // Lets the arrow of the applied force end where the tool touches the block.
+    const Vector3f ahead = applied.normalized();
+    arrows.applied_to = to_vector(room.tool) + static_cast<float>(measures.tool_radius) * ahead;
+    arrows.applied_from = arrows.applied_to - ahead * arrow_length(applied.norm());
+  }
+  return arrows;
+}
+
+int sensible_samples() {
+  const auto* const text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string name = text ? text : "";
+  const bool software = name.find("llvmpipe") != std::string::npos ||
+                        name.find("softpipe") != std::string::npos ||
+                        name.find("SwiftShader") != std::string::npos;
+  return software ? 1 : 4;
+}
+
+struct Renderer::Impl {
+  RoomMeasures measures;
+  DrawingBoard board;
+  ShadowMap shadow;
+  Program lit{shaders::lit_vertex, shaders::lit_fragment};
+  Program depth{shaders::depth_vertex, shaders::depth_fragment};
+  Program hair{shaders::hair_vertex, shaders::glass_fragment};
+  Program glass_plane{shaders::glass_plane_vertex, shaders::glass_fragment};
+  Mesh block, cube, sphere, rod, cone, rectangle, spring, strand, floor;
+  GLuint hairs = 0;
+
+  const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
+  Matrix4f light_camera;
+  Affine3f tilt;  // transform from the room's axes to the world's
+  Affine3f block_place;
+  std::vector<Body> bodies, shadowless, clear, ghosts;
+
+  Impl(const RoomMeasures& m, int samples)
+      : measures(m),
+        board(samples),
+        shadow(samples > 1 ? 2048 : 1024),
+        block(make_rounded_box(half_block(), 0.0035f)),
+        cube(make_rounded_box(Vector3f(1, 1, 1), 0.0f + 1e-4f)),
+        sphere(make_sphere(48)),
+        rod(make_rod(32, 1.0f)),
+        cone(make_rod(32, 0.0f)),
+        rectangle(make_rectangle()),
+        spring(Triangles{}),
+        strand(make_strand()),
+        floor(measures.floor ? triangles_of(*measures.floor) : make_rectangle()) {
+    light_camera = orthographic(shadow_reach, shadow_reach, 0.1f, 2.0f) *
+                   look_at(sun, Vector3f::Zero(), Vector3f::UnitY());
+    glGenBuffers(1, &hairs);
+    glBindVertexArray(strand.vertex_array());
+    glBindBuffer(GL_ARRAY_BUFFER, hairs);
+    constexpr GLint sizes[] = {4, 2, 3};  // number of components of a hair's attributes place, state and
+                                          // shape
+    std::size_t offset = 0;
+    for (GLuint i = 2; i < 5; ++i) {
+      glEnableVertexAttribArray(i);
+      glVertexAttribPointer(i, sizes[i - 2], GL_FLOAT, GL_FALSE, sizeof(Hair),
+                            reinterpret_cast<const void*>(offset * sizeof(float)));
+      glVertexAttribDivisor(i, 1);
+      offset += static_cast<std::size_t>(sizes[i - 2]);
+    }
+  }
+  ~Impl() { glDeleteBuffers(1, &hairs); }
+
+  Vector3f half_block() const { return 0.5f * to_vector(measures.block); }
+  Vector3f half_room() const {
+    return Vector3f(static_cast<float>(measures.length / 2), static_cast<float>(measures.width / 2),
+                    static_cast<float>(measures.height));
+  }
+
+  static Triangles triangles_of(const FloorMesh& mesh) {
+    Triangles shape;
+    for (const FloorMesh::Triangle& triangle : mesh.triangles()) {
+      const Vector3f normal = normal_of(triangle).cast<float>();
+      for (const FloorMesh::Vector3& corner : triangle) {
+        shape.indices.push_back(static_cast<std::uint32_t>(shape.vertices.size()));
+        shape.vertices.push_back({corner.cast<float>(), normal});
+      }
+    }
+    return shape;
+  }
+
+  // Makes the mesh of a hair: a rod of many short pieces, which the shader bends.
+  static Triangles make_strand() {
+    constexpr int pieces = 8;
+    Triangles shape;
+    for (int i = 0; i < pieces; ++i) {
+      Triangles piece = make_rod(6, 1.0f);
+      const auto first = static_cast<std::uint32_t>(shape.vertices.size());
+      // Number of vertices on a piece's side; the discs at its ends, which are hidden, are left out.
+      const std::size_t side = 14;
+      for (std::size_t v = 0; v < side; ++v) {
+        Vertex vertex = piece.vertices[v];
+        vertex.position.z() = (vertex.position.z() + static_cast<float>(i)) / pieces;
+        shape.vertices.push_back(vertex);
+      }
+      for (const std::uint32_t index : piece.indices) {
+        if (index >= side) break;
+        shape.indices.push_back(first + index);
+      }
+    }
+    return shape;
+  }
+
+  // ----------------------------------------------------------- functions that list the bodies to draw
+  void place_room(const Camera& camera) {
+    const Vector3f half = half_room();
+    const float thick = 0.006f;
+    add(bodies, cube, placed({0, 0, -thick}, {half.x() + thick, half.y() + thick, thick}), slab_paint, plain,
+        0.05f);
+    bodies.back().by_room = bodies.back().by_block = false;
+    const Vector3f size = measures.floor ? Vector3f(1, 1, 1) : Vector3f(half.x(), half.y(), 1);
+    add(bodies, floor, placed({0, 0, 0.0002f}, size), floor_paint, tiles, 0.10f);
+
+    // Draws a wall that is between the eye and the room as glass, so that it hides nothing.
+    const Vector3f eye = tilt.inverse() * camera.eye();
+    struct Side {
+      Vector3f middle, inward;
+      float wide;
+    };
+    const Side sides[] = {{{half.x(), 0, 0}, {-1, 0, 0}, half.y()},
+                          {{0, half.y(), 0}, {0, -1, 0}, half.x()},
+                          {{0, -half.y(), 0}, {0, 1, 0}, half.x()}};
+    for (const Side& side : sides) {
+      Affine3f place = Affine3f::Identity();
+      const Vector3f up = Vector3f::UnitZ();
+      place.matrix().col(0).head<3>() = up.cross(side.inward) * side.wide;
+      place.matrix().col(1).head<3>() = up * half.z() / 2;
+      place.matrix().col(2).head<3>() = side.inward;
+      place.matrix().col(3).head<3>() = side.middle + up * half.z() / 2;
+      const bool seen = side.inward.dot(eye - side.middle) > 0;
+      add(seen ? bodies : clear, rectangle, place, wall_paint, seen ? wall : glowing, 0.04f);
+      if (!seen) clear.back().alpha = 0.05f;
+    }
+    const bool under_roof = eye.z() < half.z();
+    add(under_roof ? bodies : clear, rectangle, placed({0, 0, half.z()}, {half.x(), -half.y(), -1}),
+        wall_paint, under_roof ? wall : glowing, 0.04f);
+    if (!under_roof) clear.back().alpha = 0.035f;
+    place_edges(half);
+  }
+
+  void place_edges(const Vector3f& half) {
+    constexpr float r = 0.0011f;
+    const auto edge = [&](const Vector3f& from, const Vector3f& to) {
+      add(shadowless, rod, between(from, to, r), edge_paint, plain, 0.0f);
+      shadowless.back().by_room = shadowless.back().by_block = false;
+    };
+    for (const float y : {-half.y(), half.y()}) {
+      edge({-half.x(), y, half.z()}, {half.x(), y, half.z()});
+      for (const float x : {-half.x(), half.x()}) edge({x, y, 0}, {x, y, half.z()});
+    }
+    edge({half.x(), -half.y(), half.z()}, {half.x(), half.y(), half.z()});
+    edge({-half.x(), -half.y(), half.z()}, {-half.x(), half.y(), half.z()});
+  }
+
+  void place_hand(const Snapshot& room) {
+    const Vector3f tool = to_vector(room.tool), hand = to_vector(room.device);
+    const float radius = static_cast<float>(measures.tool_radius);
+    add(bodies, sphere, placed(tool, Vector3f::Constant(radius)), tool_paint, plain, 0.6f);
+    bodies.back().by_tool = false;
+    const Vector3f paint = room.device_lost ? lost_paint : hand_paint;
+    add(bodies, sphere, placed(hand, Vector3f::Constant(0.55f * radius)), paint, plain, 0.5f);
+    bodies.back().by_tool = false;
+    // Draws the hand as a stylus that points at the hand's place from above and behind.
+    const Vector3f ahead = Vector3f(-0.42f, -0.30f, 1.0f).normalized();
+    add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, plain, 0.5f);
+    add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, plain,
+        0.4f);
+    add(bodies, rod, between(hand + 0.034f * ahead, hand + 0.042f * ahead, 0.0046f), tool_paint, plain, 0.6f);
+    add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, plain,
+        0.4f);
+    const Vector3f way = hand - tool;
+    if (room.held && way.norm() > 0.5f * radius) {
+      spring.replace(make_coil(tool, hand, 9, 0.0034f, 0.00065f));
+      add(bodies, spring, Affine3f::Identity(), Vector3f(0.62f, 0.64f, 0.66f), plain, 0.7f);
+      bodies.back().by_tool = false;
+    }
+  }
+
+  void place_arrow(const Vector3f& from, const Vector3f& to, const Vector3f& paint) {
+    const Vector3f way = to - from;
+    const float length = way.norm(), head = std::min(0.018f, 0.6f * length);
+    const Vector3f neck = to - way * (head / length);
+    // Draws the arrow twice: as it is, and as a ghost that shows faintly through bodies before it.
+    for (const bool ghost : {false, true}) {
+      auto& list = ghost ? ghosts : shadowless;
+      add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
+      list.back().alpha = ghost ? 0.22f : 1.0f;
+      add(list, cone, between(neck, to, 0.0066f), paint, glowing, 0);
+      list.back().alpha = ghost ? 0.22f : 1.0f;
+    }
+  }
+
+  // Draws a disc under each patch: its radius grows with the square root of the load, and its filling is the
+  // share of the friction limit in use.
+  void place_contacts(const Snapshot& room) {
+    for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+      const ContactView& c = room.contact[i];
+      if (!(c.load > 0)) continue;
+      float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
+      // Draws the disc of the tool's pad, which has an extent, at the pad's own radius.
+      if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);
+      const double used = c.limit > 0 ? to_vector(c.friction).norm() / c.limit : 0;
+      const float u = std::clamp(static_cast<float>(used), 0.0f, 1.0f);
+      const Vector3f paint = (1 - u) * Vector3f(0.15f, 0.55f, 0.60f) + u * friction_paint;
+      const Vector3f at = to_vector(c.point), normal = to_vector(c.normal);
+      const Vector3f top = at + 0.0006f * (normal.norm() > 0.5f ? normal : Vector3f(Vector3f::UnitZ()));
+      add(ghosts, rod, between(at, top, wide), paint, glowing, 0);
+      ghosts.back().alpha = c.key == room.bristles.key ? 0.75f : 0.45f;
+    }
+  }
+
+  void place_compared(const Snapshot& room) {
+    for (std::size_t i = 0; i < std::min(room.compared, most_compared); ++i) {
+      const ComparedBlock& other = room.beside[i];
+      const auto& q = other.orientation;
+      const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]),
+                                    static_cast<float>(q[2]), static_cast<float>(q[3]));
+      Vector3f at = to_vector(other.position);
+      at.y() += aside_of(i);
+      const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
+      // Gives compared blocks the colours of their curves in the plots, in scenes that have such curves.
+      const bool first =
+          scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
+      const bool brush = other.model == FrictionModel::brush;
+      bodies.push_back({&block, place,
+                        !first  ? coulomb_paint
+                        : brush ? beside_paint
+                                : lugre_paint,
+                        plain, 0.16f});
+      bodies.back().by_block = false;
+    }
+  }
+
+  // Draws the outline where each block began, and the path of its centre from there.
+  void place_trails(const Trails& trails) {
+    const auto line = [&](Vector3f from, Vector3f to, const Vector3f& paint, float radius) {
+      if ((to - from).norm() < 1e-5f) return;
+      from.z() = to.z() = 0.0006f;
+      add(shadowless, rod, between(from, to, radius), paint, glowing, 0);
+    };
+    const Vector3f paints[] = {Vector3f(0.80f, 0.80f, 0.72f), Vector3f(0.35f, 0.60f, 0.90f),
+                               Vector3f(0.70f, 0.72f, 0.75f)};
+    for (std::size_t i = 0; i < Trails::blocks; ++i) {
+      const auto& way = trails.way(i);
+      if (way.empty()) continue;
+      const Vector3f& at = way.front();
+      const float x = half_block().x(), y = half_block().y();
+      const Vector3f corners[] = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
+      for (int k = 0; k < 4; ++k) line(at + corners[k], at + corners[(k + 1) % 4], 0.6f * paints[i], 0.0007f);
+      for (std::size_t k = 1; k < way.size(); ++k) line(way[k - 1], way[k], paints[i], 0.0013f);
+    }
+  }
+
+  void add(std::vector<Body>& list, const Mesh& mesh, const Affine3f& place, const Vector3f& colour, int look,
+           float gloss) {
+    list.push_back({&mesh, tilt * place, colour, look, gloss});
+  }
+
+  void place_all(const Snapshot& room, const Trails& trails, const Camera& camera) {
+    for (auto* list : {&bodies, &shadowless, &clear, &ghosts}) list->clear();
+    tilt = Affine3f(room_tilt(room.settings.slope));
+    const auto& q = room.block_orientation;
+    const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]),
+                                  static_cast<float>(q[2]), static_cast<float>(q[3]));
+    block_place = tilt * Eigen::Translation3f(to_vector(room.block_position)) * turn.normalized();
+    bodies.push_back({&block, block_place, Vector3f::Ones(), wood, 0.16f});
+    bodies.back().by_block = false;
+    place_compared(room);
+    place_hand(room);
+    first_unshadowing_ = bodies.size();
+    place_room(camera);
+    const ForceArrows arrows = place_arrows(room, measures);
+    if (arrows.friction) place_arrow(arrows.friction_from, arrows.friction_to, friction_paint);
+    if (arrows.applied) place_arrow(arrows.applied_from, arrows.applied_to, applied_paint);
+    place_contacts(room);
+    place_trails(trails);
+    // Draws the table below the room level, even if the room is tilted.
+    const float low = -0.025f - half_room().x() * std::abs(std::sin(static_cast<float>(room.settings.slope)));
+    bodies.push_back({&rectangle, placed({0, 0, low}, {0.9f, 0.9f, 1}), table_paint, table, 0.0f});
+    bodies.back().by_block = bodies.back().by_tool = bodies.back().by_room = false;
+  }
+
+  // ---------------------------------------------------------- functions that draw the listed bodies
+  void draw_shadow() {
+    shadow.begin();
+    depth.use();
+    depth.set("camera", light_camera);
+    glEnable(GL_DEPTH_TEST);
+    glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(1.5f, 2.0f);
+    for (std::size_t i = 0; i < first_unshadowing_; ++i) {
+      depth.set("model", Matrix4f(bodies[i].place.matrix()));
+      bodies[i].mesh->draw();
+    }
+    glDisable(GL_POLYGON_OFFSET_FILL);
+  }
+
+  // Returns the rectangle of the shadow map in which bodies are, with a margin for the soft edge of shadows.
+  Vector4f find_shadowed() const {
+    Vector4f found(1, 1, 0, 0);
+    const auto take = [&](const Vector3f& point, float around) {
+      const Eigen::Vector2f at = 0.5f * ((light_camera * point.homogeneous()).head<2>().array() + 1);
+      const float rim = 0.5f * around / shadow_reach + 4.0f / static_cast<float>(shadow.pixels());
+      found.head<2>() = found.head<2>().cwiseMin((at.array() - rim).matrix());
+      found.tail<2>() = found.tail<2>().cwiseMax((at.array() + rim).matrix());
+    };
+    take(block_place.translation(), half_block().norm());
+    for (std::size_t i = 1; i < first_unshadowing_; ++i) {
+      const Affine3f& place = bodies[i].place;
+      if (bodies[i].mesh == &spring) continue;  // lets the coil spring between tool and hand cast no shadow
+      if (bodies[i].mesh == &block) {
+        take(place.translation(), half_block().norm());
+        continue;
+      }
+      take(place.translation(), place.linear().col(0).norm());
+      take(place * Vector3f(Vector3f::UnitZ()), place.linear().col(0).norm());
+    }
+    found.head<2>() = found.head<2>().cwiseMax(0.0f);
+    found.tail<2>() = found.tail<2>().cwiseMin(1.0f);
+    return found;
+  }
+
+  void draw_bodies(const std::vector<Body>& list) {
+    for (const Body& body : list) {
+      const Matrix3f normals = body.place.linear().inverse().transpose();
+      lit.set("model", Matrix4f(body.place.matrix()));
+      lit.set("normals", normals);
+      lit.set("colour", body.colour);
+      lit.set("look", body.look);
+      lit.set("gloss", body.gloss);
+      lit.set("alpha", body.alpha);
+      lit.set("shaded_by_block", body.by_block ? 1.0f : 0.0f);
+      lit.set("shaded_by_tool", body.by_tool ? 1.0f : 0.0f);
+      lit.set("shaded_by_room", body.by_room ? 1.0f : 0.0f);
+      body.mesh->draw();
+    }
+  }
+
+  void draw_scene(const Snapshot& room, const Camera& camera, const Picture& picture) {
+    const Area& s = picture.scene;
+    const auto bottom = static_cast<GLint>(static_cast<float>(picture.height) - s.y - s.height);
+    glViewport(static_cast<GLint>(s.x), bottom, static_cast<GLsizei>(s.width),
+               static_cast<GLsizei>(s.height));
+    const Vector3f behind = backdrop.cwiseSqrt();
+    glClearColor(behind.x(), behind.y(), behind.z(), 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glEnable(GL_DEPTH_TEST);
+
+    Matrix4f to_unit = Matrix4f::Identity();
+    to_unit.diagonal().head<3>().setConstant(0.5f);
+    to_unit.col(3).head<3>().setConstant(0.5f);
+    shadow.bind();
+    lit.use();
+    lit.set("camera", Matrix4f(camera.projection(s.width / s.height) * camera.view()));
+    lit.set("eye", camera.eye());
+    lit.set("sun", sun);
+    lit.set("backdrop", backdrop);
+    lit.set("shadowed", picture.shadows ? find_shadowed() : Vector4f(1, 1, 0, 0));
+    lit.set("to_light", Matrix4f(to_unit * light_camera));
+    lit.set("shadow_map", 0);
+    lit.set("to_room", Matrix4f(tilt.inverse().matrix()));
+    lit.set("to_block", Matrix4f(block_place.inverse().matrix()));
+    lit.set("room_half", half_room());
+    lit.set("block_half", half_block());
+    const Vector3f tool = tilt * to_vector(room.tool);
+    lit.set("tool", Vector4f(tool.x(), tool.y(), tool.z(), static_cast<float>(measures.tool_radius)));
+    draw_bodies(bodies);
+    draw_bodies(shadowless);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glDepthMask(GL_FALSE);
+    draw_bodies(clear);
+    glDisable(GL_DEPTH_TEST);
+    draw_bodies(ghosts);
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_BLEND);
+  }
+
+  // Returns a camera for the magnifying glass with the main camera's direction of view, so that hairs lean
+  // the way the block goes.
+  static Matrix4f glass_camera(const Snapshot& room, const Camera& camera) {
+    Vector3f along = Vector3f::UnitX(), aside = Vector3f::UnitY();
+    for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+      if (room.contact[i].key != room.bristles.key) continue;
+      along = to_vector(room.contact[i].along);
+      aside = to_vector(room.contact[i].aside);
+    }
+    Matrix4f axes = Matrix4f::Identity();
+    axes.block<3, 1>(0, 0) = along;
+    axes.block<3, 1>(0, 1) = aside;
+    axes.block<3, 1>(0, 2) = along.cross(aside);
+    Camera near = camera;
+    near.target = Vector3f(0, 0, 0.42f);
+    near.elevation = std::clamp(camera.elevation, 0.22f, 0.32f);
+    near.distance = 6.6f;
+    near.field_of_view = 0.52f;
+    return perspective(near.field_of_view, 1.0f, 0.5f, 20.0f) * near.view() * axes;
+  }
+
+  void draw_glass(const Snapshot& room, const BristleGlass& glass, const Camera& camera, const Picture& p) {
+    if (p.glass_radius < 1) return;
+    const float bottom = static_cast<float>(p.height) - p.glass_y - p.glass_radius;
+    const auto x = static_cast<GLint>(p.glass_x - p.glass_radius), y = static_cast<GLint>(bottom);
+    const auto wide = static_cast<GLsizei>(2 * p.glass_radius);
+    glViewport(x, y, wide, wide);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(x, y, wide, wide);
+    glClear(GL_DEPTH_BUFFER_BIT);
+    const Vector3f circle(p.glass_x, static_cast<float>(p.height) - p.glass_y, p.glass_radius);
+    const Matrix4f through = glass_camera(room, camera);
+
+    const auto plane = [&](int look, float reach, float height, const Matrix4f& by) {
+      glass_plane.use();
+      glass_plane.set("camera", by);
+      glass_plane.set("circle", circle);
+      glass_plane.set("look", look);
+      glass_plane.set("reach", reach);
+      glass_plane.set("height", height);
+      rectangle.draw();
+    };
+    glDisable(GL_DEPTH_TEST);
+    Matrix4f whole = Matrix4f::Identity() / BristleGlass::reach;
+    whole(3, 3) = 1;
+    plane(3, BristleGlass::reach, 0.0f, whole);
+    glEnable(GL_DEPTH_TEST);
+    plane(1, BristleGlass::reach, 0.0f, through);
+
+    glBindBuffer(GL_ARRAY_BUFFER, hairs);
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(glass.hairs().size() * sizeof(Hair)),
+                 glass.hairs().data(), GL_STREAM_DRAW);
+    hair.use();
+    hair.set("by_age", glass.by_age ? 1 : 0);
+    hair.set("camera", through);
+    hair.set("circle", circle);
+    hair.set("look", 0);
+    hair.set("sun", sun);
+    hair.set("reach", BristleGlass::reach);
+    strand.draw_many(static_cast<GLsizei>(glass.hairs().size()));
+    if (!glass.hairs().empty()) {
+      glEnable(GL_BLEND);
+      plane(2, BristleGlass::reach, 1.02f, through);
+      glDisable(GL_BLEND);
+    }
+    glDisable(GL_SCISSOR_TEST);
+  }
+
+  std::size_t first_unshadowing_ = 0;
+};
+
+Renderer::Renderer(const RoomMeasures& measures, int samples) {
+  if (epoxy_gl_version() < 33) throw std::runtime_error("OpenGL 3.3 is needed, and this is older");
+  impl_ = std::make_unique<Impl>(measures, samples);
+}
+
+Renderer::~Renderer() = default;
+
+void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Trails& trails,
+                    const Camera& camera, const Picture& picture, std::uint32_t target) {
+  Impl& i = *impl_;
+  i.place_all(room, trails, camera);
+  if (picture.shadows) i.draw_shadow();
+  Picture drawn = picture;
+  if (picture.half_resolution && !i.board.has_many_samples()) {  // only with one sample per pixel
+    drawn.width = (picture.width + 1) / 2;
+    drawn.height = (picture.height + 1) / 2;
+    for (float* length : {&drawn.scene.x, &drawn.scene.y, &drawn.scene.width, &drawn.scene.height,
+                          &drawn.glass_x, &drawn.glass_y, &drawn.glass_radius})
+      *length *= 0.5f;
+  }
+  i.board.begin(drawn.width, drawn.height);
+  i.draw_scene(room, camera, drawn);
+  i.draw_glass(room, glass, camera, drawn);
+  i.board.resolve_into(target, picture.width, picture.height);
+}
+
+}  // namespace room

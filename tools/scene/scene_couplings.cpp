@@ -1,5 +1,0 @@
-#include "tools/scene/couplings.hpp"
-
-namespace bristle {
-BRISTLE_SCENE_COUPLINGS()
-}  // namespace bristle
