@@ -104,8 +104,8 @@ struct CohortState {
   double direction[2] = {0.0, 0.0};  ///< direction of the present straight slide of the patch
   double run = 0.0;                  ///< length of the present straight slide so far, scaled
 
-  /// Places of the patch at which the first bristles of the cohorts open[0] and open[1] snapped or entered.
-  /// An open cohort absorbs bristles that do so within a piece of path from there.
+  /// Places of the patch at which the first bristles of the cohorts open[0] and open[1] were straight. An
+  /// open cohort absorbs bristles that become straight within a piece of path from there.
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
   /// Indices of cohorts: [0] absorbs bristles that snap, [1] those that come into contact; [2] is the closed
   /// cohort from which [0] is moved apart when [0] closes.

@@ -530,20 +530,6 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   return lost;
 }
 
-/// Whether a newborn cohort joins the open one: the patch at `at` is within a piece of path of the place
-/// where the open cohort's first bristles snapped, and both cohorts' places are close as well. Those of a
-/// path that turns lie up to 2 l_r apart, since each is l_r behind the patch along its own direction.
-inline bool joins_open(const CohortLaw& law, const CohortState& s, const double* rows, const Newborn& n,
-                       const double at[2]) {
-  const std::uint32_t i = s.open[0];
-  if (i == no_cohort) return false;
-  const double piece = square_of(law.piece);
-  if (square_of(at[0] - s.begin[0][0]) + square_of(at[1] - s.begin[0][1]) > piece) return false;
-  // Up to this square of a distance, directions of motion differ by little more than a right angle.
-  const double apart = most(piece, 2.25 * square_of(law.residual));
-  return square_of(n.x - entry(rows, i, cohort_x)) + square_of(n.y - entry(rows, i, cohort_y)) <= apart;
-}
-
 /// Advances a patch of cohorts along a straight move. The template Engine holds the loops over all cohorts.
 template <class Engine, int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
@@ -599,7 +585,17 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       sums.emptied.forget_lanes_from(s.count);
       for (std::uint32_t& open : s.open)
         if (open != no_cohort && sums.emptied.has(open)) open = no_cohort;
-      if (joins_open(law, s, rows, newborn, at)) {
+      double first[2] = {from[0], from[1]};  // places of the patch at which the piece's first and last
+                                             // newborn bristles would be straight
+      double last_born[2] = {at[0], at[1]};
+      if (rubs)
+        for (int axis = 0; axis < 2; ++axis) {
+          first[axis] -= law.residual * a.direction[axis];
+          last_born[axis] -= law.residual * a.direction[axis];
+        }
+      const double bx = last_born[0] - s.begin[0][0];
+      const double by = last_born[1] - s.begin[0][1];
+      if (s.open[0] != no_cohort && bx * bx + by * by <= law.piece * law.piece) {
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
@@ -612,7 +608,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         }
         if (free == no_cohort) free = s.count++;
         s.open[0] = free;
-        for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = from[axis];
+        for (int axis = 0; axis < 2; ++axis) s.begin[0][axis] = first[axis];
         append<ages>(law, s, rows, free, newborn, times);
       }
       remove_empty<ages>(s, rows, times.births, sums.emptied);
