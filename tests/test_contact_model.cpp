@@ -138,6 +138,16 @@ double force_after(PatchBatch& batch, PatchId id, double dx, double load) {
 
 }  // namespace
 
+TEST_CASE("Ranges of saved whole numbers are exact where a double is not", "[state]") {
+  const FieldRule rule{"way", -0x1p62, 0x1p62};
+  const std::int64_t farthest = std::int64_t{1} << 62;
+  CHECK(is_allowed(farthest, rule));
+  CHECK(is_allowed(-farthest, rule));
+  CHECK_FALSE(is_allowed(farthest + 1, rule));  // rounds to the same double
+  CHECK_FALSE(is_allowed(-farthest - 1, rule));
+  CHECK_FALSE(is_allowed(std::nan(""), rule));
+}
+
 TEST_CASE("A second contact model is stepped, tried, saved and restored by the batch", "[contact model]") {
   PatchBatch batch;
   const PatchId id = add_coulomb(batch, 3.0);

@@ -35,6 +35,16 @@ constexpr FieldRule placed(int axis) noexcept { return {.hashed = Hashed::place,
 /// Whether a saved number is in its range; NaN never is.
 inline bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
+/// Whether a saved value is in the range of its rule. Compares whole numbers exactly, without rounding to
+/// double; a rule with a name has finite limits for them.
+template <class Number>
+bool is_allowed(const Number& value, const FieldRule& rule) noexcept {
+  if constexpr (std::is_floating_point_v<Number>)
+    return within(static_cast<double>(value), rule.least, rule.most);
+  else
+    return value >= static_cast<Int128>(rule.least) && value <= static_cast<Int128>(rule.most);
+}
+
 /// Reads saved values, and keeps the name of the first one that is out of its range.
 struct FieldCheck {
   ByteReader& read;
@@ -43,9 +53,7 @@ struct FieldCheck {
   template <class Number>
   void operator()(Number& value, const FieldRule& rule = {}) noexcept {
     read(value);
-    if (fault == nullptr && rule.name != nullptr &&
-        !within(static_cast<double>(value), rule.least, rule.most))
-      fault = rule.name;
+    if (fault == nullptr && rule.name != nullptr && !is_allowed(value, rule)) fault = rule.name;
   }
 };
 
