@@ -164,18 +164,6 @@ void find_moment(CohortState& s, const double* rows) noexcept {
   s.moment[1] = y;
 }
 
-double cohort_squares(const Patch& p) noexcept {
-  const Cohorts& r = cohorts(p);
-  const double at[2] = {place(p, r, 0), place(p, r, 1)};
-  double sum = r.spread + r.mass * glide_squares(r);
-  for (std::uint32_t i = 0; i < r.count; ++i) {
-    const double zx = at[0] - entry(r.rows, i, cohort_x);
-    const double zy = p.axes == 2 ? at[1] - entry(r.rows, i, cohort_y) : 0.0;
-    sum += mass_of(r.rows, i) * (zx * zx + zy * zy);
-  }
-  return sum;
-}
-
 double squares_at(const CohortState& s, const double* rows, const double (&at)[2], double sum) noexcept {
   for (std::uint32_t i = 0; i < s.count; ++i) {
     const double zx = at[0] - entry(rows, i, cohort_x);
@@ -183,6 +171,12 @@ double squares_at(const CohortState& s, const double* rows, const double (&at)[2
     sum += mass_of(rows, i) * (zx * zx + zy * zy);
   }
   return sum;
+}
+
+double cohort_squares(const Patch& p) noexcept {
+  const Cohorts& r = cohorts(p);
+  const double at[2] = {place(p, r, 0), p.axes == 2 ? place(p, r, 1) : 0.0};
+  return squares_at(r, r.rows, at, r.spread + r.mass * glide_squares(r));
 }
 
 double joules_per_unit(const Patch& p) noexcept {
