@@ -1,6 +1,8 @@
 // Fonts and colours of the virtual room's panels.
 #pragma once
 
+#include <cstddef>
+
 #include <imgui.h>
 
 namespace room {
