@@ -345,7 +345,7 @@ class Stepper {
   template <bool again>
   static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
-    // The operations on one vector form a chain of some 55 cycles. With narrow vectors the registers hold
+    // The operations on one vector form a long chain. With narrow vectors the registers hold
     // only three chains at a time, too few to fill the pipes, so the first pass runs over all rows before the
     // rest.
     constexpr bool two_passes = width < lane_count;

@@ -19,7 +19,7 @@ SnapLength normal_of(const SnapLength& law, double mean, double cv) {
 }
 
 /// Makes a table law of aged snap lengths: those of each value of a table, or of 33 quantiles of a uniform
-/// law (error of the peak below 1e-4). Between them the aged length counts as linear.
+/// law (error of the peak below 1e-4: test_ageing_law). Between them the aged length counts as linear.
 SnapLength table_of(const SnapLength& law, const WayAgeing& ageing) {
   std::vector<double> quantiles;
   if (law.law() == SnapLaw::table) {

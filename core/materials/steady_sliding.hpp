@@ -49,8 +49,8 @@ struct SteadySliding {
   double drawn;       ///< mean fresh snap length of the bristles in contact, in mean snap lengths
 };
 
-/// Computes steady sliding for `shared_renewal` >= 0. Takes some 10 us, with ageing some 30 us; more for long
-/// tables.
+/// Computes steady sliding for `shared_renewal` >= 0. Takes longer with ageing, and for a table of many
+/// lengths.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
 /// Computes steady sliding for a law given by nodes and by `mean`, the mean length at which its bristles

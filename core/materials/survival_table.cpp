@@ -46,8 +46,8 @@ double find_tail(const SurvivalTable& table, double share) {
 /// Waves of the renewal equation, in which bristles that began to slide together snap in step: the path after
 /// which they have decayed, and the longest piece that resolves them.
 ///
-/// Waves of lognormal, normal and exponential laws decay as exp(-2 pi^2 cv^2 x / mean) or faster, within 7 %,
-/// and are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may have
+/// Waves of lognormal, normal and exponential laws decay nearly as exp(-2 pi^2 cv^2 x / mean) or faster, and
+/// are followed to 1e-4. A law whose density jumps, or that has several groups of lengths, may have
 /// slower and shorter waves than its spread says: its slowest wave is found and followed to 6e-6.
 struct Waves {
   double path;
@@ -164,8 +164,7 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // Uses a stricter tolerance than for `forget`, because the errors of to-and-fro strokes add up: 3e-4 in
-  // each stroke would raise friction by a twelfth in 200 strokes (spread 0.4).
+  // Uses a stricter tolerance than for `forget`, because the errors of to-and-fro strokes add up.
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;

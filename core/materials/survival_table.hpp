@@ -33,9 +33,9 @@ struct SurvivalTable {
 };
 
 /// Makes the table; lengths in m times `per_metre` are scaled lengths. S is exact at the nodes and linear
-/// between them, with an error of at most h^2 / 8 |S''|, h = (x + 1/16) / 128 (3e-5 for a lognormal law of
-/// spread 0.3; a corner of S is cut over a width h). For a table law the nodes have local means of S, which
-/// conserve the mean of the law.
+/// between them, with an error of at most h^2 / 8 |S''|, h = (x + 1/16) / 128;
+/// a corner of S is cut over a width h. For a table law the nodes have local means of S, which conserve the
+/// mean of the law.
 SurvivalTable make_survival_table(const SnapLength& law, double per_metre);
 
 struct Survival {

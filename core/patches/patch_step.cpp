@@ -23,8 +23,7 @@ double longest_growth(const Patch& p, const PatchStep& step) noexcept {
 }
 
 /// Updates how long bristles of an ageing patch may have held: none holds while the patch moves further than
-/// twice its snap length. Bristles longer than the mean plus four standard deviations are ignored; they carry
-/// 0.5 % of the force at a spread (cv) of 0.3 (lognormal) and 6 % at cv 1.
+/// twice its snap length. Bristles longer than the mean plus four standard deviations are ignored.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =

@@ -145,7 +145,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
 
 void Workers::warm_up() noexcept {
   if (!impl_) return;
-  // Runs more loops than the first 100, in which oneTBB makes its 34 allocations (measured).
+  // Runs more loops than the first 100, in which oneTBB allocates.
   std::atomic<int> done{0};
   const auto spin = [](void* counter, int) {
     static_cast<std::atomic<int>*>(counter)->fetch_add(1, std::memory_order_relaxed);

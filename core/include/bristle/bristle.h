@@ -20,7 +20,7 @@
  *   [step]     the stepping thread of this batch: one thread at a time.
  *   [change]   one other thread (or the same one) may call these while the stepping thread steps. They
  *              allocate and free memory; [step] functions never do, unless they say so. The next [step]
- *              function carries out all changes that wait, some 0.1 us for each add.
+ *              function carries out all changes that wait.
  *   [alone]    only while no other call on this handle runs.
  */
 #pragma once

@@ -67,8 +67,8 @@ struct ShedReport {
 /// Every decision is recorded. A run that applies the record (`apply_decisions`) instead of reading a clock
 /// gives the same bits.
 ///
-/// In each step, call `before_step` (optional: it predicts a late step once the time per bristle is known,
-/// and takes some 50 ns for each motion), step the batch, and call `after_step` with the time of the step.
+/// In each step, call `before_step` (optional: it predicts a late step once the time per bristle is known),
+/// step the batch, and call `after_step` with the time of the step.
 /// Call both on the stepping thread; they do not allocate, lock or throw. A time that includes a preemption
 /// does not measure work: if one thread steps, pass its CPU time (DeadlineMonitor::cpu_now).
 class BRISTLE_API LoadShedder {

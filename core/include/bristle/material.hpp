@@ -248,12 +248,12 @@ struct BRISTLE_API Material {
   }
   /// Returns friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma),
   /// b = m1 / 2 for keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide (at every speed). Shared renewal
-  /// lowers it by the equations of core/MODEL.md; that takes some 10 us. With ageing this is the limit of
+  /// lowers it by the equations of core/MODEL.md, which each call solves. With ageing this is the limit of
   /// fast sliding, in which nothing ages: the lowest value.
   double kinetic_coefficient() const;
   /// Returns kinetic friction over normal load at the speed v. With ageing a bristle's snap length grows
   /// while it is bent, to l = delta g(l / v); it snaps at l_r + l. Counts bristles alone: no damper, no
-  /// strengthening with speed. Takes some 30 us. A speed below slowest_sliding counts as slowest_sliding.
+  /// strengthening with speed. Solves equations. A speed below slowest_sliding counts as slowest_sliding.
   /// Throws bristle::Error on NaN.
   double kinetic_coefficient(double speed_m_per_s) const;
   /// Returns the highest friction over normal load at first loading from rest with all deflections zero (the

@@ -110,7 +110,7 @@ struct PatchOptions {
 
   /// Population::infinite: number of pieces of path per mean snap length, 1 to 128; automatic: 8. Computing
   /// time grows with it. In sliding the error falls with its square until cohorts merge. Under a load that
-  /// changes at random the error stays at 0.5 % of the force (lognormal, cv 0.3) to 3 % (cv 1).
+  /// changes at random the rms error is below 2 % (lognormal, cv 0.3), 6 % (cv 1): test_random_laws.
   double resolution = automatic;
   std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of this many
                                   ///< bristles, keyed by `seed`; 0 = no noise

@@ -68,10 +68,10 @@ struct StepReport {
 ///   make.
 /// The two may be one thread, or two that work at the same time; on either side one call at a time. An id is
 /// valid at once; the change takes effect at the next call of the stepping side. Each call of that side,
-/// const or not, applies all waiting changes, so two readers need a lock as two writers do: 100 adds take
-/// some 1 us, 1,000 some 70 us, 10,000 some 0.8 ms, so a loop with a deadline spreads more than some hundreds
-/// over several steps. Any thread may call threads(), unbound_workers() and isa(). Builds with
-/// BRISTLE_ASSERTS stop at two calls at once on one side.
+/// const or not, applies all waiting changes, so two readers need a lock as two writers do. Each
+/// change takes time then, so a loop with a deadline spreads more than some hundreds of adds over several
+/// steps. Any thread may call threads(), unbound_workers() and isa(). Builds with BRISTLE_ASSERTS stop at two
+/// calls at once on one side.
 ///
 /// A batch that was moved from may only be destroyed or assigned to. All memory is allocated and freed by the
 /// adding thread, and by the constructor, the destructor, warm_up and restore_state.
@@ -136,8 +136,8 @@ class BRISTLE_API PatchBatch {
 
   /// Makes the patch use `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer mean
   /// less work and a noisier force. Forces stay the same, at rest and in sliding; no bristle snaps. The next
-  /// `contact_loss` includes the energy that the change takes (negative: adds). The change costs, once, 3 to
-  /// 5 ns for each bristle that is kept (fewer) or restored (more). Does not throw or allocate.
+  /// `contact_loss` includes the energy that the change takes (negative: adds). The change costs, once, a
+  /// time in proportion to the bristles that are kept (fewer) or restored (more). Does not throw or allocate.
   /// Status::unknown_id or bad_input: nothing changed. See core/MODEL.md, "Detail".
   Status set_detail(PatchId id, std::uint32_t bristles) noexcept;
 

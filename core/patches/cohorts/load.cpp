@@ -110,7 +110,7 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
   // Lets entering bristles join the last cohort only if the patch has hardly moved since: joining within a
-  // whole piece of path would mix ranks (error 1.3 % instead of 0.3 % under a random load in each step).
+  // whole piece of path would mix ranks.
   const double near = r.law.piece / 16.0;
   bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
   if (r.count == 0) begin_time(p);
