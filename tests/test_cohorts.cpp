@@ -227,6 +227,46 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
       }
 }
 
+TEST_CASE("A walk of long and short steps ends each step as small steps and fine pieces do",
+          "[cohorts][physics]") {
+  struct Walk {
+    SnapLength law;
+    double renewal, residual, turn;  ///< turn: largest of a step, rad
+  };
+  const SnapLength& wide = bristle_test::uniform;
+  for (const Walk& w : {Walk{lognormal, 2.0, 0.4, 0.3},
+                        {lognormal, 2.0, 1.5, 1.0},
+                        {wide, 0.0, 0.0, 3.1},
+                        {wide, 0.0, 0.4, 0.3},
+                        {SnapLength::exponential(dbar), 2.0, 1.5, 0.3}}) {
+    const Material material = with_rubbing(w.law, {w.residual, w.renewal});
+    Brush walks(material), near(material, infinite_options(32.0, 512));
+    const double kinetic = steady_deflection(w.law, w.renewal);
+    double direction = 0.0, worst = 0.0, worst_mean = 0.0;
+    for (int i = 0; i < 60; ++i) {
+      const double u = 0.7549 * i - std::floor(0.7549 * i), v = 0.5698 * i - std::floor(0.5698 * i);
+      direction += w.turn * (2.0 * u - 1.0);
+      const double length = i % 7 == 6 ? 0.3 : 2.0 + 7.0 * v;
+      const double ex = std::cos(direction), ey = std::sin(direction);
+      walks.step(length * ex, length * ey);
+      const int steps = static_cast<int>(length / 0.02) + 1;
+      double mean[2] = {0.0, 0.0};
+      for (int k = 0; k < steps; ++k) {
+        near.step(length / steps * ex, length / steps * ey);
+        for (int axis = 0; axis < 2; ++axis) mean[axis] += near.response.mean[axis] / steps;
+      }
+      worst = std::max(worst, std::hypot(walks.x() - near.x(), walks.y() - near.y()) / kinetic);
+      const double(&a)[2] = walks.response.mean;
+      worst_mean =
+          std::max(worst_mean, std::hypot(a[0] - mean[0], a[1] - mean[1]) / (kinetic * load_n * dbar));
+    }
+    INFO(to_string(w.law.law()) << ", renewal " << w.renewal << ", residual " << w.residual);
+    expect_near(worst, 0.0, 6e-3, "end");
+    expect_near(worst_mean, 0.0, 7e-3, "mean");
+    expect_near(walks.imbalance, 0.0, 1e-12, "energy");
+  }
+}
+
 TEST_CASE("A load jump under the infinite brush follows the tables", "[cohorts][physics][load]") {
   const std::vector<Row> summary = read_table("summary.csv");
   int points = 0;

@@ -118,7 +118,8 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
-  if (!(std::abs(turned) <= 2.0 * long_bend)) return false;
+  // A turn right after such a step is a corner: no bristle remembers the path before it.
+  if (!(std::abs(turned) <= (c.length < r.long_step ? 2.0 * long_bend : bend))) return false;
   if (length < shortest_chord) {
     c.way += length;
     return true;
@@ -192,12 +193,15 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   find_mean(g, arc, z);
   std::int64_t end[2] = {units_of(r.mass * z[0]), p.axes == 2 ? units_of(r.mass * z[1]) : 0};
   double twice_mean[2] = {0.0, 0.0};
+  const bool is_long = a.length >= r.long_step;
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
-    // Sets the mean force of a long step to the force at its end, because along most of such a step the force
-    // equals that one.
-    const double before = a.length >= r.long_step ? sums.end[axis] : to_double(p.sum[axis]);
-    twice_mean[axis] = before + sums.end[axis];
+    twice_mean[axis] = (is_long ? sums.end[axis] : to_double(p.sum[axis])) + sums.end[axis];
+    // Along most of a long step the force equals that at its end. Bristles bent by u before a turn by the
+    // angle a stay bent by a u aside until they snap; over the step that makes a (u^2 - l_r^2) / 2.
+    if (is_long)
+      twice_mean[axis] -= (axis == 0 ? -arc.tangent[1] : arc.tangent[0]) * r.mass * sum_per_mass_length *
+                          (cross(r.glide.direction, a.direction) * g.square / a.length);
     if (has(p.outputs, Outputs::mean)) sums.twice_mean[axis] = twice_mean[axis];
   }
   if (has(p.outputs, Outputs::energy)) {

@@ -129,13 +129,17 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   set_fluctuation(r);
   // Lengthens, for finer pieces, the path after which a step counts as having forgotten its start: what is
   // left of a turn falls to a tenth along 0.3 of this path, and fine pieces tolerate less of it. Not for laws
-  // with corners, under which a turn may be remembered for longer.
-  if (r.law.renewal > 0.0 && r.material->survival().smooth && !r.ages() && r.noise == nullptr) {
-    const double solved = r.material->renewal().forget * mean;
-    const double finer = std::max(resolution / default_resolution, 1.0);
-    const double forget = solved * (1.0 + 0.25 * std::log2(finer)) + r.law.residual;
-    r.forget = solved < longest_solved * mean && forget < r.follow ? forget : 0.0;
-  }
+  // with corners and renewal, under which a turn may be remembered for longer.
+  r.forget = 0.0;
+  const bool renews = r.law.renewal > 0.0;
+  if ((renews && !r.material->survival().smooth) || r.ages() || r.noise != nullptr) return;
+  const double solved = r.material->renewal().forget * mean;
+  const double finer = std::max(resolution / default_resolution, 1.0);
+  double forget = solved * (1.0 + 0.25 * std::log2(finer)) + r.law.residual;
+  // Without renewal the longest bristles, bent back, must snap, and bristles that a turn brought in step do
+  // so again about a mean length later.
+  if (!renews) forget = std::max(forget + mean, 2.0 * (r.law.end + r.law.residual));
+  if (solved < longest_solved * mean && forget < r.follow) r.forget = forget;
 }
 
 bool allows_cohorts(const Material& material) noexcept {

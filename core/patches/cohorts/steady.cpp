@@ -247,7 +247,7 @@ bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexc
 }
 
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept {
-  return move.books && r.law.renewal > 0.0;
+  return move.books && (r.law.renewal > 0.0 || move.length < r.follow);
 }
 
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept {
