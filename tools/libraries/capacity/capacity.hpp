@@ -130,6 +130,7 @@ struct InfiniteRow {
   std::uint64_t patches = 0;
   std::uint64_t bytes_per_patch = 0;
   double ns_per_patch = 0.0, ns_low = 0.0, ns_high = 0.0;  ///< time of a patch's step: median and quartiles
+  double p99_s = 0.0;  ///< 99th percentile of the time of a step of all patches, reading the clock included
 };
 
 struct CapacityResult {

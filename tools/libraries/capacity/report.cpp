@@ -68,7 +68,8 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                                   {"patches", row.patches},
                                   {"bytes_per_patch", row.bytes_per_patch},
                                   {"ns_per_patch", row.ns_per_patch},
-                                  {"quartiles", {row.ns_low, row.ns_high}}});
+                                  {"quartiles", {row.ns_low, row.ns_high}},
+                                  {"p99_s", row.p99_s}});
   }
   report["contacts"] = Json::array();
   for (const CapacityRow& row : result.contacts) {
@@ -134,8 +135,8 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   text += '\n';
   if (!result.infinite.empty())
     text +=
-        "Patches of infinitely many bristles, one thread: a step of each, alone (in cache) and among ten "
-        "thousand.\n\n" +
+        "Patches of infinitely many bristles, one thread: a step of each, alone (in cache), among a "
+        "hundred and among ten thousand, and of all at p99.\n\n" +
         infinite_table(report).text() + '\n';
   if (!result.contacts.empty()) {
     text += fmt::format(

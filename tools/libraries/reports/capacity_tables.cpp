@@ -199,7 +199,8 @@ Table infinite_table(const Json& capacity) {
        [](const Json& row) { return Cell(count_text(row.at("patches").get<unsigned long long>())); }},
       number_column("bytes per patch", "bytes_per_patch"),
       number_column("ns per patch", "ns_per_patch"),
-      {"quartiles", [](const Json& row) { return Cell(range_text(row.at("quartiles"))); }}};
+      {"quartiles", [](const Json& row) { return Cell(range_text(row.at("quartiles"))); }},
+      {"p99 of a step", [](const Json& row) { return Cell(time_text(row.at("p99_s").get<double>())); }}};
   return tabulate(capacity.at("infinite"), columns, 0);
 }
 
