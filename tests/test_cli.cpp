@@ -670,6 +670,8 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "experiment stick", {"'stick' is not an experiment (did you mean 'stick-slip'?)"});
   check_refused(folder, "experiment drift --models lugr", {"did you mean 'lugre'"});
   check_refused(folder, "experiment drift --set bristels=2", {"did you mean 'bristles'"});
+  check_refused(folder, "run " + scene + " --plot a.png", {"forces.gp draws what --out writes"});
+  check_refused(folder, "stability --plot=a.png", {"stability.gp draws what --csv writes"});
   check_refused(folder, "experiment drift --plot a.jpg", {"a.jpg: pictures are PNG or SVG"});
   check_refused(folder, "fit data.csv --plot a.jpg", {"a.jpg: pictures are PNG or SVG"});
   check_refused(folder, "fit " + scene, {"is a scene", "bristle run"});
@@ -981,6 +983,23 @@ TEST_CASE("A fit writes a scene that replays its data, a report, the curve and a
     CHECK(run_cli(folder, "fit '" BRISTLE_SCENES "/sled.csv' --plot '" + png + "'").code == 0);
     CHECK(read_file(png).starts_with("\x89PNG"));
     CHECK(read_file(beside) == "mine");
+  }
+
+  // Checks that the page of a fit beside its rivals holds both tables and a picture, and is the only new
+  // file.
+  if (std::system("command -v gnuplot > /dev/null") == 0) {
+    const Folder alone;
+    const std::string data = alone.write("a<b.csv", read_file(BRISTLE_SCENES "/sled.csv"));
+    const Outcome fit = run_cli(folder, "fit '" + data + "' --rivals --html '" + alone.at("fit.html") + "'");
+    INFO(fit.err);
+    CHECK(fit.code == 0);
+    const std::string page = read_file(alone.at("fit.html"));
+    CHECK(page.starts_with("<!doctype html>"));
+    CHECK(page.ends_with("</svg>\n\n</html>\n"));
+    for (const char* part : {"a&lt;b.csv</title>", "Maxwell-slip", "presliding_length", "<svg"})
+      CHECK_THAT(page, Contains(part));
+    CHECK_THAT(page, !Contains("a<b") && !Contains("<?xml"));
+    CHECK(std::distance(std::filesystem::directory_iterator(alone.path), {}) == 2);
   }
 
   // Checks that in `bristle run` the fitted material slides with the fitted coefficient: 1800 bristles

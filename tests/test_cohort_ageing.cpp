@@ -449,6 +449,26 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
   CHECK(far.imbalance < 1e-12);
 }
 
+TEST_CASE("The mean force of one long step is that of bristles which ageing has doubled",
+          "[cohorts][ageing][physics]") {
+  // Ageing saturates at once, so that moments of the aged length are those of a doubled one. From straight
+  // bristles the path integral of the mean deflection is m2 / 2 until the first snaps, after the path m1, and
+  // f = m2 / (2 m1) times the rest of the path less the renewal process's transient, m3 / (3 m1) - f^2.
+  const Ageing at_once = Ageing::saturating(1.0, bristle::shortest_ageing_time);
+  for (const SnapLength& law :
+       {uniform, SnapLength::uniform(0.0, 2.0 * dbar), SnapLength::exponential(dbar)}) {
+    const auto moment = [&](int k) { return law.moment(k) * std::pow(2.0 / dbar, k); };
+    const double m1 = moment(1), m2 = moment(2), f = m2 / (2.0 * m1);
+    for (const double path : {80.0, 160.0}) {
+      AgedBrush brush(aged(law, at_once), infinite_options(16.0, 512));
+      brush.step(path, 0.0, 1.0);
+      INFO(to_string(law.law()) << ", " << path << " lengths");
+      const double integral = 0.5 * m2 + f * (path - m1) + f * f - moment(3) / (3.0 * m1);
+      CHECK(-brush.response.mean[0] / (load_n * dbar) == Approx(integral / path).epsilon(2e-4));
+    }
+  }
+}
+
 TEST_CASE("A long step back is a slide of its own, with the friction of its speed the other way",
           "[cohorts][ageing][physics]") {
   const Ageing ageing = Ageing::logarithmic(0.05, 1e-3);

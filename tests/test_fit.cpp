@@ -307,7 +307,8 @@ TEST_CASE("A drift of the sensor is not extrapolated beyond the part that was fi
 
 TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, each at home in its own data",
           "[fit]") {
-  // Record of 20 s: strokes of growing length under 1 N, with the friction of two Maxwell-slip elements.
+  // Record of 20 s: strokes of growing length under 1 N, with the friction of two Maxwell-slip elements and a
+  // lubricant, whose force is up to five times the noise.
   std::mt19937_64 generator(5);
   std::normal_distribution<double> noise(0.0, 0.005);
   std::string csv = "t,x,load,force\n";
@@ -317,8 +318,9 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
     const double next = 20e-6 * (1.0 + std::sin(0.7 * t)) * std::sin(2.0 * M_PI * 0.5 * t);
     a = std::clamp(a + next - x, -3e-6, 3e-6);
     b = std::clamp(b + next - x, -15e-6, 15e-6);
+    const double lubricant = 200.0 * (next - x) / 0.02;
     x = next;
-    csv += fmt::format("{},{},1,{}\n", t, x, 5e4 * a + 2e4 * b + noise(generator));
+    csv += fmt::format("{},{},1,{}\n", t, x, 5e4 * a + 2e4 * b + lubricant + noise(generator));
   }
   cli::FitOptions options;
   options.quiet = true;
@@ -327,6 +329,12 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
   REQUIRE(all.models.size() == 8);
   CHECK(all.fitted_samples == 351);
   CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples == 1000);
+  // The squares of reversals and of sliding add up to those of all judged samples.
+  const double turning = static_cast<double>(all.reversal_samples),
+               sliding = static_cast<double>(all.sliding_samples);
+  for (const cli::Judgement& j : all.models)
+    CHECK(std::pow(j.judged.reversal, 2) * turning + std::pow(j.judged.sliding, 2) * sliding ==
+          Approx(std::pow(j.judged.all, 2) * (turning + sliding)));
   const auto of = [&](const std::string& name) {
     for (const cli::Judgement& j : all.models) {
       if (j.model == name) return j;

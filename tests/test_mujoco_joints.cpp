@@ -1,6 +1,7 @@
 // Joints in MuJoCo: bristles in place of its frictionloss.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -126,6 +127,19 @@ TEST_CASE("An arm in MuJoCo is lifted at the torque of driving and let down at t
   CHECK(std::abs(speed_at(0.97 * lifts)) < 0.003);
   CHECK(std::abs(speed_at(1.03 * lets_down)) < 0.003);
   CHECK(speed_at(0.97 * lets_down) > 0.01);
+}
+
+TEST_CASE("An arm in MuJoCo stands still on joints too stiff for an explicit step", "[mujoco][joints]") {
+  World world("0", "0");
+  bristle::JointMaterial gears[] = {gear(12.0), gear(5.0)};
+  for (bristle::JointMaterial& m : gears) m.stiffness = 1e5;
+  mujoco_example::BristleJoints joints(*world.model, {0, 1}, gears);
+  double fastest = 0.0;
+  for (int i = 0; i < 1000; ++i) {
+    joints.step(*world.model, *world.data);
+    if (i >= 500) fastest = std::max({fastest, std::abs(world.data->qvel[0]), std::abs(world.data->qvel[1])});
+  }
+  CHECK(fastest < 1e-12);
 }
 
 TEST_CASE("Joints that MuJoCo's model lacks are refused", "[mujoco][joints]") {

@@ -484,6 +484,8 @@ class Words(unittest.TestCase):
         batch = bristle.PatchBatch(isa="scalar")
         batch.add_many(3, bristle.Material())
         self.assertEqual(repr(batch), "<bristle.PatchBatch: 3 patches, 1 thread, scalar>")
+        self.assertEqual(re.findall("<td>(.*?)</td>", batch._repr_html_()),
+                         ["patches", "3", "threads", "1", "instruction set", "scalar"])
 
     def test_surfaces_have_names(self):
         self.assertEqual(bristle.Coefficients.typical("wood on wood"),
@@ -773,6 +775,8 @@ class Threads(unittest.TestCase):
             time.sleep(0.002)
             if repr(batch) != f"<bristle.PatchBatch: 1 thread, {batch.isa}>":
                 return "counted"
+            if "another thread is stepping" not in batch._repr_html_():
+                return "shown"
             try:
                 batch.state_hash()
                 return "read"
@@ -846,6 +850,17 @@ class Fit(unittest.TestCase):
         if importlib.util.find_spec("pandas"):
             self.assertEqual(self.found.to_pandas().loc["kinetic", ["value", "low", "high"]].tolist(),
                              [kinetic.value, kinetic.low, kinetic.high])
+        stand_in = types.SimpleNamespace(Dataset=lambda data, places: (data, places))
+        with unittest.mock.patch.dict(sys.modules, xarray=stand_in):
+            data, places = self.found.to_xarray()
+        self.assertEqual((list(data), places), (["value", "low", "high", "determined", "why"],
+                                                {"parameter": list(self.found.parameters)}))
+        for k, estimate in enumerate(self.found.parameters.values()):
+            for name, (over, values) in data.items():
+                wanted = getattr(estimate, name)
+                self.assertEqual(over, "parameter")
+                self.assertTrue(np.isnan(values[k]) if wanted is None else values[k] == wanted, (name, estimate))
+        self.assertTrue(np.isnan(data["low"][1]).any())
 
     def test_a_fit_holds_residual_and_renewal(self):
         held = bristle.fit(self.t, self.x, self.force, LOAD, residual=0.0, renewal=0.25)
@@ -1215,6 +1230,8 @@ class Experiment(unittest.TestCase):
         for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*ratchet$"),
                                  ({"name": "turn", "models": ["x"]}, "models: 'x' is not a model; allowed: coulomb"),
                                  ({"name": "turn", "lod": 2}, "experiment turn: 'lod' is not a parameter"),
+                                 ({"name": "turn", "model": ["lugre"]}, "is not a parameter \\(did you mean 'models'"),
+                                 ({"name": "turn", "models": ["lugr"]}, "is not a model \\(did you mean 'lugre'"),
                                  ({"name": "turn", "load": -1}, "experiment turn load is -1; allowed: 1e-06")):
             with self.assertRaisesRegex(bristle.Error, message):
                 bristle.experiment(**options)
@@ -1385,11 +1402,9 @@ class EveryCall(unittest.TestCase):
               "Callable[[float, float], float]": lambda x, y: 1.0,
               "Union[JointMaterial, Sequence[JointMaterial]]": bristle.JointMaterial(stiffness=1.0)}
 
-    def test_the_argument_of_a_wrong_type_is_named_in_one_line(self):
-        class Alien:
-            def __repr__(self):
-                return "of two\nlines"
-
+    def calls(self):
+        """Yields for every public function its name, itself, arguments that it takes, and its parameters. Arguments are
+        those that it needs, and None for those of which the stubs say that they may be None."""
         objects = {"SnapLength": self.VALUES["SnapLength"], "Material": bristle.Material(), "Outline": self.VALUES["Outline"],
                    "BedMaterial": self.VALUES["BedMaterial"], "BedShape": self.VALUES["BedShape"],
                    "JointFriction": bristle.JointFriction(1, bristle.JointMaterial(stiffness=1.0))}
@@ -1397,7 +1412,6 @@ class EveryCall(unittest.TestCase):
             vary = {"material.skin.kinetic": [0.4]}
             objects["Scene"] = bristle.Scene(SCENES / "stroke.toml")
             objects["SweepTable"] = bristle.sweep(SCENES / "stroke.toml", vary, steps=1, report="kinetic")
-        tried = 0
         for owner, name, parameters in stubbed_calls():
             if name == "__init__":
                 call = getattr(bristle, owner)
@@ -1405,16 +1419,42 @@ class EveryCall(unittest.TestCase):
                 call = getattr(bristle, name)
             else:
                 call = getattr(objects.get(owner) or getattr(bristle, owner)(), name) if parameters else None
+            values = {p: None for p, kind, _ in parameters if "Optional" in kind or "None" in kind}
+            values |= {"vary": vary, "steps": 1} if name == "sweep" else {}
+            values |= {p: SCENES / "stroke.toml" if "_Path" in kind else self.VALUES[kind]
+                       for p, kind, needed in parameters if needed and p not in values}
+            yield f"{owner}.{name}", call, values, parameters
+
+    def test_the_argument_of_a_wrong_type_is_named_in_one_line(self):
+        class Alien:
+            def __repr__(self):
+                return "of two\nlines"
+
+        tried = 0
+        for name, call, values, parameters in self.calls():
             for wrong, _, _ in parameters:
-                values = {"vary": vary, "steps": 1} if name == "sweep" else {}
-                values |= {p: SCENES / "stroke.toml" if "_Path" in kind else self.VALUES[kind]
-                           for p, kind, needed in parameters if needed and p not in values}
-                with self.subTest(call=f"{owner}.{name}", argument=wrong):
+                with self.subTest(call=name, argument=wrong):
                     with self.assertRaises((TypeError, bristle.Error)) as raised:
                         call(**(values | {wrong: Alien()}))
                     self.assertRegex(str(raised.exception), rf"^\S+\(\): {wrong} must be .*, not of two lines \(Alien\)$")
                     tried += 1
         self.assertGreater(tried, 250)
+
+    def test_none_is_an_argument_that_was_left_out(self):
+        def outcome(call, values):
+            try:
+                call(**values)
+            except (TypeError, bristle.Error) as error:
+                return type(error), str(error)
+
+        tried = 0
+        for name, call, values, parameters in self.calls():
+            given = {p: value for p, value in values.items() if value is not None}
+            if given != values:
+                with self.subTest(call=name):
+                    self.assertEqual(outcome(call, values), outcome(call, given))
+                    tried += 1
+        self.assertGreater(tried, 15 if HAS_TOOLS else 10)
 
     def test_help_shows_the_names_types_and_defaults_of_parameters(self):
         for owner, name, parameters in stubbed_calls():

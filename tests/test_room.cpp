@@ -1268,6 +1268,7 @@ TEST_CASE("A script that is wrong says where", "[room]") {
   const auto message = [](const std::string& text) -> std::string {
     return message_of<cli::UserError>([&] { parse_script(text, "push.toml", RoomMeasures{}); });
   };
+  CHECK(parse_script("[room]\ntitle = \"A push\"\n", "push.toml", RoomMeasures{}).title == "A push");
   CHECK_THAT(message("[settings]\nkinetic = 7.0\n"),
              Catch::Contains("push.toml:2") && Catch::Contains("kinetic"));
   CHECK_THAT(message("[settings]\nbristle = 7\n"),

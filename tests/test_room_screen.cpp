@@ -525,6 +525,27 @@ TEST_CASE("A snap rings at its tone and dies away, more snaps ring louder, and n
   }
 }
 
+TEST_CASE("The sound is off until it is asked for, and as loud as the root of the snaps in a second",
+          "[room]") {
+  CHECK_FALSE(room::SnapPlayer().plays());
+  CHECK_FALSE(room::GuiState().sound);
+  // Root mean square of the second half of 0.2 s of sound, at one rate of snaps, in ticks of a millisecond.
+  const auto loudness = [](float snaps_per_tick) {
+    room::SnapTone tone;
+    std::vector<std::int16_t> heard;
+    for (int tick = 0; tick < 200; ++tick) tone.add(snaps_per_tick, 8, heard);
+    double squares = 0.0;
+    for (std::size_t i = 800; i < heard.size(); ++i) squares += std::pow(heard[i], 2);
+    CHECK(heard.size() == 1600);
+    return std::sqrt(squares / 800.0);
+  };
+  const double quiet = loudness(1);
+  CHECK(loudness(0) == 0.0);
+  CHECK(quiet > 100.0);
+  CHECK(loudness(4) == Approx(2.0 * quiet).epsilon(0.01));
+  CHECK(loudness(25) == Approx(5.0 * quiet).epsilon(0.01));
+}
+
 TEST_CASE("A film is an animated PNG of all pictures of one size, halved pictures are means of four",
           "[room]") {
   room::PixelImage image{4, 2, {}};
@@ -744,21 +765,41 @@ TEST_CASE("The glass leaves the side on which the block is", "[room]") {
   }
 }
 
-TEST_CASE("No coil is drawn while nothing is held", "[room]") {
+TEST_CASE("The coil reaches from the tool to the hand ahead of it, and is drawn only while the tool is held",
+          "[room]") {
   const auto offscreen = try_offscreen(700, 520);
   if (!offscreen) return;
-  offscreen->view().panels = offscreen->view().glass_shown = false;
+  room::RoomView& view = offscreen->view();
+  view.panels = view.glass_shown = false;
   Snapshot room = made_up::room_with_block_at(0.1, 0.0, 0);
-  room.device[0] = room.tool[0] - 0.2;
-  const room::PixelImage held = offscreen->draw(room, 0.02f);
-  room.held = false;
-  const room::PixelImage free = offscreen->draw(room, 0.02f);
-  int different = 0;
-  for (int x = 0; x < held.width; ++x) {
-    for (int y = 0; y < held.height; ++y) different += pixel(held, x, y).r != pixel(free, x, y).r;
+  for (const double stretch : {0.06, 0.12, 0.2}) {
+    room.device[0] = room.tool[0] - stretch;
+    room.held = true;
+    const room::PixelImage held = offscreen->draw(room, 0.02f);
+    room.held = false;
+    const room::PixelImage free = offscreen->draw(room, 0.02f);
+    int different = 0, left = held.width, right = 0;
+    for (int x = 0; x < held.width; ++x) {
+      for (int y = 0; y < held.height; ++y) {
+        if (pixel(held, x, y).r == pixel(free, x, y).r) continue;
+        ++different;
+        left = std::min(left, x);
+        right = std::max(right, x);
+      }
+    }
+    float ends[2] = {}, y = 0;
+    for (int end = 0; end < 2; ++end) {
+      const double* at = end == 0 ? room.device : room.tool;
+      const Vector3f place(static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2]));
+      REQUIRE(view.camera.find_pixel(view.layout().picture.scene, place, ends[end], y));
+    }
+    INFO("stretched by " << stretch << " m, seen from " << left << " to " << right);
+    CHECK(different > 50);
+    CHECK(different < 12000);
+    // The balls at both ends hide some of the coil.
+    CHECK(left == Approx(std::min(ends[0], ends[1])).margin(14));
+    CHECK(right == Approx(std::max(ends[0], ends[1])).margin(14));
   }
-  CHECK(different > 50);
-  CHECK(different < 12000);
 }
 
 TEST_CASE("Absurd states of the room are drawn without harm", "[room]") {

@@ -650,6 +650,31 @@ TEST_CASE("Copies of a patch have seeds of their own, and one way", "[sweep]") {
   CHECK_THAT(cells_of(cli::Study(options), 0).back().get<std::string>(), Contains("must keep dt"));
 }
 
+TEST_CASE("A row has the place and the velocity of a body along both axes", "[sweep]") {
+  const Folder folder;
+  // Takes a body that no load presses down, so that no friction acts and each step adds force x dt / mass.
+  const std::string scene =
+      replaced(slide_scene.substr(0, slide_scene.find("[[motion]]")), "axes = 1", "axes = 2") +
+      "[[body]]\nname = \"puck\"\nmass = 0.5\ngravity = 0.0\npatches = [\"tip\"]\n"
+      "velocity = [0.25, -0.5]\nforce = [ { t = 0.0, x = 1.0, y = 3.0 } ]\n";
+  cli::StudyOptions options;
+  options.scene = folder.write("puck.toml", scene);
+  options.vary = {"material.wood.kinetic=0.3"};
+  options.report = {"puck"};
+  options.steps = 100;
+  const cli::Study study(options);
+  const std::vector<nlohmann::json> cells = cells_of(study, 0);
+  CAPTURE(cells.back());
+  REQUIRE(cells.back().is_null());
+  const auto value = [&](const char* name) { return cells[column_of(study, name)].get<double>(); };
+  CHECK(value("puck.vx") == Approx(0.25 + 0.2));
+  CHECK(value("puck.vy") == Approx(-0.5 + 0.6));
+  // A step moves the body by the mean of its velocities before and after.
+  CHECK(value("puck.x") == Approx(0.1 * (0.25 + 0.1)));
+  CHECK(value("puck.y") == Approx(0.1 * (-0.5 + 0.3)));
+  CHECK(value("puck.highest_speed") == Approx(std::hypot(0.25, 0.5)).epsilon(0.02));
+}
+
 TEST_CASE("A row leaves out no bristles to keep a budget", "[sweep]") {
   const Folder folder;
   cli::StudyOptions options;

@@ -51,7 +51,7 @@ struct FitOptions {
 
   /// End of the fitted part of the record, s after its first sample; none: after a third of it.
   std::optional<double> fit_until;
-  std::string json, csv, write, plot;  ///< names of files to write; empty: none
+  std::string json, csv, html, write, plot;  ///< names of files to write; empty: none
 
   /// Whether to fit for prediction: any term that lowers the residuals stays, even with a wide interval.
   bool for_prediction = false;

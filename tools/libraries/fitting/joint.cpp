@@ -647,7 +647,7 @@ std::vector<JointFit> judge_joint(const JointLog& log, JointPart part) {
 void fit_joint_command(const FitOptions& options) {
   if (options.data.size() != 1) throw UserError("--joint: one file only");
   if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
-  if (!options.write.empty() || !options.csv.empty() || !options.plot.empty())
+  if (!options.write.empty() || !options.csv.empty() || !options.html.empty() || !options.plot.empty())
     throw UserError("--joint: writes a table and --json only");
   const bool on_stdout = check_files({{"DATA", options.data.front()}}, {{"--json", options.json}});
   OutputFile json(options.json);

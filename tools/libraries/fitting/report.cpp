@@ -87,15 +87,39 @@ std::string quoted(const std::string& text) {
   }() + "'";
 }
 
-/// Draws measured and fitted force: runs gnuplot on a built-in script that contains the samples.
-void draw(const FitData& data, const FitResult& result, bool vectors, OutputFile& picture) {
+/// Draws measured and fitted force into a file: runs gnuplot on a built-in script that contains the samples.
+void draw(const FitData& data, const FitResult& result, bool vectors, const std::string& place,
+          const char* option) {
   const std::string script = fmt::format(
       "$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\n{}", fit_csv(data, result),
-      quoted(picture.place()), vectors ? 1 : 0, quoted(data.columns.name), fit_plot_script);
+      quoted(place), vectors ? 1 : 0, quoted(data.columns.name), fit_plot_script);
   const std::optional<int> status = platform::feed_gnuplot(script);
-  if (status == 0) return picture.finish();
-  throw UserError(status == 127 ? "--plot: gnuplot is not installed; install the package gnuplot-nox"
-                                : "--plot: gnuplot failed");
+  if (status == 0) return;
+  throw UserError(
+      fmt::format("{}: gnuplot {}", option,
+                  status == 127 ? "is not installed; install the package gnuplot-nox" : "failed"));
+}
+
+/// Returns a page that loads nothing from outside: reports as text, and for a record of one axis the picture.
+/// `unfinished` is the name of a file that the picture may use.
+std::string page(const FitData& data, const FitResult& result, const std::string& reports,
+                 const std::string& unfinished) {
+  const auto escaped = [](const std::string& text) {
+    std::string out;
+    for (const char c : text)
+      out += c == '&' ? std::string("&amp;") : c == '<' ? std::string("&lt;") : std::string(1, c);
+    return out;
+  };
+  std::string picture;
+  if (data.axes == 1) {
+    draw(data, result, true, unfinished, "--html");
+    picture = read_text_file(unfinished);
+    picture.erase(0, picture.find("<svg"));  // leaves out the declaration of XML, which HTML does not allow
+  }
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{0}</title>\n<h1>{0}</h1>\n"
+      "<pre>{1}</pre>\n{2}</html>\n",
+      escaped(data.columns.name), escaped(reports), picture);
 }
 
 }  // namespace
@@ -455,7 +479,8 @@ std::vector<FileOption> inputs_of(const FitOptions& options) {
   return inputs;
 }
 
-void rivals_command(const FitOptions& options, bool on_stdout) {
+/// Judges the brush beside its rivals; returns the table.
+std::string judge_record(const FitOptions& options) {
   if (options.rule == bristle::SnapRule::keep)
     throw UserError("--rivals: fits brushes with the rules redraw and slide, not keep");
   OutputFile json(options.json);
@@ -465,22 +490,31 @@ void rivals_command(const FitOptions& options, bool on_stdout) {
   const double third = (columns.t.back() - columns.t.front()) / 3.0;
   const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
   if (json) json.write(judgement_json(columns, judgements));
-  if (!on_stdout) print_report(judgement_table(judgements));
+  return judgement_table(judgements);
 }
 
-/// Fits the record and writes the output files that the options ask for.
-void fit_record(const FitOptions& options, bool prints) {
+/// Fits the record and writes the output files that the options ask for. `judged` is the report on rivals
+/// that the page holds too.
+void fit_record(const FitOptions& options, bool prints, const std::string& judged) {
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
                                         options.load, options.mass);
   if (!options.plot.empty() && data.axes == 2)
     throw UserError("--plot: draws records of one axis; take --csv for one in the plane");
   OutputFile scene(options.write), csv(options.csv), picture(options.plot), json(options.json),
+      html(options.html), page_picture(options.html.empty() ? std::string() : options.html + ".svg"),
       motion(data.columns.replayable ? std::string() : motion_file(options));
   const FitResult result = fit_material(data, options);
   if (scene) scene.write(fit_toml(data, options, result));
   if (motion) motion.write(fit_motion(data));
   if (csv) csv.write(fit_csv(data, result));
-  if (picture) draw(data, result, is_vector_picture(options.plot), picture);
+  if (picture) {
+    draw(data, result, is_vector_picture(options.plot), picture.place(), "--plot");
+    picture.finish();
+  }
+  if (html) {
+    const std::string reports = judged + (judged.empty() ? "" : "\n") + fit_table(data, result);
+    html.write(page(data, result, filled(reports), page_picture.place()));
+  }
   if (json) json.write(fit_json(data, result));
   if (prints) print_report(fit_table(data, result));
 }
@@ -500,14 +534,17 @@ void fit_command(const FitOptions& options) {
   check_picture_name("--plot", options.plot);
   const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json},
                                                           {"--csv", options.csv},
+                                                          {"--html", options.html},
                                                           {"--write", options.write},
                                                           {"--plot", options.plot},
                                                           {"the motion of --write", motion_file(options)}});
-  if (!options.rivals) return fit_record(options, !on_stdout);
-  rivals_command(options, on_stdout);
+  if (!options.rivals) return fit_record(options, !on_stdout, "");
+  const std::string judged = judge_record(options);
+  if (!on_stdout) print_report(judged);
   FitOptions whole = options;  // writes no JSON file of the fit: that file holds the judgements
   whole.json.clear();
-  if (!whole.csv.empty() || !whole.write.empty() || !whole.plot.empty()) fit_record(whole, false);
+  if (!whole.csv.empty() || !whole.html.empty() || !whole.write.empty() || !whole.plot.empty())
+    fit_record(whole, false, judged);
 }
 
 }  // namespace cli

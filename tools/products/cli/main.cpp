@@ -274,6 +274,15 @@ void check_command(const CLI::App& app, const std::string& name) {
     throw cli::UserError(fmt::format("'{}' is not a command{}", name, cli::allowed_text(name, known)));
 }
 
+/// Returns which script draws what a command without --plot writes; "" if there is none.
+std::string drawn_by(const cli::Command& called, const cli::NameList& options) {
+  const std::string name = called.path.empty() ? std::string() : called.path.front();
+  const bool runs = name == "run";
+  if (!runs && std::find(options.begin(), options.end(), "--csv") == options.end()) return {};
+  return fmt::format("; tools/plots/{}.gp draws what {} writes, by gnuplot", runs ? "forces" : name,
+                     runs ? "--out" : "--csv");
+}
+
 /// Returns the message for a command line that CLI11 refused; it begins with the words of the command.
 std::string complaint(const CLI::App& program, const CLI::ParseError& error,
                       const std::vector<std::string>& words) {
@@ -290,7 +299,8 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
     for (const std::string& word : words) {
       const std::string name = word.substr(0, word.find('='));
       if (name.starts_with("--") && std::find(known.begin(), known.end(), name) == known.end())
-        text = fmt::format("'{}' is not an option of {}{}", name, called.call(), cli::meant(name, known));
+        text = fmt::format("'{}' is not an option of {}{}", name, called.call(),
+                           name == "--plot" ? drawn_by(called, known) : cli::meant(name, known));
     }
   return fmt::format("{} (see {} --help)", text, called.call());
 }
@@ -599,6 +609,8 @@ Action add_fit(CLI::App* command) {
       ->check(cli::within(-1e9, 1e9));
   add_file(command, "--write", options.write, "Write the material, in a scene that replays the data, TOML");
   add_file(command, "--plot", options.plot, "Draw the fit over the data, PNG or SVG (needs gnuplot)");
+  add_file(command, "--html", options.html,
+           "Write tables and picture to this page, which opens offline (needs gnuplot)");
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
   return [kept, command] {

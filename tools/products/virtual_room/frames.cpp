@@ -38,6 +38,7 @@ DrawFrame draw_into(const RunOptions& options) {
   const auto room =
       std::make_shared<OffscreenRoom>(options.loop.measures, picture.width, picture.height, scale);
   room->view().panels = picture.panels;
+  room->view().title = picture.title;
   room->view().camera = camera_of(picture);
   const auto elapsed = static_cast<float>(1 / options.frames_per_second);
   return {[room](const PlotPoint& point) { room->view().add(point); },

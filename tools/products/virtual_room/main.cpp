@@ -115,6 +115,7 @@ int run(RunOptions options) {
     script = room::read_script(options.script, options.loop.measures);
     options.loop.settings = script.settings;
     options.loop.changes = script.changes;
+    options.picture.title = script.title;
     if (options.seconds == 0.0 && options.headless) options.seconds = script.seconds;
   }
   if (options.tour &&

@@ -14,6 +14,7 @@ struct PictureOptions {
   int width = 1280, height = 800;
   double scale = 0.0;  ///< display scale of fonts and panels, 1 = 96 dots an inch; 0 = the display's
   bool panels = true;  ///< whether pictures without a window show the panels
+  std::string title;   ///< line in pictures without a window; empty: that of the scene
 
   /// Camera: azimuth and elevation (degrees), distance (m) and x, y, z of its target (m); empty = default.
   std::vector<double> eye;

@@ -80,7 +80,8 @@ HandRow read_hand_row(const TomlTable& table) {
 
 void read_room(const TomlTable& table, const std::string& path, const RoomMeasures& measures,
                Script& script) {
-  table.allow({"seconds", "hand_file", "lost_at", "back_at"});
+  table.allow({"title", "seconds", "hand_file", "lost_at", "back_at"});
+  script.title = table.text("title", "");
   script.seconds = table.number("seconds", seconds_range, 0.0);
   script.lost_at = table.number("lost_at", seconds_range, script.lost_at);
   script.back_at = table.number("back_at", seconds_range, script.back_at);

@@ -18,6 +18,7 @@ struct Script {
   Settings settings;            ///< settings of the room at time 0
   std::vector<Change> changes;  ///< changes in order of time, each with all settings
   HandMotion hand;
+  std::string title;                        ///< line in the pictures; empty: that of the scene
   double seconds = 0.0;                     ///< length of the run, s; default: up to the last row or change
   double lost_at = 1e300, back_at = 1e300;  ///< times between which the device is lost, s
 };

@@ -416,6 +416,7 @@ class FitResult:
     report: Final[dict[str, Any]]
     understood: Final[list[str]]
     def to_pandas(self) -> Any: ...
+    def to_xarray(self) -> Any: ...
 
 @overload
 def fit(

@@ -87,7 +87,7 @@ def _wrong(signature, arguments, keywords):
     kinds = {name: parameter.annotation for name, parameter in signature.parameters.items()
              if isinstance(parameter.annotation, str)}
     for name, value in given.items():
-        if name in kinds and not (value is None and signature.parameters[name].default is None):
+        if name in kinds:
             kind = ast.parse(kinds[name], mode="eval").body
             if not _fits(value, kind):
                 text = " ".join(reprlib.repr(value).split())

@@ -127,10 +127,11 @@ def _settings(values):
 
 @checked
 def sweep(scene: "os.PathLike", vary: "Union[Dict, List[str]]", *, sample: "str" = "grid", points: "int" = 0,
-          repeat: "int" = 1, seed: "int" = None, set: "Dict" = None, reference: "Dict" = None,
-          report: "Union[str, List[str]]" = (), window: "List[float]" = None, steps: "int" = None,
-          out: "Union[os.PathLike, List[os.PathLike]]" = None, journal: "os.PathLike" = None, threads: "int" = 0,
-          isa: "str" = None, client: "distributed.Client" = None):
+          repeat: "int" = 1, seed: "Optional[int]" = None, set: "Optional[Dict]" = None,
+          reference: "Optional[Dict]" = None, report: "Union[str, List[str]]" = (),
+          window: "Optional[List[float]]" = None, steps: "Optional[int]" = None,
+          out: "Optional[Union[os.PathLike, List[os.PathLike]]]" = None, journal: "Optional[os.PathLike]" = None,
+          threads: "int" = 0, isa: "Optional[str]" = None, client: "Optional[distributed.Client]" = None):
     """Runs a scene once for every point of the ranges and returns a SweepTable, as `bristle sweep` does.
 
     vary: {"material.wood.kinetic": "0.2:0.6:5", "patch.tip.bristles": [100, 1000]}, or a list of such texts KEY=RANGE.

@@ -54,6 +54,14 @@ def _batch_repr(self):
     return f"<bristle.PatchBatch: {patches}{self.threads} thread{'s' if self.threads != 1 else ''}, {self.isa}>"
 
 
+def _batch_html(self):
+    try:
+        patches = len(self)
+    except _bristle.Error as error:  # another thread is stepping the batch
+        patches = error
+    return _table(("batch", ""), (("patches", patches), ("threads", self.threads), ("instruction set", self.isa)))
+
+
 def _fit_repr(self):
     def interval(name, text):
         e = self.parameters.get(name)
@@ -84,6 +92,17 @@ def _fit_to_pandas(self):
     import pandas
 
     return pandas.DataFrame(rows, columns=_FIT_COLUMNS).set_index("parameter")
+
+
+def _fit_to_xarray(self):
+    """The parameters as an xarray.Dataset over `parameter` in SI units; low and high are NaN if not determined."""
+    names, *columns = zip(*_fit_rows(self))
+    import numpy
+    import xarray
+
+    return xarray.Dataset(
+        {name: ("parameter", numpy.array(values, float if name in ("low", "high") else None))
+         for name, values in zip(_FIT_COLUMNS[1:], columns)}, {"parameter": list(names)})
 
 
 def _run_html(self):
@@ -127,10 +146,12 @@ def _run_to_xarray(self):
 _bristle.Material.__str__ = _material_text
 _bristle.Material._repr_html_ = _material_html
 _bristle.PatchBatch.__repr__ = _batch_repr
+_bristle.PatchBatch._repr_html_ = _batch_html
 if hasattr(_bristle, "FitResult"):
     _bristle.FitResult.__repr__ = _fit_repr
     _bristle.FitResult._repr_html_ = _fit_html
     _bristle.FitResult.to_pandas = _fit_to_pandas
+    _bristle.FitResult.to_xarray = _fit_to_xarray
     _bristle.SceneRun._repr_html_ = _run_html
     _bristle.SceneRun.to_pandas = _run_to_pandas
     _bristle.SceneRun.to_xarray = _run_to_xarray
