@@ -191,6 +191,22 @@ TEST_CASE("A fit recovers ageing from rests of differing length", "[fit]") {
   CHECK(fitted.result.curve.size() == fitted.data.samples());
 }
 
+TEST_CASE("A fit finds that a contact had rested before its record", "[fit]") {
+  std::vector<Piece> pieces = slide_hold_slide();
+  pieces.insert(pieces.begin(), {100, 0});
+  SyntheticFriction s = noisy(pieces);
+  s.growth = grown;
+  RecordedFriction whole = record(s, 11);
+  for (std::vector<double>* column : {&whole.t, &whole.x, &whole.load, &whole.force})
+    column->erase(column->begin(), column->begin() + 10000);  // leaves out the rest
+  const Fitted fitted = fit(whole.csv());
+  // The fit tries decades.
+  CHECK(fitted.result.past.rested >= 10.0);
+  CHECK(fitted.result.past.rested <= 1000.0);
+  CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("had rested for some"));
+  check_recovered(fitted[cli::fit_ageing], beta / grown(fitted.result.frame.age), 0.012);
+}
+
 TEST_CASE("A fit recovers ageing and strengthening with speed together", "[fit]") {
   SyntheticFriction s = noisy(velocity_steps());
   s.growth = grown;
