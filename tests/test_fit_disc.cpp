@@ -8,6 +8,7 @@
 
 #include "tests/fit_helpers.hpp"
 #include "tests/synthetic_friction.hpp"
+#include "tools/libraries/fitting/solve.hpp"
 
 namespace bristle_test::test_fit_disc {
 
@@ -115,6 +116,27 @@ TEST_CASE("A disc that ages and strengthens: torque by closed form in steady sli
     torque += 2.0 * lever * lever / 400 * material.kinetic_coefficient(lever * rim);
   }
   CHECK(found == Approx(torque / material.kinetic_coefficient(rim)).epsilon(2e-3));
+}
+
+TEST_CASE("Bristles of a disc scatter its torque by the mean square of their levers", "[fit]") {
+  // Returns the mean variance of the force at 20 samples by the finite number of bristles.
+  const auto scatter = [](const std::string& csv, const cli::FitOptions& options) {
+    const cli::FitData data =
+        cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv", options.reading), options.sign, {});
+    cli::FitModel model(data, options, cli::Detail::finish);
+    cli::FitPoint point;
+    point.values[cli::fit_kinetic] = 0.35;
+    point.values[cli::fit_length] = 15e-6;
+    point.values[cli::fit_spread] = 0.4;
+    const auto n = static_cast<Eigen::Index>(data.samples());
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(n, 20);
+    for (Eigen::Index i = 0; i < 20; ++i) jacobian(n - 1 - 11 * i, i) = 1.0;
+    return cli::population_error(model, point, jacobian, Eigen::VectorXd::Zero(n), 900.0).covariance.trace() /
+           20.0;
+  };
+  const RecordedFriction turned = record(turning(), 3);
+  const double ring = scatter(turned.csv(), {}), disc = scatter(turned.disc_csv(radius), of_disc());
+  CHECK(disc == Approx(0.5 * ring).epsilon(0.25));
 }
 
 TEST_CASE("A radius is that of a ring or of a disc", "[fit]") {

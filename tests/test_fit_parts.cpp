@@ -540,6 +540,23 @@ TEST_CASE("Kept bristles are straight where each file begins", "[fit]") {
     if (part.columns.t[i] > data.columns.t[201]) CHECK(std::abs(part.columns.x[i] - 0.0100004) > 15e-6);
 }
 
+TEST_CASE("A mean is as uncertain as five parts of its record, by Student's law, if they differ", "[fit]") {
+  // Means of five parts of 20 samples each. The variance of their mean is that of the five over five; at four
+  // degrees of freedom an interval is wider than the normal law's by 2.776 / 1.960.
+  const double means[] = {1.0, -2.0, 0.5, 1.5, -1.0};
+  Eigen::VectorXd residuals(100);
+  double squares = 0.0;
+  for (Eigen::Index i = 0; i < 100; ++i) residuals[i] = means[i / 20] + (i % 2 == 0 ? 0.3 : -0.3);
+  for (const double mean : means) squares += mean * mean;
+  const double seen = squares / 4.0 / 5.0;
+  for (const double before : {0.01 * seen, 0.5 * seen}) {  // the second is within what chance may make of it
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Constant(1, 1, before);
+    cli::raise_to_parts(covariance, Eigen::MatrixXd::Ones(100, 1), residuals, 100);
+    const double wider = 2.776 / 1.960;
+    CHECK(covariance(0, 0) == Approx(before < 0.1 * seen ? seen * wider * wider : before).epsilon(0.01));
+  }
+}
+
 TEST_CASE("Counts behind the digits of a file lie where the file has them", "[fit]") {
   const double digit = 1e-6, count = 5.5 * digit;
   const auto x = [](double t) { return 0.02 + 300e-6 * std::sin(t); };
