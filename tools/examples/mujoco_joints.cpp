@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <bristle/error.hpp>
+#include <limits>
 
 namespace mujoco_example {
 
@@ -52,17 +53,29 @@ void BristleJoints::step(const mjModel& model, mjData& data) {
   speed_ = speed;
   if (!begun_) batch_.step(in, out);  // makes the bristles straight at the joint's first angle
   begun_ = true;
-  for (int round = 0; round < 8; ++round) {
+  // Newton's method, which halves a change of speed that makes the equations worse: the torque of stiff
+  // joints turns from one limit to the other within a small angle.
+  double least = std::numeric_limits<double>::infinity();
+  VectorXd change = VectorXd::Zero(n);
+  for (int round = 0; round < 60; ++round) {
     angle_ = angle + dt * speed_;
     batch_.find_torque(in, out);
     const VectorXd left = speed_ - speed - dt * (acceleration + inverse_inertia_ * torque_);
-    if (left.cwiseAbs().maxCoeff() < 1e-15) break;
+    const double error = left.cwiseAbs().maxCoeff();
+    if (error < 1e-15) break;
+    if (error > least) {
+      change *= 0.5;
+      speed_ += change;
+      continue;
+    }
+    least = error;
     // Takes into Newton's matrix only friction that rises with speed, since falling friction could make the
     // matrix singular.
     const VectorXd slope = dt * by_angle_ + by_speed_.cwiseMin(0.0);
     const Eigen::MatrixXd matrix =
         Eigen::MatrixXd::Identity(n, n) - dt * inverse_inertia_ * slope.asDiagonal().toDenseMatrix();
-    speed_ -= matrix.partialPivLu().solve(left);
+    change = matrix.partialPivLu().solve(left);
+    speed_ -= change;
   }
   for (Index i = 0; i < n; ++i) data.qfrc_applied[dofs_[static_cast<std::size_t>(i)]] += torque_[i];
   mj_step2(&model, &data);
