@@ -223,8 +223,8 @@ inline void add(Sums& sums, float zx, float zy, float t, float squares, float ne
 // Steps bristles that keep their lengths in a single loop. By `objdump -dC` and -fopt-info-vec, g++ 12 with
 // -O3 -march=native -ffast-math on an AVX-512 machine turns the whole loop into 64-byte (zmm) vectors in all
 // four variants: vrsqrt14ps and vrcp14ps with a Newton step for root and quotient, vrndscaleps for floor,
-// masked adds for bristles that do not snap. clang++ 14 vectorises it as widely. (Sums are passed by
-// reference: clang++ pairs returned ones and then does not vectorise.)
+// masked adds for bristles that do not snap. clang++ 14 vectorises it as widely. Sums are passed by
+// reference, because clang++ does not vectorise the loop if the function returns them.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void keep_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
                                      const Path& path_in, Sums& out) {

@@ -147,8 +147,8 @@ struct Advance : Travel {
   // Constants of ageing, 0 where the material does not age.
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< strength of ageing, as Material::ageing_strength
-  double largest_growth;      ///< aged over fresh snap length of the longest bristle, for long steps of
-                              ///< SnapRule::redraw
+  double largest_growth;      ///< ratio of aged to fresh snap length of the bristle held longest, for long
+                              ///< steps of SnapRule::redraw
   std::uint32_t ageing_form;  ///< form of ageing, 1: saturating, 0: logarithmic
 };
 

@@ -41,7 +41,8 @@ Sums sum_draws(const detail::CompiledMaterial& m, const std::vector<double>& tab
   constexpr int draws = 1 << 23;
   Sums sums;
   for (int h = 0; h < draws; ++h) {
-    // Takes all of the outermost 4096 shares at either end, and of the others every 64th with weight 64.
+    // Takes the outermost 4096 of the random shares (the numbers from 0 to 1 that select a length) at either
+    // end, and of the others every 64th with weight 64.
     const bool outer = h < 4096 || h >= draws - 4096;
     constexpr int pace = 64;
     if (!outer && h % pace != pace / 2) continue;

@@ -1,5 +1,6 @@
-// A material that changes while the patch slides: later draws of snap lengths and an overload go on as
-// without the change. Also the random phase that each bristle gets in a step too long to compute one.
+// A material that changes while the patch slides: later samples of snap lengths and an overload go on as
+// without the change. Also where each bristle is placed by chance between two snaps after a step that is too
+// long to be followed.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -65,9 +65,9 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
                   "mean force of the parts, weighted by their length");
     }
   }
-  // A bristle may differ only if it is within rounding of its snap length at the split or at the end. In
-  // double none is expected. In float a bristle is with a chance of about 2^-22 x path / delta in each step,
-  // delta being its snap length.
+  // After a step in two parts a bristle may differ from one after the whole step only if, at the split or at
+  // the end, it is within rounding of its snap length delta. In double none is expected to be. In float it is
+  // with a chance of about 2^-22 x path / delta in each step.
   const double shorter =
       // bound on the mean of dbar over the snap length
       law.law() == bristle::SnapLaw::exponential ? 12.0 : 2.0;

@@ -62,8 +62,8 @@ struct Candidate {
   Complex s;
 };
 
-/// Lists candidates for roots of p(s) = 1, the most slowly decaying first: from each frequency at which p(s)
-/// comes near to 1, the result of the first Newton step.
+/// Lists candidates for roots s of p(s) = 1, p the Laplace transform of the snap lengths, the most slowly
+/// decaying wave first: the first Newton step from each frequency at which p comes near to 1.
 std::vector<Candidate> find_candidates(const std::vector<SurvivalCell>& cells, double mean) {
   constexpr int most_steps = 8192;
   const double step = std::min(0.05 / mean, 0.3 / cells.back().start), first = 2.0 / mean;

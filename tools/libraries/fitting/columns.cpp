@@ -114,7 +114,8 @@ std::vector<ColumnWish> wishes_of(FitReading reading, Holds holds) {
       if (ours == "n") ours = "load";
     }
   std::vector<ColumnWish> wishes = column_wishes(kinds, reading.columns, reading.units);
-  // Drops the user's choices for columns that are in the record's other file.
+  // Motion and force of a record may stand in two files. Drops the user's choices for columns that are in
+  // the other one.
   const auto drop = [&](std::span<const unsigned> of) {
     for (const unsigned c : of) wishes[c].name.clear();
   };

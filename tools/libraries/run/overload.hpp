@@ -17,7 +17,8 @@ namespace cli {
 
 struct OverloadOptions {
   std::optional<double> budget_us;  ///< time budget, us per step; none: as in the scene
-  std::string record, replay;       ///< files to record changes in bristles to, and to repeat them from
+  std::string record, replay;       ///< file that gets each change of a patch's number of bristles,
+                                    ///< and file from which those changes are repeated
 };
 
 struct OverloadResult {
