@@ -237,7 +237,7 @@ TEST_CASE("A walk of long and short steps ends each step as small steps and fine
   for (const Walk& w : {Walk{lognormal, 2.0, 0.4, 0.3},
                         {lognormal, 2.0, 1.5, 1.0},
                         {wide, 0.0, 0.0, 3.1},
-                        {wide, 0.0, 0.4, 0.3},
+                        {wide, 0.0, 0.4, 3.1},
                         {SnapLength::exponential(dbar), 2.0, 1.5, 0.3}}) {
     const Material material = with_rubbing(w.law, {w.residual, w.renewal});
     Brush walks(material), near(material, infinite_options(32.0, 512));
