@@ -233,7 +233,7 @@ class Slider {
     return false;
   }
 
-  /// Returns exp(-s / l) for the vector of bristles from i on, l being their limit under the present load.
+  /// Returns exp(-s / l) and 1 - exp(-s / l) for bristles from i on: path s, limit l under the present load.
   template <class V>
   [[gnu::always_inline]] Decay<V> decay_over(const Shared& m, std::uint32_t i, V s) const {
     return decay<T>(s * (load_as<V>(patch.per_limit + i) * V(m.per_share)));

@@ -296,8 +296,8 @@ class BRISTLE_API BedBatch {
   /// Unbends all bristles of a bed and takes it out of contact. Returns false if there is no such bed.
   bool reset(BedId id) noexcept;
 
-  BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness, memory and longest deflection
-                                          ///< of a bed; zeros for an unknown id
+  BedInfo info(BedId id) const noexcept;  ///< sizes, load, stiffness, and the largest deflection at
+                                          ///< which a bristle slides; zeros for an unknown id
 
   /// Writes the bristles of a bed, for pictures, as many as fit. Returns the number written.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
