@@ -39,8 +39,8 @@ constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< reach R of an unused lane, so long that no deflection exceeds it
 
-/// A cell of the tabulated survival function S of a law, on which S is linear. Its width is 1/128 of (x +
-/// 1/16), x the snap length at its start, so the upper bits of x + 1/16 give the cell's number.
+/// A cell of the tabulated survival function S of a law, on which S is linear. The cell's width is 1/128 of
+/// (x + 1/16), x the snap length at its start, so the upper bits of x + 1/16 give the cell's number.
 struct alignas(32) SurvivalCell {
   double survival;  ///< value of S at `start`
   double slope;     ///< slope of S in the cell, never above 0

@@ -98,8 +98,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// Inputs and result of one call of find_forget(). They are remembered, because a search takes milliseconds
-/// and many materials differ only in their stiffness.
+/// Inputs and result of one call of find_forget(). Results are remembered, because a search takes
+/// milliseconds and many materials differ only in their stiffness.
 struct Known {
   SnapLaw law;
   SnapRule rule;

@@ -3,8 +3,8 @@
 // Every bristle of a contact patch (patch.hpp) is as stiff per newton as every other, so a patch slips
 // everywhere at once. Under an elastic body stiffness follows the area and the limit of friction follows the
 // pressure: the rim slips first. A bed is a list of bristles at places, each with a stiffness and a limit of
-// its own, which slide at that limit (they do not snap). It answers displacement, spin and rolling with force
-// and torque.
+// its own, which slide at that limit (they do not snap). A bed answers displacement, spin and rolling with
+// force and torque.
 //
 //   bristle::BedBatch beds;
 //   const auto tip = beds.add(bristle::BedMaterial(0.8).with_presliding(1e-3),
@@ -76,7 +76,7 @@ struct BedShape {
   std::vector<BedCell> list;    ///< bristles of a shape of Kind::list
 
   /// Makes a sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for
-  /// Cattaneo's and Mindlin's contact under any history of load. It does not resist spin and does not roll.
+  /// Cattaneo's and Mindlin's contact under any history of load. A row resists no spin and does not roll.
   /// `cells`: 2 to 65536; the error of the force falls with their square: test_beds.
   static BedShape sphere_row(int cells = 32, double radius_of_contact_m = 0.0) {
     BedShape shape;

@@ -1,4 +1,4 @@
-// Makes a straight step so long that its start is forgotten. It ends in steady sliding; its path is not
+// Makes a straight step so long that its start is forgotten. The step ends in steady sliding; its path is not
 // computed piece by piece, because renewal theory gives the sums along it.
 #include <algorithm>
 #include <cmath>
