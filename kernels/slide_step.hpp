@@ -239,8 +239,8 @@ class Slider {
     return decay<T>(s * (load_as<V>(patch.per_limit + i) * V(m.per_share)));
   }
 
-  /// Advances one vector of bristles, from bristle i on. `decays`: exp(-length / l) of the block's bristles,
-  /// or null.
+  /// Advances one vector of bristles, from bristle i on. `decays`: exp(-length / limit) of the block's
+  /// bristles, or null.
   template <class V>
   [[gnu::always_inline]] void slide_some(const Shared& m, std::uint32_t i, const T* decays,
                                          Row<T> (&stored)[2], Row<T> (&integral)[2], Row<T>& dissipated,

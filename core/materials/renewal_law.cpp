@@ -136,7 +136,8 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // Averages 1 - S over the path: the share of bristles that snap within it if they begin evenly along it.
+  // Averages 1 - S, S being the survival function, over the path: the share of bristles that snap within it
+  // if they begin evenly along it.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

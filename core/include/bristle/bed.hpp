@@ -94,7 +94,7 @@ struct BedShape {
     shape.rolls = true;
     return shape;
   }
-  /// Makes a cylinder that lies along y and rolls along x, under Hertz's pressure. Its half width grows with
+  /// Makes a cylinder that lies along y and rolls along x, under Hertz's pressure. The half width grows with
   /// the root of the load.
   static BedShape cylinder_row(double half_length_m, int cells = 32) {
     return wheel_row(half_length_m, BedPressure::hertz, cells).grown(BedGrowth::square_root);

@@ -380,7 +380,7 @@ class MidpointSolver {
   static constexpr double load_share = 1e-3;  // least scale of forces that the tolerance refers to, as a
                                               // share of the normal load
 
-  // Returns the norm sqrt(f M^-1 f), in which forces and torques are comparable.
+  // Returns the norm sqrt(f M^-1 f), M the mass matrix, in which forces and torques are comparable.
   double weight_of(const Vector& force) const noexcept {
     return std::sqrt(std::max(force.dot(mass_.solve(force)), 0.0));
   }
