@@ -11,7 +11,7 @@
 
 namespace bristle::detail {
 
-/// Columns of a bed, one number for each bristle; the count is a multiple of lane_count. They lie in blocks:
+/// Columns of a bed, one number a bristle; the count is a multiple of lane_count. Columns lie in blocks:
 /// 16 bristles of each column, then the next 16. Columns that a step reads come first, constants last.
 enum BedColumn : std::uint32_t {
   bed_tip_x,  ///< x of the bristle's tip: place of its root less its deflection

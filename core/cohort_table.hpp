@@ -39,8 +39,8 @@ constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< reach R of an unused lane, so long that no deflection exceeds it
 
-/// A cell of the tabulated survival function S of a law, on which S is linear. Its width is 1/128 of (x +
-/// 1/16), x the snap length at its start, so the upper bits of x + 1/16 give the cell's number.
+/// A cell of the tabulated survival function S of a law, on which S is linear. The cell's width is 1/128 of
+/// (x + 1/16), x the snap length at its start, so the upper bits of x + 1/16 give the cell's number.
 struct alignas(32) SurvivalCell {
   double survival;  ///< value of S at `start`
   double slope;     ///< slope of S in the cell, never above 0
@@ -82,8 +82,8 @@ struct CohortLaw {
   std::uint64_t draw_key;
 };
 
-/// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), and R
-/// is (deflection - l_r) / g. Null and 0 for kernels without ageing.
+/// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), the
+/// reach R being (deflection - l_r) / g. Null and 0 for kernels without ageing.
 struct CohortTimes {
   double* births;     ///< times at which the bristles of each cohort were last straight
   double now;         ///< present time: the end of a piece of a move; in CohortMove the beginning of the move
@@ -191,7 +191,7 @@ struct CohortKernels {
   /// and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
   /// Returns the least margin, over all cohorts, by which the deflection with the patch at `at` stays below
-  /// l_r + R of the cohort, scaled. Below 0: a cohort is bent beyond its reach. For laws without ageing.
+  /// l_r + R, R its reach, scaled. Below 0: a cohort is bent beyond its reach. For laws without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the pairs of cohorts whose merging costs least (Partner, kernels/cohort_parts.hpp), to make room
   /// for more cohorts. Returns twice the energy lost. Index: 1 for laws that age.

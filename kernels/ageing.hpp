@@ -125,8 +125,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // Bounds the slope of the limit only to keep the divisor positive in lanes without a bristle; with one it
-    // is below 0.33 at and beyond the root (AGEING.md).
+    // Bounds the slope of the limit only to keep the divisor positive in lanes without a bristle; in others
+    // the slope is below 0.33 at and beyond the root, for every allowed strength of ageing.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);

@@ -198,7 +198,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       const V n2 = end_x * end_x + end_y * end_y;
       const auto beyond = (n2 > bound * bound * V(1.000001f)) & (k > none);
       if (any_lane(beyond)) {
-        // Reduces a deflection that exceeds its limit to the limit. Such a bristle has slid, and its limit is
+        // Reduces a deflection that exceeds its limit to the limit. The bristle has slid, and its limit is
         // the kinetic one.
         const V n = root(n2);
         const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);

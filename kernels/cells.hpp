@@ -51,7 +51,7 @@ inline T length_of_cell(const double* table, T share) {
 }
 
 #if defined(BRISTLE_KERNEL_ISA)
-/// Coefficients of the lines a + b w of the cells into which a vector of shares of the law falls.
+/// Coefficients of the lines a + b w for a vector of shares, w a share's distance from its nearer end.
 template <class T>
 struct CellLines {
   Lanes<T> a, b;

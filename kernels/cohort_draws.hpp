@@ -42,7 +42,7 @@ inline double draw_few(double share, double n, double chance) {
 }
 
 /// Returns a random number, symmetric about 0, of variance 1 and within +-root(12): a sum of four 16-bit
-/// numbers. It is bounded, so that the binomial number needs no clipping, which would shift its mean.
+/// numbers. The number is bounded, so that the binomial number needs no clipping, which would shift its mean.
 inline double deviation_of(std::uint64_t random) {
   constexpr std::uint64_t low = 0xFFFF;
   const std::uint64_t sum = (random & low) + (random >> 16 & low) + (random >> 32 & low) + (random >> 48);

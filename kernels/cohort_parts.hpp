@@ -490,7 +490,7 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // Growth factor g of each cohort's snap lengths, times twice their mean. It enters the cost, so that
+  // Growth factor g of each cohort's snap lengths, times twice their mean, part of the cost, so that
   // cohorts of different age rarely merge (once the mean length, instead of twice, gives a fifth more error).
   alignas(64) double grown[most_cohorts];
   if (ages)
@@ -624,8 +624,8 @@ double find_slack_at(const CohortLaw& law, const CohortState& s, const double* r
   return Engine::template find_slack<2, false>(law, s, rows, at, CohortTimes{});
 }
 
-/// Brings straight bristles into contact at `at`, with the ranks [low, high). They join the cohort that
-/// entered last or form a new cohort, for which the caller has made room. Returns twice the energy lost.
+/// Brings straight bristles into contact at `at`, with the ranks [low, high). These bristles join the cohort
+/// that entered last or form a new cohort, for which the caller has made room. Returns twice the energy lost.
 template <bool ages>
 double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass, double low,
              double high, bool joins, const CohortTimes& times) {

@@ -19,8 +19,8 @@ struct ReferenceSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
   CohortBits emptied;
 
-  /// Adds cohort i to the sums. It is bent by z at the end of a piece; of its mass `kept` is left, and
-  /// `left_behind` was lost at a path `g` before the end.
+  /// Adds cohort i to the sums. The cohort is bent by z at the end of a piece; of its mass `kept` is left,
+  /// and `left_behind` was lost at a path `g` before the end.
   void add(const double* rows, std::uint32_t i, double zx, double zy, double square, double kept,
            double left_behind, double g) {
     const std::uint32_t k = i % cohort_lanes;

@@ -1,8 +1,8 @@
 // Steps computed in double precision: those too long for float to hold the remainder (above far_length), and
 // those under a law with a single snap length, whose bristles must stay in phase for ever.
 //
-// The reference and every instruction set share this source. It goes bristle by bristle. SnapRule::keep
-// without ageing goes by rows of 16 bristles, of which an instruction set computes far_width at once.
+// The reference and every instruction set share this source. Bristles are computed one by one, SnapRule::keep
+// without ageing by rows of 16 bristles, of which an instruction set computes far_width at once.
 #pragma once
 
 #include "ageing.hpp"
@@ -57,8 +57,8 @@ struct FarAge {
 };
 
 /// Bristle met at a random place of a long slide: its fresh length `delta`, and the path `length` between its
-/// snaps. It is met in proportion to that path: a delta is drawn in proportion to itself and accepted in
-/// proportion to length / delta, which grows with delta.
+/// snaps. A bristle is met in proportion to its path: a delta is drawn in proportion to itself and accepted
+/// in proportion to length / delta, which grows with delta.
 struct MetBristle {
   double delta, length;
 };

@@ -6,9 +6,9 @@
 // (residual - way) e, `way` the path to the place: the kernels then carry it on with all others, and their
 // sums along `way` are corrected here. A renewer takes the bristles of a range of blocks and passes over the
 // draws of others, so that threads may share the blocks: a draw changes only its own bristle, and sums are
-// integers. One source serves the reference and every instruction set. They differ in `Lengths`, which turns
+// integers. One source serves the reference and every instruction set. Sets differ in `Lengths`, which turns
 // draw states into snap lengths and says whether draws are processed in columns, for the widest vectors, or
-// one by one. Both have the same bits.
+// one by one. Both ways give the same bits.
 #pragma once
 
 #include "ageing.hpp"

@@ -111,7 +111,7 @@ inline std::uint32_t mix(std::uint32_t x) {
   return x;
 }
 
-/// Returns a number strictly between 0 and 1 from 23 random bits. It is exact in float, as is one minus it.
+/// Returns a number strictly between 0 and 1 from 23 random bits, exact in float, as is one minus the number.
 template <class T>
 inline T share_of(std::uint32_t random) {
   return (static_cast<T>(random >> 9) + T(0.5)) * T(1.1920928955078125e-07);  // 2^-23

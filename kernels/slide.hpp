@@ -107,7 +107,7 @@ template <class T, int axes, class V>
 }
 
 /// Returns the distance along the motion over which a deflection grows to the length `limit`; 0 if it has
-/// that length or more. This form cannot choose the wrong root of the quadratic equation.
+/// that length or more. The form used cannot choose the wrong root of the quadratic equation.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
@@ -115,8 +115,8 @@ template <class T, int axes, class V>
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
 }
 
-/// Whether a bristle within `limit` slides before the end of the step. It does if it would end beyond the
-/// limit, because the disc of deflections within the limit is convex.
+/// Whether a bristle within `limit` slides before the end of the step, that is, would end beyond the limit if
+/// it did not slide: the disc of deflections within the limit is convex.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
   const V ahead = start.along + length;

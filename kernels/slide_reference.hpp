@@ -83,7 +83,7 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
     T work = limit * s;
     const T rounds = least(s, limit) * (4 * eps);
     if (axes == 2 && aside * aside > rounds * rounds) {
-      // Half the angle from z to the motion has the tangent a / p, which falls as exp(-s / limit).
+      // Half the angle from deflection to motion has the tangent a / p, which falls as exp(-s / limit).
       const T a = aside;
       const T p = most(holds + (along + path), T(1e-15));
       const Decay<T> turn = decay<T>(s * (patch.per_limit[i] * per_share_of(patch)));

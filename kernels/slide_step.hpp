@@ -233,14 +233,14 @@ class Slider {
     return false;
   }
 
-  /// Returns exp(-s / l) for the vector of bristles from i on, l being their limit under the present load.
+  /// Returns exp(-s / l) and 1 - exp(-s / l) for bristles from i on: path s, limit l under the present load.
   template <class V>
   [[gnu::always_inline]] Decay<V> decay_over(const Shared& m, std::uint32_t i, V s) const {
     return decay<T>(s * (load_as<V>(patch.per_limit + i) * V(m.per_share)));
   }
 
-  /// Advances one vector of bristles, from bristle i on. `decays`: exp(-length / l) of the block's bristles,
-  /// or null.
+  /// Advances one vector of bristles, from bristle i on. `decays`: exp(-length / limit) of the block's
+  /// bristles, or null.
   template <class V>
   [[gnu::always_inline]] void slide_some(const Shared& m, std::uint32_t i, const T* decays,
                                          Row<T> (&stored)[2], Row<T> (&integral)[2], Row<T>& dissipated,

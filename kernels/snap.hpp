@@ -89,8 +89,8 @@ struct BlockMotion {
     }
   }
 
-  /// Returns tau, the path along the motion after which the deflection is as long as `limit`. This form
-  /// cannot choose the wrong root of the quadratic equation.
+  /// Returns tau, the path along the motion after which the deflection is as long as `limit`. The form
+  /// used cannot choose the wrong root of the quadratic equation.
   Lanes<T> way_to_snap(Lanes<T> start_x, Lanes<T> start_y, Lanes<T> limit) const {
     if constexpr (axes == 1) {
       return positive_part(limit - start_x * ex);

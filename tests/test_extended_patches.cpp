@@ -1097,8 +1097,8 @@ TEST_CASE("The cells of an outline fluctuate together as the bristles asked for"
 }
 
 TEST_CASE("A response holds what was asked for and keeps the rest as the caller left it", "[extended]") {
-  // With damping each cell of the outline computes its response; without, a step in which nothing snaps
-  // returns the sum of the cells' elastic forces.
+  // With damping each cell of the outline computes its own response. Without damping a step in which nothing
+  // snaps, here from the second step on, returns the sum of the cells' elastic forces.
   for (const double damping : {0.01, 0.0}) {
     INFO("bristle damping " << damping);
     PatchBatch batch;

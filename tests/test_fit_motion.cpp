@@ -32,7 +32,7 @@ struct Strokes {
   }
 };
 
-/// Writes a record without its position.
+/// Returns the CSV text of a record's time, load and force, without its position.
 std::string force_csv(const RecordedFriction& r, double sign = 1.0) {
   std::string text = "t,load,force\n";
   for (std::size_t i = 0; i < r.t.size(); ++i)
@@ -40,7 +40,7 @@ std::string force_csv(const RecordedFriction& r, double sign = 1.0) {
   return text;
 }
 
-/// Writes the file of a separate logger of positions: `rate` rows a second, by a clock that is `ahead`
+/// Returns the CSV text of a separate logger of positions: `rate` rows a second, by a clock that is `ahead`
 /// seconds ahead.
 std::string motion_csv(const std::function<double(double)>& x, double from, double to, double rate,
                        double ahead = 0.0, double encoder = 0.0) {

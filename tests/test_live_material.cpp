@@ -1,6 +1,7 @@
-// A material that changes while the patch slides: later samples of snap lengths and an overload go on as
-// without the change. Also where each bristle is placed by chance between two snaps after a step that is too
-// long to be followed.
+// Changes the material of a patch that slides. A change of the lubricant alone leaves deflections, snap
+// lengths and later samples as they are. New snap lengths make bristles snap, and the next step reports their
+// energy. Also tests the random place between two snaps that each bristle gets in a step too long for single
+// snaps to be computed.
 #include <catch2/catch.hpp>
 
 #include <cmath>

@@ -214,8 +214,8 @@ TEST_CASE("Rivals hold at 1 kHz at any speed, where explicit Euler would not", "
     for (int k = 0; k < 2000; ++k) {
       const double v = 10.0 * std::sin(0.7 * k) * std::pow(10.0, -6.0 * (k % 7) / 6.0);
       const Force f = rivals::step(rival, {v * 1e-3, 0.3 * v * 1e-3}, 1e-3, 2.5);
-      // Bound on the force, N: static friction, viscous friction, and the damper of a bristle that is
-      // stretched by at most its own length in a step.
+      // Bound on the force, N: static friction, viscous friction, and the damper of a bristle whose stretch
+      // changes in a step by at most twice its largest value of 1.5e-5 m.
       const double most = 1.5 + 0.4 * 10.5 + 316.3 * 2.0 * 1.5e-5 / 1e-3;
       expect(rivals::length(f.mean) <= most, "the mean force is bounded");
       expect(std::isfinite(f.end.x) && std::isfinite(f.end.y), "the force is finite");

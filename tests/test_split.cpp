@@ -65,9 +65,10 @@ void check_split(const SnapLength& law, SnapRule rule, int axes, Precision preci
                   "mean force of the parts, weighted by their length");
     }
   }
-  // After a step in two parts a bristle may differ from one after the whole step only if, at the split or at
-  // the end, it is within rounding of its snap length delta. In double none is expected to be. In float it is
-  // with a chance of about 2^-22 x path / delta in each step.
+  // A bristle may end a step in two parts elsewhere than the whole step only if, at the split or at the end,
+  // its deflection is within rounding of its snap length delta. In double that is expected of no bristle. In
+  // float its chance in each step is about 2^-22 (2 + path / dbar) dbar / delta, with the length `path` of
+  // the step and the mean snap length dbar.
   const double shorter =
       // bound on the mean of dbar over the snap length
       law.law() == bristle::SnapLaw::exponential ? 12.0 : 2.0;

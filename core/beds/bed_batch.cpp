@@ -46,8 +46,8 @@ std::size_t saved_bytes(const Bed& bed) {
          std::size_t{bed_state_columns} * bed.count * sizeof(float);
 }
 
-/// Calls `visit` with the columns to be saved of each block of 16 bristles. They stand before the columns of
-/// constants.
+/// Calls `visit` with the columns to be saved of each block of 16 bristles. The saved columns stand before
+/// the columns of constants.
 template <class Visit>
 void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;

@@ -28,8 +28,9 @@ std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
 }  // namespace
 
 struct ContactMatcher::Impl {
-  /// A contact of this step or of the previous one. Contacts of one pair are linked in the order in which
-  /// they were listed.
+  /// A contact of this step, or an old contact: one of the previous step, or one that has been missing for up
+  /// to keep_steps steps. Contacts of one pair are linked in the order in which the caller listed them; old
+  /// contacts that are missing follow the listed ones.
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};

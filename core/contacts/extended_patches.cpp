@@ -424,8 +424,8 @@ struct Stepped : Room {
   std::uint64_t step_number = 0;
 };
 
-// A command that adds an outline on the stepping side. It owns all data it needs, because ExtendedPatches may
-// be destroyed before the batch carries it out.
+// A command that adds an outline on the stepping side. The command owns all data that it needs, because
+// ExtendedPatches may be destroyed before the batch carries the command out.
 struct AddOutline final : Change {
   void apply() noexcept override {
     if (places.size() > to->patches.size()) {

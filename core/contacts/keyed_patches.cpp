@@ -61,7 +61,7 @@ struct Owner {
 };
 
 struct KeyedPool {
-  /// A patch or bed in use by a contact. Those in use are linked in a list that begins with the one whose
+  /// A patch or bed in use by a contact. Patches and beds in use form a list that begins with the one whose
   /// contact has not been requested for longest.
   struct Held {
     std::uint64_t id = 0;

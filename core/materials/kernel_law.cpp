@@ -130,7 +130,7 @@ class CellTable {
   }
 
   /// Shifts the longest lengths in the table (quantiles above 1 - 2^-16 except the last) in two groups, so
-  /// that mean and mean square are those of the law. This makes up for lengths too rare to be sampled.
+  /// that mean and mean square are those of the law. The shift makes up for lengths too rare to be sampled.
   void match_tail() {
     constexpr double step = 1.0 / 8388608.0;  // distance between two probabilities that can be sampled
     constexpr int shares = 128, outer = 8;

@@ -10,8 +10,8 @@ namespace bristle {
 
 namespace {
 
-/// Largest stiffness, damping or speed that a material may have, in its SI unit. It is far beyond any use,
-/// and products of a few such numbers stay within a double.
+/// Largest stiffness, damping or speed that a material may have, in its SI unit. The limit is far beyond any
+/// use, and products of a few such numbers stay within a double.
 constexpr double largest_parameter = 1e15;
 constexpr double smallest_positive = 1e-15;
 

@@ -98,8 +98,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// Inputs and result of one call of find_forget(). They are remembered, because a search takes milliseconds
-/// and many materials differ only in their stiffness.
+/// Inputs and result of one call of find_forget(). Results are remembered, because a search takes
+/// milliseconds and many materials differ only in their stiffness.
 struct Known {
   SnapLaw law;
   SnapRule rule;
@@ -136,7 +136,8 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // Averages 1 - S over the path: the share of bristles that snap within it if they begin evenly along it.
+  // Averages 1 - S, S being the survival function, over the path: the share of bristles that snap within it
+  // if they begin evenly along it.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

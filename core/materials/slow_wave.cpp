@@ -62,8 +62,9 @@ struct Candidate {
   Complex s;
 };
 
-/// Lists candidates for roots s of p(s) = 1, p the Laplace transform of the snap lengths, the most slowly
-/// decaying wave first: the first Newton step from each frequency at which p comes near to 1.
+/// Lists candidates for the roots s of p(s) = 1 with negative real part, the most slowly decaying wave first,
+/// where p(s) = E[exp(-s delta)] for the random snap length delta. A candidate is the result of one Newton
+/// step from a frequency at which p comes near to 1.
 std::vector<Candidate> find_candidates(const std::vector<SurvivalCell>& cells, double mean) {
   constexpr int most_steps = 8192;
   const double step = std::min(0.05 / mean, 0.3 / cells.back().start), first = 2.0 / mean;

@@ -14,8 +14,8 @@ struct SlowWave {
 };
 
 /// Finds the most slowly decaying wave of the snap rate. Bristles that began to slide together snap in step
-/// at first, and each then has a fresh length, so the rate obeys the renewal equation. Its waves are the
-/// roots s = -decay + i frequency of p(s) = 1, s != 0, where p is the Laplace transform of the density of
+/// at first, and each then has a fresh length, so the rate obeys the renewal equation. The rate's waves are
+/// the roots s = -decay + i frequency of p(s) = 1, s != 0, where p is the Laplace transform of the density of
 /// lengths. Returns an infinite decay if it finds no wave: then none lasts longer than the longest bristles.
 /// `cells`: the cells of a survival table, the last one its end. Searches wave lengths down to 1/24 of the
 /// mean length; under a law whose longest length is above 16 means, only down to a longer one.

@@ -8,7 +8,7 @@
 namespace bristle::detail {
 
 /// Snap length, in mean lengths, below which bristles are left out of the closed forms of SnapRule::keep.
-/// They are few (Material::validate), and the rate of their snaps depends on the number of bristles.
+/// Such bristles are few (Material::validate), and their snap rate depends on the number of bristles.
 inline constexpr double shortest_that_counts = 1.0 / 1024;
 
 /// Growth of snap lengths at a constant speed, as a function of the path r of a bristle since its last snap,

@@ -100,7 +100,7 @@ std::vector<double> survival_at_nodes(const SnapLength& law, double metres, doub
 /// square. An atom (one length with a probability) spreads over two cells; S taken at the nodes would put the
 /// atom in the middle of one, up to half a cell from its place.
 std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres, double longest) {
-  // Returns E[(x - delta)^2; delta < x], whose second derivative is 2 (1 - S).
+  // Returns E[(x - delta)^2; delta < x], whose second derivative by x is 2 (1 - S), S the survival function.
   const auto squares = [&](double x) {
     const auto moment = [&](int k) { return law.partial_moment(k, x * metres); };
     return x * x * moment(0) - 2.0 * x * (moment(1) / metres) + moment(2) / metres / metres;
@@ -118,7 +118,7 @@ std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres,
   return survival;
 }
 
-/// Returns S at the first start of a cell from `start` on.
+/// Returns the survival function S at the first start of a cell from `start` on.
 double survival_from(const SurvivalTable& table, double start) {
   const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
                                  [start](const SurvivalCell& c) { return c.start >= start; });
@@ -139,8 +139,9 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   if (tabulated) longest = node(survival_at_node.size() - 1);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
-    // Begins a cell at the shortest and at the longest length, where S has corners. The bits of a length
-    // still give its cell: no length below the shortest (CohortLaw::sure) or above the longest is looked up.
+    // Begins a cell at the shortest and at the longest length, where the survival function S has corners. The
+    // bits of a length still give its cell: no length below the shortest (CohortLaw::sure) or above the
+    // longest is looked up.
     const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
     const double next = std::min(node(k + 1), longest);
     double after = std::min(survival_at_node[k + 1], survival);

@@ -16,7 +16,7 @@
 
 namespace bristle::detail {
 
-/// Kind of a column (array) of a patch's record. It says what the column holds for a bristle out of contact,
+/// Kind of a column (array) of a patch's record: what the column holds for a bristle out of contact,
 /// and what reset, save and a change of material do to it.
 enum class Filler : unsigned char {
   zero,          ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them

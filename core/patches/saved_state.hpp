@@ -42,8 +42,8 @@ SavedBatch open_batch(Span<const std::byte> state);
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;
-/// Returns the number of bytes of a saved patch. They depend on options and material alone, so a buffer that
-/// was large enough once stays large enough.
+/// Returns the number of bytes of a saved patch. The number depends on options and material alone, so a
+/// buffer that was large enough once stays large enough.
 std::size_t saved_size_of(const Patch& patch) noexcept;
 void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
 SavedPatch read_saved_patch(const std::byte* from) noexcept;

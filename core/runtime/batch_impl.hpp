@@ -60,8 +60,8 @@ struct PatchBatch::Impl {
                              ///< (PatchRecord::clock)
   std::size_t patches = 0;
 
-  /// Copy of a patch under a trial load. It is kept until the batch changes, because a solver tries many
-  /// motions under one load.
+  /// Copy of a patch under a trial load. The copy is kept until the batch changes, because a solver tries
+  /// many motions under one load.
   struct Trial {
     const detail::Patch* of = nullptr;
     double normal_load = 0.0;

@@ -151,9 +151,9 @@ struct LoadShedder::Impl {
 
   bool is_here(const Entry& entry) const noexcept { return entry.survey == surveys && entry.active > 0.0; }
 
-  /// Updates the estimated time per bristle from a step. It rises only after two slow steps in a row, because
-  /// one may have been disturbed. It falls slowly, so that the first load after a quiet second does not make
-  /// a step late.
+  /// Updates the estimated time per bristle from a step. The estimate rises only after two slow steps in a
+  /// row, because one may have been disturbed. The estimate falls slowly, so that the first load after a
+  /// quiet second does not make a step late.
   void learn(double time_s, const StepReport& report) noexcept {
     const double units =
         static_cast<double>(report.bristles_visited) + patch_overhead * report.patches_stepped;

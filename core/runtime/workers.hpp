@@ -7,8 +7,8 @@ namespace bristle::detail {
 
 class Workers {
  public:
-  /// Makes `threads` >= 1 workers, the caller included; 0 = one per core. They keep off `servo_core` unless
-  /// it is -1.
+  /// Makes `threads` >= 1 workers, the caller included; 0 = one per core. Workers keep off `servo_core`
+  /// unless it is -1.
   explicit Workers(int threads, int servo_core = -1);
   ~Workers();
   Workers(const Workers&) = delete;

@@ -53,7 +53,7 @@ class KeepOff final : public tbb::task_scheduler_observer {
   std::atomic<int> unbound_{0};
 };
 
-/// Tasks of one thread that nobody has begun. It takes them from the front, other threads from the back.
+/// Tasks of one thread that nobody has begun. That thread takes them from the front, others from the back.
 class alignas(64) Share {
  public:
   void fill(int first, int last) noexcept { range_.store(pack(first, last), std::memory_order_relaxed); }

@@ -165,8 +165,8 @@ int main() {
   const Outcome ours = run(brush, world), theirs = run(cone, world);
   print("brush", ours);
   print("CHAI3D's cone", theirs);
-  // Requires, at a depth of 2 mm (the proxy is a ball of 1 mm radius), a wall force of about 1 N and, after a
-  // pull of 4 um, the friction of a stiffness of 1 / 52 um per newton of load.
+  // Requires a wall force of about 1 N and, after a pull of 4 um, some friction that two seconds do not
+  // change. The stiffness is about 1.95 x kinetic x load / presliding length, 1 / 103 um per newton of load.
   const bool right = ours.wall > 0.9 && ours.held_first > 0.0 && ours.held_last == ours.held_first &&
                      std::fabs(ours.lean - kinetic) < 0.02 * kinetic && ours.lifted == 0.0;
   // Adds damping that does not fade with speed, without which the block swings on its bristles.

@@ -3,8 +3,8 @@
 // Every bristle of a contact patch (patch.hpp) is as stiff per newton as every other, so a patch slips
 // everywhere at once. Under an elastic body stiffness follows the area and the limit of friction follows the
 // pressure: the rim slips first. A bed is a list of bristles at places, each with a stiffness and a limit of
-// its own, which slide at that limit (they do not snap). It answers displacement, spin and rolling with force
-// and torque.
+// its own, which slide at that limit (they do not snap). A bed answers displacement, spin and rolling with
+// force and torque.
 //
 //   bristle::BedBatch beds;
 //   const auto tip = beds.add(bristle::BedMaterial(0.8).with_presliding(1e-3),
@@ -76,7 +76,7 @@ struct BedShape {
   std::vector<BedCell> list;    ///< bristles of a shape of Kind::list
 
   /// Makes a sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for
-  /// Cattaneo's and Mindlin's contact under any history of load. It does not resist spin and does not roll.
+  /// Cattaneo's and Mindlin's contact under any history of load. A row resists no spin and does not roll.
   /// `cells`: 2 to 65536; the error of the force falls with their square: test_beds.
   static BedShape sphere_row(int cells = 32, double radius_of_contact_m = 0.0) {
     BedShape shape;
@@ -94,7 +94,7 @@ struct BedShape {
     shape.rolls = true;
     return shape;
   }
-  /// Makes a cylinder that lies along y and rolls along x, under Hertz's pressure. Its half width grows with
+  /// Makes a cylinder that lies along y and rolls along x, under Hertz's pressure. The half width grows with
   /// the root of the load.
   static BedShape cylinder_row(double half_length_m, int cells = 32) {
     return wheel_row(half_length_m, BedPressure::hertz, cells).grown(BedGrowth::square_root);
@@ -296,8 +296,8 @@ class BRISTLE_API BedBatch {
   /// Unbends all bristles of a bed and takes it out of contact. Returns false if there is no such bed.
   bool reset(BedId id) noexcept;
 
-  BedInfo info(BedId id) const noexcept;  ///< size, load, stiffness, memory and longest deflection
-                                          ///< of a bed; zeros for an unknown id
+  BedInfo info(BedId id) const noexcept;  ///< sizes, load, stiffness, and the largest deflection at
+                                          ///< which a bristle slides; zeros for an unknown id
 
   /// Writes the bristles of a bed, for pictures, as many as fit. Returns the number written.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;

@@ -301,7 +301,7 @@ class Effort {
 };
 
 // Finds the root of a falling function whose slope is at most the slope bound (known from its evaluations).
-// It takes secant steps, none shorter than the bound requires. Once two points bracket the root, the steps
+// The search takes secant steps, none shorter than the bound requires. Once two points bracket the root, they
 // stay between them, and a bisection replaces secants that do not shrink the interval. If the sign changes in
 // a jump there is no root, and the better end is taken.
 template <class Residual, class SlopeBound>
@@ -380,7 +380,7 @@ class MidpointSolver {
   static constexpr double load_share = 1e-3;  // least scale of forces that the tolerance refers to, as a
                                               // share of the normal load
 
-  // Returns the norm sqrt(f M^-1 f), in which forces and torques are comparable.
+  // Returns the norm sqrt(f M^-1 f), M the mass matrix, in which forces and torques are comparable.
   double weight_of(const Vector& force) const noexcept {
     return std::sqrt(std::max(force.dot(mass_.solve(force)), 0.0));
   }
@@ -524,9 +524,9 @@ class MidpointSolver {
     return start_ + slope_of_residual().partialPivLu().solve(pull);
   }
 
-  // Runs Broyden's method with a slope for each contact. It starts with the bounds on the slopes and restarts
-  // from the best point whenever the residual does not shrink; a second restart in a row means that the
-  // friction jumps there.
+  // Runs Broyden's method with a slope for each contact. The method starts with the slopes' bounds and
+  // restarts from the best point whenever the residual does not shrink; a second restart in a row means that
+  // the friction jumps there.
   double solve_from(Vector& u) noexcept {
     forget_damping();
     Vector r = residual(u);

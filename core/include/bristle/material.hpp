@@ -23,8 +23,8 @@ enum class SnapRule : unsigned char {
   redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
            ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
   keep,    ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
-  slide  ///< It does not snap: it slides, bent by its snap length, until the motion turns back (Maxwell slip,
-         ///< Iwan, Prandtl and Ishlinskii). No residual and no renewal; representatives of every law.
+  slide    ///< No snap: a bristle slides, bent by its snap length, until the motion turns back (Maxwell slip,
+           ///< Iwan, Prandtl and Ishlinskii). No residual and no renewal; representatives of every law.
 };
 
 /// Decay of the bristle damper with speed (eq. 5).
@@ -287,9 +287,9 @@ struct BRISTLE_API Material {
   static Material from_coefficients(const Coefficients& coefficients);
   /// Calculates the coefficients, with peak and spread, from which from_coefficients gives a material of the
   /// same snap lengths and forces (of normal_stiffness and asperity_height_deviation only the product
-  /// counts). Throws where there are none: no coefficients determine a table. They hold at the speed given
-  /// (Coefficients::kinetic_speed; for beyond_ageing with saturating ageing: one presliding length in the
-  /// ageing time). Ageing comes as fall_per_decade.
+  /// counts). Throws where there are none: no coefficients determine a table. The result holds at the speed
+  /// given (Coefficients::kinetic_speed; for beyond_ageing with saturating ageing: one presliding length in
+  /// the ageing time). Ageing comes as fall_per_decade.
   Coefficients coefficients(double kinetic_speed_m_per_s = beyond_ageing) const;
 
   friend BRISTLE_API bool operator==(const Material& x, const Material& y) noexcept;

@@ -32,14 +32,14 @@ struct BatchOptions {
 
   BatchOptions& with_threads(int count) { return detail::set(*this, threads, count); }
   BatchOptions& with_isa(const char* name) { return detail::set(*this, isa, name); }
-  /// Workers are bound to the other cores of this process (numbered from 0, as in sched_setaffinity). This is
-  /// for a loop that steps once per millisecond on a thread with its own core: a worker that sleeps between
-  /// ticks is often woken on the core of the thread that waits for it, and then takes no work. Bind the
-  /// stepping thread to `core` yourself. oneTBB shares its workers with the host and among batches; workers
-  /// that have worked here stay off the servo cores of all batches. If the system does not allow the binding,
-  /// work continues unbound: see PatchBatch::unbound_workers. Bits do not depend on this option, and with one
-  /// thread it has no effect. The cores of the process are those of the thread that makes the batch, or, if
-  /// that is bound to a single core, those that the process had when the library was loaded.
+  /// Workers are bound to the other cores of this process (numbered from 0, as in sched_setaffinity). Binding
+  /// is for a loop that steps once per millisecond on a thread with its own core: a worker that sleeps
+  /// between ticks is often woken on the core of the thread that waits for it, and then takes no work. Bind
+  /// the stepping thread to `core` yourself. oneTBB shares its workers with the host and among batches;
+  /// workers that have worked here stay off the servo cores of all batches. If the system does not allow the
+  /// binding, work continues unbound: see PatchBatch::unbound_workers. Bits do not depend on this option, and
+  /// with one thread it has no effect. The cores of the process are those of the thread that makes the batch,
+  /// or, if that is bound to a single core, those that the process had when the library was loaded.
   BatchOptions& with_servo_core(int core) { return detail::set(*this, servo_core, core); }
 };
 

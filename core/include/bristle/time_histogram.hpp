@@ -10,8 +10,8 @@ namespace bristle {
 
 namespace detail {
 
-/// A number that one thread writes and any thread reads, never half-written; as cheap as a plain one. It uses
-/// release and acquire, so a reader that sees a number also sees everything written before it.
+/// A number that one thread writes and any thread reads, never half-written; as cheap as a plain one. Access
+/// is by release and acquire, so a reader that sees a number also sees everything written before it.
 template <class T>
 class SharedNumber {
  public:

@@ -19,15 +19,15 @@ constexpr double shortest_chord = 0x1p-30;
 
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
-/// Circular arc with which a patch's path ends: tangent and curvature. It determines how cohorts are bent.
+/// Circular arc with which a patch's path ends: tangent and curvature, which determine how cohorts are bent.
 struct Arc {
   double tangent[2];
   double curve;
 };
 
 /// Finds the arc on which bristles would be bent as they are after the last steps, which are chords of the
-/// path. Its tangent is the last chord turned by a small angle (COHORTS.md, "Glides"). `chord_share`: factor
-/// of that angle, Glide::chord_share.
+/// path. The arc's tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature
+/// c, chord length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);

@@ -1,4 +1,4 @@
-// A glide: a steady slide of an infinite brush along a path that turns slowly. Its force is calculated from
+// A glide: a steady slide of an infinite brush along a path that turns slowly. The force is calculated from
 // means over the cohorts without visiting them (core/patches/COHORTS.md, "Glides").
 #pragma once
 

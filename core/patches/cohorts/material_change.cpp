@@ -24,8 +24,8 @@ double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) n
 }
 
 /// Lets all bristles bent beyond their snap length slip at once, each along its own deflection, until it is
-/// straight or bent by the residual. They then form one cohort. `fresh`: every cohort first gets new snap
-/// lengths from the law.
+/// straight or bent by the residual. The bristles that slipped then form one cohort. `fresh`: every cohort
+/// first gets new snap lengths from the law.
 void slip_all(Patch& p, bool fresh) noexcept {
   Cohorts& r = cohorts(p);
   const CohortTimes times = times_of(p);

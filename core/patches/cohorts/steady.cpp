@@ -1,4 +1,4 @@
-// Makes a straight step so long that its start is forgotten. It ends in steady sliding; its path is not
+// Makes a straight step so long that its start is forgotten. The step ends in steady sliding; its path is not
 // computed piece by piece, because renewal theory gives the sums along it.
 #include <algorithm>
 #include <cmath>
@@ -218,7 +218,8 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
 }
 
 /// Finds nu, the snaps per bristle and length of steady sliding. Without renewal it is one over the mean snap
-/// length; with it (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r), r the bend beyond the residual.
+/// length; with it (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r), S the survival function, r the bend
+/// beyond the residual.
 double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept {
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;

@@ -251,7 +251,7 @@ double aged_since(const Patch& p, std::uint32_t b) noexcept;
 /// Rewrites the ages of bristles in block b as of the present time. A bristle out of contact gets age 0.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// Returns the deflection at which bristle i snaps, scaled. Its stored age must be that of the present time.
+/// Returns the deflection at which bristle i snaps, scaled. The stored age must be that of the present time.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
 /// Initialises the constants of long steps (AgedSliding) for a patch that has not slid yet.

@@ -21,8 +21,8 @@ double energy_unit(double length, double longest, bool literal) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Returns the key of the random phases that place bristles between two snaps. It depends on the state, so
-/// that equal steps of one patch, and equal patches in different states, get different phases.
+/// Returns the key of the random phases that place bristles between two snaps. The key depends on the state,
+/// so that equal steps of one patch, and equal patches in different states, get different phases.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);

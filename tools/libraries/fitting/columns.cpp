@@ -114,8 +114,8 @@ std::vector<ColumnWish> wishes_of(FitReading reading, Holds holds) {
       if (ours == "n") ours = "load";
     }
   std::vector<ColumnWish> wishes = column_wishes(kinds, reading.columns, reading.units);
-  // Motion and force of a record may stand in two files. Drops the user's choices for columns that are in
-  // the other one.
+  // Drops the user's choices for columns that this file does not hold, because motion and force of the record
+  // stand in two files.
   const auto drop = [&](std::span<const unsigned> of) {
     for (const unsigned c : of) wishes[c].name.clear();
   };

@@ -17,7 +17,7 @@ namespace cli {
 
 struct OverloadOptions {
   std::optional<double> budget_us;  ///< time budget, us per step; none: as in the scene
-  std::string record, replay;       ///< file that gets each change of a patch's number of bristles,
+  std::string record, replay;       ///< file that gets each change of a patch's bristles in use,
                                     ///< and file from which those changes are repeated
 };
 

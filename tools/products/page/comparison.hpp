@@ -13,7 +13,7 @@ struct Compared {
   bool shown = false;          ///< whether the model shows the phenomenon, by the experiment's criterion
 };
 
-constexpr int comparisons = 3;  ///< number of comparisons: drift, rubbing, rolling
+constexpr int comparisons = 3;  ///< number of comparisons of models: drift, rubbing, rolling
 
 /// Returns the names of the friction models in a comparison.
 std::vector<std::string> compared_models(int comparison);

@@ -60,7 +60,8 @@ void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool
   const Vector3 half(0.5 * m.block[0], 0.5 * m.block[1], 0.5 * m.block[2]);
   const Vector3 centre = block.orientation.conjugate() * (tool - block.position);
   Vector3 closest = centre.cwiseMax(-half).cwiseMin(half);
-  Vector3 out = centre - closest;  // vector from the block's nearest point to the tool's centre, m
+  // Vector in the block's axes from the block's nearest point to the tool's centre, m.
+  Vector3 out = centre - closest;
   double distance = out.norm();
   if (distance > 0.0) {
     out /= distance;
