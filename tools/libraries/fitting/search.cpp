@@ -114,7 +114,6 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
   for (int i = 0; i < count; ++i) {
     progress_.update(progress + 0.3 * i / count);
     FitPoint best;
-    best.values[fit_kinetic] = 0.0;  // stays 0 if no shape of this length gives positive friction
     best.sum_of_squares = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < shapes.size(); ++k) {
       FitValues shape = shapes[k];
@@ -128,7 +127,8 @@ FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitPara
       if (of_shape.values[fit_kinetic] == 0.0 || point.sum_of_squares < of_shape.sum_of_squares)
         of_shape = point;
     }
-    if (best.values[fit_kinetic] > 0.0) best_of_length.push_back(best);
+    // Leaves out a length at which no shape gives positive friction.
+    if (best.sum_of_squares < std::numeric_limits<double>::infinity()) best_of_length.push_back(best);
   }
   std::vector<FitPoint> starts = valleys(best_of_length, 3);
   // Starts from every shape of the grid: a wide law fits fairly at all lengths and would hide a narrow one.
