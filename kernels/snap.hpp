@@ -258,8 +258,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      Weights<T, partial>(row_weights), sums);
 }
 
-/// SnapRule::redraw with at most four draws a bristle: advances the vectors at i, i + 16 and so on in
-/// registers, and skips none.
+/// Advances the vectors at i, i + 16 and so on in registers, none skipped, under SnapRule::redraw: with at
+/// most four draws a bristle (uniform lengths) or until bristles jump (normal and lognormal lengths).
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together,
           class Lengths>
 [[gnu::always_inline]] inline void advance_in_registers(const BlockMotion<T, axes, residual>& motion,

@@ -213,7 +213,7 @@ TEST_CASE("A grid of any rival sums its cells: of LuGre, it is the LuGre grid", 
     expect_near(a.mean.torque, b.mean.torque, 1e-9, "mean torque");
   }
   // In translation without spin the grid has the force of the whole contact, for every friction model,
-  // because the models' equations are in proportion to the load.
+  // because each cell has its share of load, stiffness and damping, to which the force is in proportion.
   for (const std::string_view name : rivals::rival_names) {
     INFO(name);
     rivals::Rival whole = rivals::make_rival(name, s);

@@ -508,7 +508,7 @@ TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
   const std::vector<int> rest(mine.begin() + 1, mine.end());
   LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
   {
-    // Asks for servo core 1023, which the machine lacks.
+    // Asks workers to avoid core 1023, which the machine lacks.
     LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));
     for (int k = 0; k < 4; ++k) {
       for (LongStep* scene : {&first, &other}) {

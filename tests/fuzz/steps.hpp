@@ -80,8 +80,8 @@ inline bristle::PatchOptions any_options(Input& input, unsigned most_bristles) {
   return o;
 }
 
-/// Returns a random motion with lengths of the order of the snap length `scale`, loads of the order of 1 N,
-/// and sometimes values that no caller should give.
+/// Returns a random motion with lengths of a tenth of the snap length `scale` to 10,000 times it, loads of
+/// the order of 1 N, and sometimes values that no caller should give.
 inline bristle::Motion any_motion(Input& input, bristle::PatchId id, int axes, double scale) {
   bristle::Motion m;
   m.id = id;

@@ -1,4 +1,5 @@
-// Measures the step time of infinite patches: one alone, a hundred and ten thousand together.
+// Measures the step time of infinite patches: one alone, 100 together, 10,000 together; and how many fit a
+// deadline.
 #include <fmt/format.h>
 
 #include "tools/libraries/capacity/capacity.hpp"

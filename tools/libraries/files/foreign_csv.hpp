@@ -42,7 +42,7 @@ struct PlainCsv {
 /// Converts another program's CSV text; `first_line` is its first line's number in the file. `enough` decides
 /// from the kinds of column that a line names whether it can be the header; if no line can, the first counts
 /// as header, for the caller to refuse. Throws UserError if a column stated by the user is missing, and where
-/// numbers stand in place of names.
+/// numbers stand in place of names unless the user chose the columns by place.
 PlainCsv plain_csv(std::string_view text, const std::string& name, std::size_t first_line,
                    std::span<const ColumnKind> kinds, const std::vector<ColumnWish>& wishes,
                    const std::function<bool(const std::vector<bool>&)>& enough);

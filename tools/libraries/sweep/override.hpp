@@ -26,7 +26,8 @@ void set_key(toml::table& root, const std::string& path, const SweepValue& value
 /// Calls `visit` with the file name (to change, if wanted) in each [[motion]] that has the key `file`.
 void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
 
-/// Lists the paths of all keys of a scene that hold a number, as set_key() accepts them.
+/// Lists the paths of those keys of a scene that hold a number and stand directly in a table, to be
+/// suggested; set_key() also accepts nested ones and elements of arrays.
 NameList keys_to_vary(const toml::table& root);
 
 /// Returns a TOML document as text without comments and with sorted keys: equal contents give equal text.
