@@ -112,7 +112,10 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
   // alone determines a glide that begins now.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
-  if (followed > 0.0 && r.forget > 0.0 && a.length >= r.forget) {
+  // Without renewal a step of at least `follow` forgets by its length alone.
+  const bool may_forget =
+      r.forget > 0.0 && a.length >= r.forget && (r.law.renewal > 0.0 || a.length < r.follow);
+  if (followed > 0.0 && may_forget) {
     slide.forget = find_forgetting_path(p, r, s, rows, a.direction);
     if (a.length >= slide.forget) followed = slide.forget;
   }
