@@ -12,8 +12,7 @@
 
 namespace cli {
 
-Parameter& Settings::find(std::string_view name, const std::string& where) {
-  NameList known;
+Parameter& Settings::find(std::string_view name, const std::string& where, NameList known) {
   for (Parameter& p : parameters_) {
     if (p.name == name) return p;
     known.push_back(p.name);

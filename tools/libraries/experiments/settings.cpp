@@ -54,13 +54,13 @@ std::vector<double> toml_numbers(const toml::node& node, const std::string& wher
 
 }  // namespace
 
-void Settings::set(std::string_view assignment, const std::string& prefix) {
+void Settings::set(std::string_view assignment, const std::string& prefix, NameList others) {
   const auto equals = assignment.find('=');
   if (equals == std::string_view::npos)
     throw UserError(fmt::format("{} {}: needs KEY=VALUE", prefix, assignment));
   const std::string name(trim(assignment.substr(0, equals)));
   const std::string_view value = trim(assignment.substr(equals + 1));
-  Parameter& p = find(name, prefix);
+  Parameter& p = find(name, prefix, std::move(others));
   const std::string where = prefix + " " + name;
   if (p.choices.empty()) {
     check(p, parse_numbers(value, where), where);

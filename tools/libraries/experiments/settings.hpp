@@ -5,7 +5,10 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "tools/libraries/files/nearest_name.hpp"
 
 namespace cli {
 
@@ -27,8 +30,9 @@ class Settings {
   explicit Settings(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
 
   /// Sets a parameter from "key=value"; the values of a list are separated by commas. Throws a UserError that
-  /// begins with `prefix` and names what is allowed.
-  void set(std::string_view assignment, const std::string& prefix = "--set");
+  /// begins with `prefix` and names what is allowed: the parameters, and `others` that the caller reads
+  /// itself.
+  void set(std::string_view assignment, const std::string& prefix = "--set", NameList others = {});
   /// Sets a parameter that is a number or a list of numbers. Throws a UserError that names the allowed range.
   void set_numbers(std::string_view name, std::vector<double> numbers);
   /// Sets values from a TOML file: its top-level keys or, if present, those of its table `experiment`.
@@ -44,7 +48,7 @@ class Settings {
   static std::string value_text(const Parameter& parameter);
 
  private:
-  Parameter& find(std::string_view name, const std::string& where);
+  Parameter& find(std::string_view name, const std::string& where, NameList known = {});
   const Parameter& find(std::string_view name) const;
   static void check(Parameter& parameter, std::vector<double> numbers, const std::string& where);
   static void check(Parameter& parameter, const std::string& text, const std::string& where);

@@ -1,5 +1,4 @@
 // Binds experiment(), which does what `bristle experiment NAME` does.
-#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,8 +8,6 @@
 #include <pybind11/stl.h>
 
 #include "tools/libraries/experiments/command.hpp"
-#include "tools/libraries/files/nearest_name.hpp"
-#include "tools/libraries/files/user_error.hpp"
 #include "tools/products/python/tools.hpp"
 
 namespace bristle_python {
@@ -44,14 +41,8 @@ py::dict experiment(const std::string& name, const std::optional<std::vector<std
                     const py::kwargs& parameters) {
   const cli::Experiment& experiment = cli::find_experiment(name);
   cli::Settings settings(experiment.parameters);
-  cli::NameList known{"models"};
-  for (const cli::Parameter& parameter : experiment.parameters) known.push_back(parameter.name);
-  for (const auto& [key, value] : parameters) {
-    const std::string word = py::cast<std::string>(key), where = "experiment " + name;
-    if (std::find(known.begin(), known.end(), word) == known.end())
-      throw cli::UserError(where + ": '" + word + "' is not a parameter" + cli::allowed_text(word, known));
-    settings.set(word + "=" + setting_text(value), where);
-  }
+  for (const auto& [key, value] : parameters)
+    settings.set(py::cast<std::string>(key) + "=" + setting_text(value), "experiment " + name, {"models"});
   InterruptCheck interrupted;
   const cli::ExperimentInput input{
       settings, cli::choose_models(models.value_or(std::vector<std::string>()), "models", &experiment),
