@@ -74,7 +74,8 @@ struct Judge {
   std::vector<int> side;  ///< direction in which each bristle slid in the last step; 0 if it stuck
   T before = 0, torque = 0, mean = 0;
 
-  Judge(const JointMaterial& m, int n, double spread) : z(n, T(0)), side(n, 0) {
+  Judge(const JointMaterial& m, int n, double spread)
+      : z(static_cast<std::size_t>(n), T(0)), side(z.size(), 0) {
     std::copy_n(&m.stiffness, +joint_parameters, number);
     const auto strata =
         detail::make_strata(SnapLength::lognormal(1.0, spread), static_cast<std::uint32_t>(n));
@@ -487,7 +488,7 @@ TEST_CASE("Joints have the same bits on every instruction set, with any threads,
   // writes the torque only and when it writes gradients and all other outputs.
   JointOptions with;
   with.gradients = true;
-  for (const std::size_t which : {0, 1, 20, 2003}) {
+  for (const std::size_t which : {0u, 1u, 20u, 2003u}) {
     JointFriction alone(1, {materials + which % 3, 1});
     OneJoint tells(materials[which % 3], with);
     Wander wander(2);

@@ -274,7 +274,7 @@ struct Brute {
           (beyond(0.5 * (low + high)) > 0.0 ? low : high) = 0.5 * (low + high);
         const double n[2] = {z[i][0] - lean * limit, stiff * z[i][1] / (ratio * ratio)};
         const double before = z[i][0] * z[i][0] + stiff * z[i][1] * z[i][1];
-        for (int axis = 0; axis < 2; ++axis) z[i][axis] -= low * n[axis];
+        for (std::size_t axis = 0; axis < 2; ++axis) z[i][axis] -= low * n[axis];
         const double after = z[i][0] * z[i][0] + stiff * z[i][1] * z[i][1];
         dissipated += strata.share[i] * 0.5 * (before - after);
       }

@@ -636,14 +636,16 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
       OnePatch patch(material, PatchOptions(options).with_seed(1));
       OnePatch judge(material, PatchOptions(options).with_seed(2));
       Bends path{turn, false};
-      constexpr int period = 20, cycles = 6;
+      constexpr std::size_t period = 20, cycles = 6;
       // Collects sums for each phase of the load's period, without the first period.
       std::vector<BentStep> of_patch(period), of_judge(period);
-      for (int k = 0; k < period * (cycles + 1); ++k) {
+      for (std::size_t k = 0; k < period * (cycles + 1); ++k) {
         path.next();
-        const BentStep now = step_in_parts(patch, length * mean, path.heading, 1, rippling_load(k));
-        const BentStep right = step_in_parts(judge, length * mean, path.heading,
-                                             static_cast<int>(std::ceil(length / 0.1)), rippling_load(k));
+        const BentStep now =
+            step_in_parts(patch, length * mean, path.heading, 1, rippling_load(static_cast<int>(k)));
+        const BentStep right =
+            step_in_parts(judge, length * mean, path.heading, static_cast<int>(std::ceil(length / 0.1)),
+                          rippling_load(static_cast<int>(k)));
         for (const auto field : {&BentStep::end_along, &BentStep::end_across, &BentStep::mean_along,
                                  &BentStep::mean_across, &BentStep::dissipated, &BentStep::snaps}) {
           if (k < period) continue;
@@ -658,7 +660,7 @@ TEST_CASE("A slide under a load that ripples has the forces and losses of one in
                                &BentStep::snaps, &BentStep::end_across, &BentStep::mean_across}) {
         const bool across = field == &BentStep::end_across || field == &BentStep::mean_across;
         double patch_sum = 0.0, judge_sum = 0.0, off = 0.0;
-        for (int k = 0; k < period; ++k) {
+        for (std::size_t k = 0; k < period; ++k) {
           patch_sum += of_patch[k].*field;
           judge_sum += of_judge[k].*field;
           off += std::pow(of_patch[k].*field - of_judge[k].*field, 2) / period;

@@ -19,7 +19,7 @@ using namespace detail;
 namespace {
 
 constexpr int most_tasks = 256;
-constexpr int fetched_lines = 15;
+constexpr std::size_t fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
 /// Cost of stepping a bed in addition to that of its bristles, as a number of bristles.
 constexpr std::uint64_t bed_overhead = 64;
@@ -111,7 +111,7 @@ struct BedBatch::Impl {
     const Bed* bed = find(id);
     if (bed == nullptr) return;
     const char* bristles = reinterpret_cast<const char*>(bed->columns.get());
-    for (int i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
+    for (std::size_t i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
   /// Clears the response to a motion, or writes into it why the motion is refused. Returns the cost of the

@@ -184,9 +184,11 @@ struct JointFriction::Impl {
     bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
   };
   static bool is_good(const Column* input, std::size_t i) noexcept {
-    return is_within(input[in_angle].lane[i], most_angle) & is_within(input[in_speed].lane[i], most_speed) &
-           is_within(input[in_motor].lane[i], most_torque) &
-           is_within(input[in_outside].lane[i], most_torque);
+    const bool angle = is_within(input[in_angle].lane[i], most_angle);
+    const bool speed = is_within(input[in_speed].lane[i], most_speed);
+    const bool motor = is_within(input[in_motor].lane[i], most_torque);
+    const bool outside = is_within(input[in_outside].lane[i], most_torque);
+    return angle & speed & motor & outside;
   }
   /// Replaces input out of range by zeros, and makes the bristles of joints in their first step straight at
   /// the joint's angle.
@@ -219,7 +221,7 @@ struct JointFriction::Impl {
     std::int64_t usual = 0;  // counts in 64 bits, as wide as a double, so that the compiler vectorises the
                              // loop
     for (std::size_t i = 0; i < lane_count; ++i)
-      usual += is_good(input, i) & (before[i] == before[i]) ? 1 : 0;
+      usual += (is_good(input, i) & (before[i] == before[i])) ? 1 : 0;
     const bool has_odd = usual != lane_count;
     Odd odd;
     if (has_odd) odd = prepare_odd(first, input);

@@ -190,7 +190,7 @@ class Scheduler::Step {
   /// Steps the motions of a range, one after another. Answers a patch at rest without a call of its model.
   void step_range(const Range& range, Outcome& outcome) noexcept {
     const bool notes = s.workers.count() > 1;
-    const PatchPool& pool = s.pool;
+    const PatchPool& patches = s.pool;
     const Items items = items_;  // copied, because a store through other pointers cannot change the copy
     const std::uint64_t step_number = s.step_number_;
     int next_split = range.next_split;
@@ -203,7 +203,7 @@ class Scheduler::Step {
       // Stops prefetching in a long row of resting patches, which the processor's own prefetching reads as
       // fast.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
-      Patch* p = pool.find(items.id(i));
+      Patch* p = patches.find(items.id(i));
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
         p->last_step = step_number;
         outcome.status = outcome.status | items.rest(*p, i);

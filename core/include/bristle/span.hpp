@@ -18,7 +18,8 @@ class Span {
   constexpr Span(T (&array)[N]) noexcept : data_(array), size_(N) {}
   template <class Container,
             class = std::enable_if_t<std::is_convertible_v<decltype(std::declval<Container&>().data()), T*>>>
-  constexpr Span(Container&& container) noexcept : data_(container.data()), size_(container.size()) {}
+  constexpr Span(Container&& container) noexcept
+      : data_(container.data()), size_(static_cast<std::size_t>(container.size())) {}
 
   constexpr T* data() const noexcept { return data_; }
   constexpr std::size_t size() const noexcept { return size_; }

@@ -246,12 +246,12 @@ FitPoint Fitter::polish(const FitPoint& point) {
   const bool spreads = contains(point.free, fit_spread);
   assume(model_, point);
   FitPoint best = point;
-  const auto try_at = [&](const FitPoint& about, double longer, double wider) {
+  const auto try_at = [&](const FitPoint& about, double log_length, double log_spread) {
     FitValues bent = about.values;
-    bent[fit_length] = std::clamp(bent[fit_length] * std::exp(longer), model_.lowest(fit_length),
+    bent[fit_length] = std::clamp(bent[fit_length] * std::exp(log_length), model_.lowest(fit_length),
                                   model_.highest(fit_length));
     if (spreads)
-      bent[fit_spread] = std::clamp(bent[fit_spread] * std::exp(wider), model_.lowest(fit_spread),
+      bent[fit_spread] = std::clamp(bent[fit_spread] * std::exp(log_spread), model_.lowest(fit_spread),
                                     0.99 * model_.highest(fit_spread));
     FitPoint other = linear_start(bent, linear);
     other.free = point.free;
