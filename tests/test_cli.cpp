@@ -1057,8 +1057,20 @@ TEST_CASE("A fit beside rivals judges eight models on the part that none has see
   // Checks that all output files except that of --json come from the fit to the whole record.
   const Outcome table = run_cli(folder, "fit '" + file + "' --rivals --csv '" + folder.at("fit.csv") + "'");
   CHECK(table.code == 0);
-  CHECK_THAT(read_file(folder.at("fit.csv")), StartsWith("t,x,load,force,fit,residual"));
   CHECK_THAT(table.out, Contains("is closest to the rest of the record"));
+  // Checks the rivals' forces: a single Maxwell-slip element follows the spring, and Coulomb's friction,
+  // which has no presliding, cannot.
+  const auto rows = read_csv(folder.at("fit.csv"));
+  REQUIRE(rows.size() == 501);
+  REQUIRE(rows[0] == std::vector<std::string>{"t", "x", "load", "force", "fit", "residual", "Coulomb",
+                                              "LuGre", "Maxwell-slip"});
+  double coulomb = 0.0, maxwell = 0.0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    coulomb = std::max(coulomb, std::abs(std::stod(rows[i][6]) - std::stod(rows[i][3])));
+    maxwell = std::max(maxwell, std::abs(std::stod(rows[i][8]) - std::stod(rows[i][3])));
+  }
+  CHECK(maxwell < 0.05);
+  CHECK(coulomb > 0.3);
   check_refused(folder, "fit '" + file + "' --rivals --fit-until 100", {"nothing is left to judge"});
   check_refused(folder, "fit '" + file + "' --fit-until 4", {"--fit-until: only with --rivals"});
   check_refused(folder, "fit '" + file + "' --rivals --rule keep",

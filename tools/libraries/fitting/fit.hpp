@@ -155,12 +155,20 @@ inline constexpr std::size_t fit_report_rows = fit_parameters + 4;
 const char* fit_name(std::size_t row);
 const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
 
+/// The force of another friction model that was fitted to the record.
+struct ModelForce {
+  std::string model;
+  std::vector<double> force;  ///< force on each sample, N, with the sign of FitData::force
+};
+
 /// Fits a material to a record. Throws UserError where the brush explains too little of the force.
 FitResult fit_material(const FitData& data, const FitOptions& options);
 
 std::string fit_table(const FitData& data, const FitResult& result);
 std::string fit_json(const FitData& data, const FitResult& result);
-std::string fit_csv(const FitData& data, const FitResult& result);
+/// Returns a row per sample, with a column for the force of each model in `beside`, which reports of one axis
+/// may have.
+std::string fit_csv(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside = {});
 /// Returns the prepared motion as text of a motion file, with the columns t,x,load or t,x,y,load.
 std::string fit_motion(const FitData& data);
 /// Returns a scene file that has the fitted material and replays the measured motion by `bristle run`.

@@ -427,6 +427,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
                     fit.parameters[model.logarithms] * train.force_scale / speed,
                     fit.parameters[model.logarithms + 1] * train.force_scale);
     judge.add(all, model.name, model.logarithms + 2, force, model.describe(fit.parameters));
+    if (all.models.back().failed.empty())
+      all.rivals.push_back({model.name, {force.data(), force.data() + force.size()}});
     progress.update(done);
   };
 

@@ -30,6 +30,7 @@ struct Judgements {
   double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
   std::vector<Judgement> models;
+  std::vector<ModelForce> rivals;  ///< forces of the models other than brushes, on the whole record
 };
 
 /// Fits the brush and rival friction models to the record up to `until` (s after the first sample), and

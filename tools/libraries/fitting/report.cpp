@@ -88,11 +88,17 @@ std::string quoted(const std::string& text) {
 }
 
 /// Draws measured and fitted force into a file: runs gnuplot on a built-in script that contains the samples.
-void draw(const FitData& data, const FitResult& result, bool vectors, const std::string& place,
-          const char* option) {
-  const std::string script = fmt::format(
-      "$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\n{}", fit_csv(data, result),
-      quoted(place), vectors ? 1 : 0, quoted(data.columns.name), fit_plot_script);
+void draw(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside, bool vectors,
+          const std::string& place, const char* option) {
+  const std::string names = [&] {
+    std::string out;
+    for (const ModelForce& rival : beside) out += rival.model + ' ';
+    return out;
+  }();
+  const std::string script =
+      fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\nrivals={}\n{}",
+                  fit_csv(data, result, beside), quoted(place), vectors ? 1 : 0, quoted(data.columns.name),
+                  quoted(names), fit_plot_script);
   const std::optional<int> status = platform::feed_gnuplot(script);
   if (status == 0) return;
   throw UserError(
@@ -102,8 +108,8 @@ void draw(const FitData& data, const FitResult& result, bool vectors, const std:
 
 /// Returns a page that loads nothing from outside: reports as text, and for a record of one axis the picture.
 /// `unfinished` is the name of a file that the picture may use.
-std::string page(const FitData& data, const FitResult& result, const std::string& reports,
-                 const std::string& unfinished) {
+std::string page(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside,
+                 const std::string& reports, const std::string& unfinished) {
   const auto escaped = [](const std::string& text) {
     std::string out;
     for (const char c : text)
@@ -112,7 +118,7 @@ std::string page(const FitData& data, const FitResult& result, const std::string
   };
   std::string picture;
   if (data.axes == 1) {
-    draw(data, result, true, unfinished, "--html");
+    draw(data, result, beside, true, unfinished, "--html");
     picture = read_text_file(unfinished);
     picture.erase(0, picture.find("<svg"));  // leaves out the declaration of XML, which HTML does not allow
   }
@@ -325,24 +331,28 @@ std::string fit_json(const FitData& data, const FitResult& r) {
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-std::string fit_csv(const FitData& data, const FitResult& r) {
+std::string fit_csv(const FitData& data, const FitResult& r, const std::vector<ModelForce>& beside) {
   fmt::memory_buffer out;
   const auto to = std::back_inserter(out);
   const std::size_t n = data.samples();
   const bool planar = data.axes == 2;
-  out.append(std::string_view(planar ? "t,x,y,load,fx,fy,fit_x,fit_y,residual_x,residual_y\n"
-                                     : "t,x,load,force,fit,residual\n"));
+  out.append(std::string_view(planar ? "t,x,y,load,fx,fy,fit_x,fit_y,residual_x,residual_y"
+                                     : "t,x,load,force,fit,residual"));
+  for (const ModelForce& rival : beside) fmt::format_to(to, ",{}", rival.model);
+  out.push_back('\n');
   for (std::size_t i = 0; i < n; ++i) {
     const FitColumns& c = data.columns;
     fmt::format_to(to, "{:.9g},{:.9g},", c.t[i], c.x[i]);
     if (planar) {
-      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", c.y[i], data.load[i],
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", c.y[i], data.load[i],
                      data.force[i], data.force[i + n], r.curve[i], r.curve[i + n], data.force[i] - r.curve[i],
                      data.force[i + n] - r.curve[i + n]);
     } else {
-      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g}\n", data.load[i], data.force[i], r.curve[i],
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g}", data.load[i], data.force[i], r.curve[i],
                      data.force[i] - r.curve[i]);
     }
+    for (const ModelForce& rival : beside) fmt::format_to(to, ",{:.9g}", rival.force[i]);
+    out.push_back('\n');
   }
   return fmt::to_string(out);
 }
@@ -479,8 +489,8 @@ std::vector<FileOption> inputs_of(const FitOptions& options) {
   return inputs;
 }
 
-/// Judges the brush beside its rivals; returns the table.
-std::string judge_record(const FitOptions& options) {
+/// Judges the brush beside its rivals.
+Judgements judge_record(const FitOptions& options) {
   if (options.rule == bristle::SnapRule::keep)
     throw UserError("--rivals: fits brushes with the rules redraw and slide, not keep");
   OutputFile json(options.json);
@@ -488,14 +498,15 @@ std::string judge_record(const FitOptions& options) {
   const FitColumns columns = read_fit_columns(options.data, options.reading);
   if (columns.t.empty()) throw UserError(columns.name + ": no data rows");
   const double third = (columns.t.back() - columns.t.front()) / 3.0;
-  const Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
+  Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
   if (json) json.write(judgement_json(columns, judgements));
-  return judgement_table(judgements);
+  return judgements;
 }
 
 /// Fits the record and writes the output files that the options ask for. `judged` is the report on rivals
-/// that the page holds too.
-void fit_record(const FitOptions& options, bool prints, const std::string& judged) {
+/// that the page holds too, and `rivals` are their forces.
+void fit_record(const FitOptions& options, bool prints, const std::string& judged,
+                const std::vector<ModelForce>& rivals) {
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,
                                         options.load, options.mass);
   if (!options.plot.empty() && data.axes == 2)
@@ -506,14 +517,14 @@ void fit_record(const FitOptions& options, bool prints, const std::string& judge
   const FitResult result = fit_material(data, options);
   if (scene) scene.write(fit_toml(data, options, result));
   if (motion) motion.write(fit_motion(data));
-  if (csv) csv.write(fit_csv(data, result));
+  if (csv) csv.write(fit_csv(data, result, rivals));
   if (picture) {
-    draw(data, result, is_vector_picture(options.plot), picture.place(), "--plot");
+    draw(data, result, rivals, is_vector_picture(options.plot), picture.place(), "--plot");
     picture.finish();
   }
   if (html) {
     const std::string reports = judged + (judged.empty() ? "" : "\n") + fit_table(data, result);
-    html.write(page(data, result, filled(reports), page_picture.place()));
+    html.write(page(data, result, rivals, filled(reports), page_picture.place()));
   }
   if (json) json.write(fit_json(data, result));
   if (prints) print_report(fit_table(data, result));
@@ -538,13 +549,14 @@ void fit_command(const FitOptions& options) {
                                                           {"--write", options.write},
                                                           {"--plot", options.plot},
                                                           {"the motion of --write", motion_file(options)}});
-  if (!options.rivals) return fit_record(options, !on_stdout, "");
-  const std::string judged = judge_record(options);
-  if (!on_stdout) print_report(judged);
+  if (!options.rivals) return fit_record(options, !on_stdout, "", {});
+  const Judgements judged = judge_record(options);
+  const std::string table = judgement_table(judged);
+  if (!on_stdout) print_report(table);
   FitOptions whole = options;  // writes no JSON file of the fit: that file holds the judgements
   whole.json.clear();
   if (!whole.csv.empty() || !whole.html.empty() || !whole.write.empty() || !whole.plot.empty())
-    fit_record(whole, false, judged);
+    fit_record(whole, false, table, judged.rivals);
 }
 
 }  // namespace cli
