@@ -176,7 +176,7 @@ class Session {
     const Response response = batch_.find_force(dt, motion);
     check_same(response, twin_.find_force(dt, motion), "find_force answers alike");
     check_finite(response);
-    check(has(response.status, Status::unknown_id) == (patch == nullptr), "only unknown ids are unknown");
+    check_id(id, response.status);
     check(batch_.state_hash() == before, "find_force changes nothing");
     // Checks that a real step returns the response that find_force() predicted.
     if (has(response.status, refusals) || input_.flag()) return;
@@ -243,9 +243,16 @@ class Session {
     if (stepped == 0 || !steps) check(batch_.state_hash() == before, "what is refused changes nothing");
   }
 
+  void check_id(PatchId id, Status status) const {
+    const bool full = id == PatchId::no_capacity();
+    check(has(status, Status::no_capacity) == full, "only the id of a full pool is named as such");
+    check(has(status, Status::unknown_id) == (!full && model_.find(id) == nullptr),
+          "an id is unknown where there is no such patch");
+  }
+
   void check_status(bristle::Span<const Motion> in, std::size_t i, Status status) const {
     const bool there = model_.find(in[i].id) != nullptr;
-    check(has(status, Status::unknown_id) == !there, "an id is unknown where there is no such patch");
+    check_id(in[i].id, status);
     const bool repeated =
         std::any_of(in.begin(), in.begin() + i, [&](const Motion& m) { return m.id == in[i].id; });
     check(has(status, Status::repeated_id) == (there && repeated), "an id is repeated from the second on");
