@@ -173,7 +173,6 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
 
 TEST_CASE("What a new material snaps is booked by the next step, of a patch that was restored too",
           "[load][energy]") {
-  const std::uint32_t n = 200;
   const Material longer = plain_material(uniform, SnapRule::redraw);
   const Material shorter = plain_material(SnapLength::uniform(0.25 * dbar, 0.75 * dbar), SnapRule::redraw);
   OnePatch patch(longer, plain_options(n));
