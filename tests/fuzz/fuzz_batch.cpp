@@ -243,6 +243,7 @@ class Session {
     if (stepped == 0 || !steps) check(batch_.state_hash() == before, "what is refused changes nothing");
   }
 
+  /// Checks that a status names an id that no patch has, and apart from it the id that a full pool gives.
   void check_id(PatchId id, Status status) const {
     const bool full = id == PatchId::no_capacity();
     check(has(status, Status::no_capacity) == full, "only the id of a full pool is named as such");

@@ -27,10 +27,10 @@ unit = scale == 1e6 ? "um" : "mm"
 # Uses thin points if there are many data.
 dots = STATS_records > 3000 ? 0.25 : 0.5
 
-# Clips models that go far beyond the measured force.
-stats csv using "force" nooutput
-span = STATS_max - STATS_min
+# Clips other models that go far beyond the measured force.
 if (rivals ne "") {
+  stats csv using "force" nooutput
+  span = STATS_max - STATS_min
   set yrange [STATS_min - 0.4 * span:STATS_max + 0.4 * span]
 }
 set multiplot title title font ",22" noenhanced
