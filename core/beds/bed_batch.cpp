@@ -61,7 +61,7 @@ void add_bytes(Hasher& hasher, Span<const std::byte> bytes) {
 
 }  // namespace
 
-struct BedBatch::Impl {
+struct BRISTLE_PRIVATE BedBatch::Impl {
   explicit Impl(const BatchOptions& options)
       : table(choose_kernels(options.isa)),
         workers(check_threads(options.threads), check_core(options.servo_core)) {}

@@ -27,7 +27,7 @@ std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
 
 }  // namespace
 
-struct ContactMatcher::Impl {
+struct BRISTLE_PRIVATE ContactMatcher::Impl {
   /// A contact of this step, or an old contact: one of the previous step, or one that has been missing for up
   /// to keep_steps steps. Contacts of one pair are linked in the order in which the caller listed them; old
   /// contacts that are missing follow the listed ones.

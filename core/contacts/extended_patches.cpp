@@ -466,7 +466,7 @@ struct ChangeMaterial final : Change {
 }  // namespace
 
 /// Data that only the calls which add, remove or change outlines read and write (the adding side).
-struct ExtendedPatches::Impl {
+struct BRISTLE_PRIVATE ExtendedPatches::Impl {
   struct Record {
     // Cells of the outline and the ids of their patches, owned by its ExtendedPatch; no thread changes them.
     Span<const PatchCell> cells;

@@ -292,7 +292,7 @@ void KeyedPool::restore_state(Span<const std::byte> from) {
 
 }  // namespace
 
-struct KeyedPatches::Impl : KeyedPool {
+struct BRISTLE_PRIVATE KeyedPatches::Impl : KeyedPool {
   using KeyedPool::KeyedPool;
 };
 
@@ -330,7 +330,7 @@ std::uint32_t KeyedPatches::capacity() const noexcept { return impl_->options.ca
 std::uint64_t KeyedPatches::refused() const noexcept { return impl_->refused; }
 std::uint32_t KeyedPatches::seed_of(std::uint64_t key) const noexcept { return impl_->seed_of(key); }
 
-struct KeyedBeds::Impl : KeyedPool {
+struct BRISTLE_PRIVATE KeyedBeds::Impl : KeyedPool {
   using KeyedPool::KeyedPool;
 };
 

@@ -84,7 +84,7 @@ bool is_within(double x, double most) noexcept { return std::fabs(x) <= most; }
 
 }  // namespace
 
-struct JointFriction::Impl {
+struct BRISTLE_PRIVATE JointFriction::Impl {
   Impl(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options,
        const BatchOptions& batch)
       : table(choose_kernels(batch.isa)),

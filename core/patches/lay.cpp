@@ -5,7 +5,14 @@
 
 #include "core/common/range_check.hpp"
 
-namespace bristle::detail {
+namespace bristle {
+
+bool operator==(const Lay& x, const Lay& y) noexcept {
+  return x.angle == y.angle && x.limit_ratio == y.limit_ratio && x.stiffness_ratio == y.stiffness_ratio &&
+         x.to_over_fro == y.to_over_fro;
+}
+
+namespace detail {
 namespace {
 
 /// Returns the largest distance from the origin to an ellipse (of force limits) with the half axes 1 along
@@ -69,4 +76,5 @@ void check_lay(const Material& m, const PatchOptions& chosen) {
            "1 unless stiffness_ratio is 0 (limit_ratio squared): else sliding could give energy");
 }
 
-}  // namespace bristle::detail
+}  // namespace detail
+}  // namespace bristle

@@ -12,7 +12,7 @@
 
 namespace bristle {
 
-struct PatchBatch::Impl {
+struct BRISTLE_PRIVATE PatchBatch::Impl {
   explicit Impl(const BatchOptions& options);
   ~Impl();
 

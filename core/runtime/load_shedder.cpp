@@ -49,7 +49,7 @@ std::uint32_t find_floor(const PatchInfo& info, std::uint32_t least_bristles) no
 
 }  // namespace
 
-struct LoadShedder::Impl {
+struct BRISTLE_PRIVATE LoadShedder::Impl {
   struct Entry {
     PatchId id;
     int priority = 0;

@@ -15,3 +15,10 @@
 #else
 #define BRISTLE_API
 #endif
+
+/// Keeps a class inside an exported class from being exported with it.
+#if defined(__GNUC__) && !defined(_WIN32)
+#define BRISTLE_PRIVATE __attribute__((visibility("hidden")))
+#else
+#define BRISTLE_PRIVATE
+#endif

@@ -88,7 +88,7 @@ inline HalfTurn half_turn(double spin) noexcept {
   spin = std::clamp(spin, -most, most);
   const auto q = rotation_by({0.0, 0.0, 0.5 * spin});
   const double sine = 2.0 * q.w() * q.z();
-  return {q.w() * q.w() - q.z() * q.z(), sine, spin == 0.0 ? 1.0 : 2.0 * sine / spin};
+  return {q.w() * q.w() - q.z() * q.z(), sine, std::abs(spin) <= 0.0 ? 1.0 : 2.0 * sine / spin};
 }
 
 /// Fills in the working memory: ids, loads and places of all cells, one contact after the other.

@@ -153,7 +153,7 @@ class HapticPoint {
   /// motion.
   const Eigen::Vector3d& finish(const Response& response) noexcept {
     const bool refused = !was_stepped(response.status);
-    limited_ = !refused && wall_ > 0.0 && wall_ == highest_wall_;
+    limited_ = !refused && wall_ > 0.0 && wall_ >= highest_wall_;
     friction_.setZero();
     if (!refused) {
       const double room =

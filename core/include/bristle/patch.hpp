@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "bristle/export.hpp"
 #include "bristle/set_field.hpp"
 #include "bristle/span.hpp"
 
@@ -84,10 +85,7 @@ struct Lay {
     return detail::set(*this, stiffness_ratio, across_over_along);
   }
   Lay& with_to_over_fro(double ratio) { return detail::set(*this, to_over_fro, ratio); }
-  friend bool operator==(const Lay& x, const Lay& y) noexcept {
-    return x.angle == y.angle && x.limit_ratio == y.limit_ratio && x.stiffness_ratio == y.stiffness_ratio &&
-           x.to_over_fro == y.to_over_fro;
-  }
+  friend BRISTLE_API bool operator==(const Lay& x, const Lay& y) noexcept;
 };
 
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
