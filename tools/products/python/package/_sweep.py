@@ -226,10 +226,10 @@ class _Sizes:
 
 def _rows_by_dask(client, recipe, indices, isa):
     """Yields rows as they are done. Rows of a lost worker run again on another."""
+    if not client.nthreads():  # before the import, so that another object is refused where Dask is not installed
+        print("bristle: the scheduler has no workers yet; waiting for them", file=sys.stderr)
     from distributed import as_completed
 
-    if not client.nthreads():
-        print("bristle: the scheduler has no workers yet; waiting for them", file=sys.stderr)
     # Sends the recipe with each task instead of scattering it, since scattered data are lost with their worker.
     shared = client.submit(_same, recipe, pure=False)
     waiting, parts, futures = collections.deque(indices), {}, {}
