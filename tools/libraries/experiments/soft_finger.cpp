@@ -169,7 +169,7 @@ void run_soft_finger(ExperimentRun& run) {
 Experiment soft_finger_experiment() {
   return {
       "soft-finger",
-      "an elastic fingertip that is dragged below its friction: it slips from its rim",
+      "an elastic fingertip, dragged below its friction, slips from its rim",
       {number_parameter("load", 5.0, "N", "normal load", 1e-6, 1e6),
        number_parameter("friction", 0.8, "", "coefficient", 0.01, 10.0),
        number_parameter("radius", 6e-3, "m", "of the contact", 1e-6, 1.0),
