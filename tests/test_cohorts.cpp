@@ -241,14 +241,16 @@ TEST_CASE("A walk of long and short steps ends each step as small steps and fine
                         {SnapLength::exponential(dbar), 2.0, 1.5, 0.3}}) {
     const Material material = with_rubbing(w.law, {w.residual, w.renewal});
     Brush walks(material), near(material, infinite_options(32.0, 512));
+    Brush coarse(material, infinite_options(4.0, 24));
     const double kinetic = steady_deflection(w.law, w.renewal);
-    double direction = 0.0, worst = 0.0, worst_mean = 0.0;
+    double direction = 0.0, worst = 0.0, worst_mean = 0.0, worst_coarse = 0.0;
     for (int i = 0; i < 60; ++i) {
       const double u = 0.7549 * i - std::floor(0.7549 * i), v = 0.5698 * i - std::floor(0.5698 * i);
       direction += w.turn * (2.0 * u - 1.0);
       const double length = i % 7 == 6 ? 0.3 : 2.0 + 7.0 * v;
       const double ex = std::cos(direction), ey = std::sin(direction);
       walks.step(length * ex, length * ey);
+      coarse.step(length * ex, length * ey);
       const int steps = static_cast<int>(length / 0.02) + 1;
       double mean[2] = {0.0, 0.0};
       for (int k = 0; k < steps; ++k) {
@@ -256,6 +258,8 @@ TEST_CASE("A walk of long and short steps ends each step as small steps and fine
         for (int axis = 0; axis < 2; ++axis) mean[axis] += near.response.mean[axis] / steps;
       }
       worst = std::max(worst, std::hypot(walks.x() - near.x(), walks.y() - near.y()) / kinetic);
+      worst_coarse =
+          std::max(worst_coarse, std::hypot(coarse.x() - near.x(), coarse.y() - near.y()) / kinetic);
       const double(&a)[2] = walks.response.mean;
       worst_mean =
           std::max(worst_mean, std::hypot(a[0] - mean[0], a[1] - mean[1]) / (kinetic * load_n * dbar));
@@ -263,6 +267,7 @@ TEST_CASE("A walk of long and short steps ends each step as small steps and fine
     INFO(to_string(w.law.law()) << ", renewal " << w.renewal << ", residual " << w.residual);
     expect_near(worst, 0.0, 6e-3, "end");
     expect_near(worst_mean, 0.0, 7e-3, "mean");
+    expect_near(worst_coarse, 0.0, 0.025, "end at resolution 4");
     expect_near(walks.imbalance, 0.0, 1e-12, "energy");
   }
 }
