@@ -17,9 +17,9 @@ constexpr std::uint32_t most_cohorts = 512;
 
 /// Columns of a row of 8 cohorts, 64 bytes each. A cohort has one lane of each column of its row.
 enum CohortColumn : std::uint32_t {
-  cohort_x,       ///< x of the place of the patch at which the cohort's bristles were last straight, scaled,
+  cohort_x,       ///< x of the patch's position when the cohort's bristles were last straight, scaled,
                   ///< relative to CohortState::base
-  cohort_y,       ///< y of that place; 0 with one axis
+  cohort_y,       ///< y of that position; 0 with one axis
   cohort_reach,   ///< R, the reach: largest deflection of the cohort's bristles so far, beyond l_r; bristles
                   ///< still in the cohort have longer snap lengths
   cohort_fresh,   ///< u, mass that the cohort would have if none of its bristles had snapped; its mass is
@@ -63,15 +63,16 @@ struct CohortLaw {
   double sure;            ///< snap length up to which S is 1 to the last unit of mass; a cohort's R is
                           ///< at least this
   double mean;            ///< mean snap length, scaled
-  double piece;           ///< longest piece of path that is computed at once, scaled
+  double piece;           ///< usual length of a piece of path, computed at once, scaled; pieces in the
+                          ///< middle of long moves are longer
   double forget;          ///< path of a straight slide after which the force does not depend on how the slide
                           ///< began, scaled
   double negligible;      ///< share of the patch's mass below which the rest of a cohort snaps as a whole
   double slow;            ///< distance from either end of a move beyond which its pieces may grow in
                           ///< proportion to the distance, scaled
-  double longest_growth;  ///< largest factor by which pieces grow between these distances
-  double most_apart;      ///< largest factor by which the squared distance of two cohorts may grow when they
-                          ///< are moved apart
+  double longest_growth;  ///< largest factor by which pieces grow in the middle of a move
+  double most_apart;      ///< largest factor by which close_open() may raise the squared distance of two
+                          ///< cohorts, to match the variance of their bristles' places; 1: it moves none
   double residual;        ///< l_r, scaled: deflection left after a snap; the reach R counts from it
   double renewal;         ///< kappa, number of bristles that a snap renews
   double snap_rate;       ///< snaps per bristle and scaled length of path in steady sliding
@@ -110,8 +111,8 @@ struct CohortState {
   /// Indices of cohorts: [0] absorbs bristles that snap, [1] those that come into contact; [2] is the closed
   /// cohort from which [0] is moved apart when [0] closes.
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
-  double spread = 0.0;  ///< sum of mass x squared distance between the places of bristles and of the cohorts
-                        ///< open[0] and open[2] that they joined
+  double spread = 0.0;  ///< sum over the bristles of cohorts open[0] and open[2] of mass x squared
+                        ///< distance between the places of bristle and cohort
 
   /// 1 if the load has risen since first contact. 0: all bristles came into contact together, and every
   /// cohort has all ranks, [0, mass).
@@ -190,8 +191,9 @@ struct CohortKernels {
   /// renewal, or plus 4 for laws that age. Changes rows, births and state except CohortState::base, direction
   /// and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Returns the least margin, over all cohorts, by which the deflection with the patch at `at` stays below
-  /// l_r + R, R its reach, scaled. Below 0: a cohort is bent beyond its reach. For laws without ageing.
+  /// Returns how far the deflections, with the patch at `at`, stay below l_r + R (R a cohort's reach),
+  /// scaled: the least over all cohorts. Below 0: a cohort is bent beyond its reach. For laws without
+  /// ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the pairs of cohorts whose merging costs least (Partner, kernels/cohort_parts.hpp), to make room
   /// for more cohorts. Returns twice the energy lost. Index: 1 for laws that age.
@@ -200,12 +202,14 @@ struct CohortKernels {
   /// Computes the mass whose rank is above `cut`, and the mass per rank at `cut`. A falling load removes the
   /// mass above a cut.
   void (*mass_above)(const CohortState&, const double* rows, double cut, double* mass, double* density);
-  /// Adds straight bristles that come into contact with the patch at `at`. Returns twice the energy that is
-  /// lost if they join another cohort. Index: 1 for laws that age.
+  /// Adds straight bristles of ranks [low, high) that come into contact with the patch at `at`, to the
+  /// cohort open[1] (`joins`) or to a new one. Returns twice the energy that is lost if they join. Index: 1
+  /// for laws that age.
   double (*enter[2])(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass,
                      double low, double high, bool joins, const CohortTimes&);
-  /// Sets the reach of cohort i to `bent` (at least CohortLaw::sure), and gives its mass floor(u) fresh snap
-  /// lengths; those not above the reach are removed. Returns the mass that remains.
+  /// Gives the bristles of cohort i, of mass floor(u), fresh snap lengths, sets its reach to `bent` (at
+  /// least CohortLaw::sure), and removes bristles whose length is not above the reach. Returns the mass
+  /// left.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
 
@@ -215,9 +219,9 @@ struct CohortKernels {
 struct CohortNoise {
   /// Advances a patch as CohortKernels::move does.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Samples the mass that leaves if each bristle of `mass` leaves with the probability `chance`: a binomial
-  /// number of whole bristles; a fraction of a bristle leaves as one. `pass` and `number` are keys of the
-  /// random number.
+  /// Samples the mass that leaves if each bristle of `mass` leaves with the probability `chance`: a
+  /// binomial number of whole bristles. A fraction of a bristle leaves or stays as a whole. `pass` and
+  /// `number` are keys of the random number.
   double (*leave)(const CohortLaw&, std::uint64_t pass, std::uint32_t number, double mass, double chance);
 };
 extern const CohortNoise cohort_noise;

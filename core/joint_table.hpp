@@ -72,7 +72,8 @@ struct JointStep {
   std::uint32_t bristles;
   const double* share;   ///< share of each bristle in the joint's stiffness
   const double* length;  ///< friction limit of each bristle, relative to the mean limit
-  const double* in;      ///< joint_inputs rows; in_writes is 1 for joints whose state changes, else 0
+  const double* in;      ///< joint_inputs rows; the row in_writes is 1 for joints whose state changes,
+                         ///< else 0
   double* out;           ///< joint_outputs rows; only kernels with gradients fill those from out_gradient on
   const double* constants;
   double* columns;

@@ -77,7 +77,7 @@ struct KernelLaw {
   double squares_per_length;                    ///< m2 / m1: mean sum of delta^2 per distance jumped
   double squares_offset;                        ///< constant part of the sum of delta^2 over a jump's snaps
   double variance_per_length, variance_offset;  ///< variance of the sum of delta^2, given the distance jumped
-  double count_offset;                          ///< cv^2: the expected number of renewals in a jump of the
+  double count_offset;                          ///< cv^2: the expected number of snaps in a jump of the
                                                 ///< distance D is D / m1 + cv^2
 
   // Constants for jumps over k snaps at once under a law of small spread (Cornish-Fisher).
@@ -157,8 +157,8 @@ struct Advance : Travel {
 /// kept apart.
 struct Totals {
   Int128 stored[2];      ///< change of the sum of Block::stored, over full blocks
-  Int128 offset[2];      ///< change of the sum of Travel::to - Block::position by rewriting, over full blocks
-                         ///< (for the sum over bristles, times 256)
+  Int128 offset[2];      ///< change by rewriting of the sum over full blocks of Travel::to -
+                         ///< Block::position; times 256 for the sum over bristles
   Int128 twice_mean[2];  ///< twice the sum of mean deflections over the step, less its value without snaps,
                          ///< 2 stored + 256 (from + to - 2 position); over full blocks with snaps
   Int128 squares;        ///< sum over snaps of weight x ((residual + delta)^2 - residual^2), in units of 1 /

@@ -43,7 +43,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
-  // Is 0 for a bed that has rolled, all of whose tips are stored relative to a root at zero; else 1.
+  // 0 for a bed that has rolled, because all its tips are stored relative to a root at zero; else 1.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -107,7 +107,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     auto slides = none > one;
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
-      // Sets deflections out of contact to 0, where they hold only rounding errors.
+      // Sets the deflections of bristles out of contact to 0, because they hold only rounding errors.
       const auto presses = (carried ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
@@ -115,8 +115,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       over_length = divide(one, most(length, smallest));
       const V ex = dx * over_length;
       const V ey = dy * over_length;
-      // If a bristle's limit falls within the step, it slides at the mean of its limits at the start and the
-      // end; at the end its deflection drops to the new limit.
+      // A bristle bent beyond its limit, because the limit has fallen in the step, slides at the mean of
+      // its deflection and the new limit; at the end its deflection drops to the new limit.
       V reach = hold;
       V slide_limit = limit;
       if constexpr (carried) {
@@ -169,7 +169,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V ud = (ux * dx + uy * dy) * left;
           const V ud2 = ud + ud;
           q2 = select_lanes(rough, ud2 * over_both, q2);
-          // A bristle bent beyond its falling limit slides at the mean limit of the step.
+          // If the limit has fallen below the deflection, the bristle slides at the mean of both.
           const auto outside = rough & (none > gap);
           if (any_lane(outside)) {
             const V n = root(z2);

@@ -14,7 +14,8 @@ namespace {
 constexpr double unlimited_cost = 1e300;
 /// Factor on the cost of the cheapest pair of cohorts, up to which a search merges other pairs as well.
 constexpr double merge_margin = 3.0;
-constexpr std::uint32_t merged_at_once = 4;  ///< number of cohorts for each pair that one search may merge
+constexpr std::uint32_t merged_at_once = 4;  ///< cohorts per merged pair: a search merges at most count /
+                                             ///< merged_at_once pairs
 
 /// Share S(x) of a law's snap lengths that are longer than x, and their moment E[delta; delta < x] below x.
 struct Survival {
@@ -70,10 +71,10 @@ inline double age_at(const CohortTimes& t, double factor) {
   return (exponential<double>(least(grown, 75.0)) - 1.0) / t.rate;
 }
 
-/// Returns the path that is left of a piece of motion after a bristle of fresh length delta snapped: the gap
-/// in |z - gap e| = l_r + delta g(age - gap / v). z is the deflection at the end of the piece without the
-/// snap, given by its square and its part along the motion e. g is taken as straight near the end, with an
-/// error of second order, for g is concave and the piece short.
+/// Returns the path left of a piece of motion after the snap of a bristle of fresh length delta: the gap
+/// for which |z - gap e| = l_r + delta g(age - gap / v). z is the deflection at the end of the piece had it
+/// not snapped: `square` = |z|^2, `along` = z . e, e the direction of motion. Takes g as linear near the
+/// end; the error is of second order in the length of the piece.
 template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
@@ -88,8 +89,8 @@ inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, 
   return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// Returns the reach R (the fresh length up to which bristles have snapped) of bristles bent from straight to
-/// `bent` at constant speed. If none snaps yet, any value up to `bent` serves.
+/// Returns the reach R (the fresh length up to which bristles have snapped) of bristles bent from straight
+/// to `bent` at constant speed; `bent` itself if that is too short for a snap.
 template <bool ages>
 inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
@@ -300,12 +301,13 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   return most(spread - reduced * (wanted - apart), 0.0);
 }
 
-/// Sums over the mass that snapped in a piece of path, from one pass over all cohorts. gap is the path left
-/// after the snap, z the deflection at the end of the piece if nothing had snapped.
+/// Sums from one pass over all cohorts in a piece of path, most of them over the mass that snapped. gap:
+/// path from a bristle's snap to the end of the piece; z: deflection at that end if the bristle had not
+/// snapped.
 struct PieceSums {
   double lost;          ///< mass of the bristles that snapped
-  double gap;           ///< sum over the mass that snapped of the path left (gap)
-  double gap_gap;       ///< sum over the mass that snapped of the squared path left
+  double gap;           ///< sum over the mass that snapped of the gap
+  double gap_gap;       ///< sum over the mass that snapped of the squared gap
   double gap_x, gap_y;  ///< sum over the mass that snapped of gap x z, along x and y
   double squares;       ///< sum over the mass that snapped of the squared deflection |z|^2
   double ranks, rank_squares;
@@ -324,7 +326,8 @@ struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps of newborn bristles
 };
-// Largest hazard, which leaves exp(-4) of the bristles; (1 - v + v^2 / 2)^4 for exp(-4 v) needs v <= 1.
+// Largest hazard, which leaves the share exp(-4) of the bristles. The kernels compute exp(-4 v) as (1 - v +
+// v^2 / 2)^4, which needs v <= 1.
 constexpr double highest_hazard = 4.0;
 
 template <bool ages>
@@ -337,7 +340,8 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// Adds the sums of renewed bristles to those of snapped ones, `p`; all restart as one newborn cohort.
+/// Adds the sums over renewed bristles to `p`; they and the snapped ones restart as one newborn cohort.
+/// Replaces x and y, because the pass of renewals sums them over all mass that remains.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -352,26 +356,26 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   for (std::uint32_t w = 0; w < most_cohorts / 64; ++w) p.emptied.word[w] |= renewed.emptied.word[w];
 }
 
-/// Makes one newborn cohort of the mass that snapped or was renewed along a piece, at its mean place, bent by
-/// l_r. Bristles that snapped a second time (possible if S < 1 that early) count as one group. Books energy
-/// and path integral. `at`: end of the piece; `snapped`: mass that snapped; `renewed_rate`: renewals of a
-/// bristle per length of path. Sets `spread` to mass x variance of the places where the bristles were
-/// straight, which the caller stores. Always inlined: a result in memory would be written as numbers and read
-/// as pairs, which stalls the processor.
+/// Makes one newborn cohort of the mass that snapped or was renewed along a piece, at its mean place, bent
+/// by l_r. Bristles that snapped a second time (those whose new snap length is below the mean gap) count as
+/// one group. Books energy and path integral. `at`: end of the piece; `snapped`: mass that snapped;
+/// `renewed_rate`: renewals of a bristle per length of path. Sets `spread` to mass x variance of the places
+/// where the bristles were straight, which the caller stores. Always inlined: a result in memory would be
+/// written as numbers and read as pairs, which stalls the processor.
 template <bool rubs, bool ages>
 [[gnu::always_inline]] inline Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a,
                                            double piece, const double at[2], double snapped,
                                            double renewed_rate, const CohortTimes& times, CohortTotals& t,
                                            double& spread) {
   const double gap = p.gap / p.lost;
-  // Adds the variance that path lengths have within a cohort, because all bristles that a cohort lost were
-  // summed with their mean path after the snap.
+  // Adds the variance of the gap within each cohort, because the sums count all bristles that a cohort lost
+  // with their mean gap.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
   double mean_gap = gap;
   double gap_gap = p.gap_gap;
-  double gap_gap_left = p.gap_gap;  // sum of mass x gap^2, without the lengths of second snaps
+  double gap_gap_left = p.gap_gap;  // sum of mass x squared path since the last snap
   double of_second = 0.0;           // energy lost by bristles that snap a second time
   if (again > 0.0) {
     double length = s.moment / (1.0 - s.left);
@@ -405,8 +409,8 @@ template <bool rubs, bool ages>
   }
   spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
   if (a.books) {
-    // The integral over surviving bristles alone lacks the path of lost ones: subtracts their share after the
-    // snap and adds that of the newborn cohort.
+    // Corrects the path integral, which the caller computes as if no bristle snapped: subtracts the part of
+    // lost bristles after their snap and adds that of the newborn cohort.
     double of_newborn = 0.5 * (p.gap_gap + gap_gap);
     if (rubs) of_newborn += law.residual * p.gap;
     t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
@@ -490,8 +494,8 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // Growth factor g of each cohort's snap lengths, times twice their mean, part of the cost, so that
-  // cohorts of different age rarely merge (once the mean length, instead of twice, gives a fifth more error).
+  // Twice the mean snap length times each cohort's growth factor g: a part of the cost, so that cohorts of
+  // different age rarely merge. (With once the mean length the error is a fifth larger.)
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
@@ -640,7 +644,7 @@ double enter(const CohortLaw& law, CohortState& s, double* rows, const double at
   return 0.0;
 }
 
-/// Gives cohort i fresh lengths of the law, conditioned on exceeding its deflection. Returns the mass left.
+/// Gives cohort i fresh lengths and keeps the bristles whose length exceeds `bent`. Returns the mass left.
 inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double bent) {
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);

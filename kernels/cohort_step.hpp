@@ -123,7 +123,8 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct VectorSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  bool books, ranked;  ///< whether the sums for energy and for ranks are asked for; else those stay 0
+  bool books, ranked;  ///< whether the sums for energy and for ranks are asked for; if not, these sums
+                       ///< stay 0
 
   /// Bits of emptied cohorts, set in place, because reading back a copy just written would wait for the
   /// store.

@@ -39,8 +39,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     const T bent = root(x * x + y * y);
     const T inverse = T(1) / (bent + tiny);
     const T to_ux = x * inverse - before_x, to_uy = y * inverse - before_y;
-    // `path`: distance since the bristle took hold. `low`: part of its deflection at the end that dates from
-    // before the corner, if any; that part keeps its share of the bend.
+    // `path`: distance since the bristle took hold. `low`: what is left, at the end, of the deflection
+    // before the corner. If the bristle took hold before the corner, that part keeps the share low / |z| of
+    // its angle to the earlier motion.
     const T beyond = bent - residual;
     const T path = beyond > T(0) ? beyond : T(0);
     const T low = bent - (path < length ? path : length);

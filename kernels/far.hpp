@@ -26,7 +26,8 @@ struct AfterFarStep {
   double deflection;  ///< deflection along the motion at the end
   double squares;     ///< sum of squared snap lengths over the bristle's snaps after the first
   double count;       ///< number of the bristle's snaps after the first
-  double variance;    ///< variance of the part of `squares` that is known only in the mean
+  double variance;    ///< variance of `squares` caused by jumps, which add only the mean of the sum over
+                      ///< the snaps that they skip
 };
 
 /// Jumps at once over nearly as many snaps of a bristle as fit into the path `rest`. Returns the path up to
@@ -56,9 +57,10 @@ struct FarAge {
   double largest_growth;
 };
 
-/// Bristle met at a random place of a long slide: its fresh length `delta`, and the path `length` between its
-/// snaps. A bristle is met in proportion to its path: a delta is drawn in proportion to itself and accepted
-/// in proportion to length / delta, which grows with delta.
+/// Bristle met at a random place of a long slide: its fresh length `delta`, and the path `length` between
+/// its snaps. The chance to meet a bristle is proportional to its path: delta is drawn from the
+/// length-biased law and accepted with a probability proportional to length / delta, which grows with
+/// delta.
 struct MetBristle {
   double delta, length;
 };
@@ -194,7 +196,7 @@ struct FarLanes {
   alignas(64) double mean[2][lane_count] = {};
   alignas(64) double squares[lane_count] = {};
   double further[lane_count] = {};   ///< sum of squared snap lengths over the snaps after the first
-  double variance[lane_count] = {};  ///< variance of the part of `further` known only in the mean
+  double variance[lane_count] = {};  ///< variance of `further` caused by jumps
   alignas(64) double snaps[lane_count] = {};
 };
 

@@ -1,10 +1,11 @@
 // SnapRule::redraw: motion of bristles after their first snap in a step, if each snap samples a new length.
 //
-// A bristle with path left samples a length and either ends on it or snaps again. Uniform, normal and
-// lognormal lengths, in a step in which many bristles snap once or twice, are sampled vector by vector in
-// registers (walk_in_registers). Otherwise the bristles of a block advance by rounds, eight vectors at once,
-// so that the latencies of their draws overlap and no branch depends on a single bristle; vectors whose
-// bristles have all arrived are left out. Long paths are jumped in distribution (core/MODEL.md, "Jumps").
+// A bristle with path left samples a length. If the path is shorter than that length, it ends the bristle's
+// motion; otherwise the bristle snaps again. Uniform, normal and lognormal lengths, in a step in which many
+// bristles snap once or twice, are sampled vector by vector in registers (walk_in_registers). Otherwise the
+// bristles of a block advance by rounds, eight vectors at once, so that the latencies of their draws
+// overlap and no branch depends on a single bristle; vectors whose bristles have all arrived are left out.
+// Long paths are jumped: the state at their end is sampled from its distribution (core/MODEL.md, "Jumps").
 #pragma once
 
 #include "ageing.hpp"
@@ -29,7 +30,8 @@ struct Walk {
   alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
   alignas(64) T squares[size];   ///< sum of squared snap lengths over the bristle's snaps after the first
   alignas(64) T count[size];     ///< number of the bristle's snaps after the first
-  alignas(64) T variance[size];  ///< variance of `squares` from snaps jumped over, which enter by their mean
+  alignas(64) T variance[size];  ///< variance of `squares` caused by jumps, which add only the mean of the
+                                 ///< sum over the snaps that they skip
 
   // Working memory for paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left to the bristle; negative once it has arrived at the path's end
@@ -104,9 +106,9 @@ struct Places {
   }
 };
 
-/// Samples, for the masked lanes, the ageing bristle at the end of a long slide: its fresh length `met` is
-/// drawn in proportion to itself, and accepted in proportion to its path between snaps over `met`. Returns
-/// that path.
+/// Samples, for the masked lanes, the ageing bristle at the end of a long slide: draws its fresh length
+/// `met` from the length-biased law and accepts it with a probability proportional to (path between snaps)
+/// / met. Returns that path.
 template <class T>
 Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
                     Bundle<T>& met) {
@@ -144,7 +146,8 @@ template <class T, bool sums, class AnyWalk>
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
-    // Samples steady sliding at the path's end: the bristle there is length-biased, and its age uniform.
+    // Samples steady sliding at the path's end: the bristle there has a length-biased snap length and has
+    // gone a uniform share of it.
     const bool memoryless = law.kind == law_exponential;
     Bundle<T> met;
     Bundle<T> age;
@@ -307,8 +310,8 @@ template <class T, std::uint32_t together, class Lengths>
   }
 }
 
-/// Advances one vector by a round: bristles with `rest` >= 0 end on the length drawn, or snap again after the
-/// path `way`. Returns whether any bristle snaps again.
+/// Advances one vector by a round: bristles with `rest` >= 0 keep the length drawn up to the end of the
+/// path, or snap again after the path `way`. Returns whether any bristle snaps again.
 template <class T, bool sums>
 [[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {

@@ -30,7 +30,8 @@ struct AfterSnaps {
   T deflection = 0;  ///< deflection r along the motion at the end of the step
   T squares = 0;     ///< sum of squared snap lengths over the bristle's snaps after the first
   T count = 0;       ///< number of the bristle's snaps after the first
-  T variance = 0;    ///< variance of `squares` from snaps jumped over, which enter by their mean
+  T variance = 0;    ///< variance of `squares` caused by jumps, which add only the mean of the sum over
+                     ///< the snaps that they skip
 };
 
 /// Moves a bristle along the path R left after its first snap, by SnapRule::keep: in all it snaps
@@ -51,8 +52,9 @@ struct Aged {
   T largest_growth;
 };
 
-/// Samples the ageing bristle at the end of a long slide: its fresh length `met` is drawn in proportion to
-/// itself, and accepted in proportion to its path between snaps over `met`. Returns that path.
+/// Samples the ageing bristle at the end of a long slide: draws its fresh length `met` from the
+/// length-biased law and accepts it with a probability proportional to (path between snaps) / met. Returns
+/// that path.
 template <class T, class Next>
 T meet_bristle(const KernelLaw& law, const Aged<T>& aged, const Next& next, T& met) {
   T way = T(1);
@@ -94,7 +96,8 @@ AfterSnaps<T> after_redraw(const KernelLaw& law, const Aged<T>& aged, T rest, T&
         const T u = next();
         const T v = next();
         const T mean = static_cast<T>(law.location);
-        // A bristle that has jumped over many snaps has a length-biased snap length and a uniform age.
+        // After a jump over many snaps a bristle has a length-biased snap length and has gone a uniform
+        // share of it.
         met = memoryless ? T(0) : length_met<T>(law, u);
         age = v * met;
         if (memoryless) {

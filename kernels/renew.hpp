@@ -24,7 +24,8 @@ namespace {
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
 
-/// Number of fine units, 1 / Renewal::unit each, in a coarse unit; draws are summed in both units.
+/// Number of fine units in a coarse unit. A fine unit is 1 / Renewal::unit; sums over draws are taken in
+/// coarse units, their remainders in fine ones.
 constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
@@ -64,8 +65,8 @@ class Renewer {
   const double part;  ///< length of that part of the piece which belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  /// Table whose index is the last digits of a bristle's number. An entry equals `mark` if such a bristle was
-  /// drawn.
+  /// Table whose index is the last bits of a bristle's number. An entry equals `mark` if a bristle with
+  /// these bits was drawn.
   std::uint8_t marked[by_columns ? marks : 1];
   std::uint8_t mark = 0;
 
@@ -84,7 +85,7 @@ class Renewer {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
   };
-  /// Columns with an entry for each draw: the state of the bristle that it selects, and what it makes of it.
+  /// Columns with an entry for each draw: state of the selected bristle before the draw and after it.
   struct Columns {
     /// Displacement of the bristle between its block's last rewrite and the start of the piece.
     alignas(64) double shift[axes][draws_together];
@@ -265,11 +266,11 @@ class Renewer {
     totals.squares += sum_of(gains.squares, count);
   }
 
-  /// Sums a column in integer units, so that the order of draws cannot change the sum. Added to `whole`, a
-  /// double has no digits behind the point, and the low half of its bits is the number itself while below
-  /// 2^51. A second sum, in finer units, takes the remainders of the first.
+  /// Sums a column in integer units, so that the order of draws cannot change the sum. Adding `whole` to a
+  /// double below 2^51 rounds it to an integer and leaves this integer in the low bits. A second sum, in
+  /// finer units, takes the remainders of the first.
   Int128 sum_of(const double (&column)[draws_together], std::uint32_t count) const {
-    constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52, added to round
+    constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52; adding it rounds to an integer
     const double coarse = renewal.unit / finer;
     std::uint64_t sum = 0, rest = 0;
     for (std::uint32_t k = 0; k < count; ++k) {

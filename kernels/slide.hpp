@@ -40,8 +40,8 @@ template <class T, class V>
   const V x = least(y, V(T(80))) * V(T(1.4426950408889634));
   const V minus_k = (V(magic) - x) - V(magic);
   const V f = x + minus_k;
-  // Coefficients of (1 - 2^-f) / f: in single precision those of least error, 1e-8; in double the Taylor
-  // series.
+  // Coefficients of the polynomial for (1 - 2^-f) / f: in single precision a minimax fit, largest error
+  // 1e-8; in double the Taylor series.
   constexpr double single[] = {0.6931471879266934,    -0.24022649794958215, 0.0555035743363792,
                                -0.009618237495071513, 0.001339073547708347, -0.0001540351232574011};
   constexpr double taylor[] = {0.6931471805599453,     -0.24022650695910072,    0.05550410866482158,
@@ -175,7 +175,8 @@ template <class T, int axes, bool mean, bool energy, bool at_once, class V, clas
   V along_integral = limit * s;
   V aside_integral = none;
   if constexpr (axes == 2) {
-    // Takes angles up to 4 eps s / l as 0; such angles add up to 4 eps at most, in steps of any length.
+    // Takes an angle up to 4 eps s / l, at most 4 eps, as 0. In steps of any length the angles neglected
+    // along a path l add up to 4 eps at most.
     constexpr T few = 4 * std::numeric_limits<T>::epsilon();
     const V a = start.aside;
     const V rounds = least(s, limit) * V(few);
@@ -195,8 +196,8 @@ template <class T, int axes, bool mean, bool energy, bool at_once, class V, clas
       end.x = select_lanes(turns, along * ex + aside * ey, end.x);
       end.y = select_lanes(turns, along * ey - aside * ex, end.y);
       if constexpr (mean || energy) {
-        // Integral along the motion: l s - l^2 ln((1 + t^2) / (1 + t'^2)), where the quotient is 1 + a^2 (1 -
-        // E^2) / (p^2 + w^2).
+        // Integral along the motion: l s - l^2 ln((1 + t^2) / (1 + t'^2)), t' = E t, E = exp(-s / l). The
+        // quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2), w = E a.
         const V grown = (a * a) * (turn.lost * (V(T(1)) + turn.left));
         const V lost = limit * log_of_one_plus<T>(grown, both);
         along_integral = select_lanes(turns, limit * (s - lost), along_integral);
@@ -223,8 +224,8 @@ template <class T, int axes, bool mean, bool energy, bool at_once, class V, clas
   return end;
 }
 
-/// Advances bristles as slide_on(), those that slide being those whose `path` leaves any of the length. Also
-/// fills z' (the deflection at the end) of those that stick.
+/// Advances bristles as slide_on(). A bristle slides if `path`, over which it sticks, is shorter than the
+/// step. Also fills z' (the deflection at the end) of those that stick.
 template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
                                                   V ey, V length) {
@@ -248,7 +249,7 @@ template <class T, int axes, bool mean, bool energy, class V>
 }
 
 /// Returns the share (0 to 1) of the motion d over which the tip sticks before it slides: the root of |z +
-/// share d| = reach. `gap` = reach^2 - |z|^2, at least 0, and b = z d.
+/// share d| = reach. `gap` = reach^2 - |z|^2, at least 0; b = z . d; d2 = |d|^2.
 template <class V>
 [[gnu::always_inline]] inline V share_that_sticks(V gap, V b, V d2) {
   const V none(0.0f);

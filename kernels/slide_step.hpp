@@ -123,7 +123,8 @@ class Slider {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr T eps = std::numeric_limits<T>::epsilon();
   /// Whether the exponentials of a block are computed in a loop of their own, before its deflections are
-  /// read: in one loop they lengthen a chain of operations of which the processor holds too few at a time.
+  /// read: in one loop each vector's chain of operations would be so long that the processor could overlap
+  /// too few.
   static constexpr bool keeps_decays = axes == 2 && !mean && !energy && !ages;
 
   const SlideView<T> patch;  ///< copy, because what a step writes may alias the caller's view

@@ -68,8 +68,9 @@ class Stepper {
   /// Share of bristles that snap in a step below which SnapRule::redraw skips vectors without a snap.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // Thresholds of the step length (in mean snap lengths) for laws whose snap lengths are looked up; they hold
-  // up to where jumps begin. With vectors narrower than a row, vectors without a snap are skipped.
+  // For laws whose snap lengths are looked up, up to where jumps begin; thresholds are step lengths in mean
+  // snap lengths. Below few_looked_up, and with vectors narrower than a row, vectors without a snap are
+  // skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
   /// Step length from which two random lengths are sampled before either is known to be needed; below it one.
@@ -127,7 +128,7 @@ class Stepper {
   }
 
   /// Whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the way, because the
-  /// bristles' circles are convex.
+  /// deflections within a snap length form a disc, which is convex.
   bool within(const std::int64_t (&anchor)[2], double reach) const {
     return reach >= 0.0 && distance(anchor) < reach;
   }

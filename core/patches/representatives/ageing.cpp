@@ -122,8 +122,8 @@ void begin_ageing(const Representatives<T>& r) noexcept {
   AgedSliding& aged = *r.aged;
   aged = AgedSliding{};
   aged.law = r.material->law;
-  // Makes shorter steps do without the moments of the law. Bristles never jump over snaps in them, because
-  // ageing lengthens and spreads the paths from snap to snap.
+  // Lets bristles jump over snaps only in steps long enough for find_jumps(): shorter steps have no moments
+  // of the aged law, and need none, because ageing lengthens and spreads the paths from snap to snap.
   aged.law.jump_from = jumps_from(*r.material);
   aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }

@@ -24,8 +24,8 @@ constexpr double least_apart = 0.05;  // least path, as a share of a piece, on w
 /// Number of bristles of a patch at which the error of the longest pieces equals the noise of its force;
 /// patches with more bristles take shorter pieces.
 constexpr double even_bristles = 6000.0;
-/// Expected number of snaps along the path on which every bristle is stepped in each step of a steady slide;
-/// by it at most one step in 3000 has no snap there. Along the rest of the step bristles are carried.
+/// Expected number of snaps on the path along which every bristle is stepped, in a step of a steady slide;
+/// with 8, at most one step in 3000 has no snap there. Along the rest of the step bristles are carried.
 constexpr double snaps_followed = 8;
 
 /// Finds the number of draws (renewals) y per bristle in a piece in which a bristle would snap `snaps`
@@ -274,7 +274,8 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
                            });
 }
 
-/// Makes a patch out of the blocks of `p` from number `begin` on; its record is written to `record`.
+/// Makes a patch of the blocks of `p` from number `begin` on, which shares p's columns. `record` becomes
+/// its record: a copy of p's, with pointers moved to these blocks.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -296,8 +297,9 @@ Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record)
 }
 
 /// Steps the blocks from number `begin` on, those with young bristles, by `length` along the step's
-/// direction, in one piece. Then shifts them back to the patch, whose other blocks are only carried. Renewals
-/// come at the rate of steady sliding, since other blocks have most of the snaps; renewals owed stay.
+/// direction, in one piece. Then shifts these blocks' stored positions back, because the patch itself has
+/// not moved; its other blocks are not stepped. Renews at the rate of steady sliding, because most snaps
+/// happen in other blocks; leaves `due` unchanged.
 template <class T>
 void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t begin) noexcept {
   Representatives<T> record;
@@ -357,9 +359,9 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Returns the path of a step along which every bristle is stepped: what the slide lacks to be steady, and at
-/// least enough for an end that does not depend on the start. In a patch of few bristles some must snap along
-/// it.
+/// Returns the path of a step along which every bristle is stepped: what the slide lacks to be steady, and
+/// at least so much that the end does not depend on the start and that several snaps are expected
+/// (snaps_followed), which matters in a patch of few bristles.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
@@ -450,9 +452,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.shared->walked.young_run =
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
-  // Makes pieces shorter in patches of many bristles, since the error falls with the square of the piece and
-  // the noise with the root of the number of bristles. Where a path turns and its bristles are turned
-  // together (carry_round()), pieces keep their full length: the last one must follow the corner.
+  // Makes pieces shorter in patches of many bristles, since the error falls with the square of the piece
+  // and the noise with the root of the number of bristles. Pieces keep their full length if bristles are
+  // carried round a corner (carry_round()): the last piece must follow the corner.
   const bool bends = r.shared->walked.turns && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
   const double piece = r.shared->piece * square_root(square_root(even));

@@ -22,7 +22,8 @@ void count_fields(Count& c, Visit&& visit) noexcept {
 /// Largest number of snaps of a bristle in a piece of path, by which saved renewals still owed are checked.
 constexpr double most_snaps_of_piece = 64.0;
 
-// The saved scalars of shared renewal. Those of bristles that are not young, or of no slide, are not hashed.
+// Saved scalars of shared renewal. The hash leaves out those of young bristles if none is young, and those
+// of the slide if there is none.
 
 template <class T, class State, class Visit>
 void renewal_fields(State& s, const Representatives<T>& r, Visit&& visit) noexcept {
@@ -104,8 +105,8 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
   return nullptr;
 }
 
-/// Refuses saved numbers in contact that do not follow from the load, because they would give a force without
-/// load, or an infinite one.
+/// Refuses saved counts of bristles in contact that do not follow from the load, because they would give a
+/// force without load, or an infinite one.
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
