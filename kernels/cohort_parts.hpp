@@ -447,8 +447,9 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   return left > 1.2 * piece ? 0.5 * left : left;
 }
 
-/// Two cohorts to merge, and the cost m1 m2 / (m1 + m2) (dX^2 + dR^2) of their masses m, places X and reaches
-/// R. Ageing adds the square of twice the mean snap length times dg to the bracket.
+/// Two cohorts to merge, and the cost m1 m2 / (m1 + m2) (dX^2 + dR^2), with their masses m1 and m2 and the
+/// differences dX of their places and dR of their reaches. Ageing adds (2 mean dg)^2 to the bracket: the
+/// mean snap length, and the difference dg of their growth factors.
 struct Partner {
   double cost;
   std::uint32_t i, j;

@@ -1,6 +1,6 @@
-// The scalar reference: a step one bristle at a time, written to be read beside the paper and core/MODEL.md.
-// The reference is the instruction set "scalar" of the kernel table. Every other set must give the same bits,
-// so it has their roundings: 16 logical lanes for sums, no fused operations.
+// The scalar reference: a step one bristle at a time, written to be read beside the paper and
+// core/MODEL.md. The reference is the instruction set "scalar" of the kernel table. Every other set must
+// give the same bits, so the reference rounds as they do: 16 logical lanes for sums, no fused operations.
 #include "blocks.hpp"
 #include "core/kernel_table.hpp"
 #include "far.hpp"

@@ -1,6 +1,6 @@
 // The scalar reference of bristles that slide, one at a time, written to be read beside core/MODEL.md,
-// section 30. The vector kernels (slide.hpp, slide_step.hpp) must give the same bits, so it has their
-// roundings.
+// section 30. The vector kernels (slide.hpp, slide_step.hpp) must give the same bits, so the reference
+// rounds as they do.
 #pragma once
 
 #include <limits>

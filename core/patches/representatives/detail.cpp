@@ -187,7 +187,8 @@ void copy_part(const Patch& p, std::uint32_t from, std::uint32_t to, std::uint32
     const auto moved = static_cast<T>(moved_since(p, block, axis));
     for (std::uint32_t k = 0; k < count; ++k) {
       const T copied = (block.zero ? T(0) : z[from + k]) + moved;
-      // Bends a copied bristle, whose snap length differs, to the same fraction of its snap length.
+      // Bends a copied bristle, whose snap length differs, to the fraction of its snap length to which its
+      // original is bent.
       z[to + k] = r.redraws() || residual ? copied : copied * (r.delta[to + k] / r.delta[from + k]);
     }
   }
