@@ -10,8 +10,8 @@
 
 namespace bristle::detail {
 
-/// Writes numbers to memory and counts their bytes; without memory (null) it only counts. Numbers may come
-/// with a rule (fields.hpp), which says nothing about their bytes.
+/// Writes numbers to memory and counts their bytes; without memory (null) it only counts. Ignores the rule
+/// (fields.hpp) that may come with a number.
 class ByteWriter {
  public:
   explicit ByteWriter(std::byte* to) noexcept : to_(to) {}

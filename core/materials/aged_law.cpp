@@ -9,17 +9,17 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes a normal law, cut at 0, with this mean and nearly this coefficient of variation. Before the cut,
-/// which raises the mean, its mean is smaller, and its variation larger by the ratio of both variations
-/// (uncut over cut) of `law`.
+/// Makes a normal law, cut at 0, with this mean and nearly this coefficient of variation. The cut raises the
+/// mean and lowers the variation, so it begins from a smaller mean, and from `cv` times the ratio uncut / cut
+/// of the variation of `law`.
 SnapLength normal_of(const SnapLength& law, double mean, double cv) {
   const double spread = law.second_parameter() / law.first_parameter() * (cv / law.cv());
   const double raised = SnapLength::normal(1.0, std::min(spread, 1.0)).mean();
   return SnapLength::normal(mean / raised, std::min(spread, 1.0) * mean / raised);
 }
 
-/// Makes a table law of aged snap lengths: those of each value of a table, or of 33 quantiles of a uniform
-/// law (error of the peak below 1e-4: test_ageing_law). Between them the aged length counts as linear.
+/// Makes a table law of aged snap lengths from the aged values of a table, or from 33 aged quantiles of a
+/// uniform law (error of the peak below 1e-4: test_ageing_law), with straight lines between them.
 SnapLength table_of(const SnapLength& law, const WayAgeing& ageing) {
   std::vector<double> quantiles;
   if (law.law() == SnapLaw::table) {

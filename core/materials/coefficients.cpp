@@ -32,7 +32,8 @@ struct AgeingWish {
 };
 
 /// Interval that encloses the root of a function. next() gives the place where the line between its ends is 0
-/// (false position). take() replaces an end; it halves the value at an end that has stayed twice (Illinois).
+/// (false position). take() replaces an end; it halves the value at the other end if that stays for the
+/// second time (Illinois).
 struct FalsePosition {
   double low, high, low_excess, high_excess;
   int side = 0;
@@ -232,8 +233,8 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   if (root.low_excess <= 0.0) return 0.0;
   constexpr double close = 3e-8;  // tolerance of the ratio peak / kinetic; the peak is known to 1e-7
   for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
-    // Bisects while the upper end has the wanted ratio: every law so wide that its force has no peak has the
-    // ratio 1, so an end with the ratio 1 does not show how far the root is.
+    // Bisects while the upper end has the wanted ratio, because that may be 1: every law so wide that its
+    // force has no peak has the ratio 1, so the narrowest of these, the root, may lie far below the end.
     const bool flat = root.high_excess > -1e-7;
     const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
     const double excess = family.ratio(spread) - wanted;
@@ -340,8 +341,9 @@ double find_slide_spread(const Family& family, const Coefficients& c) {
   return spread;
 }
 
-/// Returns, for SnapRule::slide, the drop at which the peak is `ratio` times the kinetic friction, or throws
-/// an error that says what can be reached.
+/// Returns, for SnapRule::slide, the drop: c.drop if it is set or no peak is given, else the one that gives
+/// the ratio c.peak / c.kinetic. Throws if peak and drop disagree, or with the range of ratios that can be
+/// reached.
 double find_drop(const SnapLength& unit, const std::string& name, const Coefficients& c) {
   const auto ratio = [&unit](double drop) {
     return detail::slide_peak(unit, drop, 1.0).force / (1.0 - drop);
@@ -372,8 +374,8 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
   return 0.5 * (low + high);
 }
 
-/// Returns, for SnapRule::slide, the strength of ageing at which the peak of bristles of this law and drop
-/// grows at rest by c.growth_per_decade.
+/// Returns, for SnapRule::slide, the ageing strength that makes the peak of bristles with this law and drop
+/// grow by c.growth_per_decade (of the kinetic friction) per decade of rest. Throws if no strength does.
 double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
   if (c.fall_per_decade != 0.0)
     detail::refuse("Coefficients", "fall_per_decade", c.fall_per_decade,

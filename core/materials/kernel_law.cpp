@@ -16,7 +16,8 @@ namespace {
 // Coefficient of variation below which all snap lengths count as equal, so that SnapRule::redraw is computed
 // as SnapRule::keep.
 constexpr double negligible_cv = 1e-6;
-// Probability below each at which a snap length is sampled: these are (h + 1/2) 2^-23, h = 0, 1, 2, ...
+// Probability that lies below the smallest at which a snap length is sampled, 2^-24. Sampled probabilities
+// are (h + 1/2) 2^-23, h = 0, 1, 2, ...
 constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, shortest scaled snap length; with it
                                                            // numbers in single precision and quotients stay
@@ -299,8 +300,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
   law.square_residual =
       cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-  // Finds the shortest path from which a jump takes at least 3 snaps and exceeds the path only three times in
-  // a million.
+  // Finds the shortest path for jumps: one so long that a jump has at least 3 snaps, and is longer than the
+  // path only three times in a million.
   double from = 3.0 * m[1];
   for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
   law.jump_from = from;
@@ -337,7 +338,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
   c.peak_coefficient = material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // Holds, because every law limits the ratio of its longest to its mean length.
+  // Never fails, because every law limits the ratio of its longest to its mean length.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)

@@ -119,7 +119,7 @@ struct Known {
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
-  // Does not look for a table: Known holds only two parameters of a law.
+  // Does not remember a law that is a table: Known holds only two parameters of a law.
   if (m.snap_length.law() == SnapLaw::table) return find_forget(m);
   for (const Known& k : known)
     if (k.fits(m)) return k.forget;

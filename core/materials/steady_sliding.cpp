@@ -239,8 +239,8 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  // Renewal kappa up to which there counts as none: it does not change the number of bristles in double, and
-  // 1 / kappa^2 of a tiny kappa would overflow.
+  // Largest shared renewal kappa that is computed as 0: it does not change the number of bristles in double,
+  // and 1 / kappa^2 of a tiny kappa would overflow.
   constexpr double least_renewal = 1e-16;
   const bool renews = shared_renewal > least_renewal;
   const double growth = renews ? solve_growth(nodes, rule, shared_renewal, mean) : 0.0;

@@ -5,9 +5,9 @@
 // M1(x) = E[delta; delta < x].
 //   keep:   f(x) = E[x mod delta] = x - sum over k >= 1 of M1(x / k)
 //   redraw: f(x) = x S(x) + integral over 0 < t <= x of f(x - t) dG(t)      (renewal equation)
-// With shared renewal kappa, the share of bristles never renewed since the start falls as 1/E. In units of
-// that share a snap leaves 1 + kappa bristles and renewal takes none away, which gives two linear renewal
-// equations, for E and for F with f = F / E (core/MODEL.md, "Rubbing"):
+// With shared renewal kappa, the share of bristles never renewed since the start falls as 1/E. Divided by
+// that share, numbers of bristles do not fall by renewal, and a snap leaves 1 + kappa straight bristles, not
+// one. This gives two linear renewal equations, for E and for F with f = F / E (core/MODEL.md, "Rubbing"):
 //   redraw: E(x) = S(x) + (1 + kappa) integral of E(x - t) dG(t);   F has the source x S(x) instead of S(x)
 //   keep:   E(x) = 1 + kappa integral of E(x - t) dH(t);            F has the source f of kappa = 0 instead
 //           of 1; H(t) = sum over k >= 1 of G(t / k), the snaps of a bristle that keeps its length
@@ -111,8 +111,9 @@ void effective_support(const UnitLaw& unit, double& low, double& high) noexcept 
   }
 }
 
-/// Returns E[x mod delta] of a law with a smooth density. Sums 100 terms one by one; the rest is its
-/// integral, E[(x - kappa delta)+], and two Euler-Maclaurin corrections.
+/// Returns E[x mod delta] of a law with a smooth density. Sums 100 terms one by one and replaces the later
+/// ones by their integral over k, E[(x - kappa delta)+] with kappa = last k + 1/2, and two Euler-Maclaurin
+/// corrections.
 double smooth_remainder(const UnitLaw& unit, double x) {
   constexpr double direct_terms = 100.0;
   double low, high;
@@ -252,13 +253,13 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// Weights of the nodes for the integral over a law of a function that is linear between nodes; exact over
-/// each cell. make_kernel() multiplies the law by `factor` and by `damping`, exp(-lambda x) at the nodes
-/// (empty: by 1).
+/// Weights of the nodes in a sum that gives the expectation of a function over a law, exactly if the function
+/// is linear between nodes. make_kernel() multiplies the law by `factor` and by `damping`, exp(-lambda x) at
+/// the nodes (empty: by 1).
 struct RenewalKernel {
   std::vector<double> weight;  ///< weight of each node, from the cells on both sides
-  std::vector<double> far;     ///< part of the weight of cell j, from node j to node j + 1, that its far node
-                               ///< gets
+  std::vector<double> far;     ///< part of the probability of cell j, between nodes j and j + 1, that counts
+                               ///< at node j + 1
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
@@ -345,8 +346,8 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
   return grid;
 }
 
-/// Renewal equations for a virgin curve, which is the sum of deflections or, with shared renewal, that sum
-/// over the number of bristles.
+/// Renewal equations for a virgin curve. Their solution `deflections` is the curve or, with shared renewal,
+/// has to be divided by the solution `bristles`.
 struct RenewalProblem {
   RenewalKernel kernel;
   Source deflections, bristles;
@@ -420,13 +421,14 @@ double resolving_step(const SnapLength& law) noexcept {
 /// Returns a grid step, at most `largest`, for which all atoms lie close to nodes of the grid of twice that
 /// step.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Lets atoms lie up to half a step off the nodes if even the longest is shorter than that, because hitting
-  // them would take millions of cells.
+  // Keeps the step if even the longest atom is shorter than half of it: a grid with nodes at such atoms may
+  // need millions of cells. The atoms then lie up to half a step off a node.
   if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
   for (int i = 0; i < 2000; ++i) {
-    // Puts the longest atom on a node; takes the one of 2000 such steps that suits the others best.
+    // Puts the longest atom on a node. Of 2000 such steps takes one with which the other atoms lie close to
+    // nodes.
     const double count = whole_part(0.5 * atoms.back().length * (start + 0.5 * i)) + 1.0;
     const double step = 0.5 * atoms.back().length / count;
     double misfit = 0.0;
@@ -450,8 +452,8 @@ double paper_kinetic(const SnapLength& law, SnapRule rule) {
 double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential)
-    return -detail::expm1(-x);  // mean of min(age, x), where the age is exponentially distributed, as this
-                                // law has no memory
+    return -detail::expm1(-x);  // mean of min(r, x), where r, the path since the last snap, is exponentially
+                                // distributed, as this law has no memory
 
   // Takes the steady value after a long path: under a law without atoms or heavy tail the swings of the force
   // around it decay as exp(-2 pi^2 cv^2 x), here to 3e-9.
@@ -562,8 +564,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
     place = high;
-    for (int i = 0; i < 64; ++i) {  // finds, to within 1/64, the shortest path at which the curve is near its
-                                    // peak
+    for (int i = 0; i < 64; ++i) {  // finds, to within 1/64 of the interval, the longest path at which the
+                                    // curve is within 1e-3 of its peak
       const double x = low + (high - low) * i / 64.0;
       if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
     }
@@ -674,8 +676,8 @@ class DividedLaw {
       const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
       at_[i].rest = at_[i - 1].rest;
       if (x <= shortest_) continue;
-      // Integrates over a cell by Simpson's rule, in eight parts near the shortest length, where the cell is
-      // as long as that length.
+      // Integrates over a cell by Simpson's rule; in eight parts in the first 64 cells, whose width is not
+      // small beside u, so that 1/u^2 and 1/u^3 vary much within a cell.
       const int parts = i < 64 ? 8 : 1;
       const double part = (x - start) / parts;
       Moments low = i < 64 ? moments(start) : at_[i - 1];
@@ -716,8 +718,8 @@ class DividedLaw {
       const Place place = find(x / k);
       const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
       const double mass = high.mass - low.mass, share = place.over / cell_;
-      // Finds M1(x / k). In the cell of x / k the density counts as uniform, plus a correction that is exact
-      // at the cell's end.
+      // Computes M1(x / k), the part of the mean length from lengths below x / k, as for a uniform density in
+      // its cell, plus a linear term that makes the value at the cell's end exact.
       const double first =
           low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
       snaps.count += low.mass + mass * share;
@@ -889,8 +891,8 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   return peak;
 }
 
-/// Whether bristles that began to slide together, with redrawn lengths, snap in step no more after the path x
-/// (in mean lengths), to the last digit of the force.
+/// Whether the force is steady to its last digit after the path x (in mean lengths), for SnapRule::redraw:
+/// bristles that began to slide together have ceased to snap in step.
 bool has_forgotten([[maybe_unused]] const SnapLength& law, [[maybe_unused]] double x) {
 #if BRISTLE_MINIMAL
   return false;

@@ -34,9 +34,10 @@ struct ContactModel {
   /// trial step, which is not committed, leaves the patch's state unchanged.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Answers a motion that leaves Patch::bound, if no bristle need be stepped for it: only for the end force
-  /// of patches of two axes without dampers and ageing. If it returns Bound::glide, patch and sums are as
-  /// after `advance`. Null: the model has no such function.
+  /// Answers a motion that leaves Patch::bound if no bristle need be stepped for it, else returns
+  /// Bound::none. Called only for patches of two axes, without dampers and ageing, that report just the end
+  /// force. If it returns Bound::glide, patch and sums are as after `advance`. Null: the model has no such
+  /// function.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   const SharedStep* shared = nullptr;  ///< operations that divide a step among several threads; null: one
                                        ///< thread takes the whole step
@@ -76,8 +77,8 @@ struct ContactModel {
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 };
 
-/// Number of blocks of which every thread's range begins at a multiple: bounds on snapping are kept for
-/// groups of that many blocks, and no group is divided between threads.
+/// Number of blocks in a group. A bound on snapping is kept for each group, so every thread's range of blocks
+/// begins at a multiple of this number, and no group is divided between threads.
 constexpr std::uint32_t blocks_per_range = blocks_per_group;
 
 /// Makes a patch out of contact; the caller owns its record and frees it by release(). `weight`: physical
@@ -85,7 +86,8 @@ constexpr std::uint32_t blocks_per_range = blocks_per_group;
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 
-/// Kind of bristles, by what they do at their snap length; infinite: infinitely many that redraw it.
+/// Kind of bristles, by what they do at their snap length (SnapRule); infinite: infinitely many, which redraw
+/// their lengths.
 enum class BristleKind : unsigned { keep, redraw, slide, infinite };
 /// Returns the name of the kernel of a patch. `features`: bits of what it has beyond its kind, in the order
 /// of the table in make_patch.cpp. name_kernels() makes all names, after which this allocates nothing.

@@ -20,7 +20,7 @@ enum class Hashed : unsigned char {
   high_half,  ///< the value as the upper half of a word, whose lower half is the next value
   place,      ///< the patch's position less the value, so that equal states at two positions have one hash
   time,       ///< the patch's time less the value
-  apart       ///< not by its list: it follows from others, or the model's hash names it
+  apart       ///< nothing: the value follows from others, or the model's hash function adds it itself
 };
 
 struct FieldRule {

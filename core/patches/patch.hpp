@@ -82,14 +82,14 @@ struct alignas(64) Patch {
                                       ///< patch stays within this ball
   std::uint32_t whole = 0;            ///< number of bristles in full blocks, which all count fully
   bool skips : 1 = true;              ///< whether steps skip blocks in which, by their bound, none snaps
-  bool tracks : 1 = true;             ///< whether bounds are recomputed, which pays only while most visited
-                                      ///< blocks have no snap
+  bool tracks : 1 = true;             ///< whether bounds are recomputed, which pays only while a step
+                                      ///< rewrites few blocks (fewer than an eighth)
   bool literal : 1 = false;           ///< whether the patch follows the paper's loop to the letter
                                       ///< (ComparisonModes::literal)
   bool damps : 1 = false;             ///< whether the damping depends on the velocity
   bool ages : 1 = false;              ///< whether snap lengths grow while bristles hold, so that time matters
-  bool renews : 1 = false;            ///< whether even a trial step would change the patch, so that it is
-                                      ///< made on a copy
+  bool renews : 1 = false;            ///< whether even a trial step would change the patch, so that the
+                                      ///< trial is made on a copy
   bool laid : 1 = false;              ///< whether friction depends on direction (a lay), so that motions and
                                       ///< forces are mapped
   std::uint8_t fetched_lines = 0;     ///< number of the record's cache lines that are worth prefetching

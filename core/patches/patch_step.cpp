@@ -22,8 +22,9 @@ double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Updates how long bristles of an ageing patch may have held: none holds while the patch moves further than
-/// twice its snap length. Bristles longer than the mean plus four standard deviations are ignored.
+/// Updates the longest time for which bristles of an ageing patch can have held: a bristle snaps at the
+/// latest when the patch has moved by twice its snap length. Bristles longer than the mean plus four standard
+/// deviations are ignored.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =
@@ -40,8 +41,8 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // Share of the holding distance within which a patch counts as being where it began to hold, so that a rest
-  // counts only until the slide after it.
+  // Share of the distance `reach` within which the patch counts as still at the place where it began to hold.
+  // A later slide beyond `reach` sets hold.oldest to the last time there, the end of a rest, not its start.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;

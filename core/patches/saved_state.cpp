@@ -38,9 +38,9 @@ void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
   visit(c.pending_snaps);
   for (auto& part : remainder) visit(part, FieldRule{"remainder", -0.5, 0.5});
 }
-/// Lists the times saved for an ageing patch: its own time, which exceeds the longest time by at most a step,
-/// and the longest time for which a bristle can have held. No path from where the patch began to hold is
-/// longer than 2^62 units.
+/// Lists what an ageing patch saves about time: its own time, which exceeds the longest time by at most a
+/// step, and the times and the displacement that tell how long a bristle can have held (PatchRecord::Hold).
+/// The displacement is at most 2^62 units.
 template <class Time, class Hold, class Visit>
 void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
   visit(time, FieldRule{"time", 0.0, 4.0 * longest_time * clock_units_per_second});

@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Time in ageing times from the base of births to the present beyond which the base is moved. Within it the
-/// ages of the newest cohorts keep 32 bits.
+/// Longest time between the base of births and the present, in ageing times; after it the base is moved, so
+/// that the ages of the newest cohorts keep 32 bits.
 constexpr double farthest_time = 0x1p20;
 
 Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }

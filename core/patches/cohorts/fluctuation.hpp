@@ -1,9 +1,8 @@
 // Fluctuation on demand: an infinite brush whose force fluctuates as that of n bristles (COHORTS.md,
 // "Fluctuation"). The pass over the cohorts that computes the mean mass leaving each cohort also samples the
 // mass that really leaves (CohortNoise). Places of snaps, work, energy lost and renewals follow from the
-// sampled mass, so energy balances and no loss is negative. This file has the key of the random numbers, the
-// and the
-// sampling outside a piece of path.
+// sampled mass, so energy balances and no loss is negative. This file has the constants of the sampling, and
+// the sampling outside a piece of path.
 #pragma once
 
 #include "core/patches/cohorts/cohorts.hpp"
@@ -14,8 +13,8 @@ namespace bristle::detail {
 void set_fluctuation(Cohorts& r) noexcept;
 
 /// Distributes n bristles to the cohorts at random, after a slide so long that its start is forgotten.
-/// Without shared renewal bristles are then independent of each other. The change of stored energy by this is
-/// counted as lost.
+/// Without shared renewal bristles are then independent of each other. The change of stored energy that this
+/// causes is counted as lost.
 void scatter(const Cohorts& r, CohortState& s, double* rows, const CohortMove& move,
              CohortTotals& t) noexcept;
 

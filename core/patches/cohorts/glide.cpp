@@ -25,9 +25,9 @@ struct Arc {
   double curve;
 };
 
-/// Finds the arc on which bristles would be bent as they are after the last steps, which are chords of the
-/// path. The arc's tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature
-/// c, chord length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
+/// Finds the arc that would bend bristles as the last steps, which are chords of the path, have bent them.
+/// The arc's tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature c,
+/// chord length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
@@ -118,7 +118,8 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
-  // A turn right after such a step is a corner: no bristle remembers the path before it.
+  // Allows only a smaller turn right after a step of at least `long_step`: bristles remember no path before
+  // that straight step, so a turn at its end is a corner.
   if (!(std::abs(turned) <= (c.length < r.long_step ? 2.0 * long_bend : bend))) return false;
   if (length < shortest_chord) {
     c.way += length;
@@ -198,7 +199,7 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     sums.end[axis] = static_cast<double>(end[axis]);
     twice_mean[axis] = (is_long ? sums.end[axis] : to_double(p.sum[axis])) + sums.end[axis];
     // Along most of a long step the force equals that at its end. Bristles bent by u before a turn by the
-    // angle a stay bent by a u aside until they snap; over the step that makes a (u^2 - l_r^2) / 2.
+    // angle a stay bent by a u aside until they snap; integrated over the step: a (u^2 - l_r^2) / 2.
     if (is_long)
       twice_mean[axis] -= (axis == 0 ? -arc.tangent[1] : arc.tangent[0]) * r.mass * sum_per_mass_length *
                           (cross(r.glide.direction, a.direction) * g.square / a.length);

@@ -136,8 +136,8 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   const double solved = r.material->renewal().forget * mean;
   const double finer = std::max(resolution / default_resolution, 1.0);
   double forget = solved * (1.0 + 0.25 * std::log2(finer)) + r.law.residual;
-  // Without renewal the longest bristles, bent back, must snap, and bristles that a turn brought in step do
-  // so again about a mean length later.
+  // Without renewal the path is longer: the longest bristles, if bent against the slide, must unbend and
+  // snap, and bristles that a turn brought in step snap again about a mean length later.
   if (!renews) forget = std::max(forget + mean, 2.0 * (r.law.end + r.law.residual));
   if (solved < longest_solved * mean && forget < r.follow) r.forget = forget;
 }
@@ -172,8 +172,9 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   // Extra path after a reversal: bristles go from one residual deflection to the opposite one, 2 l_r.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
-  // Moves merged cohorts apart to pairs of Gauss points only if the law's survival function has no corners. A
-  // uniform slide needs the factor 1.33 of their squared distance.
+  // Moves merged cohorts apart to pairs of Gauss points only if the law's survival function has no corners.
+  // In a uniform slide their squared distance has to grow by the factor 1.33; most_apart is the largest
+  // factor.
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double gauss = 0.57735026918962576;  // places of the two Gauss points on [-1, 1]: -gauss and gauss
 
-/// Finds the growth of pieces of path, per length of their distance behind the patch, with which `room`
+/// Finds how much longer a piece of path must be per length of its distance behind the patch, so that `room`
 /// cohorts reach to the distance `farthest`. Under a wide law distant pieces are longer.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
@@ -137,8 +137,9 @@ Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, d
   return passage;
 }
 
-/// Constants of steady sliding as a renewal process: mean path between snaps, mean deflection beyond the
-/// residual (`force`), and transient of the path integral of the age (path since the last snap).
+/// Constants of steady sliding as a renewal process: mean path between snaps; mean deflection beyond the
+/// residual (`force`); and `transient`, by which the integral of that deflection over a long path that begins
+/// with a snap differs from path x force.
 struct Renewals {
   double mean, force, transient;
 };
@@ -155,8 +156,7 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
     }
   }
   const double force = 0.5 * square / mean;
-  return {mean, force, force * force - cube / (3.0 * mean)};  // transient of the path integral of the
-                                                              // age
+  return {mean, force, force * force - cube / (3.0 * mean)};  // Renewals::transient
 }
 
 /// Adds the path integral of the deflection, and the snaps, of a long step. The bristles of each cohort snap

@@ -46,7 +46,8 @@ struct Slide {
   double run = 0.0;       ///< length of the slide that this step continues, in scaled lengths
   Course course;          ///< recent path of the patch after this step, if the patch may glide
   double followed = 0.0;  ///< part of the step's path that is computed in pieces, scaled
-  double forget = 0.0;    ///< length of the followed path from which its end forgets its start, scaled
+  double forget = 0.0;    ///< least length of the followed path, scaled, at which the state at its end does
+                          ///< not depend on the state at its start
   double carried = 0.0;   ///< part of the path along which cohorts move with the patch unchanged, scaled
 
   // Values for patches that age only:
@@ -108,11 +109,12 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // Computes the whole path that bristles remember in pieces if the path turns here, so that the last step
-  // alone determines a glide that begins now.
+  // Computes in pieces the whole path that bristles remember if the path turns here, so that this step alone
+  // determines a glide that begins after it.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
-  // Without renewal a step of at least `follow` forgets by its length alone.
+  // Needs no other path for a step of at least `follow` without renewal: the step forgets its start by its
+  // length alone.
   const bool may_forget =
       r.forget > 0.0 && a.length >= r.forget && (r.law.renewal > 0.0 || a.length < r.follow);
   if (followed > 0.0 && may_forget) {
@@ -175,12 +177,12 @@ int kind_of(const Cohorts& r) noexcept {
 
 /// Computes part of a path along which cohorts would otherwise stay the same, in short moves, until the force
 /// is that of steady sliding, or for some three mean snap lengths. The force rises until a cohort snaps, so a
-/// move ends where the lack of force would be made up. A limit on its length keeps moves from meeting snaps
-/// at the same few phases.
+/// move ends where the force would reach its steady value. A limit on its length keeps moves and the snaps of
+/// cohorts from falling into a common rhythm.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
-  constexpr double share = 0.38;  // length of a move over that of a piece of path; cohorts lie a piece apart,
-                                  // and moves must not keep in step with their snaps
+  constexpr double share = 0.38;  // length of a move over that of a piece of path. Cohorts lie a piece apart,
+                                  // so this share keeps moves out of step with their snaps
   constexpr int most = 64;
   CohortMove& move = slide.move;
   move.books = p.outputs != Outputs::end;
