@@ -165,10 +165,10 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
   return mean;
 }
 
-// Sets the damping of contacts that strengthen with speed to that at the velocity u; returns whether that
-// changed it. Such friction is nearly the same at any speed, as dry friction is: with the damping of the old
-// velocity it would reverse a body that it stops within the step. The potential of the force is concave in
-// the square of the speed, so the linear problem lies above it and repeated solves fall to the solution.
+// Sets the damping of contacts that strengthen with speed to its value at the velocity u; returns whether a
+// value changed. Such a force hardly depends on speed, so the damping of the old, higher velocity would be
+// too weak to stop a body within the step. The force's potential is concave in the squared speed, so the
+// potential of the linear problem lies above it and repeated solves converge.
 template <int Dof>
 bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
                 Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {

@@ -107,9 +107,9 @@ class BRISTLE_API ExtendedPatches {
   void set_material(PatchId id, const Material& material);  ///< changes the material of all cells, as
                                                             ///< PatchBatch::set_material
 
-  /// Scales the given size of the outline from the next step on; 0 to 1e6. Deflections stay: only the area
-  /// that each cell stands for grows. Returns false, and changes nothing, for another number or an unknown
-  /// id.
+  /// Sets the factor on the outline's given size from the next step on, 0 to 1e6. Deflections stay: only the
+  /// places and areas of the cells scale. Returns false, and changes nothing, for another number or an
+  /// unknown id.
   bool set_scale(PatchId id, double scale) noexcept;
 
   /// Steps outlines, as PatchBatch::step does patches: out[i] is the response to in[i].

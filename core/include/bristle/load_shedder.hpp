@@ -55,8 +55,8 @@ struct ShedReport {
   std::uint64_t decisions_lost = 0;  ///< number of decisions missing from the record, because it was full
   double error_growth = 1.0;  ///< growth of the error of the infinite brush that keeps the least share of its
                               ///< pieces: share^-2
-  std::uint32_t at_least = 0;  ///< number of patches already reduced to their least number of bristles; if
-                               ///< all are, late steps stay late
+  std::uint32_t at_least = 0;  ///< number of patches at the least number of bristles or pieces that they
+                               ///< may use; if all patches are, late steps stay late
 };
 
 /// Sheds load when steps would exceed their time budget: patches, lowest priority first, use fewer
