@@ -1,7 +1,9 @@
 // Patches in steady motion, prepared for timing; shared by the benchmarks and `bristle capacity`.
 #pragma once
 
+#include <complex>
 #include <cstdint>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -47,7 +49,8 @@ class SteadyScene {
       motion.displacement[1] = (options.axes == 1 ? 0.0 : 0.6) * (lengths * mean);
       return motion;
     };
-    sliding_.push_back(moved(settling_.slide));
+    // Patches slide by different lengths, so that afterwards they do not merge cohorts in the same steps.
+    sliding_.push_back(moved(settling_.slide * (1.0 + 0.05 * static_cast<double>(sliding_.size() % 8))));
     motions_[0].push_back(moved(steady.step));
     motions_[1].push_back(moved(steady.there_and_back ? -steady.step : steady.step));
     if (steady.zigzag) {
@@ -56,6 +59,14 @@ class SteadyScene {
       d[1] = -d[1];
     }
     bristles_ += options.bristles;
+  }
+
+  /// Turns the direction of all patches, which move one way, by `turn` rad in each step, and lowers the load
+  /// of each patch by a random share from 0 to `ripple`. Call it before settle().
+  void vary(double turn, double ripple) {
+    varied_ = turn != 0.0 || ripple != 0.0;
+    turn_ = std::polar(1.0, turn);
+    share_ = std::uniform_real_distribution<double>(1.0 - ripple, 1.0);
   }
 
   /// Brings all patches into their steady motion. Call it once, after the last add().
@@ -74,8 +85,11 @@ class SteadyScene {
 
   /// Runs one step of the motion, which the caller times.
   bristle::StepReport step() {
-    const std::vector<bristle::Motion>& motions = motions_[turn_];
-    turn_ ^= 1;
+    std::vector<bristle::Motion>& motions = motions_[odd_];
+    if (varied_)
+      set_next(motions);
+    else
+      odd_ ^= 1;
     return batch_.step(dt_s_, motions, responses_);
   }
 
@@ -85,6 +99,16 @@ class SteadyScene {
   bristle::PatchInfo info() const { return batch_.info(sliding_.front().id); }
 
  private:
+  void set_next(std::vector<bristle::Motion>& motions) {
+    for (std::size_t i = 0; i < motions.size(); ++i) {
+      double* const d = motions[i].displacement;
+      const std::complex<double> turned = turn_ * std::complex<double>(d[0], d[1]);
+      d[0] = turned.real();
+      d[1] = turned.imag();
+      motions[i].normal_load = share_(random_) * sliding_[i].normal_load;
+    }
+  }
+
   bristle::PatchBatch batch_;
   double dt_s_;
   Settling settling_;
@@ -92,7 +116,11 @@ class SteadyScene {
   std::vector<bristle::Motion> sliding_, motions_[2];
   std::vector<bristle::Response> responses_;
   std::uint64_t bristles_ = 0;
-  int turn_ = 0;
+  int odd_ = 0;
+  bool varied_ = false;
+  std::complex<double> turn_ = 1.0;
+  std::uniform_real_distribution<double> share_{1.0, 1.0};
+  std::minstd_rand random_;
 };
 
 }  // namespace bristle_bench

@@ -774,22 +774,24 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   }
   if (!BRISTLE_MINIMAL) {
     CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, patches of 32"});
-    // Expects capacity rows for rest, tremor, three straight slides, a zigzag, for one patch, for a hundred
-    // and for ten thousand.
-    REQUIRE(report["infinite"].size() == 3 * (2 + 3 + 1));
+    // Expects rows for rest, tremor, three straight slides, a zigzag, two bends and three motions under a
+    // load that ripples, for one patch, for a hundred and for ten thousand.
+    REQUIRE(report["infinite"].size() == 3 * (2 + 3 + 1 + 2 + 3));
     for (const json& row : report["infinite"]) {
       CHECK(row["resolution"] == 8);
       CHECK((row["patches"] == 1 || row["patches"] == 100 || row["patches"] == 10'000));
       CHECK(row["p99_s"] > 0.0);
-      CHECK(row["kernel"] == "2 axes, infinite, end, double");
+      CHECK(row["kernel"] == "default material, 2 axes, infinite, end, double");
       CHECK(row["ns_per_patch"] > 0.0);
       CHECK(row["bytes_per_patch"] > 0);
     }
-    REQUIRE(report["contacts"].size() == 2);
-    CHECK(report["contacts"][0]["resolution"] == 4);
-    CHECK(report["contacts"][1]["resolution"] == 8);
-    for (const json& row : report["contacts"]) {
-      CHECK(row["motion"] == "zigzag");
+    REQUIRE(report["contacts"].size() == 4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const json& row = report["contacts"][i];
+      CHECK(row["resolution"] == (i < 2 ? 4 : 8));
+      CHECK(row["motion"] == (i % 2 == 0 ? "zigzag" : "bend, rippling load"));
+      CHECK(row["turn_rad"] == (i % 2 == 0 ? 0.0 : 0.01));
+      CHECK(row["ripple"] == (i % 2 == 0 ? 0.0 : 0.01));
       CHECK(row["step_over_mean_snap_length"] == 0.1);
       CHECK(row["threads"] == 1);
       if (row["bristles"] > 0) CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);

@@ -102,15 +102,21 @@ const RegimeFacts& facts_of(Regime regime) noexcept {
   return facts[static_cast<int>(regime)];
 }
 
+std::string CapacityCase::motion_name() const {
+  if (!step) return to_string(regime);
+  return fmt::format("{}{}",
+                     zigzag       ? "zigzag"
+                     : turn > 0.0 ? "bend"
+                                  : "straight",
+                     ripple > 0.0 ? ", rippling load" : "");
+}
+
 std::string CapacityCase::kernel_name() const {
-  if (is_infinite())
-    return fmt::format("{} {}, infinite, end{}{}, double", axes, axes == 1 ? "axis" : "axes",
-                       has(outputs, Outputs::mean) ? " + mean" : "",
-                       has(outputs, Outputs::energy) ? " + energy" : "");
-  return fmt::format(
-      "{}{} {}, {}, end{}{}, {}", default_material ? "default material, " : "", axes,
-      axes == 1 ? "axis" : "axes", to_string(rule), has(outputs, Outputs::mean) ? " + mean" : "",
-      has(outputs, Outputs::energy) ? " + energy" : "", precision == Precision::single ? "single" : "double");
+  return fmt::format("{}{} {}, {}, end{}{}, {}", default_material ? "default material, " : "", axes,
+                     axes == 1 ? "axis" : "axes", is_infinite() ? "infinite" : to_string(rule),
+                     has(outputs, Outputs::mean) ? " + mean" : "",
+                     has(outputs, Outputs::energy) ? " + energy" : "",
+                     is_infinite() || precision == Precision::double_ ? "double" : "single");
 }
 
 std::string CapacityCase::layout_name() const {

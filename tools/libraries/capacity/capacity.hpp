@@ -65,8 +65,12 @@ struct CapacityCase {
   bristle::Population population = bristle::Population::representatives;
   double resolution = 0.0;  ///< pieces of path per mean snap length; 0: the default
   bool zigzag = false;      ///< whether every other step goes sideways
+  double turn = 0.0;        ///< turn of the direction per step, rad
+  double ripple = 0.0;      ///< share by which the load falls at most, at random in each step
 
   bool is_infinite() const noexcept { return population == bristle::Population::infinite; }
+  double step_in_lengths() const noexcept { return step.value_or(step_length(regime)); }
+  std::string motion_name() const;  ///< returns a text such as "rest" or "bend, rippling load"
   std::string kernel_name() const;  ///< returns a text such as "2 axes, keep, end + mean, single"
   std::string layout_name() const;  ///< returns a text such as "one patch", "patches of 100"
 };
@@ -123,9 +127,7 @@ const char* bound_of(std::string_view target) noexcept;
 
 /// Step times of patches of infinitely many bristles, in one motion.
 struct InfiniteRow {
-  std::string motion;  ///< name of the motion: "rest", "tremor", "straight" or "zigzag"
-  double step = 0.0;   ///< displacement per step, in mean snap lengths
-  std::string kernel;
+  CapacityCase what;
   std::uint32_t resolution = 0;  ///< pieces of path per mean snap length of an infinite patch
   std::uint64_t patches = 0;
   std::uint64_t bytes_per_patch = 0;
@@ -168,19 +170,19 @@ using Report = std::function<void(const std::string& what)>;
 /// Measures the library's speed targets. Defined in targets.cpp.
 std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);
 
-/// Path of a step, in mean snap lengths, at which sliding infinite patches are timed. In steady straight
-/// sliding the patch's cohorts are shifted along; in a zigzag they are recomputed.
-constexpr double infinite_slides[] = {0.003, 0.1, 1.0, 2.0, 4.0, 8.0, 100.0};
-/// Makes a case of infinite patches that move in this regime. Defined in infinite.cpp.
-CapacityCase infinite_case(Regime regime, std::optional<double> step = {}, bool zigzag = false);
+/// Makes a case of infinite patches of the default material that move in this regime. Defined in
+/// infinite.cpp.
+CapacityCase infinite_case(Regime regime, std::optional<double> step = {});
+/// Makes the cases of sliding infinite patches: straight and in a zigzag by steps of 0.003 to 100 mean snap
+/// lengths; by steps of 0.1 also on bends with radii of 10 and 1 mean snap lengths, and under a load that
+/// ripples. In steady straight sliding the patch's cohorts are shifted along; otherwise they are recomputed.
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
-/// Resolution (pieces of path per mean snap length) at which the force stays within 1 % in zigzag at every
-/// step length, and within 1.04 % in slides of 0.1 to 0.25 mean snap lengths (core/patches/COHORTS.md).
+/// Resolution (pieces of path per mean snap length) at which the force stays within 1 % in straight slides,
+/// on bends and in zigzags, and within 2 % after a reversal.
 constexpr double within_a_percent = 4.0;
-/// Makes a case of infinite patches that zigzag in steps of 0.1 mean snap lengths, at this resolution (0: the
-/// default).
-CapacityCase sliding_contacts(double resolution, int threads);
+/// Makes a case of infinite patches that zigzag in steps of 0.1 mean snap lengths.
+CapacityCase zigzag_contacts(double resolution, int threads);
 std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const std::vector<int>& threads,
                                           const Report& report);
 

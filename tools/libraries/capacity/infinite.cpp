@@ -27,32 +27,42 @@ InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) 
 
 InfiniteRow many_patches(const CapacityCase& what, std::uint64_t patches, const CapacityOptions& options) {
   CapacitySubject subject(what, patches, options.isa);
-  const double to_ns = 1e9 / static_cast<double>(patches);
-  std::vector<double> ns;
-  for (int i = 0; i < (options.quick ? 8 : 60); ++i) ns.push_back(to_ns * time_steps(subject, 1).p50_s);
   InfiniteRow row;
   row.patches = patches;
+  row.p99_s = time_steps(subject, options.quick ? 300 : 1000).p99_s;
+  const double to_ns = 1e9 / static_cast<double>(patches);
+  std::vector<double> ns;
+  for (int i = 0; i < (options.quick ? 15 : 61); ++i) ns.push_back(to_ns * time_steps(subject, 1).p50_s);
   row.ns_per_patch = quantile(ns, 0.5);
   row.ns_low = quantile(ns, 0.25);
   row.ns_high = quantile(ns, 0.75);
-  row.p99_s = time_steps(subject, options.quick ? 300 : 1000).p99_s;
   return row;
 }
 
 }  // namespace
 
-CapacityCase infinite_case(Regime regime, std::optional<double> step, bool zigzag) {
+CapacityCase infinite_case(Regime regime, std::optional<double> step) {
   CapacityCase what{regime, bristle::SnapRule::redraw, bristle::Outputs::end};
   what.population = bristle::Population::infinite;
+  what.default_material = true;
   what.step = step;
-  what.zigzag = zigzag;
   return what;
 }
 
 std::vector<CapacityCase> infinite_sliding() {
   std::vector<CapacityCase> cases;
   for (const bool zigzag : {false, true})
-    for (const double step : infinite_slides) cases.push_back(infinite_case(Regime::sliding, step, zigzag));
+    for (const double step : {0.003, 0.1, 1.0, 2.0, 4.0, 8.0, 100.0}) {
+      cases.push_back(infinite_case(Regime::sliding, step));
+      cases.back().zigzag = zigzag;
+    }
+  for (const double turn : {0.0, 0.01, 0.1})
+    for (const double ripple : {0.0, 0.01}) {
+      if (turn + ripple == 0.0) continue;
+      cases.push_back(infinite_case(Regime::sliding, 0.1));
+      cases.back().turn = turn;
+      cases.back().ripple = ripple;
+    }
   return cases;
 }
 
@@ -64,14 +74,11 @@ std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const 
       cases.push_back(slide);
   std::vector<InfiniteRow> rows;
   for (const CapacityCase& what : cases) {
-    const std::string motion = what.zigzag ? "zigzag" : what.step ? "straight" : to_string(what.regime);
-    report(fmt::format("infinite patches, {}", motion));
+    report(fmt::format("infinite patches, {}", what.motion_name()));
     const bristle::PatchInfo info = CapacitySubject(what, 1, options.isa).info();
     for (InfiniteRow row :
          {one_patch(what, options), many_patches(what, 100, options), many_patches(what, 10'000, options)}) {
-      row.motion = motion;
-      row.step = what.step.value_or(step_length(what.regime));
-      row.kernel = what.kernel_name();
+      row.what = what;
       row.resolution = info.representatives;
       row.bytes_per_patch = info.memory_bytes;
       rows.push_back(row);
@@ -80,8 +87,9 @@ std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const 
   return rows;
 }
 
-CapacityCase sliding_contacts(double resolution, int threads) {
-  CapacityCase what = infinite_case(Regime::sliding, 0.1, true);
+CapacityCase zigzag_contacts(double resolution, int threads) {
+  CapacityCase what = infinite_case(Regime::sliding, 0.1);
+  what.zigzag = true;
   what.resolution = resolution;
   what.threads = threads;
   return what;
@@ -94,7 +102,11 @@ std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const 
     if (options.quick && count != threads.front()) break;
     for (const double resolution : {within_a_percent, default_resolution}) {
       report(fmt::format("sliding contacts, resolution {:g}, threads: {}", resolution, count));
-      rows.push_back(find_capacity(sliding_contacts(resolution, count), options));
+      CapacityCase what = zigzag_contacts(resolution, count);
+      rows.push_back(find_capacity(what, options));
+      what.zigzag = false;
+      what.turn = what.ripple = 0.01;
+      rows.push_back(find_capacity(what, options));
     }
   }
   return rows;

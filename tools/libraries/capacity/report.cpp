@@ -61,9 +61,11 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   }
   report["infinite"] = Json::array();
   for (const InfiniteRow& row : result.infinite) {
-    report["infinite"].push_back({{"motion", row.motion},
-                                  {"step_over_mean_snap_length", row.step},
-                                  {"kernel", row.kernel},
+    report["infinite"].push_back({{"motion", row.what.motion_name()},
+                                  {"step_over_mean_snap_length", row.what.step_in_lengths()},
+                                  {"turn_rad", row.what.turn},
+                                  {"ripple", row.what.ripple},
+                                  {"kernel", row.what.kernel_name()},
                                   {"resolution", row.resolution},
                                   {"patches", row.patches},
                                   {"bytes_per_patch", row.bytes_per_patch},
@@ -73,8 +75,10 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   }
   report["contacts"] = Json::array();
   for (const CapacityRow& row : result.contacts) {
-    report["contacts"].push_back({{"motion", row.what.zigzag ? "zigzag" : "straight"},
-                                  {"step_over_mean_snap_length", *row.what.step},
+    report["contacts"].push_back({{"motion", row.what.motion_name()},
+                                  {"step_over_mean_snap_length", row.what.step_in_lengths()},
+                                  {"turn_rad", row.what.turn},
+                                  {"ripple", row.what.ripple},
                                   {"resolution", row.what.resolution},
                                   {"threads", row.what.threads},
                                   {"bristles", row.unconfirmed ? 0 : row.fits.bristles},
@@ -135,13 +139,13 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   text += '\n';
   if (!result.infinite.empty())
     text +=
-        "Patches of infinitely many bristles, one thread: a step of each, alone (in cache), among a "
-        "hundred and among ten thousand, and of all at p99.\n\n" +
+        "Patches of infinitely many bristles of the default material, one thread: a step of each, alone (in "
+        "cache), among a hundred and among ten thousand, and of all at p99.\n\n" +
         infinite_table(report).text() + '\n';
   if (!result.contacts.empty()) {
     text += fmt::format(
         "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
-        "force is within 1 % at every step.\n\n",
+        "force is within 1 % on these paths.\n\n",
         time_text(options.deadline_s), within_a_percent);
     text += contacts_table(report).text() + '\n';
   }

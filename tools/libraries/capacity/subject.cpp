@@ -52,9 +52,10 @@ CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristle
                    .with_population(what.population)
                    .with_resolution(what.resolution)
                    .with_seed(static_cast<std::uint32_t>(i + 1)),
-               {what.step.value_or(step_length(what.regime)), what.regime == Regime::tremor,
+               {what.step_in_lengths(), what.regime == Regime::tremor,
                 what.zigzag || what.regime == Regime::turning});
   }
+  scene_.vary(what.turn, what.ripple);
   scene_.settle();
 }
 

@@ -90,6 +90,11 @@ class Targets {
     return what;
   }
 
+  static CapacityCase of_uniform_lengths(CapacityCase what) {
+    what.default_material = false;
+    return what;
+  }
+
   /// Adds the step time of a case to the list of speed targets: ns per bristle, or us per step.
   void add_time(const char* name, const CapacityCase& what, std::uint64_t bristles, double limit,
                 const char* unit, std::string text) {
@@ -190,9 +195,11 @@ class Targets {
                      1, rounds())
           .back();
     };
-    const ComparisonRow stuck = against_900("infinite/sticking", infinite_case(Regime::tremor));
+    const ComparisonRow stuck =
+        against_900("infinite/sticking", of_uniform_lengths(infinite_case(Regime::tremor)));
     rows_.push_back({"infinite/sticking",
-                     "infinite brush, to and fro by 0.05: time over 900 bristles, keep, end, presliding",
+                     "infinite brush of uniform lengths, to and fro by 0.05: time over 900 bristles, keep, "
+                     "end, presliding",
                      stuck.ratio, stuck.ratio_low, stuck.ratio_high, 1.0 / 6.0, false, "x"});
     const auto dearest_slide = [&](const char* name, bool default_material, auto is_meant) {
       ComparisonRow worst;
@@ -200,7 +207,7 @@ class Targets {
       CapacityCase dearest;
       for (CapacityCase slide : infinite_sliding()) {
         if (!is_meant(*slide.step)) continue;
-        slide.default_material = default_material;
+        if (!default_material) slide = of_uniform_lengths(slide);
         const ComparisonRow row = against_900(name, slide);
         if (row.ratio < worst.ratio) continue;
         worst = row;
@@ -208,10 +215,10 @@ class Targets {
       }
       rows_.push_back(
           {name,
-           fmt::format("infinite brush{}, dearest slide ({}, {:g} mean snap lengths a step): time over "
+           fmt::format("infinite brush of {}, dearest slide ({}, {:g} mean snap lengths{} a step): time over "
                        "the same 900",
-                       default_material ? " of the default material" : "",
-                       dearest.zigzag ? "zigzag" : "straight", *dearest.step),
+                       default_material ? "the default material" : "uniform lengths", dearest.motion_name(),
+                       *dearest.step, dearest.turn > 0.0 ? fmt::format(" and {:g} rad", dearest.turn) : ""),
            worst.ratio, worst.ratio_low, worst.ratio_high, 1.7, false, "x"});
     };
     for (const bool usual : {false, true}) {
@@ -453,9 +460,9 @@ class Targets {
     add("tick/patches/10000", patches, a_million,
         "10,000 patches of 100, keep, end + mean, all snap, two threads");
 #if !BRISTLE_MINIMAL
-    add("tick/infinite/10000", sliding_contacts(within_a_percent, 2), ten_thousand,
-        "10,000 infinite patches within 1 % of the force, zigzag of 0.1 mean snap lengths a step, two "
-        "threads");
+    add("tick/infinite/10000", of_uniform_lengths(zigzag_contacts(within_a_percent, 2)), ten_thousand,
+        "10,000 infinite patches of uniform lengths within 1 % of the force, zigzag of 0.1 mean snap lengths "
+        "a step, two threads");
 #endif
   }
 

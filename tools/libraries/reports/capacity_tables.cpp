@@ -193,7 +193,8 @@ Table infinite_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
       text_column("<motion", "motion"),
       number_column("step / mean length", "step_over_mean_snap_length"),
-      text_column("<kernel", "kernel"),
+      number_column("turn rad", "turn_rad"),
+      only_wide(text_column("<kernel", "kernel")),
       number_column("resolution", "resolution"),
       {"patches",
        [](const Json& row) { return Cell(count_text(row.at("patches").get<unsigned long long>())); }},
@@ -208,6 +209,7 @@ Table contacts_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
       text_column("<motion", "motion"),
       number_column("step / mean length", "step_over_mean_snap_length"),
+      number_column("turn rad", "turn_rad"),
       number_column("resolution", "resolution"),
       number_column("threads", "threads"),
       {"contacts that fit", [](const Json& row) { return Cell(bristles_that_fit(row)); }},
