@@ -785,6 +785,15 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
       CHECK(row["ns_per_patch"] > 0.0);
       CHECK(row["bytes_per_patch"] > 0);
     }
+    REQUIRE(report["snapshots"].size() == 4);
+    for (const json& row : report["snapshots"]) {
+      INFO(row);
+      CHECK(row["batch_bytes"] == bristle::PatchBatch(bristle::BatchOptions{}).state_size());
+      CHECK(row["state_bytes"] > 12 * (row["contact"] == "1,000 bristles" ? 1000 : 100));
+      CHECK(row["memory_bytes"] > row["state_bytes"]);
+      CHECK(row["save_s"] > 0.0);
+      CHECK(row["restore_s"] > 0.0);
+    }
     REQUIRE(report["contacts"].size() == 4);
     for (std::size_t i = 0; i < 4; ++i) {
       const json& row = report["contacts"][i];

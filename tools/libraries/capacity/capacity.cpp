@@ -160,6 +160,7 @@ void capacity_command(const CapacityOptions& options) {
     if (everything) {
       result.infinite = measure_infinite(options, report);
       result.contacts = measure_contacts(options, threads, report);
+      result.snapshots = measure_snapshots(options);
     }
 #endif
     if (options.targets || (everything && !options.quick)) result.targets = measure_targets(options, report);

@@ -135,6 +135,15 @@ struct InfiniteRow {
   double p99_s = 0.0;  ///< 99th percentile of the time of a step of all patches, reading the clock included
 };
 
+/// Memory of a contact of the default material, and time to save and restore its state, of 100 in a batch.
+struct SnapshotRow {
+  std::string what;
+  std::uint64_t memory_bytes = 0;        ///< PatchInfo::memory_bytes
+  std::uint64_t state_bytes = 0;         ///< share of a contact in PatchBatch::state_size
+  std::uint64_t batch_bytes = 0;         ///< state_size of a batch without contacts
+  double save_s = 0.0, restore_s = 0.0;  ///< median time per contact, s
+};
+
 struct CapacityResult {
   std::string isa;
   std::uint64_t state_hash = 0;  ///< state hash of a fixed scene; equal hashes prove equal results
@@ -145,6 +154,7 @@ struct CapacityResult {
   std::vector<InfiniteRow> infinite;
   std::vector<CapacityRow> contacts;  ///< as `rows`, but numbers of infinite patches instead of bristles that
                                       ///< meet the deadline
+  std::vector<SnapshotRow> snapshots;
 };
 
 /// Friction loop whose time is compared with others. The loops run in turns, so that disturbances by other
@@ -178,6 +188,8 @@ CapacityCase infinite_case(Regime regime, std::optional<double> step = {});
 /// ripples. In steady straight sliding the patch's cohorts are shifted along; otherwise they are recomputed.
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
+/// Defined in snapshots.cpp.
+std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options);
 /// Resolution (pieces of path per mean snap length) at which the force stays within 1 % in straight slides,
 /// on bends and in zigzags, and within 2 % after a reversal.
 constexpr double within_a_percent = 4.0;

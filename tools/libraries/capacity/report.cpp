@@ -86,6 +86,15 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                                   {"more_would_fit", row.capped},
                                   {"at_capacity", times_json(row.fits)}});
   }
+  report["snapshots"] = Json::array();
+  for (const SnapshotRow& row : result.snapshots) {
+    report["snapshots"].push_back({{"contact", row.what},
+                                   {"memory_bytes", row.memory_bytes},
+                                   {"state_bytes", row.state_bytes},
+                                   {"batch_bytes", row.batch_bytes},
+                                   {"save_s", row.save_s},
+                                   {"restore_s", row.restore_s}});
+  }
   report["comparisons"] = Json::array();
   for (const ComparisonRow& row : result.comparisons) {
     report["comparisons"].push_back({{"bristles", row.bristles},
@@ -149,6 +158,11 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
         time_text(options.deadline_s), within_a_percent);
     text += contacts_table(report).text() + '\n';
   }
+  if (!result.snapshots.empty())
+    text +=
+        "Bytes of a contact and of its share in a saved state; time per contact to save and restore "
+        "100.\n\n" +
+        snapshots_table(report).text() + '\n';
   if (!result.targets.empty())
     text +=
         "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "

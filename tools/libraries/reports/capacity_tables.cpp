@@ -221,4 +221,14 @@ Table contacts_table(const Json& capacity) {
   return tabulate(capacity.at("contacts"), columns, 2);
 }
 
+Table snapshots_table(const Json& capacity) {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<contact", "contact"),
+      number_column("memory bytes", "memory_bytes"),
+      number_column("state bytes", "state_bytes"),
+      {"save", [](const Json& row) { return Cell(time_text(row.at("save_s").get<double>())); }},
+      {"restore", [](const Json& row) { return Cell(time_text(row.at("restore_s").get<double>())); }}};
+  return tabulate(capacity.at("snapshots"), columns);
+}
+
 }  // namespace cli

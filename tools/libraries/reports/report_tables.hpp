@@ -23,6 +23,7 @@ Table targets_table(const Json& capacity);
 Table capacities_table(const Json& capacity);
 Table comparisons_table(const Json& capacity);
 Table infinite_table(const Json& capacity);
+Table snapshots_table(const Json& capacity);
 Table contacts_table(const Json& capacity);
 /// Returns the largest number of bristles that meets the deadline ("> 1,234"), or why there is none.
 std::string bristles_that_fit(const Json& row);

@@ -1,0 +1,64 @@
+// Measures what a contact takes in memory and in a saved state, and how long its saving and restoring takes.
+#include <cstddef>
+#include <vector>
+
+#include <bristle/deadline_monitor.hpp>
+#include <bristle/patch_batch.hpp>
+
+#include "bench/steady_scene.hpp"
+
+#include "tools/libraries/capacity/capacity.hpp"
+#include "tools/libraries/capacity/subject.hpp"
+#include "tools/libraries/reports/quantile.hpp"
+
+namespace cli {
+namespace {
+
+constexpr int contacts = 100;
+
+template <class Act>
+double median_seconds(int rounds, Act act) {
+  std::vector<double> seconds;
+  for (int i = 0; i < rounds; ++i) {
+    const double start = bristle::DeadlineMonitor::wall_now();
+    act();
+    seconds.push_back(bristle::DeadlineMonitor::wall_now() - start);
+  }
+  return quantile(seconds, 0.5);
+}
+
+SnapshotRow measure(const char* what, const bristle::PatchOptions& contact, const CapacityOptions& options) {
+  bristle::PatchBatch batch(
+      bristle::BatchOptions{}.with_isa(options.isa.empty() ? nullptr : options.isa.c_str()));
+  const std::size_t empty = batch.state_size();
+  std::vector<bristle::Motion> motions;
+  for (int i = 0; i < contacts; ++i)
+    motions.push_back({batch.add(bristle::Material::from_coefficients({}), contact), {1e-6, 0.0}, 1.0});
+  std::vector<bristle::Response> responses(contacts);
+  batch.warm_up();
+  for (int i = 0; i < 100; ++i) batch.step(capacity_dt_s, motions, responses);
+
+  std::vector<std::byte> state(batch.state_size());
+  const int rounds = options.quick ? 15 : 61;
+  SnapshotRow row;
+  row.what = what;
+  row.memory_bytes = batch.info(motions.front().id).memory_bytes;
+  row.state_bytes = (state.size() - empty) / contacts;
+  row.batch_bytes = empty;
+  row.save_s = median_seconds(rounds, [&] { batch.save_state(state); }) / contacts;
+  row.restore_s = median_seconds(rounds, [&] { batch.restore_state(state); }) / contacts;
+  return row;
+}
+
+}  // namespace
+
+std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options) {
+  const auto infinite = bristle::PatchOptions{}.with_population(bristle::Population::infinite);
+  return {measure("infinite brush, default", infinite, options),
+          measure("infinite brush, resolution 4, 24 cohorts",
+                  bristle::PatchOptions(infinite).with_resolution(4.0).with_cohorts(24), options),
+          measure("100 bristles", bristle::PatchOptions{}.with_bristles(100), options),
+          measure("1,000 bristles", bristle::PatchOptions{}.with_bristles(1000), options)};
+}
+
+}  // namespace cli
