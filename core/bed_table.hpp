@@ -1,7 +1,7 @@
 // The interface between core and kernels for beds (for joints: joint_table.hpp): plain structs of raw
 // pointers and a table of functions, as in kernel_table.hpp. The equations are in core/beds/BEDS.md.
-// Deflections and limits are divided by the bed's unit of deflection, places by its half width, stiffnesses
-// by the bed's stiffness at full load, so that all numbers of a column are of order 1.
+// Deflections and limits are divided by the bed's unit of deflection, places by its larger half width,
+// stiffnesses by the bed's stiffness at full load, so that all numbers of a column are of order 1.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +17,10 @@ enum BedColumn : std::uint32_t {
   bed_tip_x,  ///< x of the bristle's tip: place of its root less its deflection
   bed_tip_y,
   bed_pressure,        ///< relative pressure at the bristle; times BedStep::limit_of_pressure it is the
-                       ///< bristle's friction limit
+                       ///< bristle's kinetic limit
   bed_over_pressure2,  ///< inverse square of bed_pressure; 0 where there is no pressure
   bed_stiffness,       ///< stiffness of the part of the bristle's cell that is in contact
-  bed_x,               ///< x of the middle of the part of the bristle's cell that is in contact
+  bed_x,               ///< x of the bristle; if the bed can roll, of the middle of its cell's part in contact
   bed_y,
   bed_slid,   ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
   bed_kept,   ///< share of the cell's present contact that was in contact before the step too; the deflection
@@ -30,8 +30,8 @@ enum BedColumn : std::uint32_t {
 
   // Columns of constants.
   bed_own,    ///< stiffness of the bristle when its whole cell is in contact
-  bed_inner,  ///< squared size of the contact at which the cell begins to touch; in a rolling bed: y of the
-              ///< cell's row
+  bed_inner,  ///< squared size of the contact at which the cell begins to touch; in a rolling bed: place
+              ///< of the cell's row across the rows, -1 to 1
   bed_outer,  ///< squared size of the contact from which the whole cell touches; in a rolling bed: half
               ///< length of the cell's row at full load
   bed_share,  ///< factor of the relative pressure at the cell; in a rolling bed the inverse of bed_outer
@@ -93,10 +93,10 @@ struct BedSums {
   double energy[2];                                    ///< sums of stiffness x squared deflection at the end
                                                        ///< of the step, along x and y
   double start_energy;                                 ///< sum of stiffness x squared deflection at the
-                                                       ///< beginning of the step, over the parts of cells
-                                                       ///< that stayed in contact
-  double dissipated;                                   ///< energy dissipated by sliding: stiffness x distance
-                                                       ///< slid x deflection
+                                                       ///< beginning of the step, after bed_kept has reduced
+                                                       ///< the deflections; 0 without bed_carried
+  double dissipated;                                   ///< energy dissipated by sliding, and by deflections
+                                                       ///< that drop to a limit
   double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide: of
                                                        ///< their stiffness, and of stiffness times x, y,
                                                        ///< x^2 and y^2

@@ -39,8 +39,8 @@ constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< reach R of an unused lane, so long that no deflection exceeds it
 
-/// A cell of the tabulated survival function S of a law, on which S is linear. The cell's width is 1/128 of
-/// (x + 1/16), x the snap length at its start, so the upper bits of x + 1/16 give the cell's number.
+/// A cell of the tabulated survival function S of a law, on which S is linear. The cell of a snap length x is
+/// 1/128 as wide as the power of two at or below x + 1/16, so the upper bits of x + 1/16 give its number.
 struct alignas(32) SurvivalCell {
   double survival;  ///< value of S at `start`
   double slope;     ///< slope of S in the cell, never above 0
@@ -98,8 +98,8 @@ constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
 /// State of an infinite brush apart from its rows of cohorts.
 struct CohortState {
-  std::int64_t base[2] = {0, 0};     ///< base from which the cohorts' places are counted, in whole scaled
-                                     ///< lengths
+  std::int64_t base[2] = {0, 0};     ///< position from which the cohorts' places are counted, fixed point,
+                                     ///< moved by whole scaled lengths
   double mass = 0.0;                 ///< mass of all cohorts, an integer
   double moment[2] = {0.0, 0.0};     ///< sum over the cohorts of mass x place, for x and y
   double direction[2] = {0.0, 0.0};  ///< direction of the present straight slide of the patch

@@ -18,15 +18,15 @@ constexpr std::uint32_t lane_count = 16;   ///< logical lanes of a row, on every
 constexpr std::uint32_t blocks_per_group = 64;
 constexpr double fixed_per_length = 17592186044416.0;  ///< 2^44 fixed-point units per scaled length
 constexpr double length_per_fixed = 1.0 / fixed_per_length;
-/// Length of a step (scaled) from which it is called far: every bristle snaps, and the path left after its
-/// last snap is computed in double.
+/// Length of a step (scaled) above which it is called far: every bristle snaps, and single precision does not
+/// hold the path left after its last snap.
 constexpr double far_length = 4096.0;
 /// Longest snap length (scaled): 1024 mean lengths of at most 1.415. A far step is more than twice as long,
-/// so it snaps every bristle from any deflection.
+/// so without ageing it snaps every bristle from any deflection.
 constexpr double longest_scaled_length = 1449.0;
 static_assert(far_length > 2.0 * longest_scaled_length);
 
-/// Difference of successive draw states of a bristle; odd, so that it passes through all 2^32 states.
+/// Difference of successive draw states of a bristle; odd, so that a bristle passes through all 2^32 states.
 constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 
 /// 256 bristles whose stored deflections are rewritten together. One cache line.
@@ -39,8 +39,8 @@ struct alignas(64) Block {
   // in every step.
   std::int64_t anchor[2];
   float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
-  float shortest;      ///< shortest first snap length of the block, scaled, which is the reach of a block
-                       ///< without deflections
+  float shortest;      ///< least deflection at which a bristle of the block snaps first, scaled: the reach of
+                       ///< a block without deflections
   std::uint32_t zero;  ///< 1 = all deflections are zero; what the columns z and (redraw) delta hold for the
                        ///< block is not valid
 };
@@ -81,8 +81,8 @@ struct KernelLaw {
                                                 ///< distance D is D / m1 + cv^2
 
   // Constants for jumps over k snaps at once under a law of small spread (Cornish-Fisher).
-  double jump_from;           ///< path left in a step above which a bristle jumps over k snaps at once
-  double stationary_from;     ///< path left after which steady sliding holds to 1e-3
+  double jump_from;           ///< path left in a step above which a bristle jumps over snaps
+  double stationary_from;     ///< path left above which a jump ends in steady sliding; >= jump_from
   double deviation;           ///< standard deviation of the snap length delta
   double skewness, kurtosis;  ///< skewness and excess kurtosis of delta
   double square_mean;         ///< m2 = E[delta^2]
@@ -126,8 +126,8 @@ struct Travel {
   double duration;              ///< duration of the step, s, > 0
   double rounding;              ///< s, time by which the next step may seem to begin before the end of this
                                 ///< one, because times are rounded
-  std::uint32_t snaps_all;      ///< 1: a far step, so long that every bristle snaps; the patch's position
-                                ///< does not change
+  std::uint32_t snaps_all;      ///< 1: a far step, so long that every bristle snaps (but for some that have
+                                ///< aged); the patch's position does not change
   std::uint32_t commit;         ///< 0 for a trial step (find_force), which leaves the state unchanged
 };
 
@@ -182,7 +182,7 @@ struct Renewal {
   std::uint64_t first_draw;  ///< number of the first draw, counted over the life of the patch; equal numbers
                              ///< select equal bristles
   std::uint64_t draws;
-  double unit;  ///< fixed-point units of the sums in RenewalTotals, as Advance::energy_unit
+  double unit;  ///< fixed-point units of RenewalTotals::twice_integral and squares per scaled length squared
 
   // Copies of the fields of Advance.
   double start, duration, ageing_rate, ageing_strength;
@@ -206,7 +206,7 @@ struct RenewalTotals {
   Int128 twice_integral[2];  ///< twice the path integral of weight x deflection, as far as the step kernels
                              ///< do not include it, in 1 / unit
   Int128 squares;       ///< sum of weight x (|z|^2 - residual^2) over the bristles that are renewed, and over
-                        ///< their snaps before that, in 1 / unit
+                        ///< their snaps before renewal, in 1 / unit
   std::uint64_t snaps;  ///< number of snaps of renewed bristles before their renewal
   std::uint64_t renewed;
   std::uint32_t tail_changed;
@@ -278,8 +278,8 @@ struct KernelSet {
 
   /// Carries the blocks [first, last) of a patch with two axes, none marked as straight, along the path
   /// behind a corner and rewrites them at the patch's position. `stored` gains the change of the full blocks'
-  /// sums; `twice_integral`, with index 1, twice the path integral of weight x (deflection along the motion
-  /// less |z|). Null in a minimal build.
+  /// sums of present deflections; `twice_integral`, with index 1, twice the path integral of weight x
+  /// (deflection along the motion less |z|). Null in a minimal build.
   using Carry = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Carry carry[2];

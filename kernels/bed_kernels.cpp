@@ -1,5 +1,5 @@
 // The kernels of beds and joints for one instruction set or for the scalar reference, which takes one bristle
-// at a time. Everything but the table has internal linkage.
+// or joint at a time. Everything but the table has internal linkage.
 #include "bed_step.hpp"
 #include "joint_step.hpp"
 #include "tables.hpp"

@@ -43,7 +43,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
-  // 0 for a bed that has rolled, because all its tips are stored relative to a root at zero; else 1.
+  // 0 if the step rewrites all tips relative to roots at zero (BedStep::rolled); else 1.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -154,7 +154,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
         // Bristles take the slow branch if they unload, or if their deflection differs from the limit by more
-        // than 2e-6 of the largest limit, four times what rounding may cause.
+        // than 2e-6 of the bed's unit of deflection, four times what rounding may cause.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);

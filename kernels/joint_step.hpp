@@ -153,8 +153,8 @@ void step_joints(const JointStep& step) {
       if constexpr (all) {
         mean = mean + share * select_lanes(length > none, end.integral_x, end.x);
         stuck = stuck + select_lanes(slides, none, share);
-        // Side of the limit on which the bristle slides: 1, -1, or 0 if it sticks. The deflection of a
-        // sliding bristle follows the limit on that side.
+        // Limit at which the bristle slides: 1 forward, -1 backward, 0 if it sticks. The deflection of a
+        // sliding bristle follows this limit.
         const V side = select_lanes(
             slides, e, select_lanes(beyond_forward, one, select_lanes(beyond_backward, none - one, none)));
         const V part = share * relative;

@@ -106,8 +106,8 @@ template <class T, int axes, class V>
   return {x, y, x * ex + y * ey, x * ey - y * ex};
 }
 
-/// Returns the distance along the motion over which a deflection grows to the length `limit`; 0 if it has
-/// that length or more. The form used cannot choose the wrong root of the quadratic equation.
+/// Returns the distance along the motion after which a deflection grows beyond the length `limit`; 0 if it is
+/// that long and does not shrink. The form used cannot choose the wrong root of the quadratic equation.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
@@ -124,8 +124,8 @@ template <class T, int axes, class V>
   return ahead * ahead + start.aside * start.aside > limit * limit;
 }
 
-/// Whether the tip of a bristle that slides in this step sticks first. A bristle at its limit, to a few
-/// digits, slides at once unless it unloads.
+/// Whether the tip of a bristle that slides in this step sticks first. A bristle at its limit,
+/// to a relative 16 eps, slides at once unless it unloads.
 template <class T, class V, class Which>
 [[gnu::always_inline]] inline Which sticks_first(const SlideStart<V>& start, V limit, Which slides) {
   constexpr T inside = T(1) - 32 * std::numeric_limits<T>::epsilon();

@@ -32,8 +32,8 @@ OneSlid<T> slide_one(const SlideView<T>& patch, const Advance& advance, const Sl
     return most(root(most(radius * radius - aside * aside, T(0))) - along, T(0));
   };
 
-  // Path after which the bristle begins to slide, and the limit at which it does. A bristle within its disc
-  // slides if it would end outside.
+  // Path after which the bristle begins to slide, and the limit at which it slides. A bristle within its
+  // limit slides if it would end beyond the limit.
   constexpr T eps = std::numeric_limits<T>::epsilon();
   T holds = patch.limit[i] * patch.share;
   T limit = holds;

@@ -1,9 +1,9 @@
 // One step over the blocks of a patch whose bristles slide (slide.hpp): which blocks are visited, and the
 // sums.
 //
-// A block in which no bristle slides is not written, because its deflections follow the patch. In other
-// blocks only the bristles that slide are written, so that creep does not erode the stored deflections of the
-// others. Once the patch is far enough away, all deflections are rewritten relative to its new position.
+// A block in which no bristle slides keeps its stored deflections, which follow the patch. In other blocks
+// only the deflections of bristles that slide change, so that creep does not erode those of the others. If
+// such a block's position is far from the patch, all its deflections are rewritten relative to the patch.
 #pragma once
 
 #include <limits>
@@ -22,7 +22,7 @@ namespace {
 /// bit.
 constexpr double longest_slide = 1048576.0;  // 2^20
 
-/// Distance of the patch, scaled, beyond which deflections are rewritten relative to its position.
+/// Distance of the patch from a block's position, scaled, beyond which the block's deflections are rewritten.
 constexpr double farthest_reference = 0.25;
 
 /// Returns the factor that turns 1 / limit of a bristle into the inverse of the limit at which it slides
@@ -248,7 +248,7 @@ class Slider {
                                          Row<T>& count) const {
     Begin<V> b = begin<V>(m, i);
     // Stops short of the limit by the rounding error of a step, so that in the next step the tip sticks until
-    // it has moved by more.
+    // the patch has moved by more.
     const V limit = b.limit * V(T(1) - 4 * eps);
     const auto finish = [&](auto at_once) {
       return slide_on<T, axes, mean, energy, at_once.value>(
@@ -285,7 +285,7 @@ class Slider {
       if (advance.commit) note_time(b.goes_on, i);
   }
 
-  /// Whether any of the bristles from i on is bent across the motion, beyond rounding.
+  /// Whether any bristle of the vector from i on is bent across the motion by more than root(eps).
   bool turns(const Shared& m, std::uint32_t i) const {
     const Lanes<T> aside = begin<Lanes<T>>(m, i).start.aside;
     return xsimd::any(aside * aside > Lanes<T>(eps));

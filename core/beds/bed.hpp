@@ -32,7 +32,7 @@ struct BedState {
   double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step, scaled; torque and energy too
   double torque = 0.0;
   double energy[2] = {0.0, 0.0};
-  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved still hold the values that a step
+  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved may still hold values that a step
                              ///< with rolling wrote.
 };
 
@@ -56,11 +56,11 @@ struct Bed {
   double spin_gain[2] = {1.0, 1.0};              ///< deflection of a bristle over its displacement by spin,
                                                  ///< along x and y
   double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion of the bristles' roots per metre of
-                                                 ///< displacement and per radian of spin
+                                                 ///< displacement, per radian of spin at distance `length`
   double friction = 0.0;                         ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
   double full_load = 0.0;       ///< N, full load (BedOptions::max_normal_load)
-  double longest_piece = 0.0;   ///< m, longest piece into which a step of rolling is cut
+  double longest_piece = 0.0;   ///< m, longest piece of a rolling step that is cut, at full load
   double cell = 0.0;            ///< width of a cell along its row, over half the length of the row
   double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load
   std::uint64_t last_step = 0;  ///< number of the last step for which the caller gave the bed a motion
@@ -73,9 +73,9 @@ struct Bed {
 /// Checks the caller's material, shape and options and makes a bed. Throws Error.
 Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOptions& options,
              const BedKernels& kernels);
-/// Writes the columns of places, stiffnesses and pressures at the present size of the contact, after rolling
-/// by a distance (m) along the rows. `turned` says whether the rows have turned since the last call. Returns
-/// the sum of stiffness x pressure.
+/// Writes the columns of stiffness and pressure (if the bed can roll, of places too) for the present size of
+/// the contact, after rolling by a distance (m) along the rows. `turned`: whether the rows have turned since
+/// the last call. Returns the sum of stiffness x pressure.
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
 /// Unbends all bristles and takes the bed out of contact.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;

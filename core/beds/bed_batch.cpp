@@ -114,7 +114,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     for (std::size_t i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
-  /// Clears the response to a motion, or writes into it why the motion is refused. Returns the cost of the
+  /// Clears the response to a motion, and writes into it why a motion is refused. Returns the cost of the
   /// motion as a number of bristles, 0 if it is refused.
   std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
     response = BedResponse{};

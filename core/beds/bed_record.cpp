@@ -47,7 +47,7 @@ namespace {
 constexpr const char* shape_text = "BedShape";
 constexpr const char* material_text = "BedMaterial";
 
-/// A bristle of a bed with its place in units of the contact's half widths.
+/// A bristle of a bed, with its place in half widths of the contact (from a list: in the larger half width).
 struct Cell {
   double x = 0.0, y = 0.0;
   double area = 0.0;  ///< area of the bristle's cell, relative to the other cells

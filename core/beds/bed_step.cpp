@@ -9,10 +9,10 @@ namespace bristle::detail {
 
 namespace {
 
-/// Distance of a bristle's root from its place when the tip was last stored, in units of deflection. Beyond
-/// it tips are stored again: single precision would not hold the deflection to 5e-7.
+/// Displacement of the roots, in units of deflection, above which rebase() resets it to zero. With a larger
+/// one, single precision would not hold a deflection to 5e-7.
 constexpr double farthest_root = 8.0;
-/// Friction limit, in units of deflection, below which a bristle counts as frictionless.
+/// Limit at relative pressure 1, in units of deflection, up to which a bed counts as frictionless.
 constexpr double least_limit = 1e-12;
 /// Motion, in units of the largest friction limit, after which every bristle is bent along the motion,
 /// whatever its state was.
@@ -23,7 +23,7 @@ constexpr double least_rolled = 0x1p-13;
 /// Largest distance, in half lengths of the contact, by which rolling moves the cells. A longer roll replaces
 /// every cell in contact anyway, and single precision would lose the cells' places.
 constexpr double longest_roll = 64.0;
-/// Least size of a contact, relative to full load, from which the length of pieces of rolling is calculated.
+/// Least size, relative to full load, with which a contact counts in lengths of pieces and of stored rolling.
 constexpr double least_size = 0.05;
 /// Distance, in lengths of the contact, along which the beginning and the end of a long rolling step are cut
 /// into pieces; between them the bed rolls steadily.
@@ -143,7 +143,7 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     good = good &&
            within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
            within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
-  // Largest plausible displacement of the roots: that beyond which tips are stored again, plus one motion.
+  // Largest plausible displacement of the roots: `farthest_root` plus one motion.
   double most_root[4];
   for (int k = 0; k < 4; ++k) {
     most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
@@ -175,8 +175,8 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
       const double farthest = most_root[axis] + widest * most_root[axis + 2] + overload;
-      // Bounds the deflection of a cell in contact by its friction limit plus the rounding error of a far
-      // place. For a cell out of contact only the place of the tip is bounded.
+      // Bounds the deflection of a cell in contact by twice the largest static limit plus the rounding error
+      // of a far place. For a cell out of contact only the place of the tip is bounded.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
     }
@@ -196,7 +196,7 @@ struct Piece {
   bool carried;
 };
 
-/// Outputs of a step, summed over its pieces.
+/// Outputs of a step: the sums of its last piece, and means over all its pieces.
 struct StepSum {
   BedSums last;
   double mean[2] = {0.0, 0.0};
@@ -280,8 +280,8 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   sum.mean_torque += share * 0.5 * (before[2] + s.torque);
 }
 
-/// Turns the rows of a disc's cells into the direction of rolling, if by less than a quarter turn. Returns
-/// whether they turned.
+/// Turns the rows of a disc's cells parallel to the direction of rolling, by at most a quarter turn, after
+/// which the disc may roll backward along them. Returns whether they turned.
 bool turn_rows(BedState& s) noexcept {
   const double length = square_root(square(s.rolled[0]) + square(s.rolled[1]));
   const double sign = s.rolled[0] * s.along[0] + s.rolled[1] * s.along[1] < 0.0 ? -1.0 : 1.0;

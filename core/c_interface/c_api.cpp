@@ -111,7 +111,7 @@ struct bristle_joints : Holds<JointFriction> {};
 struct bristle_matcher : Holds<ContactMatcher> {};
 struct bristle_monitor : Holds<DeadlineMonitor> {};
 
-/// A pool of patches (points or outlines) or of beds, found by key.
+/// A pool of patches or of beds, found by key.
 struct KeyedPool {
   std::variant<KeyedPatches, KeyedBeds> pool;
 
@@ -247,7 +247,7 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
-/// Number of last fields of a C++ struct that the C interface leaves out: 1 if that is `compared`, else 0.
+/// Number of fields of a C++ struct that the C interface leaves out: 1 if it has a field `compared`, else 0.
 template <class Cpp>
 constexpr std::size_t compared_modes = requires {
   &Cpp::compared;
@@ -477,7 +477,7 @@ void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
 }
 
-/// Writes find_force(motion) for each motion; the state of patches stays.
+/// Writes find_force(motion) for each motion; the state of patches or beds stays.
 template <class CppMotion, class Motion, class Response, class Try>
 void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -1058,7 +1058,7 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
     need(step, "step");
     check_size(*step, "step");
     need(step->angle, "step.angle");
-    if (report != nullptr) check_size(*report, "report");  // first, because a step cannot be undone
+    if (report != nullptr) check_size(*report, "report");  // checked first, because a step cannot be undone
     const std::size_t n = it.joint_count();
     const auto in = [n](const double* column) {
       return Span<const double>(column, column != nullptr ? n : 0);

@@ -190,8 +190,8 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     const bool outside = is_within(input[in_outside].lane[i], most_torque);
     return angle & speed & motor & outside;
   }
-  /// Replaces input out of range by zeros, and makes the bristles of joints in their first step straight at
-  /// the joint's angle.
+  /// Zeroes all input of joints with a value out of range, also in_writes, so that their state stays. Makes
+  /// the bristles of joints in their first step straight at the joint's angle.
   Odd prepare_odd(std::size_t first, Column* input) noexcept {
     Odd odd;
     for (std::size_t i = 0; i < lane_count; ++i) {
@@ -394,8 +394,8 @@ void JointFriction::restore_state(Span<const std::byte> from) {
         double x = 0.0;
         read(x);
         if (c < layout.slid)
-          good = good && is_within(x, 1e24);  // bounds the angle of a bristle's tip, rad; no friction limit
-                                              // over a stiffness is larger
+          good = good && is_within(x, 1e24);  // bounds the angle of a bristle's tip, rad, with ample room:
+                                              // a tip stays between angles its joint has had
         else if (c < layout.gradients)
           good = good && (x == 0.0 || x == 1.0);
         else

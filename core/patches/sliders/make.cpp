@@ -9,8 +9,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes the patch's shared part, with the number of cache lines to prefetch: those of the record and of the
-/// strata in use, at most 40. A step does not read the limits and weights of all n strata, which lie behind.
+/// Makes the patch's shared part, with the number of cache lines to prefetch, at most 40: those of the record
+/// and of the columns that a step reads. The columns first_limit and first_weight lie behind these.
 template <class T>
 Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
   Patch p = make_shared_part(r, model);

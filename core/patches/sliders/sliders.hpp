@@ -88,15 +88,15 @@ double deflection(const Patch& p, std::uint32_t i, int axis) noexcept {
   return static_cast<double>(z[i]) +
          to_lengths(difference(p.position[axis], r.blocks[i / block_size].position[axis]));
 }
-/// Returns the distance, scaled, by which the centre of a bristle's limits lies before its root, under a lay
-/// (grain) that resists differently to and fro.
+/// Returns the deflection along the lay (grain), scaled, that lies in the middle between a bristle's limits;
+/// 0 unless the lay resists differently to and fro.
 template <class T>
 double centre_of(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   return r.lay.lean * limit_share<T>(p) * static_cast<double>(r.limit[i]);
 }
-/// Calls `change(i, z)` for every bristle in use; the function may change the deflection z. Then stores the
-/// deflections relative to the patch's present position.
+/// Calls `change(i, z)` for every bristle in use and the padding; the function may change the deflection z.
+/// Then stores the deflections relative to the patch's present position.
 template <class T, class Change>
 void rewrite_all(Patch& p, Change&& change) noexcept;
 /// Updates sums, unit of force and contact in the patch's shared part, after a change of columns, load or
@@ -136,7 +136,7 @@ void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 /// Fills limits and weights of the strata in use from those of all n strata.
 template <class T>
 void fill_strata(Sliders<T>& r) noexcept;
-/// Makes every bristle of a patch straight, as it is out of contact.
+/// Makes every bristle of a patch straight, as bristles out of contact are.
 template <class T>
 void straighten(Patch& p) noexcept;
 

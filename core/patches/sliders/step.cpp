@@ -28,7 +28,7 @@ SlideView<T> view_of(const Patch& p) noexcept {
           static_cast<T>(r.kinetic_share())};
 }
 
-/// Returns the limit of bristle i, scaled, under the present load, grown by ageing since it last slid.
+/// Returns bristle i's present limit, scaled: grown by ageing since its last slide, or kinetic if sliding.
 template <class T>
 double limit_now(const Patch& p, std::uint32_t i) noexcept {
   const Sliders<T>& r = sliders<T>(p);
@@ -85,7 +85,7 @@ double soften(Patch& p, double dissipated) noexcept {
   if (!(stored > 0.0)) return 0.0;
   const double least = limit_share<T>(p);
   const double wanted = stored / (stored + r.lay.least_loss() * dissipated);
-  // Takes a stiffness that equals that of the load within rounding for equal, which ends the softening.
+  // Ends the softening if the wanted stiffness is below that of the load, or above it only by rounding.
   const bool ends = wanted <= least * (1.0 + 1e-9);
   change_stiffness<T>(p, ends ? p.zeta : r.stiff_zeta * wanted);
   note_sliders<T>(p);
@@ -221,7 +221,7 @@ void finish_sliders(Patch& p, const PatchStep& step, const Totals& t, StepSums& 
     if (!a.commit) return;
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b) reach = std::min(reach, r.blocks[b].reach);
-    // Shortens the bound, because kernel and bound each round a position to float.
+    // Shortens the bound, because the kernel rounds positions to float, here and when a bristle next slides.
     p.bound = {{p.position[0], p.position[1]}, std::max(reach * (1.0 - 1e-6), 0.0)};
     return;
   }
@@ -340,7 +340,7 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
   to.zeta = m.bristles_in_contact(from.normal_load);
   r.stiff_zeta = to.zeta / limit_share<T>(from);
   const double before = sum_of_squares<T>(to);
-  // Counts as lost the change of energy by strata of another law, in which deflections weigh differently.
+  // Counts the change of stored energy as lost: strata of another law weigh equal deflections differently.
   if (has(to.outputs, Outputs::energy))
     to.pending_loss += 0.5 * joules_per_square<T>(r) * (sum_of_squares<T>(from) * ratio * ratio - before);
   take_back<T>(to);
