@@ -1076,7 +1076,7 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
                   out(step->by_outside),
                   {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
                   out(step->gradient, joint_parameters)});
-    if (done.tasks == 0) throw Error("bristle_joints_step: a gradient needs bristle_joint_options.gradients");
+    if (done.tasks == 0) throw Error("step.gradient needs bristle_joint_options.gradients");
     if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
   });
 }
