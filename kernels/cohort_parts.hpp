@@ -396,8 +396,8 @@ template <bool rubs, bool ages>
     // halfway along this path.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
-    // If a piece is as long as a snap length, so many newborn bristles are renewed that `half` would make the
-    // mean path or its variance negative; half of the mean path serves instead.
+    // Uses half of the mean path instead where `half` would make the mean path since the last slip, or its
+    // variance, negative: in a piece as long as a snap length many newborn bristles are renewed.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
     if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))

@@ -21,7 +21,7 @@ namespace {
 /// two snaps, so that this place is random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
-/// Values of a bristle at the end of a step computed in double in which it snapped.
+/// Outcome of a step in double precision for one bristle that snapped in it.
 struct AfterFarStep {
   double deflection;  ///< deflection along the motion at the end
   double squares;     ///< sum of squared snap lengths over the bristle's snaps after the first

@@ -7,8 +7,8 @@
 
 namespace bristle::detail {
 
-/// Returns why a batch has no patch or bed of this id: no_capacity if its pool was full, unknown_id if it was
-/// never added or is removed.
+/// Returns why no patch or bed has this id: no_capacity for the id that a full pool returns (KeyedPatches),
+/// unknown_id for an id that was never added or is removed.
 constexpr Status why_missing(std::uint64_t id) noexcept {
   return id == PatchId::no_capacity().value ? Status::no_capacity : Status::unknown_id;
 }

@@ -28,9 +28,9 @@ std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
 }  // namespace
 
 struct BRISTLE_PRIVATE ContactMatcher::Impl {
-  /// A contact of this step, or an old contact: one of the previous step, or one that has been missing for up
-  /// to keep_steps steps. Contacts of one pair are linked in the order in which the caller listed them; old
-  /// contacts that are missing follow the listed ones.
+  /// A contact of this step (new), or an old contact: one of the previous step, or one that has been missing
+  /// for up to keep_steps steps. Contacts of one pair are linked in the order in which the caller listed
+  /// them; old contacts that are missing follow the listed ones.
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
@@ -70,8 +70,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     pair.last[side] = i;
   }
 
-  /// Finds the nearest contact of the same two bodies in the other step that is not matched yet; of equally
-  /// near ones the first listed.
+  /// Finds the nearest unmatched contact of the same two bodies in the other step, if one is within reach; of
+  /// equally near ones the first listed.
   void find_nearest(const Pair& pair, int side, Point& p) noexcept {
     p.nearest = none;
     p.distance = reach_squared;
@@ -98,9 +98,9 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     }
   }
 
-  /// Matches the old and the new contacts of two bodies in order of distance. The shortest of all matches
-  /// joins two contacts that are each other's nearest, and this holds again for the contacts that are left.
-  /// So repeated rounds of mutually nearest contacts give that order.
+  /// Matches the old and the new contacts of two bodies as a search in order of distance would. The shortest
+  /// match of all joins two contacts that are each other's nearest, and this holds again for the contacts
+  /// that are left. So repeated rounds of matching mutually nearest contacts find the same matches.
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
@@ -136,7 +136,7 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     return false;
   }
 
-  /// Gives each new contact the smallest number that no present or remembered contact of its two bodies has.
+  /// Gives each unmatched new contact the smallest number that no contact, new or old, of its bodies has.
   void number_pair(const Pair& pair) noexcept {
     std::uint32_t ordinal = 0;
     for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {

@@ -33,9 +33,9 @@ struct Pose {
   double scale = 1.0;  ///< factor on the outline's given size, as set by set_scale()
 };
 
-/// Sums over the cells for the stiffness matrix, sum of k J^T J with k the stiffness of a cell. A cell at the
-/// place `at` slips by J (v, omega) = v + omega x at. Stored in the outline's axes at its full size; write()
-/// turns and scales them.
+/// Sums over the cells for the matrix of stiffness or damping, sum of k J^T J with k the stiffness or damping
+/// of a cell. A cell at the place `at` slips by J (v, omega) = v + omega x at. Stored in the outline's axes
+/// at its full size; write() turns and scales them.
 struct Slopes {
   double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
 
@@ -52,8 +52,8 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // adds 0.0 to make 0 of -0, as steps by elastic forces alone
-                                              // (is_light()) write a damping of +0
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // adds 0.0 to turn -0 into +0, which light steps (is_light())
+                                              // write as their damping
     sum[2][2] = square * (size * size);
   }
 };
@@ -116,7 +116,7 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
-/// Whether spin and total load of an outline's motion are allowed; its cells check only their shares of it.
+/// Whether the spin is allowed and the total load not too large; cells check only their shares of the load.
 bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
@@ -178,7 +178,7 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
 /// Whether a step is light: its response is the sum of the cells' elastic forces, with the stiffness and
 /// limits of the previous step.
 bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-  // Refuses displacements beyond 1e300 m, because the displacement of a cell might not be finite then.
+  // Excludes displacements beyond 1e300 m, with which the displacement of a cell might not be finite.
   const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
   return p.common.known && p.light_material && motion.has_velocity == 0 &&
          motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
@@ -213,7 +213,7 @@ void write_common(const Stiffnesses& common, const Course& course, ExtendedRespo
   out.status = common.status;
 }
 
-/// Sums the responses of an outline's cells. All have equal status flags, except Status::overload.
+/// Sums the responses of an outline's cells, and combines their status flags.
 Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
               Stiffnesses& common, ExtendedResponse& out) noexcept {
   ExtendedResponse sum;
@@ -610,8 +610,8 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     report.status = Status::bad_input;
     return report;
   }
-  // Refuses repeated ids in a first pass, because there is room for the cells of each outline only once. The
-  // other motions are stepped in the second pass.
+  // Refuses unknown and repeated ids in a first pass, since there is room for the cells of each outline only
+  // once, and writes the motions of cells. One call steps them; a second pass writes the responses.
   ++impl.step_number;
   std::size_t light = 0, queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {

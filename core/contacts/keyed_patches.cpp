@@ -61,8 +61,8 @@ struct Owner {
 };
 
 struct KeyedPool {
-  /// A patch or bed in use by a contact. Patches and beds in use form a list that begins with the one whose
-  /// contact has not been requested for longest.
+  /// A place of the pool: a patch or bed, and the contact that uses it, if any. Places in use form a list
+  /// that begins with the one whose contact has not been requested for longest.
   struct Held {
     std::uint64_t id = 0;
     std::uint64_t key = 0;

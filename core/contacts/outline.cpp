@@ -50,7 +50,7 @@ Nodes radial_density(Pressure pressure) {
 /// (Stieltjes).
 struct Recurrence {
   std::vector<double> a, b;  ///< p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1] for the polynomial p[k] of degree
-                             ///< k; b[0] is not used
+                             ///< k; b[0] is 0
 
   Recurrence(const Nodes& density, int n) {
     std::vector<double> before(density.size(), 0.0), now(density.size(), 1.0);

@@ -1,4 +1,4 @@
-// Puts a head of 16 bytes, a magic number and a checksum, before the saved bytes of pools and matchers.
+// Puts 16 bytes, magic number and checksum, before the saved bytes of pools, matchers, outlines and joints.
 #pragma once
 
 #include <cstdint>

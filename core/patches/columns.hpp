@@ -1,5 +1,5 @@
-// Lists the columns (arrays) of a contact model's record in one place: `columns(record, visit)` calls
-// `visit(pointer, rule)` for each. Allocation, reset, copy, save, restore and hash are loops over that list.
+// `Record::columns(record, visit)` lists the columns (arrays) of a record: it calls `visit(pointer, rule)`
+// for each. Allocation and copy loop over that list, for representatives also reset, save, restore and hash.
 #pragma once
 
 #include <cstddef>
@@ -16,20 +16,20 @@
 
 namespace bristle::detail {
 
-/// Kind of a column (array) of a patch's record: what the column holds for a bristle out of contact,
-/// and what reset, save and a change of material do to it.
+/// Kind of a column of representatives: what the column holds for a bristle out of contact, and what reset,
+/// save and a change of material do to it. Other models fill and save their columns themselves.
 enum class Filler : unsigned char {
   zero,          ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them
   age,           ///< state, saved: ages in units of the ageing time, 0 for a bristle out of contact;
                  ///< converted to the ageing time of a new material
   first_length,  ///< state, saved: snap lengths, for a bristle out of contact its first one; kept under a new
                  ///< material of the same law
-  draw_state,    ///< state, saved: states of random numbers, which a bristle keeps out of contact; the first
-                 ///< one is computed from the seed
+  draw_state,    ///< state, saved: random-number state of each bristle, kept while it is out of contact; a
+                 ///< reset computes it from the seed
   from_seed,     ///< values computed from seed and material, such as first snap lengths; no step changes
                  ///< them, and they are not saved
   block,         ///< numbers of whole blocks of bristles, which other functions reset and save
-  cache          ///< values recomputed when needed, on which the state does not depend
+  cache          ///< values that these loops neither save nor hash: caches, or state saved elsewhere
 };
 constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }
 
@@ -57,8 +57,8 @@ std::size_t column_bytes(const Record& record) noexcept {
   return bytes;
 }
 
-/// Sets the pointers of a record's columns into memory of column_bytes(record) bytes, without filling them. A
-/// column without entries gets a null pointer.
+/// Sets the pointers of a record's columns into memory of column_bytes(record) bytes, which it does not fill.
+/// A column without entries gets a null pointer.
 template <class Record>
 void place_columns(Record& record, std::byte* memory) noexcept {
   BRISTLE_ASSERT(reinterpret_cast<std::uintptr_t>(memory) % column_alignment == 0);
@@ -83,7 +83,7 @@ Record* make_record(std::shared_ptr<const CompiledMaterial> material, const Reco
   return record;
 }
 
-/// Copies a patch with its record into memory of at least PatchRecord::bytes.
+/// Copies a patch to `to`, and its record to memory of at least PatchRecord::bytes.
 template <class Record>
 void copy_record(const Patch& from, Patch& to, std::byte* memory) noexcept {
   std::memcpy(memory, static_cast<const Record*>(from.record), from.record->bytes);

@@ -26,12 +26,12 @@ struct SharedStep {
 struct ContactModel {
   const char* name;  ///< name of the contact model, which is hashed into the signature of saved states
 
-  /// Changes the normal load, N, >= 0: bristles come into contact or leave it. Returns the elastic energy of
-  /// those that left, J (0 where the patch computes no energy).
+  /// Changes the normal load, N, >= 0: bristles come into contact or leave it. Returns the elastic energy
+  /// that the patch loses by this, J (0 where the patch computes no energy).
   double (*apply_load)(Patch&, double normal_load_n) noexcept;
 
   /// Advances a patch by a whole step in which it moves, on one thread. Fills the sums over the bristles. A
-  /// trial step, which is not committed, leaves the patch's state unchanged.
+  /// trial step (not committed) changes no state; a patch that changes_in_trials() makes none.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
   /// Answers a motion that leaves Patch::bound if no bristle need be stepped for it, else returns
@@ -47,7 +47,7 @@ struct ContactModel {
   /// Moves a patch's state to a patch of another material with the same options, as a change of material
   /// while in use does. Counts the snaps that this change causes.
   void (*take_over)(Patch& to, Patch& from) noexcept;
-  /// Sets how many representatives stand for the patch (its detail), from 1 to PatchRecord::options.bristles,
+  /// Sets the detail (representatives, strata or pieces in use), from 1 to PatchRecord::options.bristles,
   /// without a change of force.
   Status (*set_detail)(Patch&, std::uint32_t bristles) noexcept;
   /// Copies a patch, so that loads can be tried on the copy, into memory of at least PatchRecord::bytes,
@@ -90,7 +90,7 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
 /// their lengths.
 enum class BristleKind : unsigned { keep, redraw, slide, infinite };
 /// Returns the name of the kernel of a patch. `features`: bits of what it has beyond its kind, in the order
-/// of the table in make_patch.cpp. name_kernels() makes all names, after which this allocates nothing.
+/// of the table in make_patch.cpp. Allocates nothing after name_kernels(), which makes all names.
 const char* kernel_name(const Patch& p, BristleKind kind, unsigned features, bool in_double) noexcept;
 void name_kernels();
 

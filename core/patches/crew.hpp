@@ -19,8 +19,8 @@ struct Crew {
 inline void add_totals(std::uint64_t& sum, std::uint64_t part) noexcept { sum += part; }
 
 /// Calls work(first, last, totals) for ranges that together are [0, count) and begin at multiples of `step`.
-/// The number of ranges is the crew's field `ranges`; without a crew one range runs on this thread. Returns
-/// the sum of the totals, which must not depend on the order of adding.
+/// The crew's field `ranges` limits their number; without a crew one range runs on this thread. Returns the
+/// sum of the totals, which must not depend on the order of adding.
 template <class Totals, class Work>
 Totals share_out(const Crew* crew, std::uint32_t Crew::*ranges, std::uint32_t count, std::uint32_t step,
                  const Work& work) noexcept {

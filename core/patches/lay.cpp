@@ -19,8 +19,8 @@ namespace {
 /// and `limit` across, whose centre is at (lean, 0).
 double find_strongest(double limit, double lean) noexcept {
   const double wide = limit * limit - 1.0, off = std::abs(lean);
-  // Finds the point of the ellipse at the largest distance: the squared distance (x + lean)^2 + limit^2 (1 -
-  // x^2) is largest at x = lean / (limit^2 - 1), or at the end x = 1 if that is beyond it.
+  // Finds the point of the ellipse at the largest distance. The squared distance (x + off)^2 + limit^2
+  // (1 - x^2) is largest at x = off / (limit^2 - 1) if limit^2 - 1 exceeds `off`, else at the end x = 1.
   const double x = wide > off ? off / wide : 1.0;
   return std::sqrt(square(x + off) + square(limit) * (1.0 - x * x));
 }

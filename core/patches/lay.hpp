@@ -9,9 +9,9 @@
 
 namespace bristle::detail {
 
-/// Map between the axes of a patch and its isotropic axes. The first of these runs along the lay (grain), the
-/// second across it; lengths across are stretched so that every bristle's limit is a circle. Kernels and
-/// bounds work in isotropic axes.
+/// Map between the axes of a patch and its isotropic axes. The first isotropic axis runs along the lay
+/// (grain), the second across it; lengths across are stretched so that every bristle's limit is a circle.
+/// Kernels and bounds work in isotropic axes.
 struct LayMap {
   Turn along;              ///< direction of the lay (the grain of the surface) in the axes of the patch
   double stretch = 1.0;    ///< factor of a length across the lay when it is mapped to isotropic axes:
@@ -21,8 +21,8 @@ struct LayMap {
                            ///< if the stiffness ratio is the limit ratio squared
   double lean = 0.0;       ///< asymmetry of the limit: (1 + lean) times the material's limit for motion along
                            ///< the lay, and (1 - lean) times for motion against it
-  double stiffest = 1.0;   ///< largest stiffness over all directions, over the material's
-  double strongest = 1.0;  ///< largest limit over all directions, over the material's
+  double stiffest = 1.0;   ///< largest stiffness of any direction, divided by the material's
+  double strongest = 1.0;  ///< largest limit of any direction, divided by the material's
 
   bool is_isotropic() const noexcept { return stretch == 1.0 && limit == 1.0 && lean == 0.0; }
   /// Whether energies differ from those in isotropic axes. If so, the dissipated energy of a step is computed

@@ -1,8 +1,8 @@
 // The part of a patch that all contact models share: a slot of a batch's array of patches, four cache lines.
 //
 // A step of a patch at rest needs the first line alone. A step within the patch's bound (no bristle can snap)
-// needs all four lines and nothing else. Only a step in which something may snap calls the contact model
-// (contact_model.hpp), which keeps its data in a record of its own.
+// needs all four lines and, without ageing, dampers, lay and creep, nothing else. Only a change of load or a
+// step in which something may snap calls the contact model (contact_model.hpp), whose data are in its record.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ constexpr double highest_load = 1e15;     ///< largest normal load of a motion, 
 constexpr double highest_energy = 1e300;  ///< highest energy of a response, J: a larger one is cut to this
                                           ///< value, so that sums of a few stay finite
 
-/// Base of every contact model's record: properties of a patch, which except seed and key never change.
+/// Base of every contact model's record: properties of a patch, and state that most steps do not need.
 struct PatchRecord {
   PatchOptions options;
   const CompiledMaterial* material = nullptr;  ///< material of the patch, owned by the head in front of the
@@ -37,7 +37,7 @@ struct PatchRecord {
   std::size_t bytes = 0;     ///< size of the record with its columns
 
   /// Rounding remainder of displacements so short that they would be lost in fixed point (creep), in units of
-  /// the position; longer displacements leave none.
+  /// the position; longer displacements do not change it.
   double remainder[2] = {0.0, 0.0};
   /// Clock of the batch, which every step advances; null = time stands still at 0. A patch that ages counts
   /// its time from `epoch`. Both in units of 2^-64 s.
@@ -58,9 +58,9 @@ constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64 uni
 
 /// The part of a patch that every contact model has. Only the stepping thread and its workers touch it.
 ///
-/// While nothing snaps, enters or leaves, `sum` and `part_*` give the sum of deflections, fixed point, as a
-/// function of the patch's position: sum + whole (position - here), plus, for bristles that count in part,
-/// part_sum + part (position - part_position), rounded.
+/// While nothing snaps, enters or leaves, the sum of deflections, fixed point, at a patch position x is
+/// sum + whole (x - position), plus, for bristles beyond full blocks, part_sum + part (x - part_position),
+/// rounded.
 struct alignas(64) Patch {
   // --- cache line 1: all that a step of a patch at rest needs
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = the slot is empty
@@ -81,21 +81,21 @@ struct alignas(64) Patch {
   Reach bound{{0, 0}, -1.0};          ///< ball about a position of the patch: no bristle snaps while the
                                       ///< patch stays within this ball
   std::uint32_t whole = 0;            ///< number of bristles in full blocks, which all count fully
-  bool skips : 1 = true;              ///< whether steps skip blocks in which, by their bound, none snaps
+  bool skips : 1 = true;              ///< whether steps skip blocks whose bound shows that no bristle snaps
   bool tracks : 1 = true;             ///< whether bounds are recomputed, which pays only while a step
                                       ///< rewrites few blocks (fewer than an eighth)
   bool literal : 1 = false;           ///< whether the patch follows the paper's loop to the letter
                                       ///< (ComparisonModes::literal)
   bool damps : 1 = false;             ///< whether the damping depends on the velocity
-  bool ages : 1 = false;              ///< whether snap lengths grow while bristles hold, so that time matters
+  bool ages : 1 = false;              ///< whether limits change by holding or sliding (ageing, drop)
   bool renews : 1 = false;            ///< whether even a trial step would change the patch, so that the
                                       ///< trial is made on a copy
   bool laid : 1 = false;              ///< whether friction depends on direction (a lay), so that motions and
                                       ///< forces are mapped
   std::uint8_t fetched_lines = 0;     ///< number of the record's cache lines that are worth prefetching
                                       ///< before a step
-  double part = 0.0;                  ///< weight of the bristles in contact beyond the `whole` ones, a real
-                                      ///< number of bristles
+  double part = 0.0;                  ///< weight of the bristles in contact beyond the `whole` ones; with
+                                      ///< representatives a real number of bristles
   double newtons_per_unit = 0.0;      ///< elastic force, N, of one unit of the sum of deflections
 
   // --- cache line 3: sums of deflections, fixed point
@@ -106,8 +106,8 @@ struct alignas(64) Patch {
   // --- cache line 4: scale, load, results not yet reported, model and record
   double lengths_per_metre = 1.0;
   double zeta = 0.0;                ///< number of physical bristles in contact, in proportion to the load
-  double overload = 1.0;            ///< number of physical bristles that the load asks for over the largest
-                                    ///< number of the patch; 1 if that is not exceeded
+  double overload = 1.0;            ///< number of physical bristles that the load asks for, divided by the
+                                    ///< largest number of the patch; at least 1
   double pending_dissipated = 0.0;  ///< energy dissipated by a change of material, J, which the next step
                                     ///< reports
   double pending_loss = 0.0;        ///< energy lost by a change of material or of the number of
@@ -117,14 +117,14 @@ struct alignas(64) Patch {
   PatchRecord* record = nullptr;  ///< record of the contact model, owned by the batch
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
-  /// Returns the number of representatives in contact, including one that is in contact in part.
+  /// Returns the number of representatives in contact, one in part included; about 1 for strata.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);
 
-/// Returns the patch's own time, s: the time since the patch was made, plus its age when it was restored.
-/// During a step this is the time at the step's start.
+/// Returns the patch's own time, s: the time since it was made or reset or, if restored, its saved time plus
+/// the time since then. During a step this is the time at the step's start.
 inline double time_of(const Patch& p) noexcept {
   const PatchRecord& r = *p.record;
   return r.clock == nullptr ? 0.0 : static_cast<double>(*r.clock - r.epoch) / clock_units_per_second;
@@ -155,7 +155,7 @@ inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
 inline double to_lengths(std::int64_t fixed) noexcept {
   return static_cast<double>(fixed) * length_per_fixed;
 }
-/// Converts to double as static_cast does, but without its long division for numbers below 2^63.
+/// Converts to double as static_cast does, but avoids the slow conversion of 128 bits below 2^63.
 inline double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
   return low == x ? static_cast<double>(low) : static_cast<double>(x);

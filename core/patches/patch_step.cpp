@@ -60,8 +60,8 @@ double find_force_limit(const Patch& p, double growth) noexcept {
 }
 
 /// Length of a displacement (scaled; 2^20 units of position) below which rounding to fixed point may change
-/// it by more than 5e-7 of itself. The remainder of such a displacement is added to the next one. Longer ones
-/// drop it, so that most steps need no more memory than the patch's slot.
+/// it by more than 5e-7 of itself. The remainder of such a displacement is added to the next such one. Longer
+/// displacements drop theirs, so that most steps need no more memory than the patch's slot.
 constexpr double creep_length = 0x1p-24;
 
 /// Whether a displacement is of usual length: not so short that its rounding remainder is carried to the next
@@ -75,7 +75,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   return usual;
 }
 
-/// Converts to fixed point a displacement that is very short (remainder carried) or long (all bristles snap).
+/// Reads into `step` a displacement that is very short (remainder carried) or long (all bristles snap).
 [[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   // Limit of a scaled displacement, far beyond any snap length, that keeps squares and sums finite.
@@ -131,8 +131,8 @@ template <bool plain, class Asked>
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
   if (lay.lean != 0.0 && p.newtons_per_unit > 0.0) {
-    // Adds the offset of the centre of the force limits from the bristle's root, because deflections in
-    // isotropic axes are counted from that centre; the offset is `lean` times the limit.
+    // Adds `lean` times the bristles' limits to their deflections. In isotropic axes a deflection is counted
+    // from the centre of its limits, which lies that far from the bristle's root.
     const CompiledMaterial& m = p.material();
     const double units = lay.lean * m.material.bristle_stiffness * m.kinetic * m.metres_per_length * p.zeta /
                          p.newtons_per_unit;
@@ -212,8 +212,7 @@ template <bool plain, class Asked, class Answer>
     const bool mean = has(p.outputs, Outputs::mean);
     const bool energy = has(p.outputs, Outputs::energy);
     double velocity[2] = {0.0, 0.0};
-    // Limits the velocity, so that its square is finite however short the step is. A denormal duration reads
-    // as 0 here.
+    // Limits duration and velocity, so that the square of the velocity is finite however short the step is.
     for (int axis = 0; axis < 2 && !plain; ++axis)
       velocity[axis] = std::clamp(
           motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300),
@@ -256,7 +255,7 @@ template <bool plain, class Asked, class Answer>
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
-/// Takes a step that leaves the ball within which no bristle snaps, or is of unusual length.
+/// Takes a step for which Patch::bound is unknown or does not hold, or whose length is unusual.
 template <bool plain, class Asked, class Answer>
 [[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
                                             double contact_loss, Answer& out) noexcept {

@@ -59,8 +59,8 @@ inline void answer_at_rest(const Patch& p, Response& out) noexcept {
 
 /// Steps a patch, from its motion to its response, on one thread. Returns the number of bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
-/// Computes the response that step_patch() would give under the present load, without a change of state. The
-/// response reports `contact_loss`, the energy of bristles that left contact.
+/// Computes the response that step_patch() would give under the present load, without a change of state; not
+/// for motions that needs_copy(). `contact_loss`: energy that applying the load took, for the response.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 

@@ -50,8 +50,8 @@ SavedPatch read_saved_patch(const std::byte* from) noexcept;
 /// Checks the values in a saved patch. Returns null, or the name of a value that no patch with these options
 /// can have. A checksum alone does not prove that bristle wrote the bytes.
 const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
-/// Checks the present state of a patch by saving it and calling find_fault_of() (mass and order of cohorts,
-/// counts, bounds, sums). Returns null, or the name of a value that no patch can have. `room`: memory of
+/// Checks the present state of a patch by saving it and calling find_fault_of() (ranges of values, counts,
+/// mass of cohorts). Returns null, or the name of a value that no patch can have. `room`: memory of
 /// saved_size_of(patch) bytes.
 const char* find_present_fault(const Patch& patch, std::byte* room) noexcept;
 /// Restores a patch from bytes in which find_fault_of() has found nothing.

@@ -33,24 +33,24 @@ struct PatchStep {
   bool moves;                  ///< whether the patch moves; if it does not, nothing can snap
   bool creeps;                 ///< whether the displacement is so short that its rounding remainder is added
                                ///< to the next displacement
-  double contact_loss = 0.0;   ///< energy of bristles that the step's load took out of contact, J
+  double contact_loss = 0.0;   ///< elastic energy that the step's change of load took, J
   double stored = 0.0;         ///< elastic energy before the step, J; filled only if books_work()
   const Crew* crew = nullptr;  ///< threads that may help to prepare the step; null = none
 };
 
 /// Result of a step: sums over all bristles in contact.
 struct StepSums {
-  double end[2] = {0.0, 0.0};         ///< sum of deflections at the end, unit Patch::newtons_per_unit (in N)
+  double end[2] = {0.0, 0.0};         ///< sum of deflections at the end; times Patch::newtons_per_unit in N
   double twice_mean[2] = {0.0, 0.0};  ///< twice the mean, over the step, of the sum of deflections
   double dissipated = 0.0;            ///< energy lost in snaps, J (Outputs::energy)
   std::uint64_t snaps = 0;
-  std::uint64_t visited = 0;  ///< number of bristles that a kernel read
+  std::uint64_t visited = 0;  ///< number of bristles or cohorts that a kernel read
 };
 
 /// Reasons for which a step needs no visit to the bristles, and `none`.
 enum class Bound : unsigned char {
   none,   ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
-  rest,   ///< the patch does not move, so its last response is still right
+  rest,   ///< the patch does not move, so no deflection changes
   ball,   ///< the motion ends in the ball Patch::bound, so no bristle snaps, and the sums of deflections
           ///< follow from the displacement
   glide,  ///< a steady slide goes on, so its force follows from means over the bristles (glide.hpp)

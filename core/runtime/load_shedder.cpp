@@ -19,7 +19,7 @@ namespace {
 
 /// Share of the time budget below which a step is too short to learn the time per bristle from it.
 constexpr double least_timed_share = 0.05;
-/// Largest share of a patch's bristles that is restored at once, and smallest share worth restoring.
+/// Largest share of a patch's bristles in use that is restored at once, and smallest share worth restoring.
 constexpr double largest_gift = 1.0 / 8.0;
 constexpr double smallest_gift = 1.0 / 64.0;
 /// Number of waits (between restorations) within which a restored share must not be shed again; if it is,
@@ -137,7 +137,7 @@ struct BRISTLE_PRIVATE LoadShedder::Impl {
   }
   double units() const noexcept { return fixed + of_bristles + looked_at * of_cohorts; }
 
-  /// Updates the share of the estimated cohorts that a step visits, from the number it visited. Counts
+  /// Updates `looked_at` from a step's number of visits, in which representatives count too. Includes the
   /// cohorts of a glide that ended in the step, and none of one that began.
   void note_visits(const PatchBatch& batch, std::uint64_t visits) noexcept {
     for (Entry& entry : entries) {
@@ -226,7 +226,7 @@ struct BRISTLE_PRIVATE LoadShedder::Impl {
     last_wait_change = steps;
   }
 
-  /// Returns the number of bristles or cohorts that a step visits in a patch at its wanted number.
+  /// Returns how many bristles or cohorts a step would visit in a patch with `wanted` bristles or pieces.
   double contact(const Entry& entry) const noexcept {
     if (entry.glides) return 0.0;
     return entry.active * (entry.infinite ? looked_at : 1.0) * entry.wanted / entry.detail;
@@ -242,8 +242,7 @@ struct BRISTLE_PRIVATE LoadShedder::Impl {
         chosen = &entry;
     }
     if (chosen == nullptr) return 0;
-    // Time left for restored bristles. In this step one costs change_s, and in this and every later step
-    // `rate`.
+    // Time left for restored bristles. Each costs change_s once, and `rate` in this and every later step.
     const double room = options.restore_to * options.budget_s - rate * units;
     const double most = room / (rate + options.change_s) / chosen->active * chosen->detail;
     const double lacking = chosen->bristles - chosen->detail;

@@ -15,7 +15,7 @@ thread_local char this_thread;  // variable of each thread, whose address identi
 /// Distances, in patches, at which a slot and its patch's record are prefetched.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
-constexpr std::size_t resting_row = 16;
+constexpr std::size_t resting_row = 16;  ///< number of resting patches in a row at which prefetching stops
 
 // Prefetches cache lines. Inlined by force, because g++ 12 drops calls to a function that only prefetches.
 // Computes with the address as a number, because a slot without a patch has a null record, and arithmetic on
@@ -28,7 +28,7 @@ constexpr std::size_t resting_row = 16;
 
 }  // namespace
 
-/// Items of a step that PatchBatch::step makes: motions of patches.
+/// Items of a step: motions of patches, also of cells of outlines whose step is not light.
 struct Scheduler::Motions {
   double dt;
   Span<const Motion> in;
@@ -74,7 +74,7 @@ struct Scheduler::Motions {
   }
 };
 
-/// Items of a step that ExtendedPatches makes: motions of the cells of outlines.
+/// Items of a step: motions of the cells of outlines that make a light step.
 struct Scheduler::Cells {
   double dt;
   Span<CellMotion> cells;
@@ -263,7 +263,7 @@ class Scheduler::Step {
   }
 
   /// Begins the step of a large patch and splits it into ranges of blocks. Returns false, and begins nothing,
-  /// if there is no room for its tasks, or none are needed.
+  /// if it cannot be split, need not be split, or there is no room for its tasks.
   bool split_patch(std::size_t i, std::uint64_t pieces, int& task_count, Status& status) noexcept {
     if (pieces <= 1 || s.split_count_ >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
       return false;
@@ -344,8 +344,8 @@ class Scheduler::Step {
     s.note_held(start, own_end);
     s.retreat_.judge(s.worked_, s.waited_);
     for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
-    // Leaves both numbers at 1 if there was no task, because the calling thread then did all the work; keeps
-    // the larger of cells and motions.
+    // Keeps the larger numbers of the two runs, of cells and of motions. Both stay 1 if there was no task,
+    // because the calling thread then did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
     report.threads = std::max(s.count_threads(task_count), report.threads);
   }

@@ -11,7 +11,7 @@ cpu_set_t cores_of_this_thread() noexcept {
   cpu_set_t cores;
   CPU_ZERO(&cores);
   if (sched_getaffinity(0, sizeof cores, &cores) !=
-      0)  // fails if the machine has more cores than a cpu_set_t; all that it holds then count as usable
+      0)  // fails if the machine has more cores than a cpu_set_t; all cores of the set then count as usable
     for (std::size_t i = 0; i < CPU_SETSIZE; ++i) CPU_SET(i, &cores);
   return cores;
 }

@@ -36,8 +36,8 @@ class ServoCore {
   ServoCore(const ServoCore&) = delete;
   ServoCore& operator=(const ServoCore&) = delete;
 
-  /// Binds the calling worker to its cores, if it is not yet bound. Returns false, once for each worker of a
-  /// batch, if no core is left for it or the system refuses.
+  /// Binds the calling worker to its cores, unless that was done. Returns false if no core is left for it or
+  /// the system refuses; repeated calls for the same batch and cores then return true.
   bool keep_worker_off() const noexcept;
 
  private:

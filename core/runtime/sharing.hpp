@@ -17,7 +17,7 @@ struct Sharing {
   /// servo loop: a sleeping worker starts after 30 us, in which the calling thread steps some
   /// 100,000 bristles alone (measured break-even 200,000).
   std::uint64_t parallel_from_paused = 200000;
-  /// Time since the last step, s, after which workers count as asleep; they spin for some ten microseconds.
+  /// Time since the last step worth sharing, s, after which workers count as asleep; they spin some 10 us.
   double awake = 20e-6;
   /// Least size of a piece of work of one thread, in bristles.
   std::uint64_t smallest_piece = 8192;

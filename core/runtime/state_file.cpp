@@ -140,7 +140,7 @@ StateFile read_state_file(const std::string& path, std::size_t most_bytes) {
        {std::pair(&contents.state, state_size), std::pair(&contents.extra, extra_size)}) {
     try {
       bytes->resize(static_cast<std::size_t>(wanted));
-    } catch (const std::exception&) {  // bad_alloc or length_error: a damaged file may claim any size
+    } catch (const std::exception&) {  // bad_alloc or length_error: a file may be larger than memory
       fail(path, "holds " + std::to_string(wanted) + " bytes: more than there is memory for");
     }
     if (!file.read(bytes->data(), bytes->size(), got)) fail_system(path, "cannot be read");

@@ -17,7 +17,7 @@ double monotonic_seconds() noexcept;
 /// Returns the seconds for which the calling thread has had a core.
 double thread_seconds() noexcept;
 
-/// Returns the counters of the calling thread so far; zeros for those that the system does not have.
+/// Returns the counters of the calling thread and its process so far; zeros for those that the system lacks.
 ThreadEvents thread_events() noexcept;
 
 /// Returns a number that no other living process has.
