@@ -59,7 +59,7 @@ struct BedCell {
   double position[2] = {0.0, 0.0};  ///< m, place of the bristle from the centre, 0 to 1e3 in magnitude
   double stiffness = 1.0;           ///< stiffness relative to the other bristles, > 0: usually the area that
                                     ///< it stands for
-  double load = 1.0;                ///< share of the normal load, relative to the other cells, >= 0
+  double load = 1.0;                ///< share of the normal load, relative to the other bristles, >= 0
 };
 
 /// Outline, pressure and grid of a bed: what BedBatch::add takes. The factories fill it; add checks it.
@@ -137,7 +137,7 @@ struct BedShape {
   }
   /// Makes a bed of any outline from an nx by ny grid over the given box: a cell becomes a bristle where
   /// `pressure` (relative, at x and y in m) is above 0. A cell at the edge counts by the share of its 4 x 4
-  /// samples that lie inside. Throws bristle::Error if no cell does.
+  /// samples that lie inside. Throws bristle::Error if `pressure` is above 0 nowhere.
   BRISTLE_API static BedShape from_pressure(double half_x_m, double half_y_m, int nx, int ny,
                                             const std::function<double(double, double)>& pressure);
 
@@ -211,8 +211,8 @@ struct BedOptions {
   double max_normal_load = 1.0;  ///< N, > 0: full load. Under a higher load the friction limits grow and the
                                  ///< size stays
 
-  /// Whether a step computes the mean force, the dissipated energy and the tangent as well; else these stay
-  /// 0.
+  /// Whether a step computes all fields of BedResponse; else only `status`, `force` and `torque`, and the
+  /// others are 0.
   bool all_outputs = true;
   /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is cut into pieces
   /// if the bed spins or all outputs are asked for.

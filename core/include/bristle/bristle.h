@@ -3,14 +3,15 @@
  * Units are SI, forces act ON the moving body. The C++ headers in this folder say what the numbers mean; this
  * one says how they are passed.
  *
- * Results. Every function that can fail returns a bristle_result; outputs are written only with BRISTLE_OK.
+ * Results. A function that can fail returns a bristle_result, unless its comment says otherwise. Outputs are
+ * written only with BRISTLE_OK, but for bristle_joint_step::status, which BRISTLE_REFUSED may write too.
  * bristle_last_error() is the text of the calling thread's last failure. No exception leaves a function, and
  * no call ends the program. A null pointer where one is not allowed gives BRISTLE_BAD_ARGUMENT.
  *
  * Sizes of structs. Structs with a `struct_size` are filled with defaults by their bristle_init_...()
- * function, which also sets that size; arrays of structs are passed with the size of one element. Another
- * size than the library's is refused: that of a program built against another header. The other structs never
- * change.
+ * function, which also sets that size; arrays of motions, responses and patch options are passed with the
+ * size of one element. Another size than the library's is refused, because the program was compiled with
+ * another header. The other structs never change.
  *
  * Enumerations are passed as uint32_t. Every handle is opaque and owned by its creator; names and kernel
  * texts stay valid until the program ends.
@@ -19,9 +20,9 @@
  *   [any]      may be called by any thread at any time.
  *   [step]     the stepping thread of this batch: one thread at a time.
  *   [change]   one other thread (or the same one) may call these while the stepping thread steps. They
- *              allocate and free memory; [step] functions never do, unless they say so. The next [step]
- *              function carries out all changes that wait.
- *   [alone]    only while no other call on this handle runs.
+ *              allocate and free memory; [step] functions do so only to warm up, to restore a state, to
+ * report a failure, or where they say so. The next [step] function carries out all changes that wait. [alone]
+ * only while no other call on this handle runs.
  */
 #pragma once
 
@@ -54,7 +55,7 @@ typedef int32_t bristle_result;
 /** Values of bristle_result. */
 enum {
   BRISTLE_OK = 0,
-  BRISTLE_BAD_ARGUMENT = 1, /**< a null pointer, or a struct size out of range */
+  BRISTLE_BAD_ARGUMENT = 1, /**< a null pointer, or a struct size other than the library's */
   BRISTLE_REFUSED = 2,      /**< a parameter out of range, an unknown id: the text says which */
   BRISTLE_OUT_OF_MEMORY = 3,
   BRISTLE_WRONG_BUILD = 4, /**< headers and library do not belong together */
@@ -93,7 +94,7 @@ enum {
   BRISTLE_LAW_EXPONENTIAL = 4, /**< mean, m */
   BRISTLE_LAW_TABLE = 5        /**< quantiles in `table`, m */
 };
-/** What a bristle does after a snap: bristle::SnapRule. */
+/** Behaviour of a bristle at its snap length: bristle::SnapRule. */
 enum { BRISTLE_RULE_REDRAW = 0, BRISTLE_RULE_KEEP = 1, BRISTLE_RULE_SLIDE = 2 };
 /** Decay of the bristle damper with speed: bristle::DamperDecay. */
 enum { BRISTLE_DECAY_EXPONENTIAL = 0, BRISTLE_DECAY_GAUSSIAN = 1 };
@@ -152,7 +153,7 @@ typedef struct bristle_coefficients {
   double shared_renewal;      /**< kappa: bristles that a snap renews in the patch; 0 = none, as the paper */
   double kinetic_speed;       /**< m/s; 0 = so fast that nothing ages */
   double fall_per_decade;   /**< share of kinetic friction that is lost per decade of speed; 0 = no ageing */
-  double growth_per_decade; /**< or growth of static over kinetic friction per decade of rest */
+  double growth_per_decade; /**< instead of it: growth of static friction per decade of rest, over kinetic */
   double ageing_time;       /**< s, tau */
   uint32_t ageing_form;     /**< BRISTLE_AGEING_... */
   uint32_t reserved_too;    /**< 0 */
@@ -165,7 +166,7 @@ typedef struct bristle_coefficients {
 /** Coefficients and lengths that follow from a material. */
 typedef struct bristle_material_facts {
   size_t struct_size;
-  double kinetic_coefficient;   /**< friction over normal load in slow sliding; with ageing in fast */
+  double kinetic_coefficient;   /**< friction over normal load in sliding, without dampers and ageing */
   double peak_coefficient;      /**< highest friction over normal load at first loading */
   double bristles_per_newton;   /**< zeta / N, 1/N */
   double mean_snap_length;      /**< m */
@@ -181,7 +182,7 @@ BRISTLE_API bristle_result bristle_init_coefficients(bristle_coefficients* coeff
 BRISTLE_API bristle_result bristle_init_material_facts(bristle_material_facts* facts, size_t struct_size);
 
 /** Returns the name of a pair of surfaces with coefficients to start from (bristle::typical_materials()), or
- * null from the number of pairs on. The name lives for ever. [any] */
+ * null if `index` is not below the number of pairs. The name lives for ever. [any] */
 BRISTLE_API const char* bristle_typical_name(size_t index);
 /** Fills `coefficients`, which must be initialised, with those of a pair of surfaces. Refuses an unknown
  * name; the error lists the known ones. [any] */
@@ -281,14 +282,15 @@ typedef struct bristle_patch_options {
   bristle_lay lay;
 } bristle_patch_options;
 
-/** Input of one patch for one step: bristle::Motion. All zero is a patch at rest out of contact. */
+/** Input of one patch for one step: bristle::Motion. With zeros but for `id`, the patch rests, out of
+ * contact. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_motion {
   bristle_id id;
   double displacement[2]; /**< m, displacement of the moving body over the step */
   double normal_load;     /**< N */
   uint8_t has_velocity;   /**< 0: displacement / dt is used; any other value: `velocity` is given */
   uint8_t reserved[7];    /**< not read */
-  double velocity[2];     /**< m/s, for dampers only */
+  double velocity[2];     /**< m/s, for the forces in bristle_response::damper only */
 } bristle_motion;
 
 /** bristle::Status of a response, joined by |. */
@@ -296,7 +298,7 @@ enum {
   BRISTLE_STATUS_OK = 0,
   BRISTLE_STATUS_UNKNOWN_ID = 1,  /**< no such patch; nothing changed */
   BRISTLE_STATUS_REPEATED_ID = 2, /**< named twice in one step: this one changed nothing */
-  BRISTLE_STATUS_BAD_INPUT = 4,   /**< NaN, infinity, negative load, dt <= 0: state kept, force zero */
+  BRISTLE_STATUS_BAD_INPUT = 4,   /**< NaN, value out of range, dt <= 0: state kept, force zero */
   BRISTLE_STATUS_OVERLOAD = 8,    /**< load above max_normal_load: forces of all bristles scaled */
   BRISTLE_STATUS_NO_CAPACITY = 16 /**< the pool had no patch left for this contact: force zero */
 };
@@ -309,14 +311,14 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   uint32_t reserved;   /**< without meaning */
   double end[2];       /**< N, force at the end of the step */
   double elastic[2];   /**< N, part of `end` from bent bristles */
-  double damper[2];    /**< N, part of `end` and of `mean` from dampers and lubricant */
+  double damper[2];    /**< N, part of `end`, `mean` from dampers, lubricant, strengthening */
   double mean[2];      /**< N, force averaged over the step */
   double stiffness;    /**< N/m */
   double damping;      /**< N s/m, never negative */
-  double force_limit;  /**< N, highest elastic force at first loading under this load, aged most */
-  double dissipated;   /**< J, energy lost in snaps */
-  double contact_loss; /**< J, energy of bristles that lost contact */
-  double damper_work;  /**< J, energy taken by dampers and lubricant */
+  double force_limit;  /**< N, highest elastic force at first loading; if aged, after the longest hold */
+  double dissipated;   /**< J, energy lost by snaps, renewals and slides */
+  double contact_loss; /**< J, energy that left with bristles that lost contact or weight */
+  double damper_work;  /**< J, energy taken by the force `damper` */
   uint64_t snaps;      /**< snaps of representatives; an estimate where a jump skips a long path */
 } bristle_response;
 
@@ -334,14 +336,14 @@ typedef struct bristle_step_report {
 typedef struct bristle_patch_info {
   size_t struct_size;
   uint64_t key;
-  double weight;            /**< physical bristles per representative */
+  double weight;            /**< physical bristles per representative; an infinite brush: 0 */
   double active;            /**< representatives in contact, a real number */
   double normal_load;       /**< N, load of the last step */
   uint64_t memory_bytes;    /**< bytes of this patch's state */
   uint32_t representatives; /**< allocated; an infinite brush: its resolution, rounded up */
   uint32_t bytes_per_representative;
   const char* kernel;     /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
-  uint32_t detail;        /**< representatives in use: see bristle_set_detail */
+  uint32_t detail;        /**< representatives or pieces in use: see bristle_set_detail */
   uint32_t reserved;      /**< 0 */
   double max_normal_load; /**< N, load from which all representatives are in contact */
 } bristle_patch_info;
@@ -409,8 +411,8 @@ BRISTLE_API double bristle_stored_energy(const bristle_batch* batch, bristle_id 
  * null batch. [step] */
 BRISTLE_API uint64_t bristle_state_hash(const bristle_batch* batch, bristle_id id);
 /** Writes deflections and snap lengths (m) of the first `capacity` bristles; pass null for columns that are
- * not needed. Returns the number written, at most `capacity`; bristle_find_info gives the total number.
- * [step] */
+ * not needed. Returns the number written: at most `capacity`, and bristle_patch_info::representatives unless
+ * the brush is infinite. [step] */
 BRISTLE_API size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* zx, double* zy,
                                          double* delta, size_t capacity);
 
@@ -428,8 +430,8 @@ BRISTLE_API bristle_result bristle_save_state_file(const bristle_batch* batch, c
                                                    const void* extra, size_t extra_size);
 /** Restores from a file. `extra` (may be null) receives the bytes of the caller, at most `capacity` of
  * them; `extra_size` (may be null) receives their total number. The file is refused, and the batch stays
- * as it was, if it does not fit, or if it has more bytes of the caller than `capacity` and than a
- * mebibyte. [step] */
+ * as it was, if the state does not fit, or if the bytes of the caller exceed both `capacity` and a mebibyte.
+ * Allocates and waits for the disk. [step] */
 BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
                                                       size_t capacity, size_t* extra_size);
 
@@ -442,7 +444,7 @@ BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
 /** Instruction set in use; null for a null batch. [any] */
 BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
 
-/** Changes the number of representatives in use, fewer with larger weight: PatchBatch::set_detail. Returns
+/** Changes the number of representatives or pieces in use: PatchBatch::set_detail. Returns
  * BRISTLE_STATUS_OK or the fault. Never allocates. [step] */
 BRISTLE_API uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristles);
 
@@ -468,19 +470,19 @@ typedef struct bristle_shedder_options {
 /** Bristles left out at present, and their effect: bristle::ShedReport. */
 typedef struct bristle_shed_report {
   size_t struct_size;
-  uint64_t bristles;       /**< representatives left out */
-  double least_share;      /**< share of its representatives that the most reduced patch keeps */
+  uint64_t bristles;       /**< representatives and pieces left out */
+  double least_share;      /**< share of its representatives or pieces that the most reduced patch keeps */
   double noise_growth;     /**< growth of the force fluctuation of representatives in sliding */
-  double rate;             /**< s, estimated step time per bristle */
+  double rate;             /**< s, estimated step time per bristle visited */
   uint64_t late_steps;     /**< steps that took more than the budget, so far */
-  uint64_t decisions;      /**< changes of the number of representatives, so far */
+  uint64_t decisions;      /**< changes of detail, so far */
   uint64_t decisions_lost; /**< decisions missing from the record */
-  uint32_t patches;        /**< patches that use fewer representatives than they have */
+  uint32_t patches;        /**< patches that use fewer representatives or pieces than they have */
   uint32_t at_least;       /**< patches from which nothing more can be left out */
   double error_growth;     /**< growth of the error of an infinite brush with fewer pieces */
 } bristle_shed_report;
 
-/** One change of the number of representatives: bristle::DetailDecision. The struct never changes. */
+/** One call of bristle_set_detail by a shedder: bristle::DetailDecision. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_detail_decision {
   uint64_t step;
   bristle_id patch;
@@ -504,8 +506,8 @@ BRISTLE_API bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle
 /** Removes a patch from the shedder. Null does nothing. [step] */
 BRISTLE_API void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch);
 /** Sheds if the motions of the next step would take too long. Returns the number of patches changed; 0, with
- * the reason in bristle_last_error, for an argument that is null or of a wrong size. Never allocates, except
- * for structs of another size, as bristle_step. [step] */
+ * the reason in bristle_last_error, for an argument that is null or of a wrong size. Never allocates, unless
+ * it fails. [step] */
 BRISTLE_API int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
                                                 const bristle_motion* motions, size_t motion_size,
                                                 size_t count);
@@ -613,7 +615,7 @@ BRISTLE_API void bristle_matcher_destroy(bristle_matcher* matcher);
 BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,
                                                  const bristle_contact_point* contacts, uint64_t* keys,
                                                  size_t count, size_t* found);
-/** Forgets all contacts. Null does nothing. [alone] */
+/** Forgets all contacts; later ones may get their keys. Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_clear(bristle_matcher* matcher);
 /** State of a matcher: the contacts that the next bristle_matcher_match can find again
  * (bristle::ContactMatcher). [alone] */
@@ -637,7 +639,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_cell {
 /** Values of `pressure`: bristle::Pressure. */
 enum { BRISTLE_PRESSURE_UNIFORM = 0, BRISTLE_PRESSURE_HERTZ = 1 };
 
-/** Input of one extended patch: bristle::ExtendedMotion. Set unused bytes to 0. The struct never changes. */
+/** Input of one extended patch: bristle::ExtendedMotion. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_motion {
   bristle_id id;
   double displacement[3]; /**< m, m, rad */
@@ -667,7 +669,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_extended_response {
 } bristle_extended_response;
 
 /** Makes the cells of bristle::Outline::ellipse (`around` = 0: automatic), at most `capacity` of them;
- * `count` receives their number. `cells` may be null with capacity 0. [any] */
+ * `count` receives the total number. `cells` may be null with capacity 0. [any] */
 BRISTLE_API bristle_result bristle_ellipse_cells(double half_x, double half_y, uint32_t pressure,
                                                  int32_t rings, int32_t around, bristle_cell* cells,
                                                  size_t capacity, size_t* count);
@@ -682,7 +684,8 @@ BRISTLE_API bristle_result bristle_extended_create(bristle_batch* batch, bristle
 /** Destroys a set of extended patches and removes them from the batch. Null does nothing. [change] */
 BRISTLE_API void bristle_extended_destroy(bristle_extended* extended);
 /** Adds a patch. `options` may be null: defaults. `full_size_load` (N): the load at which the outline has its
- *  size, which then grows with the cube root of the load; 0 = fixed. [change] */
+ *  given size, which then grows with the cube root of the load; 0 = fixed. Refuses cells whose weights do not
+ *  sum to 1. [change] */
 BRISTLE_API bristle_result bristle_extended_add(bristle_extended* extended, const bristle_material* material,
                                                 const bristle_patch_options* options,
                                                 const bristle_cell* cells, size_t count,
@@ -748,7 +751,7 @@ typedef struct bristle_bed {
   double max_normal_load; /**< N */
   double longest_piece;
   int32_t cells[2];
-  uint32_t kind; /**< a row that does not roll is a sphere's */
+  uint32_t kind; /**< BRISTLE_BED_ROW without `rolls`: bristle::BedShape::sphere_row */
   uint32_t pressure;
   uint32_t growth;
   uint32_t rolls;       /**< 0 or 1 */
@@ -820,7 +823,7 @@ BRISTLE_API bristle_result bristle_beds_restore_state(bristle_beds* beds, const 
 typedef struct bristle_joints bristle_joints;
 
 /** bristle::JointMaterial, which says units and ranges, in the order of bristle::JointParameter. Index 0: the
- *  joint drives, 1: it is driven. The struct never changes. */
+ *  motor drives, 1: the joint is driven. The struct never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_joint_material {
   double stiffness; /**< N m/rad */
   double viscous;   /**< N m s/rad */

@@ -70,7 +70,7 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
       x * (1.0 / 6) *
           (1.0 - x * (1.0 / 20) * (1.0 - x * (1.0 / 42) * (1.0 - x * (1.0 / 72) * (1.0 - x * (1.0 / 110)))));
   Quaternion q(c, s * half[0], s * half[1], s * half[2]);
-  if (doublings == 0) return q;  // makes the quaternion a unit one, to rounding
+  if (doublings == 0) return q;  // unit quaternion to rounding, by the series
   for (; doublings > 0; --doublings) q = q * q;
   q.normalize();
   return q;
@@ -131,8 +131,8 @@ class ContactFrame {
     midway_ = now_;
     Eigen::Vector3d n;
     if (!normalized(normal, n) || !turn_a.coeffs().allFinite() || !turn_b.coeffs().allFinite()) return false;
-    // Averages the axes that the two bodies carry rigidly; carry() then takes the mean from the normal it
-    // reached to the new one.
+    // Averages `along` as turned with A and as turned with B, each then taken to the new normal by the
+    // smallest rotation.
     Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
     if (!(along.squaredNorm() > 1e-24))
       along = carried_by(turn_b, n);  // axes that the two bodies carry are half a turn apart and have no mean

@@ -60,10 +60,10 @@ inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& ar
   return contact;
 }
 
-/// Sets the displacements of the next step in `motions` by one linear solve and a projection: stiffness and
-/// damping of every patch are implicit, and a patch whose elastic force would exceed its force limit pulls
-/// with that limit instead. `motions` contains ids and loads of the step; `external` is the force on the body
-/// over the step (N, N m; including gyroscopic torque where it matters).
+/// Sets the displacements of the next step in `motions` by linear solves: stiffness and damping of every
+/// patch are implicit. If a patch's elastic force would exceed its force limit, the patch pulls with that
+/// limit instead, and the solve is repeated. `motions` contains ids and loads of the step; `external` is the
+/// force on the body over the step (N, N m; including gyroscopic torque where it matters).
 template <int Dof>
 void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                            const Given<BodyVector<Dof>>& external, Given<Span<BodyContact<Dof>>> contacts,

@@ -300,10 +300,10 @@ class Effort {
   int evaluations_ = 0;
 };
 
-// Finds the root of a falling function whose slope is at most the slope bound (known from its evaluations).
-// The search takes secant steps, none shorter than the bound requires. Once two points bracket the root, they
-// stay between them, and a bisection replaces secants that do not shrink the interval. If the sign changes in
-// a jump there is no root, and the better end is taken.
+// Finds the root of a falling function that is at most as steep as slope_bound_so_far(), which may grow with
+// each evaluation. The search takes secant steps, none shorter than the bound requires. Once two points
+// bracket the root, they stay between them, and a bisection replaces secants that do not shrink the interval.
+// If the sign changes in a jump there is no root, and the better end is taken.
 template <class Residual, class SlopeBound>
 double find_falling_root(const Residual& residual_at, double start, const SlopeBound& slope_bound_so_far,
                          const Effort& effort) noexcept {

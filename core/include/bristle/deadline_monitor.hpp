@@ -58,8 +58,8 @@ class BRISTLE_API DeadlineMonitor {
   /// no period.
   explicit DeadlineMonitor(double deadline_s = 1e-3, double period_s = 0.0) noexcept;
   /// Copies the numbers. Copy only on the thread that records into `other`, or while no thread does. Assign
-  /// only on the thread that records here; concurrent readers find the numbers from before or after the
-  /// assignment.
+  /// only on the thread that records here; snapshot() on other threads gives the numbers from before or after
+  /// the assignment.
   DeadlineMonitor(const DeadlineMonitor& other) noexcept : numbers_(other.numbers_) {}
   DeadlineMonitor& operator=(const DeadlineMonitor& other) noexcept;
   ~DeadlineMonitor() = default;
@@ -143,7 +143,7 @@ class BRISTLE_API DeadlineMonitor {
   };
   struct Numbers {
     Shared<double> deadline_s, period_s;
-    Shared<double> last_start_s = -1.0;  // negative: no step was recorded yet
+    Shared<double> last_start_s = -1.0;  // negative: no tick since the start or a pause
     Shared<std::uint64_t> misses, misses_ours, skipped, run, longest_run;
     Shared<bool> events_known;
     SharedEvents late_events, last_events;
@@ -156,7 +156,7 @@ class BRISTLE_API DeadlineMonitor {
   struct Step {
     double started_late_s = 0.0, wall_s = 0.0, end_s = 0.0, cpu_s = -1.0;
     bool late = false, reads_events = false;
-    ThreadEvents events;  // event counters as the last late tick left them
+    ThreadEvents events;  // event counters after the step, if reads_events
   };
   Step judge(double started_late_s, double wall_s, double cpu_s) const noexcept;
   void keep(const Step& step) noexcept;

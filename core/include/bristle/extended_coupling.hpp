@@ -7,9 +7,9 @@
 //   patches.step(dt, {&motion, 1}, {&response, 1});
 //   bristle::apply_end_forces(dt, body, force, {&pad, 1}, {&response, 1});
 //
-// Every cell of every outline is a contact of the same two solves: it has its own stiffness and force limit,
-// so the rim may slip while the middle sticks. What is found is one displacement and one spin for each patch,
-// and the patches step by these: deflections follow the pose of the body, and what returns has not crept. The
+// Every cell of every outline is a contact in the solves of coupling.hpp: it has its own stiffness and force
+// limit, so the rim may slip while the middle sticks. A solve finds one displacement and one spin for each
+// patch, and the patch steps by these: a body that returns to its pose without slip has not crept. The
 // midpoint rule takes a cell where the outline stands half-way through the turn, at any trial velocity, and
 // so keeps its energy balance however fast the body spins; the predictor takes it where the mean spin
 // of the step brings it.
@@ -166,8 +166,8 @@ void set_displacements(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
 
 }  // namespace detail
 
-/// Sets the displacements of the next step as predict_displacements of coupling.hpp, by one linear solve and
-/// a projection cell by cell. Finish with ExtendedPatches::step and apply_end_forces. The patches refuse a
+/// Sets the displacements of the next step as predict_displacements of coupling.hpp, by linear solves with a
+/// force limit for each cell. Finish with ExtendedPatches::step and apply_end_forces. The patches refuse a
 /// spin of more than half a turn in a step: split such a step.
 template <int Dof>
 void predict_displacements(ExtendedPatches& patches, CellContacts<Dof>& cells, double dt_s,

@@ -37,7 +37,7 @@ struct ExtendedMotion {
   std::uint8_t has_velocity = 0;             ///< whether `velocity` is given (not 0); else it is displacement
                                              ///< / dt
   double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: velocity of the outline's centre and spin,
-                                             ///< for dampers and viscous friction only
+                                             ///< for the forces in `damper` only
 };
 
 /// Output of one extended patch for one step, ON the moving body: force, then torque about the outline's
@@ -52,9 +52,8 @@ struct ExtendedResponse {
   double mean[3] = {0.0, 0.0, 0.0};  ///< force and torque averaged over the step; -(mean . displacement) is
                                      ///< exactly the energy put in
 
-  /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. The turn
-  /// of the cells that carry force is left out; it would add force times the bristles' deflection to the last
-  /// element.
+  /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. Leaves out
+  /// that cells turn while they carry force; this adds the sum of place . force to the last element.
   double stiffness[3][3] = {};
   double damping[3][3] = {};  ///< N s/m, N s, N m s: as `stiffness`, from Response::damping of the cells
   double force_limit = 0.0;   ///< N, highest elastic force at first loading, summed over the cells
@@ -77,7 +76,7 @@ struct ExtendedInfo {
   const char* kernel = "";  ///< name of the kernel variant that steps the patch's cells
 };
 
-/// Extended patches over a batch. Several of these, and point patches, may share one batch.
+/// Extended patches over a batch. Several such objects, and point patches, may share one batch.
 ///
 /// Options of a patch hold for the whole outline: `max_normal_load`, `bristles` and `fluctuation` are shared
 /// among the cells by weight (every cell has at least one bristle); 0 bristles stays automatic for each cell.
@@ -88,8 +87,8 @@ struct ExtendedInfo {
 /// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys this object and calls add,
 /// remove and set_material, all cells of an outline at once; the stepping thread calls the rest. The batch
 /// must outlive this object, and must not be moved. Nothing allocates but the constructor, the destructor,
-/// add, remove, set_material and restore_state. A cell is stepped by this object alone: leave the batch's own
-/// patches of an outline to it, but for what PatchBatch::info, read_bristles and set_detail do.
+/// add, remove, set_material and restore_state. Step cells by this object, or by
+/// PatchBatch::step with write_motions; change them by set_detail only; calls that read a patch are allowed.
 class BRISTLE_API ExtendedPatches {
  public:
   explicit ExtendedPatches(PatchBatch& batch);
@@ -108,7 +107,7 @@ class BRISTLE_API ExtendedPatches {
                                                             ///< PatchBatch::set_material
 
   /// Sets the factor on the outline's given size from the next step on, 0 to 1e6. Deflections stay: only the
-  /// places and areas of the cells scale. Returns false, and changes nothing, for another number or an
+  /// places of the cells scale. Returns false, and changes nothing, for another number or an
   /// unknown id.
   bool set_scale(PatchId id, double scale) noexcept;
 
@@ -128,8 +127,8 @@ class BRISTLE_API ExtendedPatches {
   /// Writes the cells as they stand, in the axes of the surface, after a further turn by `spin` (rad) under
   /// this load: position in m, share of the load, as many as fit. Returns the number written.
   std::size_t read_cells(PatchId id, double spin, double normal_load_n, Span<PatchCell> out) const noexcept;
-  /// Writes the motions of the cells of all patches named, one after the other, as many as fit; an unknown id
-  /// has none. Entries of `cells` beyond them name no patch. Returns the number written.
+  /// Writes the motions of the cells of all patches named, one after the other, as many patches as fit; an
+  /// unknown id has none. Entries of `cells` beyond them name no patch. Returns the number written.
   std::size_t write_motions(Span<const ExtendedMotion> in, Span<Motion> cells) const noexcept;
   /// Sums up the cells' responses and turns the outlines. Call it after PatchBatch::step of the motions that
   /// write_motions wrote for the same `in`. Returns all flags together.
@@ -149,7 +148,8 @@ class BRISTLE_API ExtendedPatches {
                                                         ///< their slots
 
   /// Save and restore the state of the outlines and of the whole batch; they call the functions of PatchBatch
-  /// of the same names. state_file.hpp writes it to a file.
+  /// of the same names. Put this state into a state file as the caller's bytes:
+  /// read_state_file refuses it as the state of a batch.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

@@ -71,8 +71,8 @@ class WindowedVelocity {
  private:
   int back(int n) const noexcept { return (newest_ - n + longest + 1) % (longest + 1); }
 
-  /// Returns whether all positions of the last n ticks lie along the straight line from first to last; if so,
-  /// sets its slope.
+  /// Returns whether all positions of the last n ticks lie within resolution_m of the straight line from
+  /// first to last; if so, sets `velocity` to the line's slope.
   bool fits(int n, Eigen::Vector3d& velocity, double resolution_m) const noexcept {
     const Eigen::Vector3d slope = (places_[newest_] - places_[back(n)]) / (time_ - times_[back(n)]);
     for (int i = 1; i < n; ++i) {

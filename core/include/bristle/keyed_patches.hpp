@@ -146,8 +146,8 @@ struct MatcherOptions {
 ///
 /// Matches old and new points of a pair within reach: the shortest distance first, then the shortest of the
 /// rest, and so on; ties go to the contact listed first. Keys depend on the pair and its
-/// earlier contacts, not on other pairs, so results do not depend on events elsewhere. keep_steps of
-/// KeyedPatches must not be larger than here.
+/// earlier contacts, not on other pairs, so results do not depend on events elsewhere. A new contact
+/// may get the key of a forgotten one, so keep_steps of KeyedPatches must not be larger than the matcher's.
 ///
 /// Thread rule: one thread. Nothing allocates but the constructor and restore_state.
 class BRISTLE_API ContactMatcher {
@@ -164,11 +164,11 @@ class BRISTLE_API ContactMatcher {
   /// pair; at worst times P^2, if a row of contacts moved further than its own length and all of it lies
   /// within reach.
   std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept;
-  void clear() noexcept;  ///< forgets all contacts, so that the next ones get new keys
+  void clear() noexcept;  ///< forgets all contacts; later ones may get their keys: clear KeyedPatches too
 
   /// Returns the number of bytes of save_state, which depends on the number of contacts that the next `match`
   /// can find again. State functions work as in KeyedPatches. restore_state throws bristle::Error, and
-  /// changes nothing, for more contacts than 2 x capacity.
+  /// changes nothing, for a damaged state or more contacts than 2 x capacity.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

@@ -12,8 +12,7 @@
 
 namespace bristle {
 
-/// One change of the number of representatives: PatchBatch::set_detail(patch, bristles) before step `step`,
-/// counted from 0.
+/// One change of detail: the call PatchBatch::set_detail(patch, bristles) before step `step`, counted from 0.
 struct DetailDecision {
   std::uint64_t step = 0;
   PatchId patch;
@@ -43,15 +42,15 @@ struct LoadShedderOptions {
 
 /// Report on the bristles that are left out at present, and their effect.
 struct ShedReport {
-  std::uint32_t patches = 0;     ///< number of patches that use fewer representatives than they have
-  std::uint64_t bristles = 0;    ///< number of representatives left out
-  double least_share = 1.0;      ///< share of its representatives that the most reduced patch keeps
-  double noise_growth = 1.0;     ///< growth of the force fluctuation in sliding of the patch that keeps the
-                                 ///< least share of its representatives: share^-1/2
-  double rate_s = 0.0;           ///< s, estimated step time per bristle; until measured, a gliding patch
-                                 ///< counts as 280 bristles
-  std::uint64_t late_steps = 0;  ///< number of steps so far that took more than the budget
-  std::uint64_t decisions = 0;   ///< number of changes so far of the number of representatives
+  std::uint32_t patches = 0;   ///< number of patches that use fewer representatives or pieces than they have
+  std::uint64_t bristles = 0;  ///< number of representatives and pieces left out
+  double least_share = 1.0;    ///< share of its representatives or pieces that the most reduced patch keeps
+  double noise_growth = 1.0;   ///< growth of the force fluctuation in sliding of the patch that keeps the
+                               ///< least share of its representatives: share^-1/2
+  double rate_s = 0.0;         ///< s, estimated step time per bristle visited, if each patch counts
+                               ///< as 280 bristles more; 0 = unknown
+  std::uint64_t late_steps = 0;      ///< number of steps so far that took more than the budget
+  std::uint64_t decisions = 0;       ///< number of changes of detail so far
   std::uint64_t decisions_lost = 0;  ///< number of decisions missing from the record, because it was full
   double error_growth = 1.0;  ///< growth of the error of the infinite brush that keeps the least share of its
                               ///< pieces: share^-2
@@ -64,8 +63,8 @@ struct ShedReport {
 /// more (`sliding_noise`). An infinite brush uses fewer pieces of path instead: its force gets no noise, but
 /// its error grows (ShedReport::error_growth). Without such an object nothing is shed.
 ///
-/// Every decision is recorded. A run that applies the record (`apply_decisions`) instead of reading a clock
-/// gives the same bits.
+/// Decisions are recorded, up to LoadShedderOptions::record. A run that applies the record
+/// (`apply_decisions`) instead of reading a clock gives the same bits.
 ///
 /// In each step, call `before_step` (optional: it predicts a late step once the time per bristle is known),
 /// step the batch, and call `after_step` with the time of the step.
@@ -79,11 +78,12 @@ class BRISTLE_API LoadShedder {
   LoadShedder(LoadShedder&&) noexcept;
   LoadShedder& operator=(LoadShedder&&) noexcept;
 
-  /// Allows the patch to be reduced to `least_bristles` (at least 1; the default keeps the force within a few
-  /// per cent), before patches of higher priority; patches of equal priority are reduced by the same share.
-  /// An infinite brush keeps `least_bristles` pieces or half of its own, whichever is fewer, and at least 4,
-  /// because at 1 or 2 pieces its energy does not balance. So 8 pieces, the default, can become 4, and 4
-  /// stay. Allocates. Throws bristle::Error.
+  /// Allows the patch to be reduced to `least_bristles` (at least 1; with the default, under full load, the
+  /// force fluctuates by some 8 % rms in sliding: redraw, lognormal, cv 0.3), before patches of higher
+  /// priority; patches of equal priority are reduced by the same share. An infinite brush keeps
+  /// `least_bristles` pieces or half of its own, whichever is fewer, and at least 4, because at 1 or 2 pieces
+  /// its energy does not balance. So 8 pieces, the default, can become 4, and 4 stay. Allocates. Throws
+  /// bristle::Error.
   void add(PatchId patch, int priority = 0, std::uint32_t least_bristles = 64);
   /// Removes a patch from the shedder: its number of representatives stays as it is.
   void remove(PatchId patch) noexcept;
@@ -112,8 +112,8 @@ BRISTLE_API std::size_t apply_decisions(PatchBatch& batch, Span<const DetailDeci
                                         std::uint64_t step) noexcept;
 
 /// Returns the relative standard deviation of the elastic force of one patch in steady sliding with `active`
-/// representatives in contact: c active^-1/2, where c follows from the moments of the snap length
-/// (core/MODEL.md, section 4).
+/// representatives in contact, without residual length and shared renewal: c active^-1/2, where c follows
+/// from the moments of the snap length (core/MODEL.md, section 4); 0 for SnapRule::slide.
 BRISTLE_API double sliding_noise(const Material& material, double active) noexcept;
 
 }  // namespace bristle

@@ -24,7 +24,7 @@ enum class SnapRule : unsigned char {
            ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
   keep,    ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
   slide    ///< No snap: a bristle slides, bent by its snap length, until the motion turns back (Maxwell slip,
-           ///< Iwan, Prandtl and Ishlinskii). No residual and no renewal; representatives of every law.
+           ///< Iwan, Prandtl and Ishlinskii). No residual, no renewal; takes every law.
 };
 
 /// Decay of the bristle damper with speed (eq. 5).
@@ -34,7 +34,7 @@ enum class DamperDecay : unsigned char {
 };
 
 /// Growth of a bristle's snap length with its age a, the time since it last snapped, was renewed or came into
-/// contact: the length is delta g(a). Both forms of g are concave.
+/// contact (SnapRule::slide: last slid): the length is delta g(a). Both forms of g are concave.
 enum class AgeingForm : unsigned char {
   logarithmic,  ///< g = 1 + strength ln(1 + a / time): metals, rock, paper, polymers. The default.
   saturating    ///< g = 1 + strength (1 - exp(-a / time)): skin on glass
@@ -91,8 +91,8 @@ struct Coefficients {
   double kinetic_speed = beyond_ageing;  ///< m/s, speed at which `kinetic` and `peak` hold
 
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
-  /// beyond_ageing, the slope of slow sliding, to first order: ln 10 times beta, of the part beyond the
-  /// residual.
+  /// beyond_ageing, the slope of slow sliding to first order: ln 10 beta times the share of friction beyond
+  /// the residual.
   double fall_per_decade = 0.0;
   /// Growth of the static friction per decade of rest, over the kinetic friction, to first order: about twice
   /// the fall. Give it instead of fall_per_decade, for AgeingForm::logarithmic.
@@ -105,8 +105,8 @@ struct Coefficients {
   /// Standard deviation over mean of the snap length (of a normal law before its cut at 0). 0: the least of
   /// the spreads that give `peak`. If both `spread` and `peak` are given they must agree.
   double spread = 0.0;
-  /// Material::drop for SnapRule::slide; 0: follows from `peak`. With this rule `spread` does not affect the
-  /// peak, and 0 means 0.3 (single and exponential laws have no free spread).
+  /// Material::drop for SnapRule::slide; 0: follows from `peak`. With this rule a `spread` of 0 means 0.3,
+  /// whatever the peak (single and exponential laws have no free spread).
   double drop = 0.0;
 
   /// Returns the law of Zhang and Phillips: a snap leaves no residual and renews no other bristle. Rubbed to
@@ -162,8 +162,8 @@ struct Coefficients {
   }
 };
 
-/// Bristle parameters, SI units. Plain data; validate() and every function that takes a material check it.
-/// The defaults are a surface with kinetic coefficient 0.4 at 900 bristles per newton.
+/// Bristle parameters, SI units. Plain data; validate(), coefficients() and the calls that add or change
+/// patches check it. The defaults are a surface with kinetic coefficient 0.4 at 900 bristles per newton.
 struct BRISTLE_API Material {
   double bristle_stiffness = 82.05128205128205;  ///< N/m, >= 0, tangential stiffness sigma0 of a bristle
   double bristle_damping = 0.0;                  ///< N s/m, >= 0, damper sigma1 of a bristle at rest
@@ -233,8 +233,8 @@ struct BRISTLE_API Material {
   /// Throws bristle::Error naming the first parameter out of range, its value and the range.
   void validate() const;
   /// Checks as validate(), and refuses what representatives cannot do: a law wider than widest_redraw_cv with
-  /// SnapRule::redraw. PatchBatch::add throws the same error; a program that reads materials calls this where
-  /// it can name the place.
+  /// SnapRule::redraw. PatchBatch::add throws the same error for representatives; a program that reads
+  /// materials from a file calls this where it can name the line.
   void validate_for_representatives() const;
 
   /// Returns the number of bristles in contact, zeta = N / (sigma_perp sigma), eq. (9); it need not be whole.
@@ -256,13 +256,13 @@ struct BRISTLE_API Material {
   /// strengthening with speed. Solves equations. A speed below slowest_sliding counts as slowest_sliding.
   /// Throws bristle::Error on NaN.
   double kinetic_coefficient(double speed_m_per_s) const;
-  /// Returns the highest friction over normal load at first loading from rest with all deflections zero (the
-  /// virgin curve's supremum over one pass). Closed form for keep, renewal equation for redraw and for shared
-  /// renewal: set-up cost. With ageing this is the limit of fast loading, in which nothing ages: the lowest
-  /// value.
+  /// Returns the highest friction over normal load at first loading from rest with all deflections zero: the
+  /// largest value of the virgin curve. Each call searches for it: set-up cost. With ageing this is the limit
+  /// of fast loading, in which nothing ages: the lowest value.
   double peak_coefficient() const;
   /// Returns peak friction over normal load where every bristle has held for `held_s` seconds and is loaded
-  /// fast: the part beyond the residual is ageing_factor times that of peak_coefficient().
+  /// fast: the part beyond the residual is ageing_factor times that of peak_coefficient() (SnapRule::slide:
+  /// only the part of bristles that stick grows).
   /// Response::force_limit takes the longest time that any bristle of the patch can have held.
   double peak_coefficient(double held_s) const;
   /// Returns nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for
@@ -287,7 +287,8 @@ struct BRISTLE_API Material {
   static Material from_coefficients(const Coefficients& coefficients);
   /// Calculates the coefficients, with peak and spread, from which from_coefficients gives a material of the
   /// same snap lengths and forces (of normal_stiffness and asperity_height_deviation only the product
-  /// counts). Throws where there are none: no coefficients determine a table. The result holds at the speed
+  /// counts). For a table, from_coefficients refuses the result. Throws for an invalid material, and for
+  /// ageing with SnapRule::slide that no coefficients determine. The result holds at the speed
   /// given (Coefficients::kinetic_speed; for beyond_ageing with saturating ageing: one presliding length in
   /// the ageing time). Ageing comes as fall_per_decade.
   Coefficients coefficients(double kinetic_speed_m_per_s = beyond_ageing) const;
@@ -300,9 +301,9 @@ struct BRISTLE_API Material {
 /// of dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved on a
 /// grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
 BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
-/// Returns the virgin deflection with residual length and shared renewal. Deflection and displacement are in
-/// units of E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the atoms of a table with
-/// keep and shared renewal.
+/// Returns the virgin deflection with residual length, shared renewal and drop, without ageing. Deflection
+/// and displacement are in units of E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the
+/// atoms of a table with keep and shared renewal.
 BRISTLE_API double virgin_deflection(const Material& material, double x_over_mean);
 
 }  // namespace bristle

@@ -26,7 +26,7 @@ namespace detail {
 /// Switches by which tests and studies compare variants of the brush model. Not part of the interface.
 struct ComparisonModes {
   bool literal = false;         ///< whether deflection beyond the snap length is lost, as in the paper's loop
-  bool random_lengths = false;  ///< whether n first snap lengths are drawn at random: error of order n^-1/2
+  bool random_lengths = false;  ///< whether first snap lengths are drawn at random: error of order n^-1/2
 };
 }  // namespace detail
 
@@ -35,8 +35,8 @@ enum class Population : unsigned char {
   automatic,        ///< `infinite` where the law allows it and no number of bristles is asked for, else
                     ///< `representatives`. The default.
   representatives,  ///< n bristles, each with its deflection and snap length
-  infinite          ///< infinitely many: a list of cohorts, without noise and seed. Needs SnapRule::redraw;
-                    ///< computes in double whatever `precision` says
+  infinite          ///< infinitely many: a list of cohorts, without noise unless `fluctuation` is set. Needs
+                    ///< SnapRule::redraw; computes in double whatever `precision` says
 };
 
 /// Results computed in addition to the force at the end of a step. Combine with |.
@@ -53,7 +53,7 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
 }
 
-/// Value of PatchOptions::bristles, cohorts or resolution with which the library chooses the number itself.
+/// Value of a number in PatchOptions or BatchOptions with which the library chooses the number itself.
 constexpr std::uint32_t automatic = 0;
 
 /// Direction (lay) of a surface that resists differently along and across it, and to and fro: machined
@@ -70,7 +70,7 @@ struct Lay {
                              ///< material gives the limit along
 
   /// Stiffness of a bristle across the direction over its stiffness along it, 1e-4 to 1e4; 0 = limit_ratio
-  /// squared. Any other value needs representatives and a material without residual length.
+  /// squared. Population::infinite and materials with a residual length refuse any other value.
   double stiffness_ratio = 0.0;
   /// Force limit for motion along the direction over that against it, 0.01 to 100; the material gives their
   /// mean. Motion across is then pushed along, too, because the ellipse of limits is moved off zero. A ratio
@@ -97,11 +97,11 @@ struct PatchOptions {
   /// bristle, at most 4096. With any other number Population::automatic chooses representatives.
   /// SnapRule::slide: strata of the snap-length law, all in contact under every load; automatic: 32.
   std::uint32_t bristles = automatic;
-  int axes = 2;  ///< 1 or 2 tangential directions; 1 uses displacement[0] only
+  int axes = 2;  ///< 1 or 2 tangential directions; with 1, displacement[1] must be 0
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   std::uint32_t seed = 1;  ///< seed of random snap lengths; patches with different seeds are independent
-  std::uint64_t key = 0;   ///< name that the caller gives the contact (a body pair and a point)
+  std::uint64_t key = 0;   ///< the caller's name for the contact; with `seed` it keys renewal and fluctuation
   Population population = Population::automatic;
   std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
                                       ///< 512
@@ -111,7 +111,7 @@ struct PatchOptions {
   /// changes at random the rms error is below 2 % (lognormal, cv 0.3), 6 % (cv 1): test_random_laws.
   double resolution = automatic;
   std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of this many
-                                  ///< bristles, keyed by `seed`; 0 = no noise
+                                  ///< bristles, drawn by `seed` and `key`; 0 = no noise
   Lay lay;                        ///< direction of the surface, in the patch's axes (for an outline in those
                                   ///< of the surface); fixed
   detail::ComparisonModes compared;
@@ -143,7 +143,7 @@ struct Motion {
                                         ///< up without loss
   double normal_load = 0.0;             ///< N, normal load over the whole step, 0 to 1e15
   std::uint8_t has_velocity = 0;        ///< whether `velocity` is given (not 0); else it is displacement / dt
-  double velocity[2] = {0.0, 0.0};      ///< m/s, slip velocity, for the damper and viscous terms only
+  double velocity[2] = {0.0, 0.0};      ///< m/s, slip velocity, for the forces in Response::damper only
 };
 
 /// Status of a response, a set of flags. `ok` means that the motion was carried out as requested.
@@ -151,8 +151,8 @@ enum class Status : std::uint32_t {
   ok = 0,
   unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
   repeated_id = 2,  ///< patch named twice in one step: the first motion counted, this one changed nothing
-  bad_input = 4,    ///< NaN, infinity, negative load, dt <= 0 (or denormal) or motion on an axis the patch
-                    ///< lacks: state kept, force zero
+  bad_input = 4,    ///< NaN, infinity, load not within 0 to 1e15 N, dt <= 0 (or denormal) or motion on an
+                    ///< axis the patch lacks: state kept, force zero
   overload = 8,     ///< load above max_normal_load: forces of all bristles scaled
   no_capacity = 16  ///< the pool had no patch left for this contact (KeyedOptions::capacity): force zero
 };
@@ -174,19 +174,20 @@ struct Response {
   Status status = Status::ok;
   double end[2] = {0.0, 0.0};      ///< N, force at the end of the step: elastic + damper
   double elastic[2] = {0.0, 0.0};  ///< N, part of `end` from bent bristles
-  double damper[2] = {0.0, 0.0};   ///< N, part of `end` and of `mean` from dampers and lubricant
+  double damper[2] = {0.0, 0.0};   ///< N, part of `end` and `mean` from dampers, lubricant, strengthening
   double mean[2] = {0.0, 0.0};     ///< N, force averaged over the step (Outputs::mean)
   double stiffness = 0.0;  ///< N/m, fall of the force per displacement while bristles stick, zeta sigma0; an
-                           ///< upper bound, that of a lay's stiffest direction
+                           ///< upper bound otherwise. With a lay, that of its stiffest direction
   double damping = 0.0;    ///< N s/m, force over speed of dampers, lubricant and strengthening with speed
                            ///< (the secant, not the slope at that speed); never negative
 
   /// N, highest elastic force at first loading under this load. With ageing all bristles count as held for as
   /// long as the oldest can have been; with a lay the limit is that of its strongest direction.
   double force_limit = 0.0;
-  double dissipated = 0.0;    ///< J, energy lost in snaps in this step (Outputs::energy)
-  double contact_loss = 0.0;  ///< J, energy of bristles that lost contact (Outputs::energy)
-  double damper_work = 0.0;   ///< J, energy taken by dampers and lubricant; negative if the given velocity
+  double dissipated = 0.0;    ///< J, energy lost by snaps, renewals and slides (Outputs::energy)
+  double contact_loss = 0.0;  ///< J, energy that left with bristles that lost contact or weight
+                              ///< (Outputs::energy)
+  double damper_work = 0.0;   ///< J, energy taken by the force `damper`; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
   std::uint64_t snaps = 0;    ///< number of snaps of representatives (Outputs::energy); an estimate where one
                               ///< jump skips a long path
@@ -196,12 +197,12 @@ struct Response {
 struct PatchInfo {
   std::uint64_t key = 0;
   std::uint32_t representatives = 0;  ///< number allocated; Population::infinite: the resolution, rounded up
-  std::uint32_t detail = 0;           ///< number of representatives in use: see PatchBatch::set_detail
-  double weight = 0.0;                ///< w, number of physical bristles per representative in use
-  double active = 0.0;                ///< number of representatives in contact, not always whole
-  double normal_load = 0.0;           ///< N, load of the last step
-  double max_normal_load = 0.0;       ///< N, load from which all representatives are in contact
-  std::uint64_t memory_bytes = 0;     ///< bytes of this patch's state
+  std::uint32_t detail = 0;      ///< number of representatives or pieces in use: see PatchBatch::set_detail
+  double weight = 0.0;           ///< w, physical bristles per representative in use; Population::infinite: 0
+  double active = 0.0;           ///< number of representatives in contact, not always whole
+  double normal_load = 0.0;      ///< N, load of the last step
+  double max_normal_load = 0.0;  ///< N, load from which all representatives are in contact
+  std::uint64_t memory_bytes = 0;  ///< bytes of this patch's state
   std::uint32_t bytes_per_representative = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };

@@ -25,8 +25,8 @@ struct SteppingModes {
 
 struct BatchOptions {
   int threads = 1;  ///< number of threads that may step, the caller included; `automatic`: one per core
-  const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: BRISTLE_ISA, or the
-                              ///< best available
+  const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: that of the
+                              ///< environment variable BRISTLE_ISA, or the best available
   int servo_core = -1;        ///< core that workers avoid; -1 = the system places them
   detail::SteppingModes compared;
 
@@ -89,11 +89,12 @@ class BRISTLE_API PatchBatch {
   PatchId add(const Material& material, const PatchOptions& options = {});
   /// Throws bristle::Error if there is no such patch.
   void remove(PatchId id);
-  /// Changes the material from the next step on. Deflections and the weight w stay; bristles that are then
-  /// beyond their snap length snap at once and are counted. Throws bristle::Error.
+  /// Changes the material. Deflections and the weight w stay; bristles beyond their new snap length snap at
+  /// once, and the next response counts them. Throws bristle::Error, also for a change from or to
+  /// SnapRule::slide.
   void set_material(PatchId id, const Material& material);
 
-  /// Takes all waiting changes and makes all allocations, those of the workers included. Call it on the
+  /// Applies all waiting changes and makes all allocations, those of the workers included. Call it on the
   /// stepping thread before the loop.
   void warm_up();
 
@@ -127,34 +128,35 @@ class BRISTLE_API PatchBatch {
   Response find_force(double dt_s, const Motion& motion) noexcept;
 
   /// Returns the part of Response::damping, N s/m, from strengthening with speed, under a load and at a slip
-  /// speed; 0 for a material without. This friction is nearly the same at any speed and stops a body within a
-  /// step, so implicit solvers take it at the speed that they find (coupling.hpp does).
+  /// speed; 0 for a material that does not strengthen. This friction is nearly the same at any speed and
+  /// stops a body within a step, so implicit solvers take it at the speed that they find (coupling.hpp does).
   double strengthening_damping(PatchId id, double normal_load_n, double speed_m_per_s) const noexcept;
-  /// Whether the contact ages or has a lay: then its force limit may be far above the force at which it
-  /// slides.
+  /// Whether the contact ages or has a drop or a lay. Its force limit may then be far above the force at
+  /// which it slides.
   bool ages(PatchId id) const noexcept;
 
-  /// Makes the patch use `bristles` representatives (1 to its n) of weight zeta_max / bristles: fewer mean
-  /// less work and a noisier force. Forces stay the same, at rest and in sliding; no bristle snaps. The next
-  /// `contact_loss` includes the energy that the change takes (negative: adds). The change costs, once, a
-  /// time in proportion to the bristles that are kept (fewer) or restored (more). Does not throw or allocate.
-  /// Status::unknown_id or bad_input: nothing changed. See core/MODEL.md, "Detail".
+  /// Makes the patch use `bristles` representatives (1 to its n) of weight zeta_max / bristles; an infinite
+  /// brush, that many pieces (PatchInfo::detail). Fewer mean less work and a noisier or less exact force. No
+  /// force changes and no bristle snaps. The next `contact_loss` includes the energy that the change takes
+  /// (negative: adds). The change costs, once, a time in proportion to the bristles kept or restored. Never
+  /// allocates. Status::unknown_id or bad_input: nothing changed. See core/MODEL.md, section 24.
   Status set_detail(PatchId id, std::uint32_t bristles) noexcept;
 
   /// Returns state and memory use. For an unknown id, this function and those below return zeros.
   PatchInfo info(PatchId id) const noexcept;
-  /// Returns the elastic energy w sigma0 / 2 sum |z|^2 of the bristles in contact, J.
+  /// Returns the elastic energy of the bristles in contact, J.
   double stored_energy(PatchId id) const noexcept;
-  /// Returns the hash of deflections, block displacements, snap lengths, draw counters, active count, weight,
-  /// overload factor and material, in bristle order. Equal on every instruction set, worker count and batch
+  /// Returns a hash of the state (deflections, snap lengths, states of random numbers, bristles in contact,
+  /// weight, overload) and of the material. Equal on every instruction set, worker count and batch
   /// composition.
   std::uint64_t state_hash(PatchId id) const noexcept;
   std::uint64_t state_hash() const noexcept;  ///< hash over all patches in slot order
 
   /// Writes deflections (m) and snap lengths (m) of the first bristles, as many as fit into the spans (of
-  /// equal length, or empty for a column that is not needed; a patch with a lay wants both deflections or
-  /// none, and else writes no bristle). The deflection of a bristle out of contact is 0. Population::infinite
-  /// shows as many as fit: its cohorts, spread by their mass. Returns the number of bristles written.
+  /// equal length, or empty for a column that is not needed; for a patch with a lay pass both deflections or
+  /// none, else no bristle is written). The deflection of a bristle out of contact is 0. Population::infinite
+  /// fills the spans: each cohort appears in proportion to its share of the bristles. Returns the number of
+  /// bristles written.
   std::size_t read_bristles(PatchId id, Span<double> zx, Span<double> zy, Span<double> delta) const noexcept;
 
   /// Returns the number of bytes that save_state writes now.
@@ -162,8 +164,8 @@ class BRISTLE_API PatchBatch {
   /// Writes the state of all patches; returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
   /// Restores what save_state wrote into a batch with the same patches (added in the same order, same
-  /// materials and options; seeds and keys come from the state). If it does not fit, throws bristle::Error
-  /// and leaves the state unchanged.
+  /// materials, options and seeds; keys, and seeds that reset has set, come from the state). If it does not
+  /// fit, throws bristle::Error and leaves the state unchanged.
   void restore_state(Span<const std::byte> from);
 
   std::size_t patch_count() const noexcept;

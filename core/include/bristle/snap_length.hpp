@@ -1,4 +1,5 @@
-// The law of the snap length delta: the deflection at which a bristle snaps (paper, section 2.1).
+// The law of the snap length delta: the deflection, beyond the residual length, at which a bristle snaps
+// (paper, section 2.1).
 #pragma once
 
 #include "bristle/export.hpp"
@@ -11,22 +12,22 @@ enum class SnapLaw : unsigned char { single, uniform, normal, lognormal, exponen
 /// Returns the name of a law as scenes spell it: "single", "uniform", ... The text lives for ever.
 BRISTLE_API const char* to_string(SnapLaw law) noexcept;
 
-/// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==. The
-/// factories throw bristle::Error with the parameter, its value and the allowed range. Lengths below 1e-12 m
-/// are refused by name, except 0 where it makes sense: the lower end of `uniform` and of a table, a
-/// deviation. Every function is reproducible to the bit on every machine (no libm transcendental) and may be
-/// called from several threads.
+/// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==. Arguments
+/// out of range throw bristle::Error with the parameter, its value and the allowed range. Lengths are within
+/// 1e-12 to 1e3 m; a deviation, and the lower end of `uniform` or of a table, may be less, down to 0. Every
+/// function is reproducible to the bit on every machine (no libm transcendental) and may be called from
+/// several threads.
 class BRISTLE_API SnapLength {
  public:
   /// Largest number of values that `table` accepts.
   static constexpr int max_table_size = 257;
 
-  /// Makes a law with a single length: every bristle snaps at `length_m`.
+  /// Makes a law with a single length: every bristle has the snap length `length_m`.
   static SnapLength single(double length_m);
   /// Makes a uniform law on [min_m, max_m], min_m >= 0.
   static SnapLength uniform(double min_m, double max_m);
   /// Makes a normal law cut at 0 (negative lengths are not drawn). `mean_m` and `deviation_m` are those of
-  /// the uncut law; mean() and deviation() give those after the cut. deviation_m <= mean_m.
+  /// the uncut law; mean() and cv() are those of the cut law. deviation_m <= mean_m.
   static SnapLength normal(double mean_m, double deviation_m);
   /// Makes a lognormal law with the given mean and coefficient of variation, 0 <= cv <= 3.
   static SnapLength lognormal(double mean_m, double cv);

@@ -32,8 +32,8 @@ class SharedNumber {
 
 }  // namespace detail
 
-/// Times in logarithmic buckets, 64 per octave from 1 ns to 69 s: percentiles are at most 1.6 % high and
-/// never low, the maximum is exact. 9 kB, no allocation, no lock.
+/// Times, rounded to 1 ns, in logarithmic buckets, 64 per octave from 1 ns to 69 s: percentiles are at most
+/// 1.6 % high and never low, the maximum is exact. 9 kB, no allocation, no lock.
 ///
 /// One thread records; any thread may read at the same time. Each number read is whole, but two of them may
 /// be some records apart: DeadlineMonitor::snapshot gives all numbers of one moment.
