@@ -645,6 +645,8 @@ TEST_CASE("bristles that slide do not fluctuate, whole or thinned out", "[slide]
   const Material material = sliding(SnapLength::lognormal(dbar, 0.3));
   CHECK(bristle::sliding_noise(material, 30.0) == 0.0);
   OnePatch patch(material, plain_options(64, 2, precisions().back()).with_max_normal_load(load));
+  CHECK(patch.batch.set_detail(patch.id, 0) == Status::bad_input);
+  CHECK(patch.batch.set_detail(patch.id, 65) == Status::bad_input);
   for (const std::uint32_t detail : {64u, 16u, 64u, 1u, 5u}) {
     REQUIRE(patch.batch.set_detail(patch.id, detail) == Status::ok);
     // Checks that each bristle turns over its own limit, whatever the number of strata.

@@ -92,6 +92,8 @@ struct alignas(64) Patch {
                                       ///< trial is made on a copy
   bool laid : 1 = false;              ///< whether friction depends on direction (a lay), so that motions and
                                       ///< forces are mapped
+  bool strata : 1 = false;            ///< whether a step that slides visits all rows, whatever the load
+                                      ///< (SnapRule::slide); `whole` and `part` then count no bristles
   std::uint8_t fetched_lines = 0;     ///< number of the record's cache lines that are worth prefetching
                                       ///< before a step
   double part = 0.0;                  ///< weight of the bristles in contact beyond the `whole` ones; with

@@ -20,9 +20,10 @@
  *   [any]      may be called by any thread at any time.
  *   [step]     the stepping thread of this batch: one thread at a time.
  *   [change]   one other thread (or the same one) may call these while the stepping thread steps. They
- *              allocate and free memory; [step] functions do so only to warm up, to restore a state, to
- * report a failure, or where they say so. The next [step] function carries out all changes that wait. [alone]
- * only while no other call on this handle runs.
+ *              allocate and free memory; the next [step] function carries out all changes that wait.
+ *   [alone]    only while no other call on this handle runs.
+ *
+ * [step] functions allocate only to warm up, to restore a state, to report a failure, or where they say so.
  */
 #pragma once
 

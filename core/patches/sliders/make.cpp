@@ -131,6 +131,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   }
   fill_strata<T>(*r);
   Patch p = shared_part(*r, sliders_model<T>);
+  p.strata = true;
   straighten<T>(p);
   note_sliders<T>(p);
   return p;

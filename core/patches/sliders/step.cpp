@@ -261,7 +261,7 @@ void advance_sliders(Patch& p, PatchStep& step, StepSums& sums) noexcept {
 template <class T>
 Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
   Sliders<T>& r = sliders<T>(p);
-  detail = std::clamp(detail, std::uint32_t{1}, r.bristles);
+  if (detail == 0 || detail > r.bristles) return Status::bad_input;
   if (detail == r.detail) return Status::ok;
   const bool energy = has(p.outputs, Outputs::energy);
   const double before = energy ? sum_of_squares<T>(p) : 0.0;
