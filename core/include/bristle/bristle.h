@@ -320,7 +320,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   double dissipated;   /**< J, energy lost by snaps, renewals and slides */
   double contact_loss; /**< J, energy that left with bristles that lost contact or weight */
   double damper_work;  /**< J, energy taken by the force `damper` */
-  uint64_t snaps;      /**< snaps of representatives; an estimate where a jump skips a long path */
+  uint64_t snaps;      /**< snaps of representatives or physical bristles; an estimate after a jump */
 } bristle_response;
 
 /** The result of a step as a whole: bristle::StepReport. */

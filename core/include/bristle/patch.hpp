@@ -189,8 +189,8 @@ struct Response {
                               ///< (Outputs::energy)
   double damper_work = 0.0;   ///< J, energy taken by the force `damper`; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
-  std::uint64_t snaps = 0;    ///< number of snaps of representatives (Outputs::energy); an estimate where one
-                              ///< jump skips a long path
+  std::uint64_t snaps = 0;    ///< number of snaps, of representatives or of an infinite brush's physical
+                              ///< bristles (Outputs::energy); an estimate where a jump skips a long path
 };
 
 /// Present state and memory use of a patch. See PatchBatch::info.
