@@ -308,7 +308,7 @@ class BRISTLE_API BedBatch {
   /// Writes the state of all beds. Returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
   /// Restores a saved state into a batch with the same beds, added in the same order. Throws bristle::Error
-  /// if the state does not fit or is damaged, and leaves the beds unchanged.
+  /// if the state does not fit or is damaged, and leaves the beds unchanged; does not compare materials.
   void restore_state(Span<const std::byte> from);
 
   std::size_t bed_count() const noexcept;

@@ -118,7 +118,7 @@ class BRISTLE_API JointFriction {
   /// Writes the state of all joints. Returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
   /// Restores a saved state into a batch with the same joints and options. Throws bristle::Error if the state
-  /// does not fit or is damaged, and leaves the joints unchanged.
+  /// does not fit or is damaged, and leaves the joints unchanged; does not compare materials.
   void restore_state(Span<const std::byte> from);
 
   std::size_t joint_count() const noexcept;
