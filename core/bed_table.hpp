@@ -122,7 +122,8 @@ struct BedKernels {
   /// Moves the cells along their rows by BedPlaces::rolled, which is not 0, and fills the columns of place(),
   /// places and bed_moved. Does not write the tips, which must be relative to roots at zero.
   double (*roll)(const BedPlaces&, float* columns);
-  /// Moves the tips as the caller moves the roots, from BedPlaces::root back to zero; deflections stay.
+  /// Subtracts from each tip its root's displacement BedPlaces::root, which the caller resets to zero, so
+  /// that deflections stay.
   void (*rebase)(const BedPlaces&, float* columns);
   JointKernel joint[joint_variants];
 };

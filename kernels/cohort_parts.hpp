@@ -326,8 +326,8 @@ struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps of newborn bristles
 };
-// Largest hazard, which leaves the share exp(-4) of the bristles. The kernels compute exp(-4 v) as (1 - v +
-// v^2 / 2)^4, which needs v <= 1.
+// Largest hazard 4 v, v = 1. For exp(-4 v) the kernels take (1 - v + v^2 / 2)^4, which falls only up to v =
+// 1, where it leaves 1/16 of the bristles.
 constexpr double highest_hazard = 4.0;
 
 template <bool ages>

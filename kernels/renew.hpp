@@ -24,8 +24,8 @@ namespace {
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
 
-/// Number of fine units in a coarse unit. A fine unit is 1 / Renewal::unit; sums over draws are taken in
-/// coarse units, their remainders in fine ones.
+/// Number of fine units (1 / Renewal::unit) in a coarse unit. Sums over draws round each draw to coarse
+/// units, and add what the rounding leaves in fine ones.
 constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>

@@ -65,7 +65,7 @@ class Stepper {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
-  /// Share of bristles that snap in a step below which SnapRule::redraw skips vectors without a snap.
+  /// Uniform law: share of bristles that snap in a step below which redraw skips vectors without a snap.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
   // For laws whose snap lengths are looked up, up to where jumps begin; thresholds are step lengths in mean

@@ -64,7 +64,8 @@ double tail_of_inverse_squares(double n) noexcept {
     n += 1.0;
     sum += 1.0 / (n * n);
   }
-  // Uses the Euler-Maclaurin expansion at n + 1/2; the first term left out is 1e-17.
+  // Uses the Euler-Maclaurin expansion of the rest of the sum at n + 1/2; the first term left out is below
+  // 1e-15.
   const double w = 1.0 / (n + 0.5);
   const double w2 = w * w;
   return sum + w * (1.0 - w2 * (1.0 / 12 - w2 * (7.0 / 240 - w2 * (31.0 / 1344))));

@@ -28,8 +28,8 @@ struct LayMap {
   /// Whether energies differ from those in isotropic axes. If so, the dissipated energy of a step is computed
   /// as its work less the change of stored energy.
   bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
-  /// Returns the least energy that a slide can dissipate, over all directions of motion, relative to the
-  /// energy that it dissipates in isotropic axes.
+  /// Returns the least energy that a slide can dissipate, over all directions of motion, divided by the
+  /// energy computed in isotropic axes.
   double least_loss() const noexcept { return (energy < 1.0 ? energy : 1.0) * (1.0 - magnitude(lean)); }
 
   void to_isotropic(const double (&real)[2], double (&isotropic)[2]) const noexcept {

@@ -119,7 +119,8 @@ struct alignas(64) Patch {
   PatchRecord* record = nullptr;  ///< record of the contact model, owned by the batch
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
-  /// Returns the number of representatives in contact, one in part included; about 1 for strata.
+  /// Returns the number of representatives in contact, one in part included. Strata count about 1, an
+  /// infinite brush 256 at full load.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&

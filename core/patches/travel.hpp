@@ -31,8 +31,8 @@ struct PatchStep {
                                ///< patch that does not age
   double remainder[2];         ///< rounding remainder of short displacements after this step
   bool moves;                  ///< whether the patch moves; if it does not, nothing can snap
-  bool creeps;                 ///< whether the displacement is so short that its rounding remainder is added
-                               ///< to the next displacement
+  bool creeps;                 ///< whether the displacement along an axis is so short that its rounding
+                               ///< remainder is added to the next one
   double contact_loss = 0.0;   ///< elastic energy that the step's change of load took, J
   double stored = 0.0;         ///< elastic energy before the step, J; filled only if books_work()
   const Crew* crew = nullptr;  ///< threads that may help to prepare the step; null = none
