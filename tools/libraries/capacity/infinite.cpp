@@ -69,8 +69,8 @@ std::vector<CapacityCase> infinite_sliding() {
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report) {
   std::vector<CapacityCase> cases = {infinite_case(Regime::rest), infinite_case(Regime::tremor)};
   for (const CapacityCase& slide : infinite_sliding())
-    if (!options.quick || *slide.step == 0.1 ||
-        (!slide.zigzag && (*slide.step == 1.0 || *slide.step == 100.0)))
+    if (!options.quick || *slide.step == 0.1 || *slide.step == (slide.zigzag ? 2.0 : 1.0) ||
+        (!slide.zigzag && *slide.step == 100.0))
       cases.push_back(slide);
   std::vector<InfiniteRow> rows;
   for (const CapacityCase& what : cases) {
