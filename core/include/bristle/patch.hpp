@@ -189,8 +189,8 @@ struct Response {
                               ///< (Outputs::energy)
   double damper_work = 0.0;   ///< J, energy taken by the force `damper`; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
-  std::uint64_t snaps = 0;    ///< number of snaps, of representatives or of an infinite brush's physical
-                              ///< bristles (Outputs::energy); an estimate where a jump skips a long path
+  std::uint64_t snaps = 0;    ///< number of snaps (Outputs::energy), an estimate where one jump skips a long
+                              ///< path; an infinite brush counts its physical bristles
 };
 
 /// Present state and memory use of a patch. See PatchBatch::info.
