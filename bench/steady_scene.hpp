@@ -61,11 +61,12 @@ class SteadyScene {
     bristles_ += options.bristles;
   }
 
-  /// Turns the direction of all patches, which move one way, by `turn` rad in each step, and lowers the load
-  /// of each patch by a random share from 0 to `ripple`. Call it before settle().
-  void vary(double turn, double ripple) {
+  /// Turns the direction of each patch, which moves one way, by `turn` rad in each step: to the left, or to
+  /// either side at random. Lowers its load by a random share from 0 to `ripple`. Call it before settle().
+  void vary(double turn, bool either_side, double ripple) {
     varied_ = turn != 0.0 || ripple != 0.0;
     turn_ = std::polar(1.0, turn);
+    either_side_ = either_side;
     share_ = std::uniform_real_distribution<double>(1.0 - ripple, 1.0);
   }
 
@@ -102,7 +103,8 @@ class SteadyScene {
   void set_next(std::vector<bristle::Motion>& motions) {
     for (std::size_t i = 0; i < motions.size(); ++i) {
       double* const d = motions[i].displacement;
-      const std::complex<double> turned = turn_ * std::complex<double>(d[0], d[1]);
+      const bool right = either_side_ && random_() % 1024 < 512;
+      const auto turned = (right ? std::conj(turn_) : turn_) * std::complex<double>(d[0], d[1]);
       d[0] = turned.real();
       d[1] = turned.imag();
       motions[i].normal_load = share_(random_) * sliding_[i].normal_load;
@@ -117,7 +119,7 @@ class SteadyScene {
   std::vector<bristle::Response> responses_;
   std::uint64_t bristles_ = 0;
   int odd_ = 0;
-  bool varied_ = false;
+  bool varied_ = false, either_side_ = false;
   std::complex<double> turn_ = 1.0;
   std::uniform_real_distribution<double> share_{1.0, 1.0};
   std::minstd_rand random_;

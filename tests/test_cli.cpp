@@ -774,9 +774,9 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   }
   if (!BRISTLE_MINIMAL) {
     CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, patches of 32"});
-    // Expects rows for rest, tremor, three straight slides, two zigzags, two bends and three motions under a
-    // load that ripples, for one patch, for a hundred and for ten thousand.
-    REQUIRE(report["infinite"].size() == 3 * (2 + 3 + 2 + 2 + 3));
+    // Expects rows for rest, tremor, three straight slides, a zigzag, two bends, three motions under a load
+    // that ripples and four with right angles, for one patch, for a hundred and for ten thousand.
+    REQUIRE(report["infinite"].size() == 3 * (2 + 3 + 1 + 2 + 3 + 4));
     for (const json& row : report["infinite"]) {
       CHECK(row["resolution"] == 8);
       CHECK((row["patches"] == 1 || row["patches"] == 100 || row["patches"] == 10'000));
@@ -798,8 +798,8 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
     for (std::size_t i = 0; i < 4; ++i) {
       const json& row = report["contacts"][i];
       CHECK(row["resolution"] == (i < 2 ? 4 : 8));
-      CHECK(row["motion"] == (i % 2 == 0 ? "zigzag" : "bend, rippling load"));
-      CHECK(row["turn_rad"] == (i % 2 == 0 ? 0.0 : 0.01));
+      CHECK(row["motion"] == (i % 2 == 0 ? "corners" : "bend, rippling load"));
+      CHECK(row["turn_rad"] == Approx(i % 2 == 0 ? 0.5 * 3.14159265358979 : 0.01));
       CHECK(row["ripple"] == (i % 2 == 0 ? 0.0 : 0.01));
       CHECK(row["step_over_mean_snap_length"] == 0.1);
       CHECK(row["threads"] == 1);

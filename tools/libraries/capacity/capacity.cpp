@@ -104,11 +104,14 @@ const RegimeFacts& facts_of(Regime regime) noexcept {
 
 std::string CapacityCase::motion_name() const {
   if (!step) return to_string(regime);
-  return fmt::format("{}{}",
-                     zigzag       ? "zigzag"
-                     : turn > 0.0 ? "bend"
-                                  : "straight",
-                     ripple > 0.0 ? ", rippling load" : "");
+  const char* path = "straight";
+  if (zigzag)
+    path = "zigzag";
+  else if (either_side)
+    path = "corners";
+  else if (turn > 0.0)
+    path = turn > 1.0 ? "square" : "bend";
+  return fmt::format("{}{}", path, ripple > 0.0 ? ", rippling load" : "");
 }
 
 std::string CapacityCase::kernel_name() const {

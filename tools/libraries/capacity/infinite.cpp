@@ -9,6 +9,7 @@
 namespace cli {
 namespace {
 
+constexpr double right_angle = 1.5707963267948966;
 constexpr double default_resolution = 8.0;  // the library's default resolution, in pieces of path per mean
                                             // snap length
 
@@ -29,7 +30,7 @@ InfiniteRow many_patches(const CapacityCase& what, std::uint64_t patches, const 
   CapacitySubject subject(what, patches, options.isa);
   InfiniteRow row;
   row.patches = patches;
-  row.p99_s = time_steps(subject, options.quick ? 300 : 1000).p99_s;
+  row.p99_s = time_steps(subject, options.quick ? (patches > 1000 ? 100 : 300) : 1000).p99_s;
   const double to_ns = 1e9 / static_cast<double>(patches);
   std::vector<double> ns;
   for (int i = 0; i < (options.quick ? 15 : 61); ++i) ns.push_back(to_ns * time_steps(subject, 1).p50_s);
@@ -56,21 +57,27 @@ std::vector<CapacityCase> infinite_sliding() {
       cases.push_back(infinite_case(Regime::sliding, step));
       cases.back().zigzag = zigzag;
     }
-  for (const double turn : {0.0, 0.01, 0.1})
-    for (const double ripple : {0.0, 0.01}) {
-      if (turn + ripple == 0.0) continue;
-      cases.push_back(infinite_case(Regime::sliding, 0.1));
-      cases.back().turn = turn;
-      cases.back().ripple = ripple;
-    }
+  const auto add = [&](double step, double turn, double ripple, bool either_side = false) {
+    cases.push_back(infinite_case(Regime::sliding, step));
+    cases.back().turn = turn;
+    cases.back().ripple = ripple;
+    cases.back().either_side = either_side;
+  };
+  add(0.1, 0.0, 0.01);
+  for (const double turn : {0.01, 0.1})
+    for (const double ripple : {0.0, 0.01}) add(0.1, turn, ripple);
+  for (const double step : {0.1, 2.0}) {
+    add(step, right_angle, 0.0, true);
+    add(step, right_angle, 0.0);
+  }
   return cases;
 }
 
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report) {
   std::vector<CapacityCase> cases = {infinite_case(Regime::rest), infinite_case(Regime::tremor)};
   for (const CapacityCase& slide : infinite_sliding())
-    if (!options.quick || *slide.step == 0.1 || *slide.step == (slide.zigzag ? 2.0 : 1.0) ||
-        (!slide.zigzag && *slide.step == 100.0))
+    if (!options.quick || *slide.step == 0.1 || slide.turn > 0.0 ||
+        (!slide.zigzag && (*slide.step == 1.0 || *slide.step == 100.0)))
       cases.push_back(slide);
   std::vector<InfiniteRow> rows;
   for (const CapacityCase& what : cases) {
@@ -103,9 +110,12 @@ std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const 
     for (const double resolution : {within_a_percent, default_resolution}) {
       report(fmt::format("sliding contacts, resolution {:g}, threads: {}", resolution, count));
       CapacityCase what = zigzag_contacts(resolution, count);
-      rows.push_back(find_capacity(what, options));
       what.zigzag = false;
+      what.turn = right_angle;
+      what.either_side = true;
+      rows.push_back(find_capacity(what, options));
       what.turn = what.ripple = 0.01;
+      what.either_side = false;
       rows.push_back(find_capacity(what, options));
     }
   }

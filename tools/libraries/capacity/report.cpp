@@ -154,7 +154,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (!result.contacts.empty()) {
     text += fmt::format(
         "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
-        "force is within 1 % on these paths.\n\n",
+        "force is within 1 % (rms) on these paths.\n\n",
         time_text(options.deadline_s), within_a_percent);
     text += contacts_table(report).text() + '\n';
   }

@@ -10,9 +10,14 @@
 namespace cli {
 namespace {
 
-// Sliding that settles patches before they are timed: 32 mean snap lengths in steps of 1.6, after which bends
-// have their stationary distribution.
-constexpr bristle_bench::Settling settling = {1.6, 20, 10};
+/// Returns the sliding that settles patches before they are timed: 32 mean snap lengths in steps of 1.6,
+/// after which bends have their stationary distribution; then 10 steps of the motion, and with infinite
+/// patches, whose cohorts change for longer, 10 mean snap lengths, in at most 100 steps.
+bristle_bench::Settling settling_of(const CapacityCase& what) {
+  const double step = what.step_in_lengths();
+  const bool longer = what.is_infinite() && step > 0.0;
+  return {1.6, 20, longer ? static_cast<int>(std::clamp(10.0 / step, 10.0, 100.0)) : 10};
+}
 
 bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::string& isa) {
   try {
@@ -21,7 +26,7 @@ bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::strin
                        .with_isa(isa.empty() ? nullptr : isa.c_str())
                        .with_servo_core(what.servo_core);
     options.compared.eager = what.eager;
-    return {options, capacity_dt_s, settling};
+    return {options, capacity_dt_s, settling_of(what)};
   } catch (const bristle::Error& error) {
     throw UserError(error.what());
   }
@@ -55,7 +60,7 @@ CapacitySubject::CapacitySubject(const CapacityCase& what, std::uint64_t bristle
                {what.step_in_lengths(), what.regime == Regime::tremor,
                 what.zigzag || what.regime == Regime::turning});
   }
-  scene_.vary(what.turn, what.ripple);
+  scene_.vary(what.turn, what.either_side, what.ripple);
   scene_.settle();
 }
 
