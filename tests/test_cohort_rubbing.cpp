@@ -284,6 +284,32 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
   }
 }
 
+TEST_CASE("Round random right angles few pieces stay within 1.5 % of brute force",
+          "[cohorts][rubbing][physics]") {
+  const std::size_t bristles = test_size(60000);
+  const Rubbing rubbed{0.1, 1.0};
+  const double kinetic = steady(lognormal, rubbed).deflection;
+  const double noise = 0.3 / std::sqrt(static_cast<double>(bristles));
+  RubbedBristles truth(bristles, lognormal_quantile(1.0, 0.3), rubbed.residual, rubbed.renewal, 3);
+  Brush coarse(with_rubbing(lognormal, rubbed), infinite_options(4.0));
+  Brush usual(with_rubbing(lognormal, rubbed), infinite_options());
+  std::mt19937 generator(9);
+  double heading = 0.0, coarse_squares = 0.0, usual_squares = 0.0;
+  const int steps = 300;
+  for (int i = 0; i < steps; ++i) {
+    heading += (generator() & 1) != 0 ? 1.5707963267948966 : -1.5707963267948966;
+    const double dx = 0.1 * std::cos(heading), dy = 0.1 * std::sin(heading);
+    truth.step(dx, dy, 0.02);
+    for (Brush* brush : {&coarse, &usual}) brush->step(dx, dy);
+    coarse_squares += std::pow(coarse.x() - truth.x(), 2) + std::pow(coarse.y() - truth.y(), 2);
+    usual_squares += std::pow(usual.x() - truth.x(), 2) + std::pow(usual.y() - truth.y(), 2);
+  }
+  INFO("rms over kinetic friction: " << std::sqrt(coarse_squares / steps) / kinetic << ", "
+                                     << std::sqrt(usual_squares / steps) / kinetic);
+  CHECK(std::sqrt(coarse_squares / steps) < 0.015 * kinetic + noise);
+  CHECK(std::sqrt(usual_squares / steps) < 0.005 * kinetic + noise);
+}
+
 TEST_CASE("Long moves in any direction follow every piece of their path, with equal bits everywhere",
           "[cohorts][rubbing][physics][determinism]") {
   constexpr int parts = 250;  // number of pieces of a move in the independent model

@@ -193,7 +193,8 @@ std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const 
 /// Defined in snapshots.cpp.
 std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options);
 /// Resolution (pieces of path per mean snap length) at which the rms error of the force is within 1 % of
-/// kinetic friction: 0.4 % straight, on bends and in zigzags, 1 % round random right angles.
+/// kinetic friction in straight slides, on bends and in zigzags, and at 1.1 % round random right angles
+/// (core/patches/COHORTS.md).
 constexpr double within_a_percent = 4.0;
 /// Makes a case of infinite patches that zigzag in steps of 0.1 mean snap lengths.
 CapacityCase zigzag_contacts(double resolution, int threads);
