@@ -196,8 +196,8 @@ std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options);
 /// kinetic friction in straight slides, on bends and in zigzags, and at 1.1 % round random right angles
 /// (core/patches/COHORTS.md).
 constexpr double within_a_percent = 4.0;
-/// Makes a case of infinite patches that zigzag in steps of 0.1 mean snap lengths.
-CapacityCase zigzag_contacts(double resolution, int threads);
+/// Makes a case of infinite patches that slide straight in steps of 0.1 mean snap lengths.
+CapacityCase contacts(double resolution, int threads);
 std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const std::vector<int>& threads,
                                           const Report& report);
 

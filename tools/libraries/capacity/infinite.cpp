@@ -94,9 +94,8 @@ std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const 
   return rows;
 }
 
-CapacityCase zigzag_contacts(double resolution, int threads) {
+CapacityCase contacts(double resolution, int threads) {
   CapacityCase what = infinite_case(Regime::sliding, 0.1);
-  what.zigzag = true;
   what.resolution = resolution;
   what.threads = threads;
   return what;
@@ -109,14 +108,11 @@ std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const 
     if (options.quick && count != threads.front()) break;
     for (const double resolution : {within_a_percent, default_resolution}) {
       report(fmt::format("sliding contacts, resolution {:g}, threads: {}", resolution, count));
-      CapacityCase what = zigzag_contacts(resolution, count);
-      what.zigzag = false;
-      what.turn = right_angle;
-      what.either_side = true;
-      rows.push_back(find_capacity(what, options));
-      what.turn = what.ripple = 0.01;
-      what.either_side = false;
-      rows.push_back(find_capacity(what, options));
+      CapacityCase corners = contacts(resolution, count), bend = corners;
+      corners.turn = right_angle;
+      corners.either_side = true;
+      bend.turn = bend.ripple = 0.01;
+      for (const CapacityCase& what : {corners, bend}) rows.push_back(find_capacity(what, options));
     }
   }
   return rows;

@@ -14,7 +14,7 @@
 namespace cli {
 namespace {
 
-constexpr int contacts = 100;
+constexpr int contact_count = 100;
 
 template <class Act>
 double median_seconds(int rounds, Act act) {
@@ -32,9 +32,9 @@ SnapshotRow measure(const char* what, const bristle::PatchOptions& contact, cons
       bristle::BatchOptions{}.with_isa(options.isa.empty() ? nullptr : options.isa.c_str()));
   const std::size_t empty = batch.state_size();
   std::vector<bristle::Motion> motions;
-  for (int i = 0; i < contacts; ++i)
+  for (int i = 0; i < contact_count; ++i)
     motions.push_back({batch.add(bristle::Material::from_coefficients({}), contact), {1e-6, 0.0}, 1.0});
-  std::vector<bristle::Response> responses(contacts);
+  std::vector<bristle::Response> responses(contact_count);
   batch.warm_up();
   for (int i = 0; i < 100; ++i) batch.step(capacity_dt_s, motions, responses);
 
@@ -43,10 +43,10 @@ SnapshotRow measure(const char* what, const bristle::PatchOptions& contact, cons
   SnapshotRow row;
   row.what = what;
   row.memory_bytes = batch.info(motions.front().id).memory_bytes;
-  row.state_bytes = (state.size() - empty) / contacts;
+  row.state_bytes = (state.size() - empty) / contact_count;
   row.batch_bytes = empty;
-  row.save_s = median_seconds(rounds, [&] { batch.save_state(state); }) / contacts;
-  row.restore_s = median_seconds(rounds, [&] { batch.restore_state(state); }) / contacts;
+  row.save_s = median_seconds(rounds, [&] { batch.save_state(state); }) / contact_count;
+  row.restore_s = median_seconds(rounds, [&] { batch.restore_state(state); }) / contact_count;
   return row;
 }
 
