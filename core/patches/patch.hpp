@@ -122,6 +122,10 @@ struct alignas(64) Patch {
   /// Returns the number of representatives in contact, one in part included. Strata count about 1, an
   /// infinite brush 256 at full load.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
+  /// Returns the largest number of bristles that a step under the present load visits.
+  std::uint32_t most_visited() const noexcept {
+    return strata && part > 0.0 ? record->largest_work : in_contact();
+  }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);

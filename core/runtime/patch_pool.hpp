@@ -39,7 +39,7 @@ struct SlotNote {
 /// Estimated cost of the next step of a slot's patch, by which work is shared out without reading patches.
 struct Outlook {
   double normal_load = -1.0;   ///< N, load of the last step
-  std::uint32_t bristles = 0;  ///< largest number of bristles that the next step visits under this load
+  std::uint32_t bristles = 0;  ///< Patch::most_visited() under this load
   std::uint32_t last_counted =
       0;  ///< low bits of the number of the last step that named the slot; detects repeated ids
 };

@@ -372,7 +372,7 @@ StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const Motio
 void Scheduler::note_outlook(const Patch& p, PatchId id) const noexcept {
   Outlook& outlook = pool.outlook(slot_of(id));
   outlook.normal_load = p.normal_load;
-  outlook.bristles = p.strata && p.part > 0.0 ? p.record->largest_work : p.in_contact();
+  outlook.bristles = p.most_visited();
 }
 
 void Scheduler::add_to(StepReport& report, const Outcome& outcome) noexcept {
