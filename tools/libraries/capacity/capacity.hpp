@@ -139,10 +139,10 @@ struct InfiniteRow {
 /// Memory of a contact of the default material, and time to save and restore its state, of 100 in a batch.
 struct SnapshotRow {
   std::string what;
-  std::uint64_t memory_bytes = 0;        ///< PatchInfo::memory_bytes
-  std::uint64_t state_bytes = 0;         ///< share of a contact in PatchBatch::state_size
-  std::uint64_t batch_bytes = 0;         ///< state_size of a batch without contacts
-  double save_s = 0.0, restore_s = 0.0;  ///< median time per contact, s
+  std::uint64_t memory_bytes = 0;          ///< PatchInfo::memory_bytes
+  std::uint64_t state_bytes = 0;           ///< share of a contact in PatchBatch::state_size
+  std::uint64_t batch_bytes = 0;           ///< state_size of a batch without contacts
+  double save_ns = 0.0, restore_ns = 0.0;  ///< median time per contact
 };
 
 struct CapacityResult {
@@ -195,7 +195,7 @@ std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options);
 /// Resolution (pieces of path per mean snap length) at which the rms error of the force is within 1 % of
 /// kinetic friction in straight slides, on bends and in zigzags, and at 1.1 % round random right angles
 /// (core/patches/COHORTS.md).
-constexpr double within_a_percent = 4.0;
+constexpr double coarse_resolution = 4.0;
 /// Makes a case of infinite patches that slide straight in steps of 0.1 mean snap lengths.
 CapacityCase contacts(double resolution, int threads);
 std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const std::vector<int>& threads,

@@ -1,5 +1,7 @@
 // Measures the step time of infinite patches: one alone, 100 together, 10,000 together; and how many fit a
 // deadline.
+#include <numbers>
+
 #include <fmt/format.h>
 
 #include "tools/libraries/capacity/capacity.hpp"
@@ -9,7 +11,7 @@
 namespace cli {
 namespace {
 
-constexpr double right_angle = 1.5707963267948966;
+constexpr double right_angle = std::numbers::pi / 2.0;
 constexpr double default_resolution = 8.0;  // the library's default resolution, in pieces of path per mean
                                             // snap length
 
@@ -106,7 +108,7 @@ std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const 
   std::vector<CapacityRow> rows;
   for (const int count : threads) {
     if (options.quick && count != threads.front()) break;
-    for (const double resolution : {within_a_percent, default_resolution}) {
+    for (const double resolution : {coarse_resolution, default_resolution}) {
       report(fmt::format("sliding contacts, resolution {:g}, threads: {}", resolution, count));
       CapacityCase corners = contacts(resolution, count), bend = corners;
       corners.turn = right_angle;

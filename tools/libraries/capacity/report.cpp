@@ -1,4 +1,6 @@
 // Writes reports of `bristle capacity`: tables for people, JSON for programs, CSV for the plot.
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "tools/libraries/capacity/capacity.hpp"
@@ -25,6 +27,14 @@ Json times_json(const StepTimes& t) {
           {"p999_s", t.p999_s},
           {"max_s", t.max_s},
           {"ns_per_bristle", t.bristles ? Json(t.ns_per_bristle()) : Json(nullptr)}};
+}
+
+/// Makes the keys that say how sliding infinite patches move.
+Json motion_json(const CapacityCase& what) {
+  return {{"motion", what.motion_name()},
+          {"step_over_mean_snap_length", what.step_in_lengths()},
+          {"turn_rad", what.turn},
+          {"ripple", what.ripple}};
 }
 
 Json report_of(const CapacityOptions& options, const CapacityResult& result) {
@@ -61,30 +71,26 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   }
   report["infinite"] = Json::array();
   for (const InfiniteRow& row : result.infinite) {
-    report["infinite"].push_back({{"motion", row.what.motion_name()},
-                                  {"step_over_mean_snap_length", row.what.step_in_lengths()},
-                                  {"turn_rad", row.what.turn},
-                                  {"ripple", row.what.ripple},
-                                  {"kernel", row.what.kernel_name()},
-                                  {"resolution", row.resolution},
-                                  {"patches", row.patches},
-                                  {"bytes_per_patch", row.bytes_per_patch},
-                                  {"ns_per_patch", row.ns_per_patch},
-                                  {"quartiles", {row.ns_low, row.ns_high}},
-                                  {"p99_s", row.p99_s}});
+    Json entry = motion_json(row.what);
+    entry.update({{"kernel", row.what.kernel_name()},
+                  {"resolution", row.resolution},
+                  {"patches", row.patches},
+                  {"bytes_per_patch", row.bytes_per_patch},
+                  {"ns_per_patch", row.ns_per_patch},
+                  {"quartiles", {row.ns_low, row.ns_high}},
+                  {"p99_s", row.p99_s}});
+    report["infinite"].push_back(std::move(entry));
   }
   report["contacts"] = Json::array();
   for (const CapacityRow& row : result.contacts) {
-    report["contacts"].push_back({{"motion", row.what.motion_name()},
-                                  {"step_over_mean_snap_length", row.what.step_in_lengths()},
-                                  {"turn_rad", row.what.turn},
-                                  {"ripple", row.what.ripple},
-                                  {"resolution", row.what.resolution},
-                                  {"threads", row.what.threads},
-                                  {"bristles", row.unconfirmed ? 0 : row.fits.bristles},
-                                  {"unconfirmed", row.unconfirmed},
-                                  {"more_would_fit", row.capped},
-                                  {"at_capacity", times_json(row.fits)}});
+    Json entry = motion_json(row.what);
+    entry.update({{"resolution", row.what.resolution},
+                  {"threads", row.what.threads},
+                  {"bristles", row.unconfirmed ? 0 : row.fits.bristles},
+                  {"unconfirmed", row.unconfirmed},
+                  {"more_would_fit", row.capped},
+                  {"at_capacity", times_json(row.fits)}});
+    report["contacts"].push_back(std::move(entry));
   }
   report["snapshots"] = Json::array();
   for (const SnapshotRow& row : result.snapshots) {
@@ -92,8 +98,8 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                                    {"memory_bytes", row.memory_bytes},
                                    {"state_bytes", row.state_bytes},
                                    {"batch_bytes", row.batch_bytes},
-                                   {"save_s", row.save_s},
-                                   {"restore_s", row.restore_s}});
+                                   {"save_s", 1e-9 * row.save_ns},
+                                   {"restore_s", 1e-9 * row.restore_ns}});
   }
   report["comparisons"] = Json::array();
   for (const ComparisonRow& row : result.comparisons) {
@@ -154,8 +160,8 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (!result.contacts.empty()) {
     text += fmt::format(
         "Contacts of infinitely many bristles that slide and whose step fits {} at p99. With {:g} pieces the "
-        "force is within 1 % (rms) on these paths.\n\n",
-        time_text(options.deadline_s), within_a_percent);
+        "rms error of the force is at most 1.1 % on these paths.\n\n",
+        time_text(options.deadline_s), coarse_resolution);
     text += contacts_table(report).text() + '\n';
   }
   if (!result.snapshots.empty())

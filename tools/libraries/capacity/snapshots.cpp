@@ -2,30 +2,15 @@
 #include <cstddef>
 #include <vector>
 
-#include <bristle/deadline_monitor.hpp>
 #include <bristle/patch_batch.hpp>
-
-#include "bench/steady_scene.hpp"
 
 #include "tools/libraries/capacity/capacity.hpp"
 #include "tools/libraries/capacity/subject.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 
 namespace cli {
 namespace {
 
 constexpr int contact_count = 100;
-
-template <class Act>
-double median_seconds(int rounds, Act act) {
-  std::vector<double> seconds;
-  for (int i = 0; i < rounds; ++i) {
-    const double start = bristle::DeadlineMonitor::wall_now();
-    act();
-    seconds.push_back(bristle::DeadlineMonitor::wall_now() - start);
-  }
-  return quantile(seconds, 0.5);
-}
 
 SnapshotRow measure(const char* what, const bristle::PatchOptions& contact, const CapacityOptions& options) {
   bristle::PatchBatch batch(
@@ -39,14 +24,20 @@ SnapshotRow measure(const char* what, const bristle::PatchOptions& contact, cons
   for (int i = 0; i < 100; ++i) batch.step(capacity_dt_s, motions, responses);
 
   std::vector<std::byte> state(batch.state_size());
-  const int rounds = options.quick ? 15 : 61;
+  const auto save = [&] { return static_cast<double>(batch.save_state(state)); };
+  const auto restore = [&] {
+    batch.restore_state(state);
+    return 0.0;
+  };
+  const std::vector<ComparisonRow> times =
+      compare({{"save", save, {}}, {"restore", restore, {}}}, "", contact_count, options.quick ? 15 : 61);
   SnapshotRow row;
   row.what = what;
   row.memory_bytes = batch.info(motions.front().id).memory_bytes;
   row.state_bytes = (state.size() - empty) / contact_count;
   row.batch_bytes = empty;
-  row.save_s = median_seconds(rounds, [&] { batch.save_state(state); }) / contact_count;
-  row.restore_s = median_seconds(rounds, [&] { batch.restore_state(state); }) / contact_count;
+  row.save_ns = times[0].ns_per_bristle;
+  row.restore_ns = times[1].ns_per_bristle;
   return row;
 }
 

@@ -460,7 +460,7 @@ class Targets {
     add("tick/patches/10000", patches, a_million,
         "10,000 patches of 100, keep, end + mean, all snap, two threads");
 #if !BRISTLE_MINIMAL
-    CapacityCase zigzag = of_uniform_lengths(contacts(within_a_percent, 2));
+    CapacityCase zigzag = of_uniform_lengths(contacts(coarse_resolution, 2));
     zigzag.zigzag = true;
     add("tick/infinite/10000", zigzag, ten_thousand,
         "10,000 infinite patches of uniform lengths within 1 % of the force, zigzag of 0.1 mean snap lengths "
