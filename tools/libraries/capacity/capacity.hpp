@@ -190,7 +190,7 @@ CapacityCase infinite_case(Regime regime, std::optional<double> step = {});
 /// cohorts are shifted along; otherwise they are recomputed.
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
-/// Defined in snapshots.cpp.
+/// Measures memory, saved state and times of contacts of the default material. Defined in snapshots.cpp.
 std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options);
 /// Resolution (pieces of path per mean snap length) at which the rms error of the force is within 1 % of
 /// kinetic friction in straight slides, on bends and in zigzags, and at 1.1 % round random right angles
