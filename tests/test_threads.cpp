@@ -167,6 +167,9 @@ TEST_CASE("However many threads take part in a long step, the bits stay those of
     // for a while, or workers may get no core.
     const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
     while (threads > 1 && most < 2 && std::chrono::steady_clock::now() < until) {
+      // Pauses, so that the system may move a worker that waits for the core on which the caller never
+      // sleeps.
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
       LongStep other(BatchOptions{}.with_threads(threads));
       for (int k = 0; k < steps; ++k) most = std::max(most, other.step().threads);
     }
