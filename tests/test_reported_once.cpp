@@ -1,4 +1,4 @@
-// Tests written to catch planted faults (tools/upkeep/mutate): losses reported once, trials that must leave
+// Tests written to catch planted faults: losses reported once, trials that must leave
 // no trace, motions and states that must be refused.
 #include <catch2/catch.hpp>
 
