@@ -413,7 +413,8 @@ int c_program_twists_a_pad(void) {
     const uint64_t hash = bristle_extended_state_hash(pads, 0);
     EXPECT(bristle_extended_step(pads, 1e-3, &motion, &response, 1, NULL) == BRISTLE_OK);
     EXPECT(bristle_extended_state_hash(pads, 0) != hash);
-    EXPECT(bristle_extended_restore_state(pads, state, sizeof state) == BRISTLE_OK);
+    EXPECT(bristle_extended_restore_state(pads, state, bristle_extended_state_size(pads)) == BRISTLE_OK);
+    EXPECT(bristle_extended_restore_state(pads, state, sizeof state) == BRISTLE_REFUSED);
     EXPECT(bristle_extended_state_hash(pads, 0) == hash);
   }
   EXPECT(bristle_extended_set_scale(pads, id, 2.0) == BRISTLE_OK);

@@ -257,39 +257,6 @@ TEST_CASE("Outputs that a patch does not compute are left untouched and change n
   }
 }
 
-TEST_CASE("find_force tells the next step's response bit for bit and leaves the state alone",
-          "[determinism]") {
-  const std::vector<PatchCase> cases = every_variant(test_size(300));
-  PatchBatch batch;
-  std::vector<PatchId> ids;
-  for (const PatchCase& c : cases) ids.push_back(batch.add(c.material, c.options));
-  batch.warm_up();
-  int shown = 0;
-  for (int k = 0; k < 25; ++k) {
-    std::vector<Motion> motions(cases.size());
-    std::vector<Response> responses(cases.size());
-    std::vector<Response> found(cases.size());
-    const std::uint64_t before = batch.state_hash();
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-      motions[i] = scripted_motion(i, k, cases[i].options.axes);
-      motions[i].id = ids[i];
-      Motion other = scripted_motion(i + 7, k, cases[i].options.axes);
-      other.id = ids[i];
-      batch.find_force(tick, other);  // a trial step of another motion, which must change nothing
-      found[i] = batch.find_force(tick, motions[i]);
-    }
-    REQUIRE(batch.state_hash() == before);
-    batch.step(tick, motions, responses);
-    for (std::size_t i = 0; i < cases.size() && shown < 5; ++i) {
-      const std::string field = first_difference(found[i], responses[i]);
-      if (!field.empty()) {
-        FAIL_CHECK(cases[i].name << ": " << field << " differs from find_force in step " << k);
-        ++shown;
-      }
-    }
-  }
-}
-
 TEST_CASE("Save and restore half-way continue with the same bits, on any instruction set and thread count",
           "[determinism]") {
   const std::vector<PatchCase> cases = every_variant(test_size(300));
@@ -354,51 +321,6 @@ TEST_CASE("Save and restore half-way continue with the same bits, on any instruc
     }
     CHECK(wrong == 0);
   }
-}
-
-TEST_CASE("A state that does not fit is refused and changes nothing", "[determinism]") {
-  PatchBatch batch;
-  const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(500));
-  batch.warm_up();
-  const Motion motion{id, {7e-6, 0.0}, 0.9};
-  Response response = step_one(batch, motion);
-  std::vector<std::byte> state = saved_state(batch);
-  CHECK(batch.save_state(bristle::Span<std::byte>(state.data(), state.size() - 1)) == 0);
-  const std::uint64_t hash = batch.state_hash();
-
-  const auto refused = [&](PatchBatch& to, bristle::Span<const std::byte> bytes, const char* what) {
-    INFO(what);
-    const std::uint64_t before = to.state_hash();
-    CHECK_THROWS_AS(to.restore_state(bytes), bristle::Error);
-    CHECK(to.state_hash() == before);
-  };
-  refused(batch, {}, "nothing");
-  refused(batch, {state.data(), state.size() - 8}, "cut short");
-  std::vector<std::byte> garbage(state.size(), std::byte{0x5a});
-  refused(batch, garbage, "garbage");
-
-  PatchBatch fewer_bristles;
-  fewer_bristles.add(Material{}, PatchOptions{}.with_bristles(400));
-  fewer_bristles.warm_up();
-  refused(fewer_bristles, state, "another number of bristles");
-  PatchBatch two;
-  two.add(Material{}, PatchOptions{}.with_bristles(500));
-  two.add(Material{}, PatchOptions{}.with_bristles(500));
-  two.warm_up();
-  refused(two, state, "another number of patches");
-  PatchBatch one_axis;
-  one_axis.add(Material{}, PatchOptions{}.with_bristles(500).with_axes(1));
-  one_axis.warm_up();
-  refused(one_axis, state, "another number of axes");
-  CHECK(batch.state_hash() == hash);
-
-  // Checks that save_state() accepts a buffer larger than the state.
-  std::vector<std::byte> roomy(state.size() + 100);
-  CHECK(batch.save_state(roomy) == state.size());
-  batch.step(tick, {&motion, 1}, {&response, 1});
-  CHECK(batch.state_hash() != hash);
-  batch.restore_state(roomy);
-  CHECK(batch.state_hash() == hash);
 }
 
 TEST_CASE("The hash sees every part of the state", "[determinism]") {

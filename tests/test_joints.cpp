@@ -443,78 +443,6 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
   }
 }
 
-TEST_CASE("Joints have the same bits on every instruction set, with any threads, alone or in company",
-          "[joints][determinism]") {
-  constexpr std::size_t n = 3001;
-  JointMaterial materials[3] = {gear(), gear(), gear()};
-  materials[1].stribeck_speed = 0;
-  materials[2].static_part = {};
-  const auto run = [&](const BatchOptions& how, std::vector<double>& results) {
-    JointOptions options;
-    options.gradients = true;
-    JointFriction joints(n, materials, options, how);
-    std::vector<double> angle(n), speed(n), motor(n), outside(n), out(6 * n), gradient(joint_parameters * n);
-    Wander wander(2);
-    for (int step = 0; step < 12; ++step) {
-      for (std::size_t i = 0; i < n; ++i) {
-        wander.go();
-        angle[i] += wander.speed * 1e-3;
-        speed[i] = wander.speed;
-        motor[i] = wander.motor;
-        outside[i] = wander.outside;
-      }
-      const auto row = [&](std::size_t k) { return Span<double>(out.data() + k * n, n); };
-      joints.step({angle, speed, motor, outside},
-                  {row(0), row(1), row(2), row(3), row(4), row(5), {}, gradient});
-      results.insert(results.end(), out.begin(), out.end());
-      results.insert(results.end(), gradient.begin(), gradient.end());
-    }
-    return joints.state_hash();
-  };
-  std::vector<double> expected;
-  const std::uint64_t hash = run(BatchOptions{}.with_isa("scalar"), expected);
-  int count = 0;
-  const detail::KernelEntry* entries = detail::kernel_entries(&count);
-  for (int i = 0; i < count; ++i) {
-    if (!entries[i].usable()) continue;
-    for (const int threads : {1, 3}) {
-      std::vector<double> results;
-      INFO(entries[i].table->name << ", " << threads);
-      CHECK(run(BatchOptions{}.with_isa(entries[i].table->name).with_threads(threads), results) == hash);
-      CHECK(std::memcmp(results.data(), expected.data(), expected.size() * sizeof(double)) == 0);
-    }
-  }
-  // Checks that a joint alone in its batch has the results of the same joint among many, both when the step
-  // writes the torque only and when it writes gradients and all other outputs.
-  JointOptions with;
-  with.gradients = true;
-  for (const std::size_t which : {0u, 1u, 20u, 2003u}) {
-    JointFriction alone(1, {materials + which % 3, 1});
-    OneJoint tells(materials[which % 3], with);
-    Wander wander(2);
-    double angle = 0, torque = 0;
-    for (int step = 0; step < 12; ++step) {
-      double speed = 0, motor = 0, outside = 0;
-      for (std::size_t i = 0; i < n; ++i) {
-        wander.go();
-        if (i != which) continue;
-        angle += wander.speed * 1e-3;
-        speed = wander.speed;
-        motor = wander.motor;
-        outside = wander.outside;
-      }
-      alone.step({{&angle, 1}, {&speed, 1}, {&motor, 1}, {&outside, 1}}, {{&torque, 1}});
-      tells.go(angle, speed, motor, outside);
-      const double* row =
-          expected.data() + static_cast<std::size_t>(step) * (6 + joint_parameters) * n + which;
-      expect(torque == *row, "a joint alone");
-      row += 6 * n;
-      for (unsigned p = 0; p < joint_parameters; ++p, row += n)
-        expect(tells.gradient[p] == *row, "derivatives of a joint alone");
-    }
-  }
-}
-
 TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbours do not notice",
           "[joints]") {
   const JointMaterial m = gear();
@@ -577,36 +505,6 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
   CHECK(late.torque == other.torque);
 }
 
-TEST_CASE("A trial of joints changes no state, before the first step either", "[joints]") {
-  JointOptions options;
-  options.gradients = true;
-  OneJoint joint(gear(), options), untried(gear(), options);
-  const std::uint64_t fresh = joint.batch.state_hash();
-  joint.go(0.7, 0, 1, 1, false);
-  CHECK(joint.torque == 0.0);
-  CHECK(joint.batch.state_hash() == fresh);
-  Wander wander(6);
-  for (int i = 0; i < 300; ++i) {
-    wander.go();
-    const auto go = [&](OneJoint& its, bool keep) {
-      its.go(wander.angle, wander.speed, wander.motor, wander.outside, keep);
-    };
-    joint.go(wander.angle + wander.uniform(-0.02, 0.02), 0, wander.outside, wander.motor, false);
-    go(joint, false);
-    const double trial = joint.torque;
-    go(joint, true);
-    go(untried, true);
-    expect(joint.torque == trial, "a trial answers as the step");
-    expect(joint.torque == untried.torque, "torque after trials");
-    expect(std::equal(joint.gradient, joint.gradient + joint_parameters, untried.gradient),
-           "derivatives after trials");
-    expect(joint.batch.state_hash() == untried.batch.state_hash(), "state after trials");
-  }
-  joint.batch.reset(0);
-  CHECK(joint.batch.state_hash() == fresh);
-  CHECK_FALSE(joint.batch.reset(1));
-}
-
 TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step, have two hashes",
           "[joints]") {
   OneJoint slides(gear()), stuck(gear());
@@ -624,59 +522,22 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
   CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
 }
 
-TEST_CASE("Joints save and restore their state, and refuse what is not theirs", "[joints]") {
+TEST_CASE("A sealed state with a number that no joint can have is refused by that, and one of fewer joints",
+          "[joints]") {
   const JointMaterial m = gear();
-  for (const bool gradients : {false, true}) {
-    JointOptions options;
-    options.gradients = gradients;
-    JointFriction a(5, {&m, 1}, options), b(5, {&m, 1}, options);
-    double angle[5] = {}, torque[5], other[5], gradient[5 * joint_parameters], its[5 * joint_parameters];
-    Wander wander(4);
-    for (int i = 0; i < 50; ++i) {
-      for (double& x : angle) {
-        wander.go();
-        x += wander.speed * 1e-3;
-      }
-      a.step({angle, {}, {}, {}}, {torque});
-    }
-    std::vector<std::byte> state = saved_state(a);
-    CHECK(a.save_state({state.data(), state.size() - 1}) == 0);
-    b.restore_state(state);
-    CHECK(b.state_hash() == a.state_hash());
-    for (double& x : angle) x += 1e-4;
-    JointOutput to_a{torque}, to_b{other};
-    if (gradients) {
-      to_a.gradient = gradient;
-      to_b.gradient = its;
-    }
-    a.step({angle, {}, {}, {}}, to_a);
-    b.step({angle, {}, {}, {}}, to_b);
-    CHECK(std::memcmp(torque, other, sizeof torque) == 0);
-    if (gradients) CHECK(std::memcmp(gradient, its, sizeof its) == 0);
-
-    const std::uint64_t hash = b.state_hash();
-    for (std::size_t i = 0; i < state.size(); i += 7) {
-      std::vector<std::byte> damaged = state;
-      damaged[i] ^= std::byte{4};
-      CHECK_THROWS_AS(b.restore_state(damaged), Error);
-    }
-    CHECK(names(message_of([&] { b.restore_state({state.data(), 30}); }), {"JointFriction", "cut short"}));
-    // Forges a saved state with a right checksum whose last joint has an impossible value, and checks that
-    // nothing of it is restored.
-    for (double& x : angle) x += 0.01;
-    a.step({angle, {}, {}, {}}, {torque});
-    REQUIRE(a.save_state(state) == state.size());
-    const double impossible = std::numeric_limits<double>::infinity();
-    std::memcpy(state.data() + state.size() - sizeof impossible, &impossible, sizeof impossible);
-    std::uint64_t magic;
-    std::memcpy(&magic, state.data(), sizeof magic);
-    detail::seal(state, magic);
-    CHECK(names(message_of([&] { b.restore_state(state); }), {"JointFriction", "no joint can have"}));
-    CHECK(b.state_hash() == hash);
-    JointFriction fewer(4, {&m, 1}, options);
-    CHECK_THROWS_AS(fewer.restore_state(state), Error);
-    CHECK(b.state_hash() == hash);
-  }
+  JointFriction joints(5, {&m, 1}), fewer(4, {&m, 1});
+  double angle[5] = {0.01, 0.02, 0.03, 0.04, 0.05}, torque[5];
+  joints.step({angle, {}, {}, {}}, {torque});
+  const std::uint64_t hash = joints.state_hash();
+  std::vector<std::byte> state = saved_state(joints);
+  CHECK_THROWS_AS(fewer.restore_state(state), Error);
+  const double impossible = std::numeric_limits<double>::infinity();
+  std::memcpy(state.data() + state.size() - sizeof impossible, &impossible, sizeof impossible);
+  std::uint64_t magic;
+  std::memcpy(&magic, state.data(), sizeof magic);
+  detail::seal(state, magic);
+  CHECK(names(message_of([&] { joints.restore_state(state); }), {"JointFriction", "no joint can have"}));
+  CHECK(joints.state_hash() == hash);
 }
 
 TEST_CASE("Materials of joints out of range are refused by name", "[joints]") {

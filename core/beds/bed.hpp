@@ -62,6 +62,7 @@ struct Bed {
   double full_load = 0.0;       ///< N, full load (BedOptions::max_normal_load)
   double longest_piece = 0.0;   ///< m, longest piece of a rolling step that is cut, at full load
   double cell = 0.0;            ///< width of a cell along its row, over half the length of the row
+  std::uint32_t in_row = 0;     ///< number of cells of a row; 0: the bed has no rows that roll
   double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load
   std::uint64_t last_step = 0;  ///< number of the last step for which the caller gave the bed a motion
   BedState state;
@@ -77,7 +78,12 @@ Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOption
 /// the contact, after rolling by a distance (m) along the rows. `turned`: whether the rows have turned since
 /// the last call. Returns the sum of stiffness x pressure.
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
-/// Unbends all bristles and takes the bed out of contact.
+/// Sets the cells of a bed that rolls to where they stand along their rows before it has rolled. Cells of a
+/// row are shifted by a part of their width, which differs from row to row and is equal for the two rows at
+/// equal distance from the middle.
+void stand_rows(Bed& bed) noexcept;
+/// Unbends all bristles, takes the bed out of contact and its cells back to where they stood before it
+/// rolled.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
 /// Steps a bed by a motion that accepts() has allowed, and writes its response.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;

@@ -338,6 +338,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   head(checksum);
   if (magic != saved_magic) fail("is not one of beds");
   if (count != impl_->count || from.size() < bytes) fail("is of other beds");
+  if (from.size() > bytes) fail("has bytes behind it: give exactly those that save_state wrote");
   Hasher hasher;
   add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
   if (hasher.value() != checksum) fail("is damaged");

@@ -53,7 +53,6 @@ struct Cell {
   double area = 0.0;  ///< area of the bristle's cell, relative to the other cells
   double inner = -1.0, outer = 0.0;
   double share = 1.0;
-  double along = 0.0;
 };
 
 std::vector<Cell> sphere_cells(int n) {
@@ -111,11 +110,6 @@ std::vector<Cell> row_cells(const BedShape& shape) {
       cell.y = node.at;
       cell.area = node.weight * square_root(inside) / n;
       if (shape.rolls) {
-        // Shifts the cells of each row by a part of their width, different from row to row but equal for the
-        // two rows at equal distance from the middle.
-        const double phase = 0.6180339887498949 * std::min(j, rows - 1 - j);
-        const double h = 2.0 / (n - 1);
-        cell.along = -1.0 - 0.5 * h + h * (i + (phase - static_cast<int>(phase)));
         cell.inner = node.at;
         cell.outer = square_root(inside);
       } else {
@@ -296,7 +290,10 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
                                                           // otherwise Cell::share of each cell does
   if (shaped && shape.pressure == BedPressure::parabolic) bed.profile = BedProfile::parabolic;
   if (shaped && shape.pressure == BedPressure::hertz) bed.profile = BedProfile::hertz;
-  if (shape.rolls) bed.cell = 2.0 / (shape.cells[0] - 1);
+  if (shape.rolls) {
+    bed.cell = 2.0 / (shape.cells[0] - 1);
+    bed.in_row = static_cast<std::uint32_t>(shape.cells[0]);
+  }
 
   const std::vector<Cell> cells = is_sphere ? sphere_cells(shape.cells[0])
                                   : is_list ? list_cells(shape, bed.length)
@@ -318,12 +315,12 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
     bed.at(bed_inner, i) = static_cast<float>(cell.inner);
     bed.at(bed_outer, i) = static_cast<float>(shape.rolls && i >= bed.bristles ? 1.0 : cell.outer);
     bed.at(bed_share, i) = shape.rolls ? 1.0f / bed.at(bed_outer, i) : static_cast<float>(cell.share);
-    bed.at(bed_along, i) = static_cast<float>(cell.along);
     bed.at(bed_x, i) = static_cast<float>(cell.x * x_unit);
     bed.at(bed_y, i) = static_cast<float>(cell.y * y_unit);
     bed.at(bed_moved, i) = 1.0f;
   }
 
+  stand_rows(bed);
   // Sets the unit of deflection to the largest kinetic friction limit of a bristle at full load, in metres.
   bed.deflection = 1.0;
   bed.state.size = 1.0;

@@ -108,12 +108,22 @@ void straighten(Bed& bed) noexcept {
 
 }  // namespace
 
+void stand_rows(Bed& bed) noexcept {
+  if (bed.in_row == 0) return;
+  const double h = bed.cell;
+  const std::uint32_t rows = bed.bristles / bed.in_row;
+  for (std::uint32_t i = 0; i < bed.bristles; ++i) {
+    const std::uint32_t row = i / bed.in_row;
+    const double phase = 0.6180339887498949 * std::min(row, rows - 1 - row);
+    const double shifted = i % bed.in_row + (phase - static_cast<int>(phase));
+    bed.at(bed_along, i) = static_cast<float>(-1.0 - 0.5 * h + h * shifted);
+  }
+}
+
 void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   straighten(bed);
-  const double along[2] = {bed.state.along[0], bed.state.along[1]};
+  stand_rows(bed);
   bed.state = BedState{};
-  bed.state.along[0] = along[0];
-  bed.state.along[1] = along[1];
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
   // Calls place() twice, because the column bed_kept compares two calls. After the second one, the cells of a

@@ -111,6 +111,9 @@ SavedBatch open_batch(Span<const std::byte> state) {
   std::uint64_t sum = 0;
   read(sum);
   if (head.bytes > state.size()) throw Error("restore_state: the saved state is cut short");
+  if (head.bytes < state.size())
+    throw Error("restore_state: " + std::to_string(state.size() - head.bytes) +
+                " bytes stand behind the saved state: give exactly those that save_state wrote");
   if (head.bytes < saved_batch_size || checksum({state.data(), static_cast<std::size_t>(head.bytes)}) != sum)
     throw Error("restore_state: the saved state is damaged (its checksum does not agree)");
   return head;
