@@ -16,7 +16,6 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/products/virtual_room/bristle_glass.hpp"
 #include "tools/products/virtual_room/camera.hpp"
-#include "tools/products/virtual_room/drawing_pace.hpp"
 #include "tools/products/virtual_room/history.hpp"
 #include "tools/products/virtual_room/mouse_control.hpp"
 #include "tools/products/virtual_room/offscreen.hpp"
@@ -25,8 +24,6 @@
 #include "tools/products/virtual_room/png_file.hpp"
 #include "tools/products/virtual_room/presets.hpp"
 #include "tools/products/virtual_room/quantity_text.hpp"
-#include "tools/products/virtual_room/snap_sound.hpp"
-#include "tools/products/virtual_room/trails.hpp"
 
 namespace bristle_test::test_room_screen {
 
@@ -429,54 +426,6 @@ TEST_CASE("The first bending is kept from the reset to four lengths, and no furt
   CHECK(first[first.size() - 1].first < 1.53e-3f);
 }
 
-namespace {
-
-// Converts a colour to what an eye without red, green or blue cones sees (Machado, Oliveira, Fernandes 2009),
-// and finds the distance of two colours in CIE Lab.
-using Rgb = std::array<double, 3>;
-Rgb lab_for(ImU32 colour, int missing) {
-  static const double seen[3][3][3] = {
-      {{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}},
-      {{0.367322, 0.860646, -0.227968}, {0.280085, 0.672501, 0.047413}, {-0.011820, 0.042940, 0.968881}},
-      {{1.255528, -0.076749, -0.178779}, {-0.078411, 0.930809, 0.147602}, {0.004733, 0.691367, 0.303900}}};
-  Rgb linear, left{};
-  for (int c = 0; c < 3; ++c) {
-    const double v = ((colour >> (8 * c)) & 255u) / 255.0;
-    linear[static_cast<std::size_t>(c)] = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
-  }
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t c = 0; c < 3; ++c) left[row] += seen[missing][row][c] * linear[c];
-    left[row] = std::clamp(left[row], 0.0, 1.0);
-  }
-  const auto f = [](double v) { return v > 0.008856 ? std::cbrt(v) : 7.787 * v + 16.0 / 116.0; };
-  const double x = f((0.4124 * left[0] + 0.3576 * left[1] + 0.1805 * left[2]) / 0.9505);
-  const double y = f(0.2126 * left[0] + 0.7152 * left[1] + 0.0722 * left[2]);
-  const double z = f((0.0193 * left[0] + 0.1192 * left[1] + 0.9505 * left[2]) / 1.089);
-  return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
-}
-
-}  // namespace
-
-TEST_CASE("Colours that mean different things beside each other differ for every eye", "[room]") {
-  using namespace room::colours;
-  const std::vector<std::vector<ImU32>> together = {
-      {friction, applied, snaps},
-      {friction, room::compared_colour(0), room::compared_colour(1)},
-      {good, warning, bad}};
-  for (const auto& set : together) {
-    for (int missing = 0; missing < 3; ++missing) {
-      for (std::size_t a = 0; a < set.size(); ++a) {
-        for (std::size_t b = a + 1; b < set.size(); ++b) {
-          const Rgb p = lab_for(set[a], missing), q = lab_for(set[b], missing);
-          INFO("colours " << a << " and " << b << ", cone " << missing);
-          // Requires colours far apart: a distance of 2.3 in CIE Lab is just visible.
-          CHECK(std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) > 20.0);
-        }
-      }
-    }
-  }
-}
-
 TEST_CASE("The plots' memory keeps the newest points in order and begins anew when time goes back",
           "[room]") {
   room::History history;
@@ -507,70 +456,6 @@ TEST_CASE("The histogram counts a time in the class that holds it", "[room]") {
     }
   }
   CHECK(inside == 3);
-}
-
-TEST_CASE("A snap rings at its tone and dies away, more snaps ring louder, and none are silent", "[room]") {
-  room::SnapTone tone;
-  std::vector<std::int16_t> heard;
-  tone.add(0, 8, heard);
-  CHECK(std::count(heard.begin(), heard.end(), 0) == 8);
-  heard.clear();
-  tone.add(100, 8, heard);  // eight samples at half of full scale
-  tone.add(0, 72, heard);
-  // Expected sound: a resonator struck once rings as r^k sin((k + 1) w) / sin(w).
-  const double w = 2 * 3.14159265358979 * 1200 / 8000, r = std::exp(-1 / (2e-3 * 8000));
-  for (int k = 0; k < 80; ++k) {
-    const double expected = 12000 * 0.5 * std::pow(r, k) * std::sin((k + 1) * w) / std::sin(w);
-    CHECK(heard[static_cast<std::size_t>(k)] == Approx(expected).margin(1.0));
-  }
-}
-
-TEST_CASE("The sound is off until it is asked for, and as loud as the root of the snaps in a second",
-          "[room]") {
-  CHECK_FALSE(room::SnapPlayer().plays());
-  CHECK_FALSE(room::GuiState().sound);
-  // Root mean square of the second half of 0.2 s of sound, at one rate of snaps, in ticks of a millisecond.
-  const auto loudness = [](float snaps_per_tick) {
-    room::SnapTone tone;
-    std::vector<std::int16_t> heard;
-    for (int tick = 0; tick < 200; ++tick) tone.add(snaps_per_tick, 8, heard);
-    double squares = 0.0;
-    for (std::size_t i = 800; i < heard.size(); ++i) squares += std::pow(heard[i], 2);
-    CHECK(heard.size() == 1600);
-    return std::sqrt(squares / 800.0);
-  };
-  const double quiet = loudness(1);
-  CHECK(loudness(0) == 0.0);
-  CHECK(quiet > 100.0);
-  CHECK(loudness(4) == Approx(2.0 * quiet).epsilon(0.01));
-  CHECK(loudness(25) == Approx(5.0 * quiet).epsilon(0.01));
-}
-
-TEST_CASE("A film is an animated PNG of all pictures of one size, halved pictures are means of four",
-          "[room]") {
-  room::PixelImage image{4, 2, {}};
-  for (int i = 0; i < 24; ++i) image.rgb.push_back(static_cast<std::uint8_t>(10 * i));
-  // Red values of four pixels that become one: 0 and 30 above, 120 and 150 below.
-  const room::PixelImage half = room::halve(image);
-  REQUIRE(half.rgb.size() == 6);
-  CHECK(half.rgb[0] == 75);
-  CHECK(half.rgb[5] == (80 + 110 + 200 + 230 + 2) / 4);
-
-  room::Film film;
-  for (int i = 0; i < 3; ++i) film.add(image);
-  film.add(half);
-  CHECK(film.pictures() == 3);
-  const std::string png = film.as_png(10);
-  std::string names;
-  const auto number = [&](std::size_t at) {
-    std::uint32_t n = 0;
-    for (std::size_t i = at; i < at + 4; ++i) n = n << 8 | static_cast<unsigned char>(png.at(i));
-    return n;
-  };
-  for (std::size_t at = 8; at < png.size(); at += 12 + number(at)) names += png.substr(at + 4, 4) + " ";
-  CHECK(names == "IHDR acTL fcTL IDAT fcTL fdAT fcTL fdAT IEND ");
-  // Expected CRC-32 of an empty IEND chunk, the end of every PNG file.
-  CHECK(png.substr(png.size() - 4) == "\xAE\x42\x60\x82");
 }
 
 TEST_CASE("Quantities are written with the prefix that fits", "[room]") {
@@ -622,131 +507,6 @@ TEST_CASE("A picture shows the block where perspective puts it, its arrows, and 
   const room::PixelImage bent = offscreen->draw(room, 0.02f);
   CHECK(count(straight, is_blue) > count(bent, is_blue) + 1000);
   CHECK(count(bent, is_red) > count(straight, is_red) + 1000);
-}
-
-TEST_CASE("Slow pictures shed shadows, then resolution, then pictures, and fast ones bring them back",
-          "[room]") {
-  room::DrawingPace pace;
-  double t = 0.0;
-  const auto draw = [&](double seconds, double picture_s, double share = 1.0) {
-    for (const double end = t + seconds; t < end; t += std::max(picture_s, pace.now().period_s))
-      pace.take(t, picture_s, share);
-  };
-  draw(30.0, 0.016);
-  CHECK(pace.now().shadows);
-  // Checks that one slow picture, as when a window opens, changes no setting of the drawing.
-  draw(0.1, 0.2);
-  draw(5.0, 0.016);
-  CHECK(pace.now().shadows);
-  draw(1.0, 0.12);
-  CHECK_FALSE(pace.now().shadows);
-  CHECK_FALSE(pace.now().half_resolution);
-  CHECK(std::string(pace.now().says) == "no shadows");
-  draw(1.2, 0.06);
-  CHECK(pace.now().half_resolution);
-  CHECK(pace.now().period_s < 0.02);
-  draw(3.0, 0.05);
-  CHECK(pace.now().period_s == Approx(1.0 / 15));
-  draw(60.0, 0.05);  // nothing is left to reduce: the rate stays
-  draw(30.0, 0.03);  // neither fast nor slow: nothing changes
-  draw(30.0, 0.005, 0.9);
-  CHECK(pace.now().period_s == Approx(1.0 / 15));
-  draw(3.0, 0.005);
-  CHECK(pace.now().period_s < 0.02);
-  CHECK(pace.now().half_resolution);
-  draw(20.0, 0.005);
-  CHECK(pace.now().shadows);
-  // Checks that shadows are left out if the simulation falls behind, however fast pictures are.
-  draw(3.0, 0.005, 0.4);
-  CHECK_FALSE(pace.now().shadows);
-
-  // Four slow pictures at the start are too few to change a setting. A level is judged by its own pictures.
-  pace = {};
-  draw(1.3, 0.4);
-  CHECK(pace.now().shadows);
-  pace = {};
-  draw(1.2, 0.12, 0.1);
-  draw(1.1, 0.038, 0.86);
-  CHECK_FALSE(pace.now().shadows);
-  CHECK_FALSE(pace.now().half_resolution);
-
-  // Shadows that were fast for long are soon tried again after they became slow.
-  for (int k = 0; k < 5; ++k) {
-    draw(0.9, 0.12);
-    CHECK_FALSE(pace.now().shadows);
-    draw(20.0, 0.005);
-    CHECK(pace.now().shadows);
-  }
-
-  // Shadows that are too slow each time are tried ever more rarely: some five times in ten minutes, then once
-  // in ten minutes.
-  room::DrawingPace dear;
-  int changes = 0;
-  bool shadows = true;
-  for (t = 0.0; t < 6600.0;) {
-    if (t < 600.0) CHECK(changes < 20);
-    const double picture_s = dear.now().shadows ? 0.08 : 0.015;
-    dear.take(t, picture_s, 1.0);
-    t += std::max(picture_s, dear.now().period_s);
-    changes += dear.now().shadows != shadows;
-    shadows = dear.now().shadows;
-  }
-  CHECK(changes > 30);
-  CHECK(changes < 40);
-}
-
-TEST_CASE("A block's trail begins where it stood and follows it; a scene that begins again has a new one",
-          "[room]") {
-  room::Trails trails;
-  Snapshot room = made_up::room_with_block_at(0.0, 1.0, 0.5);
-  for (int k = 0; k <= 100; ++k) {
-    room.time = 1.0 + 0.01 * k;
-    room.block_position[0] = 1e-3 * k;
-    trails.update(room);
-  }
-  REQUIRE(trails.way(0).size() > 15);
-  CHECK(trails.way(0).front().norm() == 0.0f);
-  CHECK(trails.way(0).back().x() == Approx(0.1).margin(2 * room::Trails::spacing));
-  CHECK(trails.way(1).empty());
-  // Checks that the trail of the block's path never exceeds its bound, and keeps its beginning.
-  for (int k = 0; k < 5000; ++k) {
-    room.time += 0.01;
-    room.block_position[0] = k % 2 ? 0.1 : 0.0;
-    trails.update(room);
-  }
-  CHECK(trails.way(0).size() == room::Trails::most);
-  CHECK(trails.way(0).front().norm() == 0.0f);
-  room.block_position[0] = std::nan("");
-  trails.update(room);
-  CHECK(trails.way(0).back().allFinite());
-
-  room.time = 0.1;  // reset
-  room.block_position[0] = 0.02;
-  room.compared = 1;
-  trails.update(room);
-  CHECK(trails.way(0).size() == 1);
-  REQUIRE(trails.way(1).size() == 1);
-  CHECK(trails.way(1).front().y() == Approx(room::aside_of(0)));
-  // In the comparison of rubbing a carriage moves the blocks, which leave no trails.
-  room.settings.compare = room::Comparison::rubbing;
-  trails.update(room);
-  CHECK(trails.way(0).empty());
-}
-
-TEST_CASE("Drawn without shadows and at half resolution the block is where it was", "[room]") {
-  const auto offscreen = try_offscreen(700, 520);
-  if (!offscreen) return;
-  room::RoomView& view = offscreen->view();
-  view.panels = view.glass_shown = false;
-  const Snapshot room = made_up::room_with_block_at(0.1, 0.0, 0);
-  double whole = 0, plain = 0;
-  const int all = count(offscreen->draw(room, 0.02f), is_wood, &whole);
-  view.shadows = false;
-  view.half_resolution = true;
-  const int now = count(offscreen->draw(room, 0.02f), is_wood, &plain);
-  REQUIRE(all > 1000);
-  CHECK(now == Approx(all).epsilon(0.2));
-  CHECK(plain == Approx(whole).margin(3));
 }
 
 TEST_CASE("The glass leaves the side on which the block is", "[room]") {

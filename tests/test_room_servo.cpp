@@ -96,7 +96,7 @@ TEST_CASE("With the network device a tick asks the system for packets beside tha
   std::unique_ptr<room::HapticLoop> loop;
   const Sighting seen = watch(
       [&] {
-        auto device = std::make_unique<room::UdpDevice>(0, "127.0.0.1", 60.0);
+        auto device = std::make_unique<room::UdpDevice>(0, 60.0);
         send_hand(device->port());
         room::LoopOptions options;
         options.settings.bristles = 256;

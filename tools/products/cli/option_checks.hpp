@@ -22,16 +22,6 @@ inline CLI::Validator within(double low, double high) {
   return CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high));
 }
 
-/// Accepts only whole numbers from 0 up. (CLI11 reads "-1" as the largest unsigned number.)
-inline CLI::Validator digits() {
-  return CLI::Validator(
-      [](const std::string& text) {
-        const bool good = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-        return good ? std::string() : fmt::format("'{}' is no whole number from 0 up", text);
-      },
-      "UINT");
-}
-
 /// Refuses an empty file name, in every option of `app` and its commands whose value is a file.
 inline void refuse_empty_files(CLI::App& app, const char* file_type) {
   for (CLI::Option* option : app.get_options())

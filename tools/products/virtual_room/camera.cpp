@@ -29,15 +29,6 @@ Eigen::Matrix4f perspective(float field_of_view, float aspect, float nearest, fl
   return m;
 }
 
-Eigen::Matrix4f orthographic(float half_width, float half_height, float nearest, float farthest) {
-  Eigen::Matrix4f m = Eigen::Matrix4f::Identity();
-  m(0, 0) = 1 / half_width;
-  m(1, 1) = 1 / half_height;
-  m(2, 2) = -2 / (farthest - nearest);
-  m(2, 3) = -(farthest + nearest) / (farthest - nearest);
-  return m;
-}
-
 Eigen::Vector3f Camera::eye() const {
   const Eigen::Vector3f out(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
                             std::sin(elevation));

@@ -39,6 +39,5 @@ struct Camera {
 
 Eigen::Matrix4f look_at(const Eigen::Vector3f& eye, const Eigen::Vector3f& target, const Eigen::Vector3f& up);
 Eigen::Matrix4f perspective(float field_of_view, float aspect, float nearest, float farthest);
-Eigen::Matrix4f orthographic(float half_width, float half_height, float nearest, float farthest);
 
 }  // namespace room

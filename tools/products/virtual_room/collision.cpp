@@ -1,7 +1,5 @@
 #include "tools/products/virtual_room/collision.hpp"
 
-#include "tools/products/virtual_room/floor_mesh.hpp"
-
 namespace room {
 namespace {
 
@@ -21,15 +19,6 @@ std::array<Plane, surfaces> planes_of(const RoomMeasures& m) {
            {Vector3(0, 0, -1), -m.height}}};
 }
 
-/// Returns the plane of a surface of the room at a place; on a mesh, the plane of the triangle there.
-Plane plane_at(const RoomMeasures& m, Surface surface, const Plane& flat, const Vector3& place) {
-  if (surface != Surface::floor || !m.floor) return flat;
-  const FloorMesh::Triangle* triangle = m.floor->at(place.x(), place.y());
-  if (triangle == nullptr) return flat;
-  const Vector3 normal = normal_of(*triangle);
-  return {normal, normal.dot((*triangle)[0])};
-}
-
 /// Returns corner i (0 to 7) of the block in its own axes; bits 0, 1, 2 of i mean the side at +x, +y, +z.
 Vector3 corner_of(const RoomMeasures& m, int i) {
   return {(i & 1 ? 0.5 : -0.5) * m.block[0], (i & 2 ? 0.5 : -0.5) * m.block[1],
@@ -38,20 +27,18 @@ Vector3 corner_of(const RoomMeasures& m, int i) {
 
 void add_touch(Touches& touches, const Touch& touch) { touches.list[touches.count++] = touch; }
 
-void block_on_surface(const RoomMeasures& m, const Pose& block, Surface surface, const Plane& flat,
+void block_on_surface(const RoomMeasures& m, const Pose& block, Surface surface, const Plane& plane,
                       Touches& touches) {
   for (int i = 0; i < corners; ++i) {
     const Vector3 point = block.position + block.orientation * corner_of(m, i);
-    const Plane plane = plane_at(m, surface, flat, point);
     const double gap = plane.normal.dot(point) - plane.offset;
     if (gap < block_margin)
       add_touch(touches, {Touch::Pair::block_surface, surface, i, point, plane.normal, gap});
   }
 }
 
-void tool_on_surface(const RoomMeasures& m, const Vector3& tool, Surface surface, const Plane& flat,
+void tool_on_surface(const RoomMeasures& m, const Vector3& tool, Surface surface, const Plane& plane,
                      Touches& touches) {
-  const Plane plane = plane_at(m, surface, flat, tool);
   const double gap = plane.normal.dot(tool) - plane.offset - m.tool_radius;
   if (gap < tool_margin) add_touch(touches, {Touch::Pair::tool_surface, surface, 0, tool, plane.normal, gap});
 }

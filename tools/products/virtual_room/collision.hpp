@@ -2,8 +2,7 @@
 //
 // A bristle must bend at a fixed place, so contacts are persistent features: the block's eight corners
 // against a flat surface, the closest point against the tool. A box and a flat surface cannot touch at other
-// points. On a mesh (floor_mesh.hpp) a corner touches the plane of the triangle below or above it; vertices
-// and edges of the mesh do not touch the block's faces.
+// points.
 #pragma once
 
 #include <array>

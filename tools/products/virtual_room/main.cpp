@@ -12,7 +12,6 @@
 
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/products/cli/option_checks.hpp"
-#include "tools/products/virtual_room/floor_mesh.hpp"
 #include "tools/products/virtual_room/haptic_loop.hpp"
 #include "tools/products/virtual_room/headless.hpp"
 #include "tools/products/virtual_room/presets.hpp"
@@ -45,15 +44,7 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
       app.add_option("--device", o.device, "what moves the tool: mouse, script, file or udp")
           ->transform(to_device)
           ->type_name("TEXT");
-  app.add_option("--floor", o.floor, "mesh in place of the flat floor, an OBJ file (m, z up)")
-      ->check(CLI::ExistingFile);
   app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
-  app.add_option(
-         "--token", o.udp_token,
-         "secret number that keys the tag of packets, for --device udp; others on this machine read it here, "
-         "not in the environment")
-      ->check(cli::digits())
-      ->envname("BRISTLE_ROOM_TOKEN");
   app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
       ->check(CLI::Range(1, 65535))
       ->capture_default_str();
@@ -102,15 +93,13 @@ std::unique_ptr<room::Device> make_device(const RunOptions& o, room::Script& scr
       if (o.motion.empty()) throw cli::UserError("--device file needs --motion FILE");
       return std::make_unique<room::PlayedHand>("file", room::read_hand_file(o.motion, o.loop.measures));
     case room::DeviceKind::udp:
-      return std::make_unique<room::UdpDevice>(o.udp_port, "127.0.0.1", 0.1, o.udp_token);
+      return std::make_unique<room::UdpDevice>(o.udp_port);
   }
   return nullptr;
 }
 
 int run(RunOptions options) {
   room::Script script;
-  if (!options.floor.empty())
-    options.loop.measures.floor = std::make_shared<room::FloorMesh>(room::read_floor_mesh(options.floor));
   if (!options.script.empty()) {
     script = room::read_script(options.script, options.loop.measures);
     options.loop.settings = script.settings;
@@ -123,8 +112,7 @@ int run(RunOptions options) {
     throw cli::UserError(
         "--tour is of the window and the mouse: leave out --headless, --script and --device");
   // Opens the window on the scene that compares friction models, unless options choose something else.
-  if (options.script.empty() && options.floor.empty() && options.device == room::DeviceKind::mouse &&
-      !options.headless)
+  if (options.script.empty() && options.device == room::DeviceKind::mouse && !options.headless)
     options.loop.settings = room::comparison();
   options.loop.forces_csv = options.csv;
   room::HapticLoop loop(options.loop, make_device(options, script));

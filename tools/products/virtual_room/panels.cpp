@@ -457,8 +457,8 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"Ctrl+Z", "undo the last change of the settings"},
       {"C, P", "record, replay"},
       {"E, S", "plots as CSV, settings and material as scripts; drop one on the window to load it"},
-      {"F12, F", "picture, film of the last 15 seconds"},
-      {"A, N", "bristles coloured by age or by bending; sound of snaps"},
+      {"F12", "picture of the window"},
+      {"A", "bristles coloured by age or by bending"},
       {"G, H, F1", "glass, panels, this page"},
       {"Ctrl+click on a slider", "type a value"}};
   const Area& a = layout.picture.scene;
@@ -530,11 +530,10 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (room.recording) ImGui::PopStyleColor();
   if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
-  if (button("Save", "a picture, a film, the plots or the settings, into the working folder", 10))
+  if (button("Save", "a picture, the plots or the settings, into the working folder", 10))
     ImGui::OpenPopup("save");
   if (ImGui::BeginPopup("save")) {
     wishes.screenshot = ImGui::MenuItem("Picture of the window, PNG", "F12");
-    wishes.film = ImGui::MenuItem("Film of the last 15 s, animated PNG", "F");
     wishes.export_plots = ImGui::MenuItem("What the plots show, CSV", "E");
     wishes.save_scene = ImGui::MenuItem("Settings, and the material alone, TOML for 'Load'", "S");
     end_menu();
@@ -551,11 +550,6 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     end_menu();
   }
   if (button("Glass", "G: the magnifying glass", 10)) wishes.toggle_glass = true;
-  const bool sounds = state.sound;
-  if (sounds) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
-  if (button("Sound", "N: a click for each millisecond in which bristles on the floor snap"))
-    wishes.toggle_sound = true;
-  if (sounds) ImGui::PopStyleColor();
   if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
   const bool compares = room.compared > 0;
   if (compares) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
@@ -580,15 +574,14 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
 
   // Shows at the lower right of the room the speed of the simulation and the pictures per second.
   if (state.pictures > 0) {
-    const std::string rates =
-        fmt::format("{:.2f} of real time, {:.2g} pictures a second{}{}", state.share * room.speed,
-                    state.pictures, *state.drawn ? ": " : "", state.drawn);
+    const std::string rates = fmt::format("{:.2f} of real time, {:.2g} pictures a second",
+                                          state.share * room.speed, state.pictures);
     const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, rates.c_str());
     const Area& scene = layout.picture.scene;
     ImGui::GetBackgroundDrawList()->AddText(
         fonts.small, fonts.small->FontSize,
         {scene.x + scene.width - size.x - 12 * scale, scene.y + scene.height - size.y - 6 * scale},
-        state.share < 0.9 || *state.drawn ? colours::warning : colours::faint_text, rates.c_str());
+        state.share < 0.9 ? colours::warning : colours::faint_text, rates.c_str());
   }
   const std::string time = fmt::format("{:.2f} s", room.time);
   const char* what = room.device_lost ? "device lost"

@@ -28,8 +28,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
 struct Wishes {
   bool settings = false;  ///< whether the user changed settings
   Act act = Act::none;
-  bool screenshot = false, film = false, toggle_sound = false, toggle_glass = false, reset_view = false,
-       toggle_help = false;
+  bool screenshot = false, toggle_glass = false, reset_view = false, toggle_help = false;
   bool export_plots = false, save_scene = false, full_speed = false;
   bool list_files = false;  ///< whether the user pressed Load
   std::optional<Comparison> scene;
@@ -71,8 +70,6 @@ struct GuiState {
   FirstBending first_bending;
   double share = 1.0;                 ///< simulated over real time, relative to the chosen speed
   double pictures = 0.0;              ///< number of pictures per second
-  const char* drawn = "";             ///< says what pictures leave out for speed; "": nothing
-  bool sound = false;                 ///< whether snaps make a sound
   float back_s = 0, back_most_s = 0;  ///< how far a pause looks back, and its limit, s
 };
 

@@ -9,11 +9,9 @@
 #include <vector>
 
 #include "tools/products/virtual_room/compared.hpp"
-#include "tools/products/virtual_room/floor_mesh.hpp"
 #include "tools/products/virtual_room/gl_program.hpp"
 #include "tools/products/virtual_room/mesh.hpp"
 #include "tools/products/virtual_room/shaders.hpp"
-#include "tools/products/virtual_room/trails.hpp"
 
 namespace room {
 
@@ -27,27 +25,22 @@ using Eigen::Vector4f;
 
 // Colours of the drawn bodies, in linear light (before gamma).
 const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
-    slab_paint(0.10f, 0.11f, 0.13f);
-const Vector3f edge_paint(0.22f, 0.25f, 0.30f), table_paint(0.042f, 0.048f, 0.057f),
-    backdrop(0.014f, 0.017f, 0.022f);
+    slab_paint(0.10f, 0.11f, 0.13f), wood_paint(0.53f, 0.28f, 0.11f);
+const Vector3f edge_paint(0.22f, 0.25f, 0.30f), backdrop(0.014f, 0.017f, 0.022f);
 const Vector3f tool_paint(0.75f, 0.78f, 0.82f), hand_paint(0.03f, 0.30f, 0.62f),
     lost_paint(0.6f, 0.08f, 0.05f);
 const Vector3f lugre_paint(0.10f, 0.26f, 0.45f), coulomb_paint(0.34f, 0.35f, 0.37f),
     beside_paint(0.09f, 0.38f, 0.60f);
 const Vector3f friction_paint(1.00f, 0.26f, 0.05f), applied_paint(0.05f, 0.52f, 0.95f);
 
-constexpr float shadow_reach = 0.46f;  // half width of the shadow map about the room's middle, m
-
-enum Look { plain, wood, tiles, wall, glowing, table };
+enum Look { lit, tiles, glowing };
 
 struct Body {
   const Mesh* mesh;
   Affine3f place;
   Vector3f colour;
-  int look = plain;
+  int look = lit;
   float gloss = 0.1f, alpha = 1.0f;
-  // Whether block, tool and room cast shadows on the drawn body.
-  bool by_block = true, by_tool = true, by_room = true;
 };
 
 Affine3f placed(const Vector3f& at, const Vector3f& scale) {
@@ -100,61 +93,16 @@ class DrawingBoard {
       throw std::runtime_error("this OpenGL gives no frame buffer of the picture's size");
   }
 
-  void resolve_into(GLuint target, int width, int height) const {
+  void resolve_into(GLuint target) const {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, frame_);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target);
-    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width, height, GL_COLOR_BUFFER_BIT,
-                      width == width_ ? GL_NEAREST : GL_LINEAR);
+    glBlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
     glBindFramebuffer(GL_FRAMEBUFFER, target);
   }
-
-  bool has_many_samples() const { return samples_ > 1; }
 
  private:
   int samples_ = 1, width_ = 0, height_ = 0;
   GLuint frame_ = 0, buffers_[2] = {0, 0};
-};
-
-class ShadowMap {
- public:
-  explicit ShadowMap(int pixels) : pixels_(pixels) {
-    glGenTextures(1, &texture_);
-    glBindTexture(GL_TEXTURE_2D, texture_);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, pixels, pixels, 0, GL_DEPTH_COMPONENT,
-                 GL_UNSIGNED_INT, nullptr);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-    glGenFramebuffers(1, &frame_);
-    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
-    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, texture_, 0);
-    glDrawBuffer(GL_NONE);
-    glReadBuffer(GL_NONE);
-  }
-  ShadowMap(const ShadowMap&) = delete;
-  ShadowMap& operator=(const ShadowMap&) = delete;
-  ~ShadowMap() {
-    glDeleteFramebuffers(1, &frame_);
-    glDeleteTextures(1, &texture_);
-  }
-
-  void begin() const {
-    glBindFramebuffer(GL_FRAMEBUFFER, frame_);
-    glViewport(0, 0, pixels_, pixels_);
-    glClear(GL_DEPTH_BUFFER_BIT);
-  }
-  void bind() const {
-    glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_2D, texture_);
-  }
-
-  int pixels() const { return pixels_; }
-
- private:
-  int pixels_;
-  GLuint texture_ = 0, frame_ = 0;
 };
 
 }  // namespace
@@ -207,24 +155,20 @@ int sensible_samples() {
 struct Renderer::Impl {
   RoomMeasures measures;
   DrawingBoard board;
-  ShadowMap shadow;
-  Program lit{shaders::lit_vertex, shaders::lit_fragment};
-  Program depth{shaders::depth_vertex, shaders::depth_fragment};
+  Program bodies_program{shaders::body_vertex, shaders::body_fragment};
   Program hair{shaders::hair_vertex, shaders::glass_fragment};
   Program glass_plane{shaders::glass_plane_vertex, shaders::glass_fragment};
-  Mesh block, cube, sphere, rod, cone, rectangle, spring, strand, floor;
+  Mesh block, cube, sphere, rod, cone, rectangle, spring, strand;
   GLuint hairs = 0;
 
   const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
-  Matrix4f light_camera;
   Affine3f tilt;  // transform from the room's axes to the world's
   Affine3f block_place;
-  std::vector<Body> bodies, shadowless, clear, ghosts;
+  std::vector<Body> bodies, clear, ghosts;
 
   Impl(const RoomMeasures& m, int samples)
       : measures(m),
         board(samples),
-        shadow(samples > 1 ? 2048 : 1024),
         block(make_rounded_box(half_block(), 0.0035f)),
         cube(make_rounded_box(Vector3f(1, 1, 1), 0.0f + 1e-4f)),
         sphere(make_sphere(48)),
@@ -232,10 +176,7 @@ struct Renderer::Impl {
         cone(make_rod(32, 0.0f)),
         rectangle(make_rectangle()),
         spring(Triangles{}),
-        strand(make_strand()),
-        floor(measures.floor ? triangles_of(*measures.floor) : make_rectangle()) {
-    light_camera = orthographic(shadow_reach, shadow_reach, 0.1f, 2.0f) *
-                   look_at(sun, Vector3f::Zero(), Vector3f::UnitY());
+        strand(make_strand()) {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
@@ -256,18 +197,6 @@ struct Renderer::Impl {
   Vector3f half_room() const {
     return Vector3f(static_cast<float>(measures.length / 2), static_cast<float>(measures.width / 2),
                     static_cast<float>(measures.height));
-  }
-
-  static Triangles triangles_of(const FloorMesh& mesh) {
-    Triangles shape;
-    for (const FloorMesh::Triangle& triangle : mesh.triangles()) {
-      const Vector3f normal = normal_of(triangle).cast<float>();
-      for (const FloorMesh::Vector3& corner : triangle) {
-        shape.indices.push_back(static_cast<std::uint32_t>(shape.vertices.size()));
-        shape.vertices.push_back({corner.cast<float>(), normal});
-      }
-    }
-    return shape;
   }
 
   // Makes the mesh of a hair: a rod of many short pieces, which the shader bends.
@@ -296,11 +225,9 @@ struct Renderer::Impl {
   void place_room(const Camera& camera) {
     const Vector3f half = half_room();
     const float thick = 0.006f;
-    add(bodies, cube, placed({0, 0, -thick}, {half.x() + thick, half.y() + thick, thick}), slab_paint, plain,
+    add(bodies, cube, placed({0, 0, -thick}, {half.x() + thick, half.y() + thick, thick}), slab_paint, lit,
         0.05f);
-    bodies.back().by_room = bodies.back().by_block = false;
-    const Vector3f size = measures.floor ? Vector3f(1, 1, 1) : Vector3f(half.x(), half.y(), 1);
-    add(bodies, floor, placed({0, 0, 0.0002f}, size), floor_paint, tiles, 0.10f);
+    add(bodies, rectangle, placed({0, 0, 0.0002f}, {half.x(), half.y(), 1}), floor_paint, tiles, 0.10f);
 
     // Draws a wall that is between the eye and the room as glass, so that it hides nothing.
     const Vector3f eye = tilt.inverse() * camera.eye();
@@ -319,12 +246,12 @@ struct Renderer::Impl {
       place.matrix().col(2).head<3>() = side.inward;
       place.matrix().col(3).head<3>() = side.middle + up * half.z() / 2;
       const bool seen = side.inward.dot(eye - side.middle) > 0;
-      add(seen ? bodies : clear, rectangle, place, wall_paint, seen ? wall : glowing, 0.04f);
+      add(seen ? bodies : clear, rectangle, place, wall_paint, seen ? lit : glowing, 0.04f);
       if (!seen) clear.back().alpha = 0.05f;
     }
     const bool under_roof = eye.z() < half.z();
     add(under_roof ? bodies : clear, rectangle, placed({0, 0, half.z()}, {half.x(), -half.y(), -1}),
-        wall_paint, under_roof ? wall : glowing, 0.04f);
+        wall_paint, under_roof ? lit : glowing, 0.04f);
     if (!under_roof) clear.back().alpha = 0.035f;
     place_edges(half);
   }
@@ -332,8 +259,7 @@ struct Renderer::Impl {
   void place_edges(const Vector3f& half) {
     constexpr float r = 0.0011f;
     const auto edge = [&](const Vector3f& from, const Vector3f& to) {
-      add(shadowless, rod, between(from, to, r), edge_paint, plain, 0.0f);
-      shadowless.back().by_room = shadowless.back().by_block = false;
+      add(bodies, rod, between(from, to, r), edge_paint, lit, 0.0f);
     };
     for (const float y : {-half.y(), half.y()}) {
       edge({-half.x(), y, half.z()}, {half.x(), y, half.z()});
@@ -346,24 +272,20 @@ struct Renderer::Impl {
   void place_hand(const Snapshot& room) {
     const Vector3f tool = to_vector(room.tool), hand = to_vector(room.device);
     const float radius = static_cast<float>(measures.tool_radius);
-    add(bodies, sphere, placed(tool, Vector3f::Constant(radius)), tool_paint, plain, 0.6f);
-    bodies.back().by_tool = false;
+    add(bodies, sphere, placed(tool, Vector3f::Constant(radius)), tool_paint, lit, 0.6f);
     const Vector3f paint = room.device_lost ? lost_paint : hand_paint;
-    add(bodies, sphere, placed(hand, Vector3f::Constant(0.55f * radius)), paint, plain, 0.5f);
-    bodies.back().by_tool = false;
+    add(bodies, sphere, placed(hand, Vector3f::Constant(0.55f * radius)), paint, lit, 0.5f);
     // Draws the hand as a stylus that points at the hand's place from above and behind.
     const Vector3f ahead = Vector3f(-0.42f, -0.30f, 1.0f).normalized();
-    add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, plain, 0.5f);
-    add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, plain,
+    add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, lit, 0.5f);
+    add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, lit,
         0.4f);
-    add(bodies, rod, between(hand + 0.034f * ahead, hand + 0.042f * ahead, 0.0046f), tool_paint, plain, 0.6f);
-    add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, plain,
-        0.4f);
+    add(bodies, rod, between(hand + 0.034f * ahead, hand + 0.042f * ahead, 0.0046f), tool_paint, lit, 0.6f);
+    add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, lit, 0.4f);
     const Vector3f way = hand - tool;
     if (room.held && way.norm() > 0.5f * radius) {
       spring.replace(make_coil(tool, hand, 9, 0.0034f, 0.00065f));
-      add(bodies, spring, Affine3f::Identity(), Vector3f(0.62f, 0.64f, 0.66f), plain, 0.7f);
-      bodies.back().by_tool = false;
+      add(bodies, spring, Affine3f::Identity(), Vector3f(0.62f, 0.64f, 0.66f), lit, 0.7f);
     }
   }
 
@@ -373,7 +295,7 @@ struct Renderer::Impl {
     const Vector3f neck = to - way * (head / length);
     // Draws the arrow twice: as it is, and as a ghost that shows faintly through bodies before it.
     for (const bool ghost : {false, true}) {
-      auto& list = ghost ? ghosts : shadowless;
+      auto& list = ghost ? ghosts : bodies;
       add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
       list.back().alpha = ghost ? 0.22f : 1.0f;
       add(list, cone, between(neck, to, 0.0066f), paint, glowing, 0);
@@ -417,28 +339,7 @@ struct Renderer::Impl {
                         !first  ? coulomb_paint
                         : brush ? beside_paint
                                 : lugre_paint,
-                        plain, 0.16f});
-      bodies.back().by_block = false;
-    }
-  }
-
-  // Draws the outline where each block began, and the path of its centre from there.
-  void place_trails(const Trails& trails) {
-    const auto line = [&](Vector3f from, Vector3f to, const Vector3f& paint, float radius) {
-      if ((to - from).norm() < 1e-5f) return;
-      from.z() = to.z() = 0.0006f;
-      add(shadowless, rod, between(from, to, radius), paint, glowing, 0);
-    };
-    const Vector3f paints[] = {Vector3f(0.80f, 0.80f, 0.72f), Vector3f(0.35f, 0.60f, 0.90f),
-                               Vector3f(0.70f, 0.72f, 0.75f)};
-    for (std::size_t i = 0; i < Trails::blocks; ++i) {
-      const auto& way = trails.way(i);
-      if (way.empty()) continue;
-      const Vector3f& at = way.front();
-      const float x = half_block().x(), y = half_block().y();
-      const Vector3f corners[] = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}};
-      for (int k = 0; k < 4; ++k) line(at + corners[k], at + corners[(k + 1) % 4], 0.6f * paints[i], 0.0007f);
-      for (std::size_t k = 1; k < way.size(); ++k) line(way[k - 1], way[k], paints[i], 0.0013f);
+                        lit, 0.16f});
     }
   }
 
@@ -447,87 +348,38 @@ struct Renderer::Impl {
     list.push_back({&mesh, tilt * place, colour, look, gloss});
   }
 
-  void place_all(const Snapshot& room, const Trails& trails, const Camera& camera) {
-    for (auto* list : {&bodies, &shadowless, &clear, &ghosts}) list->clear();
+  void place_all(const Snapshot& room, const Camera& camera) {
+    for (auto* list : {&bodies, &clear, &ghosts}) list->clear();
     tilt = Affine3f(room_tilt(room.settings.slope));
     const auto& q = room.block_orientation;
     const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]),
                                   static_cast<float>(q[2]), static_cast<float>(q[3]));
     block_place = tilt * Eigen::Translation3f(to_vector(room.block_position)) * turn.normalized();
-    bodies.push_back({&block, block_place, Vector3f::Ones(), wood, 0.16f});
-    bodies.back().by_block = false;
+    bodies.push_back({&block, block_place, wood_paint, lit, 0.16f});
     place_compared(room);
     place_hand(room);
-    first_unshadowing_ = bodies.size();
     place_room(camera);
     const ForceArrows arrows = place_arrows(room, measures);
     if (arrows.friction) place_arrow(arrows.friction_from, arrows.friction_to, friction_paint);
     if (arrows.applied) place_arrow(arrows.applied_from, arrows.applied_to, applied_paint);
     place_contacts(room);
-    place_trails(trails);
-    // Draws the table below the room level, even if the room is tilted.
-    const float low = -0.025f - half_room().x() * std::abs(std::sin(static_cast<float>(room.settings.slope)));
-    bodies.push_back({&rectangle, placed({0, 0, low}, {0.9f, 0.9f, 1}), table_paint, table, 0.0f});
-    bodies.back().by_block = bodies.back().by_tool = bodies.back().by_room = false;
   }
 
   // ---------------------------------------------------------- functions that draw the listed bodies
-  void draw_shadow() {
-    shadow.begin();
-    depth.use();
-    depth.set("camera", light_camera);
-    glEnable(GL_DEPTH_TEST);
-    glEnable(GL_POLYGON_OFFSET_FILL);
-    glPolygonOffset(1.5f, 2.0f);
-    for (std::size_t i = 0; i < first_unshadowing_; ++i) {
-      depth.set("model", Matrix4f(bodies[i].place.matrix()));
-      bodies[i].mesh->draw();
-    }
-    glDisable(GL_POLYGON_OFFSET_FILL);
-  }
-
-  // Returns the rectangle of the shadow map in which bodies are, with a margin for the soft edge of shadows.
-  Vector4f find_shadowed() const {
-    Vector4f found(1, 1, 0, 0);
-    const auto take = [&](const Vector3f& point, float around) {
-      const Eigen::Vector2f at = 0.5f * ((light_camera * point.homogeneous()).head<2>().array() + 1);
-      const float rim = 0.5f * around / shadow_reach + 4.0f / static_cast<float>(shadow.pixels());
-      found.head<2>() = found.head<2>().cwiseMin((at.array() - rim).matrix());
-      found.tail<2>() = found.tail<2>().cwiseMax((at.array() + rim).matrix());
-    };
-    take(block_place.translation(), half_block().norm());
-    for (std::size_t i = 1; i < first_unshadowing_; ++i) {
-      const Affine3f& place = bodies[i].place;
-      if (bodies[i].mesh == &spring) continue;  // lets the coil spring between tool and hand cast no shadow
-      if (bodies[i].mesh == &block) {
-        take(place.translation(), half_block().norm());
-        continue;
-      }
-      take(place.translation(), place.linear().col(0).norm());
-      take(place * Vector3f(Vector3f::UnitZ()), place.linear().col(0).norm());
-    }
-    found.head<2>() = found.head<2>().cwiseMax(0.0f);
-    found.tail<2>() = found.tail<2>().cwiseMin(1.0f);
-    return found;
-  }
-
   void draw_bodies(const std::vector<Body>& list) {
     for (const Body& body : list) {
       const Matrix3f normals = body.place.linear().inverse().transpose();
-      lit.set("model", Matrix4f(body.place.matrix()));
-      lit.set("normals", normals);
-      lit.set("colour", body.colour);
-      lit.set("look", body.look);
-      lit.set("gloss", body.gloss);
-      lit.set("alpha", body.alpha);
-      lit.set("shaded_by_block", body.by_block ? 1.0f : 0.0f);
-      lit.set("shaded_by_tool", body.by_tool ? 1.0f : 0.0f);
-      lit.set("shaded_by_room", body.by_room ? 1.0f : 0.0f);
+      bodies_program.set("model", Matrix4f(body.place.matrix()));
+      bodies_program.set("normals", normals);
+      bodies_program.set("colour", body.colour);
+      bodies_program.set("look", body.look);
+      bodies_program.set("gloss", body.gloss);
+      bodies_program.set("alpha", body.alpha);
       body.mesh->draw();
     }
   }
 
-  void draw_scene(const Snapshot& room, const Camera& camera, const Picture& picture) {
+  void draw_scene(const Camera& camera, const Picture& picture) {
     const Area& s = picture.scene;
     const auto bottom = static_cast<GLint>(static_cast<float>(picture.height) - s.y - s.height);
     glViewport(static_cast<GLint>(s.x), bottom, static_cast<GLsizei>(s.width),
@@ -537,26 +389,12 @@ struct Renderer::Impl {
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glEnable(GL_DEPTH_TEST);
 
-    Matrix4f to_unit = Matrix4f::Identity();
-    to_unit.diagonal().head<3>().setConstant(0.5f);
-    to_unit.col(3).head<3>().setConstant(0.5f);
-    shadow.bind();
-    lit.use();
-    lit.set("camera", Matrix4f(camera.projection(s.width / s.height) * camera.view()));
-    lit.set("eye", camera.eye());
-    lit.set("sun", sun);
-    lit.set("backdrop", backdrop);
-    lit.set("shadowed", picture.shadows ? find_shadowed() : Vector4f(1, 1, 0, 0));
-    lit.set("to_light", Matrix4f(to_unit * light_camera));
-    lit.set("shadow_map", 0);
-    lit.set("to_room", Matrix4f(tilt.inverse().matrix()));
-    lit.set("to_block", Matrix4f(block_place.inverse().matrix()));
-    lit.set("room_half", half_room());
-    lit.set("block_half", half_block());
-    const Vector3f tool = tilt * to_vector(room.tool);
-    lit.set("tool", Vector4f(tool.x(), tool.y(), tool.z(), static_cast<float>(measures.tool_radius)));
+    bodies_program.use();
+    bodies_program.set("camera", Matrix4f(camera.projection(s.width / s.height) * camera.view()));
+    bodies_program.set("eye", camera.eye());
+    bodies_program.set("sun", sun);
+    bodies_program.set("to_room", Matrix4f(tilt.inverse().matrix()));
     draw_bodies(bodies);
-    draw_bodies(shadowless);
     glEnable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glDepthMask(GL_FALSE);
@@ -635,8 +473,6 @@ struct Renderer::Impl {
     }
     glDisable(GL_SCISSOR_TEST);
   }
-
-  std::size_t first_unshadowing_ = 0;
 };
 
 Renderer::Renderer(const RoomMeasures& measures, int samples) {
@@ -646,23 +482,14 @@ Renderer::Renderer(const RoomMeasures& measures, int samples) {
 
 Renderer::~Renderer() = default;
 
-void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Trails& trails,
-                    const Camera& camera, const Picture& picture, std::uint32_t target) {
+void Renderer::draw(const Snapshot& room, const BristleGlass& glass, const Camera& camera,
+                    const Picture& picture, std::uint32_t target) {
   Impl& i = *impl_;
-  i.place_all(room, trails, camera);
-  if (picture.shadows) i.draw_shadow();
-  Picture drawn = picture;
-  if (picture.half_resolution && !i.board.has_many_samples()) {  // only with one sample per pixel
-    drawn.width = (picture.width + 1) / 2;
-    drawn.height = (picture.height + 1) / 2;
-    for (float* length : {&drawn.scene.x, &drawn.scene.y, &drawn.scene.width, &drawn.scene.height,
-                          &drawn.glass_x, &drawn.glass_y, &drawn.glass_radius})
-      *length *= 0.5f;
-  }
-  i.board.begin(drawn.width, drawn.height);
-  i.draw_scene(room, camera, drawn);
-  i.draw_glass(room, glass, camera, drawn);
-  i.board.resolve_into(target, picture.width, picture.height);
+  i.place_all(room, camera);
+  i.board.begin(picture.width, picture.height);
+  i.draw_scene(camera, picture);
+  i.draw_glass(room, glass, camera, picture);
+  i.board.resolve_into(target);
 }
 
 }  // namespace room

@@ -1,4 +1,4 @@
-// Draws the virtual room by OpenGL 3.3 (shadow map, sky light, magnifying glass). Knows no window or panel.
+// Draws the virtual room by OpenGL 3.3, with a magnifying glass. Knows no window or panel.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,7 @@ struct Picture {
   int width = 1280, height = 800;
   Area scene{0, 0, 1280, 800};                       ///< part that the camera's view fills
   float glass_x = 0, glass_y = 0, glass_radius = 0;  ///< centre and radius of the glass; radius 0: none
-  bool shadows = true, half_resolution = false;      ///< half_resolution needs one sample per pixel
 };
-
-class Trails;
 
 /// Returns the rotation from the room's axes to the world's, whose z is up: the room is tilted by the slope.
 Eigen::Matrix3f room_tilt(double slope);
@@ -49,8 +46,8 @@ class Renderer {
   ~Renderer();
 
   /// Draws a picture of the room into the frame buffer object `target`; 0 is the window.
-  void draw(const Snapshot& room, const BristleGlass& glass, const Trails& trails, const Camera& camera,
-            const Picture& picture, std::uint32_t target);
+  void draw(const Snapshot& room, const BristleGlass& glass, const Camera& camera, const Picture& picture,
+            std::uint32_t target);
 
  private:
   struct Impl;

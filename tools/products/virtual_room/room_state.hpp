@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 
 #include <bristle/material.hpp>
 
@@ -194,15 +193,12 @@ struct PlotPoint {
   float beside_displacement[most_compared] = {}, beside_friction[most_compared] = {};
 };
 
-class FloorMesh;
-
 /// Fixed dimensions of room, block and tool, m.
 struct RoomMeasures {
   double length = 0.60, width = 0.40, height = 0.30;  ///< size of the room along x, y and z; walls are at x =
                                                       ///< length/2 and y = +-width/2
   double block[3] = {0.10, 0.08, 0.06};
   double tool_radius = 0.008;
-  std::shared_ptr<const FloorMesh> floor;  ///< mesh of the floor; where it has no triangle, the floor is flat
 };
 
 }  // namespace room

@@ -81,10 +81,7 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
 Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed, std::uint32_t target) {
   layout_ = make_layout(width, height, scale_, panels, glass_shown, glass_left_);
   if (glass_shown) keep_glass_off_the_block(room, width, height);
-  layout_.picture.shadows = shadows;
-  layout_.picture.half_resolution = half_resolution;
   glass_.update(room, room.paused ? 0.0f : elapsed);
-  if (!room.paused) trails_.update(room);
   gui.first_bending.set_length(room.presliding_length);
   glass_.by_age = colours_by_age(room);
 
@@ -99,7 +96,7 @@ Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed
   draw_plots(layout_, fonts_, room, history_, times_, gui, elapsed);
   ImGui::Render();
 
-  renderer_.draw(room, glass_, trails_, camera, layout_.picture, target);
+  renderer_.draw(room, glass_, camera, layout_.picture, target);
   glViewport(0, 0, width, height);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   return wishes;

@@ -8,7 +8,6 @@
 #include "tools/products/virtual_room/overlay.hpp"
 #include "tools/products/virtual_room/panels.hpp"
 #include "tools/products/virtual_room/renderer.hpp"
-#include "tools/products/virtual_room/trails.hpp"
 
 namespace room {
 
@@ -25,9 +24,8 @@ class RoomView {
   Camera camera;
   GuiState gui;
   bool panels = true, glass_shown = true, help_shown = false;
-  std::string notice;  ///< line of text for the user, or ""
-  std::string title;   ///< replaces the title of the scene, unless empty
-  bool shadows = true, half_resolution = false;
+  std::string notice;          ///< line of text for the user, or ""
+  std::string title;           ///< replaces the title of the scene, unless empty
   std::optional<bool> by_age;  ///< whether hairs are coloured by age; unset: if the material ages
   ///@}
 
@@ -62,7 +60,6 @@ class RoomView {
   RoomMeasures measures_;
   Renderer renderer_;
   BristleGlass glass_;
-  Trails trails_;
   History history_;
   TimeHistogram times_;
   Fonts fonts_;

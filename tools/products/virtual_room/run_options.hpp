@@ -24,12 +24,10 @@ struct RunOptions {
   bool headless = false;
   bool virtual_clock = false;
   DeviceKind device = DeviceKind::mouse;
-  std::string script;           ///< TOML script to run; empty = none
-  std::string floor;            ///< OBJ file with a mesh of the floor; empty = flat
-  std::string motion;           ///< CSV file with the hand's motion, for the device `file`
-  int udp_port = 47800;         ///< port on loopback of the device `udp`
-  std::uint64_t udp_token = 0;  ///< key of the tags that UDP packets must carry; 0 = no tags
-  std::string frames;           ///< folder for PNG pictures; empty = none are written
+  std::string script;    ///< TOML script to run; empty = none
+  std::string motion;    ///< CSV file with the hand's motion, for the device `file`
+  int udp_port = 47800;  ///< port on loopback of the device `udp`
+  std::string frames;    ///< folder for PNG pictures; empty = none are written
   double frames_per_second = 30.0;
   double seconds = 0.0;  ///< simulated time, s; 0 = until the script ends or the window closes
   std::string csv;       ///< CSV file to record forces in; empty = none

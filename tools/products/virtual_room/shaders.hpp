@@ -4,74 +4,29 @@
 
 namespace room::shaders {
 
-inline constexpr const char* depth_vertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-uniform mat4 model, camera;
-void main() { gl_Position = camera * (model * vec4(position, 1.0)); }
-)";
-
-inline constexpr const char* depth_fragment = R"(#version 330 core
-void main() {}
-)";
-
-inline constexpr const char* lit_vertex = R"(#version 330 core
+inline constexpr const char* body_vertex = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 uniform mat4 model, camera;
 uniform mat3 normals;
-out vec3 world, facing, local;
+out vec3 world, facing;
 void main() {
   vec4 placed = model * vec4(position, 1.0);
   world = placed.xyz;
   facing = normals * normal;
-  local = position;
   gl_Position = camera * placed;
 }
 )";
 
-// Fragment shader of all bodies. `look` selects the body: 0 plain, 1 wood, 2 floor with grid, 3 wall, 4
-// glowing (unlit), 5 the table below, which fades out.
-inline constexpr const char* lit_fragment = R"(#version 330 core
-in vec3 world, facing, local;
+// Fragment shader of all bodies. `look` selects the body: 0 lit by a lamp, 1 the floor with its grid, lit
+// too, 2 glowing.
+inline constexpr const char* body_fragment = R"(#version 330 core
+in vec3 world, facing;
 uniform int look;
 uniform vec3 colour, eye, sun;       // sun: unit, towards the light
 uniform float alpha, gloss;
-uniform mat4 to_light;               // world to the shadow map, 0 to 1
-uniform sampler2DShadow shadow_map;
-uniform vec4 shadowed;               // where in the map anything may be: least x, y, greatest x, y
-uniform mat4 to_room, to_block;      // world to the room's axes, and to those of the block
-uniform vec3 room_half;              // length / 2, width / 2, height
-uniform vec3 block_half;
-uniform vec4 tool;                   // centre, radius
-uniform float shaded_by_block, shaded_by_tool, shaded_by_room;
-uniform vec3 backdrop;
+uniform mat4 to_room;                // world to the room's axes
 out vec4 result;
-
-float hash(vec3 p) {
-  p = fract(p * vec3(0.1031, 0.1030, 0.0973));
-  p += dot(p, p.yxz + 33.33);
-  return fract((p.x + p.y) * p.z);
-}
-float noise(vec3 p) {
-  vec3 cell = floor(p), f = fract(p);
-  f = f * f * (3.0 - 2.0 * f);
-  vec2 k = vec2(0.0, 1.0);
-  return mix(mix(mix(hash(cell), hash(cell + k.yxx), f.x), mix(hash(cell + k.xyx), hash(cell + k.yyx), f.x), f.y),
-             mix(mix(hash(cell + k.xxy), hash(cell + k.yxy), f.x), mix(hash(cell + k.xyy), hash(cell + k.yyy), f.x), f.y),
-             f.z);
-}
-
-// A plank: rings of a trunk whose axis runs along x beside the block, and fibres along it.
-vec3 wood(vec3 p) {
-  vec2 across = vec2(p.y + 0.018, p.z + 0.075);
-  across += 0.004 * vec2(noise(p * vec3(14.0, 40.0, 40.0)), noise(p * vec3(11.0, 37.0, 37.0) + 7.0));
-  float ring = length(across) * 130.0 + 0.6 * noise(p * vec3(20.0, 60.0, 60.0));
-  float late = fract(ring);
-  late = smoothstep(0.25, 0.85, late) * (1.0 - smoothstep(0.90, 1.0, late));
-  float fibre = noise(p * vec3(90.0, 1500.0, 1500.0)) * 0.6 + noise(p * vec3(30.0, 600.0, 600.0)) * 0.4;
-  vec3 early_wood = vec3(0.62, 0.345, 0.14), late_wood = vec3(0.37, 0.165, 0.055);
-  return mix(early_wood, late_wood, 0.75 * late) * (0.78 + 0.38 * fibre);
-}
 
 // Share of the pixel covered by a line of this width (m) every `step` metres.
 float grid_line(float x, float every, float width) {
@@ -88,58 +43,17 @@ vec3 floor_colour(vec2 p) {
   return c;
 }
 
-float sunlight(vec3 normal) {
-  vec3 at = (to_light * vec4(world + 0.0012 * normal, 1.0)).xyz;
-  if (any(lessThan(at.xy, shadowed.xy)) || any(greaterThan(at.xy, shadowed.zw))) return 1.0;
-  float lit = 0.0, pixel = 1.0 / float(textureSize(shadow_map, 0).x);
-  for (int i = -1; i <= 1; ++i)
-    for (int j = -1; j <= 1; ++j)
-      lit += texture(shadow_map, vec3(at.xy + 1.8 * pixel * vec2(i, j), at.z - 0.0006));
-  return lit / 9.0;
-}
-
-float box_distance(vec3 p, vec3 half_size) {
-  vec3 q = abs(p) - half_size;
-  return length(max(q, 0.0)) + min(max(q.x, max(q.y, q.z)), 0.0);
-}
-
-// Light of the sky that nearby bodies keep away.
-float openness(vec3 normal) {
-  float open = 1.0;
-  vec3 b = (to_block * vec4(world, 1.0)).xyz;
-  open *= 1.0 - shaded_by_block * 0.62 * exp(-max(box_distance(b, block_half), 0.0) / 0.016);
-  float d = max(length(world - tool.xyz) - tool.w, 0.0);
-  open *= 1.0 - shaded_by_tool * 0.45 * exp(-d / (0.7 * tool.w));
-  vec3 r = (to_room * vec4(world, 1.0)).xyz, n = mat3(to_room) * normal;
-  vec4 away = max(vec4(r.z, room_half.x - r.x, room_half.y - r.y, room_half.y + r.y), 0.0);
-  vec4 seen = 0.5 - 0.5 * vec4(n.z, -n.x, -n.y, n.y);  // a wall's own surface does not see itself
-  vec4 lost = seen * exp(-away / vec4(0.022, 0.05, 0.05, 0.05)) * vec4(0.85, 0.75, 0.75, 0.75);
-  return open * mix(1.0, (1.0 - lost.x) * (1.0 - lost.y) * (1.0 - lost.z) * (1.0 - lost.w), shaded_by_room);
-}
-
 void main() {
   vec3 n = normalize(facing), towards = normalize(eye - world);
-  if (look == 4) {
+  if (look == 2) {
     float edge = 0.72 + 0.28 * max(dot(n, towards), 0.0);
     result = vec4(sqrt(colour * edge), alpha);
     return;
   }
-  if (look == 5) {
-    float r = length(world.xy) / 0.9;
-    result = vec4(sqrt(mix(colour * (0.85 - 0.5 * exp(-4.0 * r * r)), backdrop, smoothstep(0.35, 1.0, r))), alpha);
-    return;
-  }
-  vec3 base = colour;
-  if (look == 1) base = wood(local);
-  if (look == 2) base = floor_colour((to_room * vec4(world, 1.0)).xy);
-  float open = openness(n), lit = sunlight(n);
-  float direct = max(dot(n, sun), 0.0) * lit;
-  vec3 sky = mix(vec3(0.20, 0.185, 0.17), vec3(0.46, 0.50, 0.56), 0.5 + 0.5 * n.z);
-  vec3 light = open * sky + direct * vec3(1.02, 0.95, 0.84);
-  vec3 halfway = normalize(sun + towards);
-  float shine = gloss * pow(max(dot(n, halfway), 0.0), 48.0) * lit;
-  float rim = 0.06 * gloss * pow(1.0 - max(dot(n, towards), 0.0), 3.0);
-  vec3 c = base * light + shine + rim;
+  vec3 base = look == 1 ? floor_colour((to_room * vec4(world, 1.0)).xy) : colour;
+  vec3 light = vec3(0.32, 0.33, 0.35) + max(dot(n, sun), 0.0) * vec3(0.92, 0.86, 0.78);
+  float shine = gloss * pow(max(dot(n, normalize(sun + towards)), 0.0), 48.0);
+  vec3 c = base * light + shine;
   c = c / (1.0 + 0.18 * max(max(c.r, c.g), c.b));
   result = vec4(sqrt(c), alpha);
 }

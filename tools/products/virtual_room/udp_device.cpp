@@ -3,7 +3,6 @@
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
-#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -18,7 +17,7 @@
 namespace room {
 namespace {
 
-constexpr std::uint16_t version = 1;
+constexpr std::uint16_t version = 2;
 constexpr std::int64_t most_ahead = 1 << 16;  // largest plausible jump of the sequence number
 constexpr int most_packets = 32;              // limit of packets read in one tick, so that a flood does not
                                               // stop the loop
@@ -38,36 +37,6 @@ T get(const unsigned char* from) noexcept {
   return value;
 }
 
-/// Returns the tag of a packet's first 64 bytes, by SipHash-2-4 (Aumasson and Bernstein, 2012).
-std::uint64_t tag_of(const unsigned char* packet, std::uint64_t key) noexcept {
-  std::uint64_t v[4] = {key ^ 0x736f6d6570736575, 0x646f72616e646f6d, key ^ 0x6c7967656e657261,
-                        0x7465646279746573};
-  const auto mix = [](std::uint64_t& sum, std::uint64_t& turned, int bits) {
-    sum += turned;
-    turned = std::rotl(turned, bits) ^ sum;
-  };
-  const auto rounds = [&v, mix](int count) {
-    for (; count > 0; --count) {
-      mix(v[0], v[1], 13);
-      v[0] = std::rotl(v[0], 32);
-      mix(v[2], v[3], 16);
-      mix(v[0], v[3], 21);
-      mix(v[2], v[1], 17);
-      v[2] = std::rotl(v[2], 32);
-    }
-  };
-  const auto take = [&](std::uint64_t word) {
-    v[3] ^= word;
-    rounds(2);
-    v[0] ^= word;
-  };
-  for (int at = 0; at < 64; at += 8) take(get<std::uint64_t>(packet + at));
-  take(std::uint64_t{64} << 56);
-  v[2] ^= 0xff;
-  rounds(4);
-  return v[0] ^ v[1] ^ v[2] ^ v[3];
-}
-
 bool has_head(const unsigned char* from, const char* magic) noexcept {
   return std::memcmp(from, magic, 4) == 0 && get<std::uint16_t>(from + 4) == version;
 }
@@ -82,7 +51,6 @@ void encode(const HandPacket& p, unsigned char (&to)[hand_packet_size]) noexcept
   put(to + 8, p.sequence);
   for (int i = 0; i < 3; ++i) put(to + 16 + 8 * i, p.hand.position[i]);
   for (int i = 0; i < 3; ++i) put(to + 40 + 8 * i, p.hand.force[i]);
-  if (p.token != 0) put(to + 64, tag_of(to, p.token));
 }
 
 void encode(const ForcePacket& p, unsigned char (&to)[force_packet_size]) noexcept {
@@ -116,20 +84,18 @@ bool decode(const unsigned char* from, std::size_t size, ForcePacket& p) noexcep
   return true;
 }
 
-UdpDevice::UdpDevice(int port, const char* address, double silence_s, std::uint64_t token)
-    : silence_s_(silence_s), token_(token) {
+UdpDevice::UdpDevice(int port, double silence_s) : silence_s_(silence_s) {
   sockaddr_in own{};
   own.sin_family = AF_INET;
   own.sin_port = htons(static_cast<std::uint16_t>(port));
-  if (inet_pton(AF_INET, address, &own.sin_addr) != 1)
-    throw cli::UserError(fmt::format("udp device: '{}' is not an IPv4 address", address));
+  own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const auto* bound = reinterpret_cast<const sockaddr*>(&own);
   if (socket_ < 0 || bind(socket_, bound, sizeof own) != 0) {
     const std::string why = std::strerror(errno);
     if (socket_ >= 0) close(socket_);
     throw cli::UserError(
-        fmt::format("udp device: cannot listen on {}:{}: {}; try another --port", address, port, why));
+        fmt::format("udp device: cannot listen on 127.0.0.1:{}: {}; try another --port", port, why));
   }
   socklen_t length = sizeof own;
   getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &length);
@@ -151,18 +117,17 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
         recvfrom(socket_, bytes, sizeof bytes, 0, reinterpret_cast<sockaddr*>(&from), &length);
     if (got < 0) break;
     HandPacket packet;
-    const bool good = decode(bytes, static_cast<std::size_t>(got), packet) &&
-                      (token_ == 0 || get<std::uint64_t>(bytes + 64) == tag_of(bytes, token_));
+    const bool good = decode(bytes, static_cast<std::size_t>(got), packet);
     // Compares sequence numbers by their signed difference, since they may wrap around.
     const std::int64_t ahead = static_cast<std::int32_t>(packet.sequence - newest_.sequence);
-    const bool newer = token_ != 0 ? !heard_ || ahead > 0 : !there_ || (ahead > 0 && ahead <= most_ahead);
+    const bool newer = !there_ || (ahead > 0 && ahead <= most_ahead);
     if (!good || !newer) {
       ++refused_;
       continue;
     }
     newest_ = packet;
     peer_ = from;
-    there_ = heard_ = true;
+    there_ = true;
     heard_at_ = now;
   }
   if (there_) hand = newest_.hand;

@@ -14,7 +14,6 @@
 #include <deque>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -24,7 +23,6 @@
 #include "tools/libraries/files/output_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/products/virtual_room/compared.hpp"
-#include "tools/products/virtual_room/drawing_pace.hpp"
 #include "tools/products/virtual_room/mouse_control.hpp"
 #include "tools/products/virtual_room/png_file.hpp"
 #include "tools/products/virtual_room/presets.hpp"
@@ -33,7 +31,6 @@
 #include "tools/products/virtual_room/screen.hpp"
 #include "tools/products/virtual_room/script.hpp"
 #include "tools/products/virtual_room/slow_pull.hpp"
-#include "tools/products/virtual_room/snap_sound.hpp"
 #include "tools/products/virtual_room/surfaceless.hpp"
 
 namespace room {
@@ -44,8 +41,7 @@ using Clock = std::chrono::steady_clock;
 
 // Simulated time between the states kept for looking back, and for how long they are kept, s.
 constexpr double kept_every_s = 0.05, kept_s = 60.0;
-constexpr double filmed_s = 15.0;     // simulated time that a film shows, s
-constexpr int film_pictures_hz = 10;  // pictures in a film per simulated second
+constexpr double period_s = 1.0 / 60;  // shortest time from one picture to the next, s
 constexpr double notice_lasts_s = 4.0;
 constexpr double answer_takes_s = 1.0;  // limit of the time from sending settings until they are in force, s
 
@@ -99,7 +95,7 @@ std::string dated_name(const char* ending) {
 class RoomWindow {
  public:
   RoomWindow(const RunOptions& options, HapticLoop& loop)
-      : options_(options), rate_hz_(loop.rate_hz()), exchange_(loop.exchange()), window_(open(options)) {
+      : options_(options), exchange_(loop.exchange()), window_(open(options)) {
     glfwMakeContextCurrent(window_.get());
     if (epoxy_gl_version() < 33) complain("OpenGL 3.3 is needed, and this is older");
     glfwSwapInterval(1);
@@ -130,8 +126,8 @@ class RoomWindow {
       draw(std::min(elapsed, 0.25));
       stall();
       const double used = std::chrono::duration<double>(Clock::now() - begin).count();
-      if (used < pace_.now().period_s) {
-        glfwWaitEventsTimeout(pace_.now().period_s - used);
+      if (used < period_s) {
+        glfwWaitEventsTimeout(period_s - used);
       } else {
         glfwPollEvents();
       }
@@ -169,12 +165,7 @@ class RoomWindow {
 
   void take_news() {
     exchange_.room.refresh();
-    for (PlotPoint point; exchange_.plot.pop(point);) {
-      view_->add(point);
-      sound_.add(point.snaps, rate_hz_);
-    }
-    if (!sound_.send()) say("the player of the sound has ended");
-    view_->gui.sound = sound_.plays();
+    for (PlotPoint point; exchange_.plot.pop(point);) view_->add(point);
     keep_for_later();
   }
 
@@ -193,13 +184,7 @@ class RoomWindow {
     GuiState& gui = view_->gui;
     gui.back_most_s =
         room().paused && !past_.empty() ? static_cast<float>(room().time - past_.front().time) : 0;
-    if (film_) {
-      gui.back_s = std::min(film_left_s_, gui.back_most_s);
-      gui.back_most_s = 0;  // hides the slider through the past, which would be filmed
-    } else if (gui.back_most_s <= 0) {
-      return room();
-    }
-    if (!(gui.back_s > 0)) return room();
+    if (gui.back_most_s <= 0 || !(gui.back_s > 0)) return room();
     const double wanted = room().time - static_cast<double>(gui.back_s);
     const auto later = std::lower_bound(past_.begin(), past_.end(), wanted,
                                         [](const Snapshot& kept, double t) { return kept.time < t; });
@@ -209,8 +194,8 @@ class RoomWindow {
     return shown_;
   }
 
-  // Measures, once per picture, the speed of simulation and pictures, and chooses how much is drawn.
-  void measure(double picture_s) {
+  // Measures, once per picture, the speed of simulation and pictures.
+  void measure() {
     const double now = glfwGetTime();
     ++pictures_counted_;
     if (const double lasted = now - counted_at_; lasted >= 1.0) {
@@ -222,44 +207,6 @@ class RoomWindow {
       was_paused_ = room().paused;
       pictures_counted_ = 0;
     }
-    pace_.take(now, picture_s, view_->gui.share);
-    view_->shadows = pace_.now().shadows;
-    view_->half_resolution = pace_.now().half_resolution;
-    view_->gui.drawn = pace_.now().says;
-  }
-
-  // Pauses the room and shows its last seconds again, to film each picture of them.
-  void begin_film() {
-    if (film_ || past_.empty()) return say("nothing to film yet");
-    film_.emplace();
-    film_left_s_ = static_cast<float>(std::min(filmed_s, room().time - past_.front().time));
-    runs_after_film_ = !room().paused;
-    act(Act::pause);
-    notice_until_ = 0;
-  }
-
-  // Adds the picture of the room, without panels, to the film. Ends the film at the present moment, or if the
-  // room goes on.
-  void film(int height) {
-    const Area& s = view_->layout().picture.scene;
-    const auto left = static_cast<int>(s.x), wide = static_cast<int>(s.width),
-               high = static_cast<int>(s.height);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
-    glReadBuffer(GL_BACK);
-    if (room().paused)
-      film_->add(halve(read_pixels(wide, high, left, height - static_cast<int>(s.y) - high)));
-    const bool starts = film_->pictures() == 0;  // at first the pause may not have taken effect yet
-    if (!starts) film_left_s_ -= 1.0f / static_cast<float>(film_pictures_hz);
-    if (starts || (room().paused && film_left_s_ > -0.01f)) return;
-    write_file(dated_name(".png"), film_->as_png(film_pictures_hz));
-    film_.reset();
-    view_->gui.back_s = 0;
-    if (runs_after_film_) act(Act::run);
-  }
-
-  void toggle_sound() {
-    if (sound_.plays()) return sound_.stop();
-    if (!sound_.start()) say("sound needs pacat (pulseaudio-utils) or aplay (alsa-utils)");
   }
 
   void begin_tour() {
@@ -321,7 +268,6 @@ class RoomWindow {
               : "drag: push with the tool, with Shift finely    arrow keys: push slowly    L: slow pull    "
                 "right drag: turn the view    F1: help";
     }
-    const double begin = glfwGetTime();
     ImGui_ImplGlfw_NewFrame();
     // Tells ImGui also of keys that were pressed and released between two slow pictures.
     for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = true;
@@ -331,9 +277,8 @@ class RoomWindow {
     ++pictures_;
     obey(wishes);
     if (screenshot_) take_screenshot(width, height);
-    if (film_) film(height);
     glfwSwapBuffers(window_.get());
-    measure(glfwGetTime() - begin);
+    measure();
   }
 
   void obey(const Wishes& wishes) {
@@ -343,8 +288,6 @@ class RoomWindow {
     }
     if (wishes.act != Act::none) act(wishes.act);
     if (wishes.screenshot) screenshot_ = true;
-    if (wishes.film) begin_film();
-    if (wishes.toggle_sound) toggle_sound();
     if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
     if (wishes.reset_view) view_->camera = Camera{};
     if (wishes.toggle_help) view_->help_shown = !view_->help_shown;
@@ -588,10 +531,6 @@ class RoomWindow {
       case GLFW_KEY_F12:
         screenshot_ = true;
         return;
-      case GLFW_KEY_F:
-        return begin_film();
-      case GLFW_KEY_N:
-        return toggle_sound();
       case GLFW_KEY_G:
         view_->glass_shown = !view_->glass_shown;
         return;
@@ -610,7 +549,6 @@ class RoomWindow {
   }
 
   RunOptions options_;
-  double rate_hz_;
   Exchange& exchange_;
   Glfw glfw_;
   std::unique_ptr<GLFWwindow, DestroyWindow> window_;
@@ -621,17 +559,12 @@ class RoomWindow {
   double notice_until_ = 0, next_stall_ = 1.0;
   double sent_at_ = 0;  // time when settings were last sent, s; 0: only the initial ones
   long pictures_ = 0;
-  DrawingPace pace_;
   // Real and simulated time when the rates were last computed, s.
   double counted_at_ = 0, simulated_ = 0;
   bool was_paused_ = false, touring_ = false, tour_begins_ = false;
   long pictures_counted_ = 0;
   std::vector<int> pressed_;  // keys pressed since the last picture was drawn
   std::deque<Snapshot> past_;
-  std::optional<Film> film_;  // film being made; empty: none
-  float film_left_s_ = 0;     // simulated time from the filmed moment to the present, s
-  bool runs_after_film_ = false;
-  SnapPlayer sound_;
   Snapshot shown_;
 };
 

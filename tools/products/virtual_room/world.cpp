@@ -8,7 +8,6 @@
 
 #include "tools/libraries/scene/waveform.hpp"
 #include "tools/products/virtual_room/compared.hpp"
-#include "tools/products/virtual_room/floor_mesh.hpp"
 
 namespace room {
 namespace {
@@ -97,13 +96,6 @@ void World::reset() noexcept {
   time_ = 0.0;
   block_ = {};
   block_.position.z() = 0.5 * measures_.block[2] - 0.25 * weight / normal_stiffness;
-  if (measures_.floor) {
-    double highest = -far_away;
-    for (const double x : {-0.5, 0.5})
-      for (const double y : {-0.5, 0.5})
-        highest = std::max(highest, measures_.floor->height(x * measures_.block[0], y * measures_.block[1]));
-    block_.position.z() += highest;
-  }
   tool_ = Vector3(-0.5 * measures_.block[0] - 0.05, 0.0, 0.5 * measures_.block[2]);
   target_ = tool_;
   target_velocity_.setZero();
