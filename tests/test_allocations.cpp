@@ -101,31 +101,127 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
   }
 }
 
-TEST_CASE("A step of the C interface allocates nothing", "[allocations][c]") {
+TEST_CASE("No call of the C interface between two steps allocates", "[allocations][c]") {
   if (!can_watch()) return;
   bristle_batch* batch = nullptr;
-  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
+  bristle_extended* pads = nullptr;
+  bristle_keyed* keyed = nullptr;
+  bristle_matcher* matcher = nullptr;
+  bristle_beds* beds = nullptr;
+  bristle_joints* joints = nullptr;
+  bristle_monitor* monitor = nullptr;
   bristle_material material;
-  bristle_init_material(&material, sizeof material);
-  bristle_motion motions[3] = {};
-  bristle_response responses[3] = {};
-  for (bristle_motion& motion : motions) {
-    REQUIRE(bristle_add(batch, &material, nullptr, &motion.id) == BRISTLE_OK);
-    motion.normal_load = 0.5;
-  }
+  bristle_bed bed;
+  bristle_joint_material gear = {};
+  bristle_joint_options with_gradients;
+  bristle_joint_step at_joints;
   bristle_step_report report;
-  bristle_init_step_report(&report, sizeof report);
+  bristle_patch_info info;
+  bristle_monitor_report times;
+  REQUIRE(bristle_init_material(&material, sizeof material) == BRISTLE_OK);
+  REQUIRE(bristle_init_bed(&bed, sizeof bed) == BRISTLE_OK);
+  REQUIRE(bristle_init_joint_options(&with_gradients, sizeof with_gradients) == BRISTLE_OK);
+  REQUIRE(bristle_init_joint_step(&at_joints, sizeof at_joints) == BRISTLE_OK);
+  REQUIRE(bristle_init_step_report(&report, sizeof report) == BRISTLE_OK);
+  REQUIRE(bristle_init_patch_info(&info, sizeof info) == BRISTLE_OK);
+  REQUIRE(bristle_init_monitor_report(&times, sizeof times) == BRISTLE_OK);
+  bed.static_friction = bed.kinetic_friction = 0.5;
+  bed.presliding = 1e-4;
+  bed.kind = BRISTLE_BED_RECTANGLE;
+  bed.half[0] = bed.half[1] = 1e-3;
+  bed.cells[0] = bed.cells[1] = 4;
+  gear.stiffness = 300.0;
+  gear.base = 0.4;
+  with_gradients.gradients = 1;
+
+  bristle_motion motion = {};
+  bristle_extended_motion pad_motion = {};
+  bristle_bed_motion bed_motion = {};
+  const bristle_cell cells[2] = {{{1e-4, 0.0}, 0.5}, {{-1e-4, 0.0}, 0.5}};
+  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
+  REQUIRE(bristle_add(batch, &material, nullptr, &motion.id) == BRISTLE_OK);
+  REQUIRE(bristle_extended_create(batch, &pads) == BRISTLE_OK);
+  REQUIRE(bristle_extended_add(pads, &material, nullptr, cells, 2, 0.0, &pad_motion.id) == BRISTLE_OK);
+  REQUIRE(bristle_keyed_create(batch, &material, nullptr, nullptr, &keyed) == BRISTLE_OK);
+  REQUIRE(bristle_matcher_create(nullptr, &matcher) == BRISTLE_OK);
+  REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
+  REQUIRE(bristle_beds_add(beds, &bed, &bed_motion.id) == BRISTLE_OK);
+  REQUIRE(bristle_joints_create(2, &gear, 1, &with_gradients, nullptr, &joints) == BRISTLE_OK);
+  REQUIRE(bristle_monitor_create(1e-3, 1e-3, &monitor) == BRISTLE_OK);
   REQUIRE(bristle_warm_up(batch) == BRISTLE_OK);
-  const long before = counts_so_far().allocations;
-  std::uint32_t stepped = 0;
-  for (int k = 0; k < 100; ++k) {
-    for (bristle_motion& motion : motions) motion.displacement[0] = k % 3 == 0 ? 20e-6 : -1e-6;
-    bristle_step(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3, &report);
-    stepped += report.patches_stepped;
-    bristle_find_force(batch, tick, motions, sizeof motions[0], responses, sizeof responses[0], 3);
+  motion.normal_load = pad_motion.normal_load = bed_motion.normal_load = 0.5;
+  double angle[2] = {}, torque[2], gradient[2 * bristle::joint_parameters], column[8];
+  at_joints.angle = angle;
+  at_joints.torque = torque;
+  at_joints.gradient = gradient;
+  std::vector<std::byte> state(bristle_extended_state_size(pads) + bristle_keyed_state_size(keyed) +
+                               bristle_beds_state_size(beds) + bristle_joints_state_size(joints));
+
+  std::map<std::string, long> counted;
+  const auto count = [&](const char* what, auto&& call) {
+    long& sum = counted[what];
+    const long before = counts_so_far().allocations;
+    call();
+    sum += counts_so_far().allocations - before;
+  };
+  bristle_response response;
+  bristle_extended_response pad_response;
+  bristle_bed_response bed_response;
+  for (int k = 0; k < 40; ++k) {
+    const double moved = k % 3 == 0 ? 20e-6 : -1e-6;
+    motion.displacement[0] = pad_motion.displacement[1] = bed_motion.displacement[0] = moved;
+    pad_motion.displacement[2] = 1e-3;
+    angle[0] = 1e-3 * k;
+    const bristle_contact_point point = {7, {1e-5 * k, 0.0, 0.0}};
+    std::uint64_t key = 0;
+    bristle_id id = 0;
+    count("bristle_step",
+          [&] { bristle_step(batch, tick, &motion, sizeof motion, &response, sizeof response, 1, &report); });
+    count("bristle_find_force",
+          [&] { bristle_find_force(batch, tick, &motion, sizeof motion, &response, sizeof response, 1); });
+    count("bristle_find_info", [&] { bristle_find_info(batch, motion.id, &info); });
+    count("bristle_stored_energy", [&] { bristle_stored_energy(batch, motion.id); });
+    count("bristle_state_hash", [&] { bristle_state_hash(batch, 0); });
+    count("bristle_read_bristles",
+          [&] { bristle_read_bristles(batch, motion.id, column, nullptr, nullptr, 8); });
+    count("bristle_extended_step",
+          [&] { bristle_extended_step(pads, tick, &pad_motion, &pad_response, 1, &report); });
+    count("bristle_extended_find_force",
+          [&] { bristle_extended_find_force(pads, tick, &pad_motion, &pad_response, 1); });
+    count("bristle_extended_set_scale",
+          [&] { bristle_extended_set_scale(pads, pad_motion.id, 1.0 + 0.01 * k); });
+    count("bristle_extended_save_state",
+          [&] { bristle_extended_save_state(pads, state.data(), state.size()); });
+    count("bristle_matcher_match", [&] { bristle_matcher_match(matcher, &point, &key, 1, nullptr); });
+    count("bristle_keyed_find_or_add", [&] { bristle_keyed_find_or_add(keyed, &key, &id, 1); });
+    count("bristle_keyed_find", [&] { bristle_keyed_find(keyed, &key, &id, 1); });
+    count("bristle_keyed_end_step", [&] { bristle_keyed_end_step(keyed); });
+    count("bristle_keyed_save_state", [&] { bristle_keyed_save_state(keyed, state.data(), state.size()); });
+    count("bristle_beds_step", [&] { bristle_beds_step(beds, &bed_motion, &bed_response, 1, &report); });
+    count("bristle_beds_find_force", [&] { bristle_beds_find_force(beds, &bed_motion, &bed_response, 1); });
+    count("bristle_beds_save_state", [&] { bristle_beds_save_state(beds, state.data(), state.size()); });
+    count("bristle_joints_step", [&] { bristle_joints_step(joints, &at_joints, &report); });
+    count("bristle_joints_find_torque", [&] { bristle_joints_find_torque(joints, &at_joints, &report); });
+    count("bristle_joints_save_state",
+          [&] { bristle_joints_save_state(joints, state.data(), state.size()); });
+    count("bristle_monitor_record", [&] { bristle_monitor_record(monitor, 1e-4, 1e-4); });
+    count("bristle_monitor_find_report", [&] { bristle_monitor_find_report(monitor, &times); });
+    CHECK(report.patches_stepped == 2);  // the two joints: every step before succeeded
+    CHECK(response.status == BRISTLE_STATUS_OK);
+    CHECK(pad_response.status == BRISTLE_STATUS_OK);
+    CHECK(bed_response.status == BRISTLE_STATUS_OK);
+    CHECK(id != 0);
   }
-  CHECK(counts_so_far().allocations - before == 0);
-  CHECK(stepped == 300);
+  for (const auto& [what, number] : counted) {
+    INFO(what);
+    CHECK(number == 0);
+  }
+  bristle_monitor_destroy(monitor);
+  bristle_joints_destroy(joints);
+  bristle_beds_destroy(beds);
+  bristle_matcher_destroy(matcher);
+  bristle_keyed_destroy(keyed);
+  bristle_extended_destroy(pads);
   bristle_destroy(batch);
 }
 
