@@ -2,14 +2,12 @@
 """The Python module: arrays in place, the interpreter's lock, errors, and closed forms of the model."""
 
 import ast
-import concurrent.futures
 import copy
 import csv
 import importlib.util
 import inspect
 import json
 import math
-import multiprocessing
 import os
 import pathlib
 import pickle
@@ -34,6 +32,9 @@ DBAR = 10e-6  # m, mean snap length
 LOAD = 2.0  # N
 REPOSITORY = pathlib.Path(__file__).parent.parent
 SCENES = REPOSITORY / "tools" / "scenes"
+STUB = pathlib.Path(bristle.__file__).with_name("__init__.pyi")
+if not STUB.exists():  # a build with sanitizers, which cannot import its module
+    subprocess.run([sys.executable, REPOSITORY / "tools/products/python/stubs.py", STUB.parents[1]], check=True)
 COMMAND_LINE = pathlib.Path(bristle.__file__).parents[2] / "bristle"
 TOOLS = {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment",
          "sweep", "SweepTable"}
@@ -58,6 +59,14 @@ def slide(batch, ids, step, count, load=LOAD):
         batch.step(1e-3, motions, responses)
         forces[k] = responses.end[:, 0]
     return forces
+
+
+def step_once(batch, id_, dx, dy, load=LOAD):
+    """Moves one patch over 1 ms and returns its response."""
+    motions, responses = bristle.motions(id_, load), bristle.responses(1)
+    motions.displacement[0] = dx, dy
+    batch.step(1e-3, motions, responses)
+    return responses[0]
 
 
 class Arrays(unittest.TestCase):
@@ -132,9 +141,6 @@ class Arrays(unittest.TestCase):
         self.assertEqual(list(info), fields)
         self.assertEqual((info["detail"], info["representatives"]), (1800, 1800))
         self.assertAlmostEqual(info["max_normal_load"], LOAD, delta=1e-12 * LOAD)
-        stub = pathlib.Path(bristle.__file__).with_name("__init__.pyi")
-        typed = [c for c in ast.parse(stub.read_text()).body if getattr(c, "name", "") == "_PatchInfo"]
-        self.assertEqual([line.target.id for line in typed[0].body], fields)
 
     def test_patches_added_together_differ_in_their_seeds_and_loads(self):
         options = bristle.PatchOptions(max_normal_load=LOAD, bristles=100)
@@ -146,15 +152,25 @@ class Arrays(unittest.TestCase):
         np.testing.assert_array_equal(second, third)
         np.testing.assert_array_equal(bristle.motions(ids, [0.5, 1.0, 1.5])["normal_load"], [0.5, 1.0, 1.5])
 
-    def test_few_patches_go_without_arrays(self):
-        self.batch.move(self.ids[0], 1e-6, 0.0, LOAD)
-        self.assertEqual(self.batch.step(1e-3).patches_stepped, 1)
-        self.assertAlmostEqual(self.batch.force(self.ids[0])["end"][0], -900 * LOAD * 82.05128205128205e-6, places=6)
-        self.assertEqual(self.batch.info(self.ids[0])["normal_load"], LOAD)
-        self.assertEqual(len(self.batch), 3)
+    def test_a_patch_that_is_removed_is_gone_after_the_next_step(self):
         self.batch.remove(self.ids[0])
-        self.batch.step(1e-3)
+        self.batch.step(1e-3, self.motions, self.responses)
         self.assertEqual(len(self.batch), 2)
+        self.assertEqual(self.responses.status.tolist(), [bristle.Status.unknown_id, 0, 0])
+
+    def test_arrays_that_share_memory_are_refused(self):
+        size = bristle.response_dtype.itemsize
+        memory = np.zeros(8 * size, "u1")
+        motions = memory[:bristle.motion_dtype.itemsize].view(bristle.motion_dtype)
+        motions["id"] = self.ids[0]
+        for start in (0, 8):  # at the same place, and half over it
+            responses = memory[start:start + size].view(bristle.response_dtype)
+            for call in (self.batch.step, self.batch.find_force):
+                with self.assertRaisesRegex(bristle.Error, "responses: the array shares memory with motions"):
+                    call(1e-3, motions, responses)
+        apart = memory[motions.nbytes:motions.nbytes + size].view(bristle.response_dtype)
+        self.assertEqual(self.batch.step(1e-3, motions, apart).status, bristle.Status.ok)
+        self.batch.step(1e-3, motions[:0], apart[:0])
 
 
 class Model(unittest.TestCase):
@@ -176,9 +192,8 @@ class Model(unittest.TestCase):
         for x, y, fx, fy in ((1, 0, 1.5, 0), (-1, 0, -0.5, 0), (0, 1, 0.5, 0.4)):
             lay = bristle.Lay(limit_ratio=0.4, to_over_fro=3.0)
             id_ = batch.add(surface, bristle.PatchOptions(max_normal_load=LOAD, precision="double", lay=lay))
-            batch.move(id_, 200 * DBAR * x, 200 * DBAR * y, LOAD)
-            batch.step(1e-3)
-            np.testing.assert_allclose(batch.force(id_).end, [-fx * limit, -fy * limit], atol=1e-6 * limit)
+            response = step_once(batch, id_, 200 * DBAR * x, 200 * DBAR * y)
+            np.testing.assert_allclose(response.end, [-fx * limit, -fy * limit], atol=1e-6 * limit)
         with self.assertRaisesRegex(bristle.Error, "lay.to_over_fro = 3; allowed is 1, or SnapRule::slide"):
             batch.add(bristle.Material(), bristle.PatchOptions(lay=lay))
 
@@ -195,8 +210,7 @@ class Model(unittest.TestCase):
         batch = bristle.PatchBatch()
         id_ = batch.add(material(bristle.SnapLength.uniform(8e-6, 12e-6)),
                         bristle.PatchOptions(max_normal_load=LOAD, bristles=500, precision="double"))
-        batch.move(id_, 3e-6, -4e-6, LOAD)
-        batch.step(1e-3)
+        step_once(batch, id_, 3e-6, -4e-6)
         x, y, delta = batch.read_bristles(id_)
         self.assertEqual((x.shape, y.shape, delta.shape), ((500,),) * 3)
         np.testing.assert_allclose(x, 3e-6, rtol=1e-12)
@@ -235,177 +249,99 @@ class Model(unittest.TestCase):
             batch.reset([ids[0], 12345])
 
 
-def slide_elsewhere(batch, ids):
-    """Returns, in another process, the forces of a slide and the hash of the batch after it."""
-    return slide(batch, ids, 3e-6, 20), batch.state_hash()
-
-
 class Copies(unittest.TestCase):
-    """Tests of pickles and copies of objects, which are made from the same saved state."""
+    """Tests of pickles and copies: of materials, options, arrays and responses; a batch by its saved state."""
 
     LAWS = [bristle.SnapLength.single(DBAR), bristle.SnapLength.uniform(0.5 * DBAR, 1.5 * DBAR),
             bristle.SnapLength.normal(DBAR, 0.3 * DBAR), bristle.SnapLength.lognormal(DBAR, 0.3),
             bristle.SnapLength.exponential(DBAR), bristle.SnapLength.table([4e-6, 9e-6, 10e-6, 17e-6])]
 
     def ways(self, thing):
-        return pickle.loads(pickle.dumps(thing)), copy.copy(thing), copy.deepcopy(thing)
+        return [pickle.loads(pickle.dumps(thing, protocol)) for protocol in range(pickle.HIGHEST_PROTOCOL + 1)] + [
+            copy.copy(thing), copy.deepcopy(thing)]
 
-    def test_laws_materials_coefficients_and_options_are_equal(self):
+    def test_what_is_compared_is_equal_in_every_way_of_copying(self):
         things = self.LAWS + [
             material(law, "keep", residual_length=1e-6, ageing_strength=0.1, ageing_form="saturating")
             for law in self.LAWS] + [
             bristle.Coefficients(kinetic=0.5, peak=0.55, fall_per_decade=0.01, rule="keep"),
             bristle.PatchOptions(max_normal_load=3.0, outputs="all", population="infinite", resolution=4.0, key=2**60,
-                                 lay=bristle.Lay(angle=0.3, limit_ratio=2.0))]
+                                 lay=bristle.Lay(angle=0.3, limit_ratio=2.0)),
+            bristle.BedShape.ellipse(0.1, 0.08, pressure="parabolic").rolling(16, 8).grown("cube_root"),
+            bristle.BedShape.from_list([[0.0, 1e-3], [1e-3, 0.0]], [1.0, 2.0], [3.0, 4.0]),
+            bristle.JointMaterial(stiffness=300.0, viscous=0.01, motor=(0.1, 0.3), stribeck_speed=0.5)]
         for thing in things:
             for other in self.ways(thing):
                 self.assertEqual(other, thing)
                 self.assertIsNot(other, thing)
                 self.assertEqual(repr(other), repr(thing))
+                self.assertEqual(eval(repr(bristle.JointMaterial(motor=(1, 2))), vars(bristle)).motor, (1.0, 2.0))
+
+    def test_what_has_no_equality_is_copied_with_every_attribute(self):
+        outline = bristle.Outline.rectangle(1e-3, 2e-3, nx=2, ny=3)
+        outline.full_size_load = 7.0
+        soft = bristle.BedMaterial(0.9, 0.8).with_flexibility(1e-9, 2e-9, 3e-9).with_slip_stiffness(4.0, 5.0)
+        soft.normal_modulus, soft.shear_modulus, soft.radius, soft.presliding = 6.0, 7.0, 8.0, 9.0
+        for thing in (outline, soft):
+            names = [name for name, member in vars(type(thing)).items() if isinstance(member, property)]
+            self.assertGreater(len(names), 2)
+            for other in self.ways(thing):
+                for name in names:
+                    np.testing.assert_array_equal(getattr(other, name), getattr(thing, name), name)
+
+    def test_arrays_of_responses_stay_what_they_are(self):
+        responses = bristle.responses(4)
+        responses.end[2] = [1.0, 2.0]
+        for other in (*self.ways(responses), responses[1:3], responses[[0, 2]], responses.copy()):
+            self.assertIs(type(other), bristle.Responses)
+            self.assertIs(type(other[1]), bristle.Response)
+            self.assertEqual(other.dtype, bristle.response_dtype)
+        for other in self.ways(responses[2]):
+            self.assertIs(type(other), bristle.Response)
+            self.assertEqual(other.end.tolist(), [1.0, 2.0])
+
+    def test_a_batch_is_copied_by_its_saved_state_and_says_so(self):
+        joints = bristle.JointFriction(1, bristle.JointMaterial(stiffness=1.0))
+        for batch in (bristle.PatchBatch(), bristle.BedBatch(), bristle.ExtendedPatches(), joints):
+            for use in (copy.copy, copy.deepcopy, pickle.dumps, lambda b: pickle.dumps(b, 0), lambda b: b.__reduce__()):
+                with self.assertRaisesRegex(TypeError, type(batch).__name__ + r" is not copied .*restore_state\(\)"):
+                    use(batch)
+            self.assertFalse(hasattr(batch, "__setstate__"))  # which did nothing on a batch that is made
+
+    def test_no_class_ends_the_interpreter(self):
+        """Runs in a process of its own, which pybind11's base class ended."""
+        code = """
+import bristle, copyreg, pickle
+made = [bristle.Material(), bristle.PatchBatch(), bristle.DeadlineMonitor(), bristle.BedMaterial(0.3)]
+for thing in made:
+    base = type(thing).__base__
+    class Heir(base): pass
+    for use in (base, Heir, lambda: copyreg._reduce_ex(thing, 0), lambda: object.__reduce_ex__(thing, 1),
+                lambda: pickle.dumps(thing, 0), lambda: thing.__reduce__()):
+        try:
+            use()
+        except TypeError:
+            pass
+print("alive")
+"""
+        ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+        self.assertEqual((ran.stdout, ran.stderr), ("alive\n", ""))
+
+    def test_an_object_that_is_made_is_not_made_again_in_silence(self):
+        for thing in (bristle.PatchBatch(), bristle.Material(), bristle.BedMaterial(0.3), bristle.JointMaterial()):
+            with self.assertRaisesRegex(TypeError, "__init__ was called on an object that is made already"):
+                thing.__init__()
 
     def test_things_that_differ_in_one_number_are_not_equal(self):
         self.assertNotEqual(bristle.SnapLength.lognormal(DBAR, 0.3), bristle.SnapLength.lognormal(DBAR, 0.4))
         self.assertNotEqual(bristle.PatchOptions(axes=1), bristle.PatchOptions())
         self.assertNotEqual(bristle.Material(viscous_friction=1.0), bristle.Material())
 
-    def test_a_copied_batch_keeps_every_option_of_its_patches(self):
-        fields = dict(axes=1, outputs="all", precision="double", population="representatives", fluctuation=7,
-                      max_normal_load=3.0, lay=bristle.Lay(limit_ratio=0.5), resolution=3.0, cohorts=80)
-        usual = dict(population="infinite") | dict(key=2**60)
-        for name, value in fields.items():
-            batch = bristle.PatchBatch()
-            for options in (usual, usual | {name: value}):
-                batch.add(bristle.Material(), bristle.PatchOptions(**options))
-            batch.add(bristle.Material(viscous_friction=1.0), bristle.PatchOptions(**usual))
-            batch.add(bristle.Material(), bristle.PatchOptions(**usual | dict(key=5)))
-            kinds = batch.__getstate__()[3]
-            self.assertEqual(len(kinds), 3, name)
-            self.assertEqual(getattr(kinds[1][1], name), value)
-        patches = batch.__getstate__()[4]
-        self.assertEqual(patches[:, 3].tolist(), [2**60] * 3 + [5])
-        self.assertEqual(copy.copy(batch).__getstate__()[4].tolist(), patches.tolist())
-        beyond = list(batch.__getstate__())
-        beyond[4] = beyond[4].copy()
-        beyond[4][0, 1] = len(beyond[3])
-        with self.assertRaisesRegex(bristle.Error, "not the patches of a batch"):
-            bristle.PatchBatch.__new__(bristle.PatchBatch).__setstate__(tuple(beyond))
-
     def test_a_copied_material_is_another_one(self):
         surface = bristle.Material()
         other = copy.copy(surface)
         other.bristle_stiffness = 1.0
         self.assertNotEqual(surface.bristle_stiffness, 1.0)
-
-    def batch_of_many(self):
-        """Returns a batch of many kinds of patches: reused slots, a changed material, a reset, shed bristles."""
-        batch = bristle.PatchBatch(threads=2)
-        options = bristle.PatchOptions(max_normal_load=LOAD, bristles=300, outputs="all")
-        removed = batch.add_many(100, bristle.Material(), options)
-        for i in removed[::3]:
-            batch.remove(i)
-        ids = list(removed[1::3]) + list(removed[2::3])
-        for k, law in enumerate(self.LAWS):
-            ids.append(batch.add(material(law, "keep" if k % 2 else "redraw"), bristle.PatchOptions(
-                max_normal_load=LOAD, bristles=100 + k, seed=k, precision="double" if k % 3 else "single")))
-        ids.append(batch.add(bristle.Material(ageing_strength=0.05), bristle.PatchOptions(population="infinite")))
-        for ratio in (0.5, 2.0):
-            ids.append(batch.add(bristle.Material(), bristle.PatchOptions(lay=bristle.Lay(limit_ratio=ratio))))
-        ids = np.array(ids, "u8")
-        slide(batch, ids, 4e-6, 10)
-        batch.set_material(ids[0], bristle.Material(bristle_stiffness=60.0, normal_stiffness=2000.0))
-        slide(batch, ids, 4e-6, 3)
-        batch.reset(ids[5])
-        slide(batch, ids, 2e-6, 3)
-        return batch, ids
-
-    def test_a_copied_batch_has_the_same_ids_and_goes_on_with_the_same_bits(self):
-        batch, ids = self.batch_of_many()
-        others = self.ways(batch)
-        for other in others:
-            self.assertEqual((len(other), other.threads, other.isa), (len(batch), batch.threads, batch.isa))
-            self.assertEqual(other.state_hash(), batch.state_hash())
-            for i in ids:
-                self.assertEqual(other.info(i), batch.info(i))
-        # Checks that batch and copies give equal ids to the patches added next, in freed slots and in new ones.
-        for _ in range(40):
-            wanted = batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
-            self.assertEqual([other.add(bristle.Material(), bristle.PatchOptions(bristles=10)) for other in others],
-                             [wanted] * 3)
-        forces = slide(batch, ids, 3e-6, 20)
-        for other in others:
-            np.testing.assert_array_equal(slide(other, ids, 3e-6, 20), forces)
-            self.assertEqual(other.state_hash(), batch.state_hash())
-            other.set_material(ids[0], bristle.Material())  # the weight of a bristle stays that of the first material
-        batch.set_material(ids[0], bristle.Material())
-        forces = slide(batch, ids, 3e-6, 5)
-        for other in others:
-            np.testing.assert_array_equal(slide(other, ids, 3e-6, 5), forces)
-
-    def test_an_empty_batch_can_be_copied(self):
-        for other in self.ways(bristle.PatchBatch(isa="scalar")):
-            self.assertEqual((len(other), other.isa), (0, "scalar"))
-
-    def test_batches_go_to_other_processes(self):
-        batch, ids = self.batch_of_many()
-        with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-            # The pool pickles its arguments with a delay, so the batch here is stepped only after the results are
-            # there.
-            there = [future.result() for future in [pool.submit(slide_elsewhere, batch, ids) for _ in range(2)]]
-            forces, state = slide_elsewhere(batch, ids)
-            for other_forces, other_state in there:
-                np.testing.assert_array_equal(other_forces, forces)
-                self.assertEqual(other_state, state)
-
-    def test_what_is_no_batch_is_refused(self):
-        batch, _ = self.batch_of_many()
-        state = list(batch.__getstate__())
-        for place, other in ((0, 1), (5, np.zeros(3, "u4")), (7, b""), (2, []),
-                             (4, np.zeros((2, 4), "u8"))):
-            wrong = list(state)
-            wrong[place] = other
-            with self.assertRaises(bristle.Error):
-                bristle.PatchBatch.__new__(bristle.PatchBatch).__setstate__(tuple(wrong))
-
-    def test_states_of_wrong_contents_are_refused(self):
-        """Checks that the refusal is a bristle.Error with the library's text, and no error of pybind11."""
-        batch = bristle.PatchBatch()
-        batch.add(bristle.Material(), bristle.PatchOptions(bristles=10))
-        raw = bristle.Material.__new__(bristle.Material)  # a Python object whose C++ part was never made
-        wrong = (None, 7, -1, 2**70, 0.5, "x", b"x", (), [], (1,), [1], {}, {"a": 1}, [None], [(raw, None, None)],
-                 np.zeros(3), np.zeros((2, 2), "u8"), np.array(["x"]), raw, batch, float("nan"))
-        things = [batch, self.LAWS[1], self.LAWS[5], bristle.Material(), bristle.PatchOptions(), bristle.Coefficients()]
-        for thing in things:
-            kind, state = type(thing), thing.__getstate__()
-            fresh = lambda: kind.__new__(kind)
-            # Leaves out the empty dict, which is a valid state of an options object: every field gets its default.
-            forged = [w for w in wrong if not (isinstance(state, dict) and isinstance(w, dict) and not w)]
-            if isinstance(state, tuple):
-                forged += [state[:n] for n in range(len(state))]
-                deeper = [(i, part) for i, part in enumerate(state) if isinstance(part, (tuple, list)) and len(part)]
-                for i, part in deeper:
-                    forged += [(*state[:i], part[:-1], *state[i + 1:])]
-                    for w in wrong:
-                        forged.append((*state[:i], type(part)([w, *part[1:]]), *state[i + 1:]))
-                for i in range(len(state)):
-                    forged += [(*state[:i], w, *state[i + 1:]) for w in wrong]
-                if kind is bristle.PatchBatch:
-                    material, options, weight = state[3][0]
-                    for w in wrong + (math.inf, -1.0, 0.0):
-                        for row in ((w, options, weight), (material, w, weight), (material, options, w)):
-                            forged.append((*state[:3], [row], *state[4:]))
-            else:
-                forged += [{**state, name: raw} for name in state] + [{**state, name: batch} for name in state]
-                forged += [{**state, 3: 1.0}, {**state, "__class__": int}, {**state, "__init__": 1}]
-            refused = 0
-            for other in forged:
-                try:
-                    # Accepts forged states that are valid, such as True for 1 or a changed unused parameter.
-                    fresh().__setstate__(other)
-                except ValueError as error:
-                    refused += 1
-                    self.assertIs(type(error), bristle.Error)
-                    self.assertNotRegex(str(error), "incompatible|C\\+\\+|cast")
-            self.assertGreater(refused, 0.7 * len(forged), kind)
 
     def test_an_object_without_init_is_refused(self):
         """Checks that members of every class refuse objects whose __init__ was not called, as self and as arguments."""
@@ -416,7 +352,7 @@ class Copies(unittest.TestCase):
         for kind in classes:
             for name, member in inspect.getmembers(kind):
                 own = vars(kind).get(name)
-                if own is None or isinstance(own, staticmethod) or name in ("__init__", "__new__", "__setstate__"):
+                if own is None or isinstance(own, staticmethod) or name in ("__init__", "__new__"):
                     continue
                 if not (callable(member) or isinstance(member, property)):
                     continue
@@ -434,8 +370,8 @@ class Copies(unittest.TestCase):
                 pickle.dumps(kind.__new__(kind))
         self.assertGreater(used, 500)
         raw = bristle.PatchBatch.__new__(bristle.PatchBatch)
-        for use in (len, lambda b: b.threads, lambda b: b.step(1e-3), lambda b: b.add(bristle.Material()),
-                    lambda b: b.save_state(), lambda b: b.restore_state(b""), copy.copy):
+        for use in (len, lambda b: b.threads, lambda b: b.warm_up(), lambda b: b.add(bristle.Material()),
+                    lambda b: b.save_state(), lambda b: b.restore_state(b"")):
             with self.assertRaisesRegex(TypeError, "PatchBatch: __init__ was not called"):
                 use(raw)
         batch = bristle.PatchBatch()
@@ -443,14 +379,6 @@ class Copies(unittest.TestCase):
             batch.add(bristle.Material.__new__(bristle.Material))
         with self.assertRaisesRegex(TypeError, "PatchOptions: __init__ was not called"):
             batch.add(bristle.Material(), bristle.PatchOptions.__new__(bristle.PatchOptions))
-
-    def test_arrays_of_responses_stay_what_they_are(self):
-        responses = bristle.responses(4)
-        responses.end[2] = [1.0, 2.0]
-        for other in (*self.ways(responses), responses[1:3], responses[[0, 2]], responses.copy()):
-            self.assertIs(type(other), bristle.Responses)
-            self.assertIs(type(other[1]), bristle.Response)
-            self.assertEqual(other.dtype, bristle.response_dtype)
 
 
 class Words(unittest.TestCase):
@@ -529,15 +457,11 @@ class Outputs(unittest.TestCase):
         responses[:1].mean
         with self.assertRaisesRegex(bristle.Error, "responses.mean: no step"):
             responses[1].mean
-        for k, name in enumerate(("mean", "end")):
-            batch.move(ids[k], 1e-6, 0.0, LOAD)
-        batch.step(1e-3)
-        self.assertLess(batch.force(ids[0]).mean[0], 0.0)
-        for force in (batch.force(ids[1]), batch.find_force(1e-3, bristle.motions(ids[1], LOAD))):
-            with self.assertRaisesRegex(bristle.Error, "responses.mean"):
-                force.mean
-            for name in ("dissipated", "contact_loss", "damper_work"):
-                self.assertTrue(np.isnan(force[name]).all(), name)
+        trial = batch.find_force(1e-3, bristle.motions(ids[1], LOAD))
+        with self.assertRaisesRegex(bristle.Error, "responses.mean"):
+            trial.mean
+        for name in ("dissipated", "contact_loss", "damper_work"):
+            self.assertTrue(np.isnan(trial[name]).all(), name)
         for name in ("mean", "dissipated", "contact_loss", "damper_work"):
             self.assertTrue(np.isnan(bristle.responses(2)[name]).all(), name)
 
@@ -566,68 +490,6 @@ class Outputs(unittest.TestCase):
             found = bristle.run_scene(scene).responses
         self.assertEqual([np.isnan(found[name]["mean"]).any() for name in "ab"], [False, True])
         self.assertEqual([np.isnan(found[name]["dissipated"]).any() for name in "ab"], [True, False])
-
-
-class Environments(unittest.TestCase):
-    """Tests of tools/products/python/robot_environments.py, the example of robot learning."""
-
-    @classmethod
-    def setUpClass(cls):
-        file = REPOSITORY / "tools/products/python/robot_environments.py"
-        spec = importlib.util.spec_from_file_location("robot_environments", file)
-        cls.module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(cls.module)
-
-    def make(self, count, contacts=3):
-        return self.module.PushedBlocks(count, contacts=contacts)
-
-    def test_a_thousand_environments_of_sixty_four_contacts_go_side_by_side(self):
-        blocks = self.module.PushedBlocks()
-        self.assertEqual(blocks.force.shape, (1000, 64, 2))
-        weight = blocks.mass * 9.81
-        ratio = np.linspace(0.1, 0.9, 1000)  # push over weight, along x or along y
-        push = np.zeros((1000, 3))
-        push[::2, 0], push[1::2, 1] = ratio[::2] * weight, ratio[1::2] * weight
-        for _ in range(15):
-            blocks.step(push)
-        before = blocks.velocity.copy()
-        for _ in range(5):
-            blocks.step(push)
-        self.assertLess(np.abs(blocks.pose[ratio < 0.35, :2]).max(), 25e-6)
-        self.assertLess(np.abs(blocks.pose[::2, 1]).max() + np.abs(blocks.pose[1::2, 0]).max(), 1e-9)
-        # Friction of blocks that slide beyond presliding is 0.4 of their weight.
-        gained = (blocks.velocity - before)[:, :2].sum(1) / 5e-3 / 9.81
-        slides = ratio > 0.75
-        np.testing.assert_allclose(gained[slides], ratio[slides] - 0.4, atol=0.01)
-        np.testing.assert_allclose(blocks.observe()[slides, 6:8].sum(1), -0.4 * weight, rtol=0.03)
-
-    def test_a_torque_turns_a_block_where_friction_no_longer_holds_it(self):
-        blocks = self.make(2, contacts=8)
-        # Highest torque that the blocks' friction holds, N m: limits of all contacts times distances from the middle.
-        arms = np.linalg.norm(blocks.places, axis=1).mean()
-        holds = 0.4 * blocks.mass * 9.81 * arms
-        push = np.array([[0.0, 0.0, 0.7 * holds], [0.0, 0.0, 2.0 * holds]])
-        for _ in range(200):
-            blocks.step(push)
-        self.assertLess(abs(blocks.velocity[0, 2]), 1e-6)
-        # Expected angular velocity, rad/s: the half of the torque that friction does not hold acts for 0.2 s.
-        turned = holds / blocks.inertia[2, 2] * 0.2
-        self.assertAlmostEqual(blocks.velocity[1, 2] / turned, 1.0, delta=0.03)
-        np.testing.assert_allclose(blocks.pose[1, :2], 0.0, atol=1e-6)
-
-    def test_a_reset_environment_goes_as_it_did_and_leaves_the_others_alone(self):
-        blocks, push = self.make(3), np.array([[3.0, 1.0, 0.01]] * 3)
-        first = []
-        for _ in range(60):
-            blocks.step(push)
-            first.append(blocks.observe())
-        blocks.reset([1])
-        np.testing.assert_array_equal(blocks.pose[1], 0.0)
-        others = blocks.pose[[0, 2]].copy()
-        for k in range(60):
-            blocks.step(push)
-            np.testing.assert_array_equal(blocks.observe()[1], first[k][1])
-        self.assertTrue((np.abs(blocks.pose[[0, 2], 0]) > np.abs(others[:, 0])).all())
 
 
 class Extent(unittest.TestCase):
@@ -734,6 +596,29 @@ class Extent(unittest.TestCase):
 
 
 class Threads(unittest.TestCase):
+    def test_a_program_may_end_while_a_daemon_thread_steps(self):
+        code = f"""
+import threading, time
+import bristle
+def forever(step):
+    while True:
+        step()
+batch, beds = bristle.PatchBatch(), bristle.BedBatch()
+ids = batch.add_many(4, bristle.Material(), bristle.PatchOptions(max_normal_load=1.0, bristles=200000))
+motions, responses = bristle.motions(ids, 1.0), bristle.responses(4)
+motions.displacement[:, 0] = 3e-4
+pad = beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3), bristle.BedShape.disc(6e-3, rings=60), max_normal_load=5.0)
+work = [lambda: batch.step(1e-3, motions, responses), lambda: beds.step([pad], [[5e-4, 0, 0, 0, 0, 5.0]])]
+if {HAS_TOOLS}:
+    work.append(lambda: bristle.run_scene({str(SCENES / "stroke.toml")!r}, steps=400000, out_patches=0))
+for one in work:
+    threading.Thread(target=forever, args=(one,), daemon=True).start()
+time.sleep(0.15)
+"""
+        for _ in range(3):
+            ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+            self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+
     def long_step(self):
         """Returns a batch, arrays for its step, and a duration, such that a call takes a tenth of a second or more."""
         batch = bristle.PatchBatch()
@@ -775,7 +660,7 @@ class Threads(unittest.TestCase):
             time.sleep(0.002)
             if repr(batch) != f"<bristle.PatchBatch: 1 thread, {batch.isa}>":
                 return "counted"
-            if "another thread is stepping" not in batch._repr_html_():
+            if "another thread is using this object" not in batch._repr_html_():
                 return "shown"
             try:
                 batch.state_hash()
@@ -786,7 +671,7 @@ class Threads(unittest.TestCase):
         results = self.during_a_long_step(attempt)
         self.assertTrue(results)
         for result in results:
-            self.assertIn("another thread is stepping", result)
+            self.assertIn("another thread is using this object", result)
 
 
 @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
@@ -1117,7 +1002,7 @@ class Joints(unittest.TestCase):
 
     def test_what_cannot_be_is_refused(self):
         with self.assertRaisesRegex(bristle.Error, "stiffness"):
-            bristle.JointFriction(1, bristle.JointMaterial(stiffness=0.0))
+            bristle.JointFriction(1, bristle.JointMaterial())
         joints = bristle.JointFriction(2, self.gear())
         with self.assertRaisesRegex(bristle.Error, "angle"):
             joints.step([1.0])
@@ -1125,6 +1010,11 @@ class Joints(unittest.TestCase):
             joints.step([1.0, 1.0], torque=np.zeros(2, dtype=np.float32))
         with self.assertRaisesRegex(bristle.Error, "torque.*one after the other"):
             joints.step([1.0, 1.0], torque=np.zeros(4)[::2])
+        both = np.zeros(3)
+        for shared in (dict(angle=both[:2], torque=both[1:]), dict(angle=[1.0, 1.0], torque=both[:2], mean=both[:2]),
+                       dict(angle=[1.0, 1.0], outside=both[:2], by_motor=both[1:])):
+            with self.assertRaisesRegex(bristle.Error, "the array shares memory with "):
+                joints.step(**shared)
         with self.assertRaisesRegex(bristle.Error, "gradients=True"):
             joints.step([1.0, 1.0], gradient=np.zeros((13, 2)))
         read_only = np.zeros(2)
@@ -1204,6 +1094,13 @@ class Beds(unittest.TestCase):
         with self.assertRaisesRegex(bristle.Error, "list"):
             self.beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3),
                           bristle.BedShape.from_list(np.zeros((0, 2)), [], []), max_normal_load=1.0)
+        for pressure, message in ((lambda x, y: "much", r"^from_pressure\(\): pressure\(x, y\) must return a number, not 'much'$"),
+                                  (lambda x, y: None, "must return a number, not None"),
+                                  (None, r"^from_pressure\(\): pressure must be a function, not None \(NoneType\)$")):
+            with self.assertRaisesRegex(TypeError, message):
+                bristle.BedShape.from_pressure(1e-3, 1e-3, 4, 4, pressure)
+        with self.assertRaises(ZeroDivisionError):
+            bristle.BedShape.from_pressure(1e-3, 1e-3, 4, 4, lambda x, y: 1 / 0)
         square = bristle.BedShape.from_pressure(1e-3, 1e-3, 4, 4, lambda x, y: 1.0)
         self.beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3), square, max_normal_load=1.0)
         self.assertEqual(len(self.beds), 2)
@@ -1348,9 +1245,8 @@ class Interface(unittest.TestCase):
         self.assertIn(bristle.PatchBatch().isa, bristle.instruction_sets())
 
     def test_everything_public_has_a_docstring_and_a_line_in_the_stubs(self):
-        stub = pathlib.Path(bristle.__file__).with_name("__init__.pyi")
         stubbed = {}
-        for node in ast.parse(stub.read_text()).body:
+        for node in ast.parse(STUB.read_text()).body:
             if isinstance(node, ast.ClassDef):
                 stubbed[node.name] = {
                     n.name if isinstance(n, ast.FunctionDef) else n.targets[0].id if isinstance(n, ast.Assign) else n.target.id
@@ -1360,10 +1256,8 @@ class Interface(unittest.TestCase):
                 stubbed[node.name] = set()
             elif isinstance(node, ast.AnnAssign):
                 stubbed[node.target.id] = set()
-        # Skips names that only a type checker sees, such as the keys of a dict.
-        stubbed = {name: members for name, members in stubbed.items() if name == "__version__" or name[0] != "_"}
         public = {name for name in dir(bristle) if not name.startswith("_")} | {"__version__"}
-        self.assertEqual(set(stubbed) - (set() if HAS_TOOLS else TOOLS), public)
+        self.assertEqual(set(stubbed), public)
         for name in public - {"__version__", "Status", "Error", "motion_dtype", "response_dtype"}:
             thing = getattr(bristle, name)
             self.assertTrue(thing.__doc__, name)
@@ -1376,13 +1270,10 @@ class Interface(unittest.TestCase):
 
 def stubbed_calls():
     """Yields for every public function its class, its name and its parameters: name, type, whether it is needed."""
-    for owner in ast.parse(pathlib.Path(bristle.__file__).with_name("__init__.pyi").read_text()).body:
+    for owner in ast.parse(STUB.read_text()).body:
         is_class = isinstance(owner, ast.ClassDef)
-        if owner.__dict__.get("name", "_")[0] == "_" or not hasattr(bristle, owner.name):
+        if not is_class and not isinstance(owner, ast.FunctionDef):
             continue
-        if is_class and owner.decorator_list:  # a class of keywords
-            yield owner.name, "__init__", [(n.target.id, ast.unparse(n.annotation), False) for n in owner.body
-                                           if isinstance(n, ast.AnnAssign)]
         for node in owner.body if is_class else [owner]:
             if not isinstance(node, ast.FunctionDef) or (node.name[0] == "_" and node.name != "__init__"):
                 continue
@@ -1397,10 +1288,10 @@ class EveryCall(unittest.TestCase):
     # Example values for the types of parameters that have no default.
     VALUES = {"float": 1.0, "int": 1, "str": "keep", "bytes": b"", "ArrayLike": [1.0], "Material": bristle.Material(),
               "Coefficients": bristle.Coefficients(), "SnapLength": bristle.SnapLength.single(1e-6),
-              "_Structs": bristle.motions([1]), "Outline": bristle.Outline.disc(1e-3),
+              "np.ndarray[Any, Any]": bristle.motions([1]), "Outline": bristle.Outline.disc(1e-3),
               "BedMaterial": bristle.BedMaterial(0.3), "BedShape": bristle.BedShape.disc(1e-3),
               "Callable[[float, float], float]": lambda x, y: 1.0,
-              "Union[JointMaterial, Sequence[JointMaterial]]": bristle.JointMaterial(stiffness=1.0)}
+              "JointMaterial | Sequence[JointMaterial]": bristle.JointMaterial(stiffness=1.0)}
 
     def calls(self):
         """Yields for every public function its name, itself, arguments that it takes, and its parameters. Arguments are
@@ -1419,9 +1310,9 @@ class EveryCall(unittest.TestCase):
                 call = getattr(bristle, name)
             else:
                 call = getattr(objects.get(owner) or getattr(bristle, owner)(), name) if parameters else None
-            values = {p: None for p, kind, _ in parameters if "Optional" in kind or "None" in kind}
+            values = {p: None for p, kind, _ in parameters if "None" in kind}
             values |= {"vary": vary, "steps": 1} if name == "sweep" else {}
-            values |= {p: SCENES / "stroke.toml" if "_Path" in kind else self.VALUES[kind]
+            values |= {p: SCENES / "stroke.toml" if "PathLike" in kind else self.VALUES[kind]
                        for p, kind, needed in parameters if needed and p not in values}
             yield f"{owner}.{name}", call, values, parameters
 

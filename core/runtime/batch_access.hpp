@@ -1,11 +1,11 @@
 // Access to a batch for objects made over it (outlines), for contact models of tests that make_patch.cpp does
-// not know, and for batch_recipe.hpp.
+// not know, and for patch_outputs.hpp.
 #pragma once
 
 #include "bristle/patch_batch.hpp"
 #include "core/patches/patch.hpp"
-#include "core/runtime/batch_recipe.hpp"
 #include "core/runtime/command_list.hpp"
+#include "core/runtime/patch_outputs.hpp"
 #include "core/runtime/scheduler.hpp"
 
 namespace bristle::detail {
@@ -49,10 +49,8 @@ struct BatchAccess {
   // Whether a patch is an infinite brush in a glide: a steady slide in which steps visit no cohort.
   static bool glides(const PatchBatch& batch, PatchId id) noexcept;
 
-  // Implement the functions of batch_recipe.hpp.
+  // Returns what find_outputs() (patch_outputs.hpp) returns.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
-  static BatchRecipe recipe(const PatchBatch& batch);
-  static void fill(PatchBatch& empty, const BatchRecipe& recipe);
 };
 
 }  // namespace bristle::detail

@@ -1,9 +1,6 @@
 // The adding thread's side of a batch: the changes that it sends, and how the stepping thread applies them.
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <string>
-#include <unordered_map>
 
 #include "bristle/error.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
@@ -209,55 +206,6 @@ Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
   return p != nullptr ? p->outputs : Outputs::end;
 }
 
-BatchRecipe BatchAccess::recipe(const PatchBatch& batch) {
-  const PatchBatch::Impl::Turn impl(*batch.impl_);
-  BatchRecipe recipe;
-  recipe.generations = impl->slots.generations();
-  recipe.free_slots = impl->slots.free_slots();
-  std::unordered_map<const CompiledMaterial*, std::uint32_t> indices;
-  impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
-    const auto [found, is_new] =
-        indices.try_emplace(p.record->material, static_cast<std::uint32_t>(recipe.materials.size()));
-    if (is_new) recipe.materials.push_back(p.material().material);
-    PatchOptions options = p.record->options;
-    options.seed = p.record->first_seed;
-    recipe.patches.push_back({slot, found->second, options, p.record->full_weight});
-  });
-  return recipe;
-}
-
-void BatchAccess::fill(PatchBatch& empty, const BatchRecipe& recipe) {
-  PatchBatch::Impl& impl = *empty.impl_;
-  const auto require = [](bool holds) {
-    if (!holds) throw Error("PatchBatch: these are not the patches of a batch");
-  };
-  const std::size_t slots = recipe.generations.size();
-  require(impl.slots.size() == 0 && slots <= std::numeric_limits<std::uint32_t>::max() / 2);
-  std::vector<char> used(slots, 0);
-  const auto use = [&](std::uint32_t slot) {
-    require(slot < slots && !used[slot] && recipe.generations[slot] > 0);
-    used[slot] = 1;
-  };
-  for (const std::uint32_t slot : recipe.free_slots) use(slot);
-  for (const PatchRecipe& patch : recipe.patches) {
-    use(patch.slot);
-    require(patch.material < recipe.materials.size() && patch.full_weight > 0.0 &&
-            std::isfinite(patch.full_weight));
-  }
-  const FloatModeScope mode;
-  impl.slots.assign(recipe.generations, recipe.free_slots);
-  impl.records.resize(slots);
-  for (const PatchRecipe& patch : recipe.patches) {
-    auto command = std::make_unique<Command>();
-    command->patch = make_patch(impl.compiled(recipe.materials[patch.material]), patch.options, impl.kernels,
-                                patch.full_weight);
-    impl.attach_scratch(*command);
-    impl.add_to({patch.slot, recipe.generations[patch.slot]}, std::move(command));
-  }
-}
-
 Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept { return BatchAccess::outputs(batch, id); }
-BatchRecipe find_recipe(const PatchBatch& batch) { return BatchAccess::recipe(batch); }
-void fill_batch(PatchBatch& empty, const BatchRecipe& recipe) { BatchAccess::fill(empty, recipe); }
 
 }  // namespace bristle

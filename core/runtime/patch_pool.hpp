@@ -137,14 +137,6 @@ class SlotList {
   }
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
-  const std::vector<std::uint32_t>& generations() const noexcept { return generations_; }
-  const std::vector<std::uint32_t>& free_slots() const noexcept { return free_; }
-  /// Copies generations and free slots of another list. Throws std::bad_alloc.
-  void assign(std::vector<std::uint32_t> generations, const std::vector<std::uint32_t>& free_slots) {
-    generations_ = std::move(generations);
-    free_.reserve(generations_.capacity());
-    free_.assign(free_slots.begin(), free_slots.end());
-  }
   /// Sets the generation of a slot, as if it had held so many patches. For tests.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;

@@ -67,6 +67,15 @@ const py::dtype& response_dtype() {
   return dtype;
 }
 
+void refuse_overlap(const char* written, const py::array& array, const char* other,
+                    const py::array& other_array) {
+  const auto begin = [](const py::array& of) { return reinterpret_cast<std::uintptr_t>(of.data()); };
+  const auto end = [&](const py::array& of) { return begin(of) + static_cast<std::uintptr_t>(of.nbytes()); };
+  if (begin(array) < end(other_array) && begin(other_array) < end(array))
+    throw bristle::Error(std::string(written) + ": the array shares memory with " + other +
+                         "; a step needs arrays of their own (numpy.copy)");
+}
+
 py::array new_responses(py::ssize_t size) { return py::module_::import("bristle").attr("responses")(size); }
 
 py::array new_motions(py::ssize_t size) {

@@ -6,8 +6,8 @@
 #include <pybind11/stl.h>
 
 #include "core/c_interface/field_count.hpp"
-#include "core/runtime/batch_recipe.hpp"
-#include "tools/products/python/batch.hpp"
+#include "core/runtime/patch_outputs.hpp"
+#include "tools/products/python/owned.hpp"
 
 namespace bristle_python {
 
@@ -15,6 +15,8 @@ using bristle::Motion;
 using bristle::Response;
 
 namespace {
+
+using Batch = Owned<bristle::PatchBatch>;
 
 /// Returns a numpy array's elements as objects of T, without a copy. Throws bristle::Error, which says how to
 /// make such an array, if dtype or layout differ.
@@ -33,25 +35,41 @@ bristle::Span<T> elements(const py::array& array, const py::dtype& dtype, const 
   return {static_cast<T*>(const_cast<void*>(array.data())), static_cast<std::size_t>(array.size())};
 }
 
+/// Motions and responses of one step, in the caller's arrays.
+struct Step {
+  bristle::Span<const Motion> in;
+  bristle::Span<Response> out;
+  Step(const py::array& motions, const py::array& responses)
+      : in(elements<const Motion>(motions, motion_dtype(), "motions", false)),
+        out(elements<Response>(responses, response_dtype(), "responses", true)) {
+    if (in.size() != out.size())
+      throw bristle::Error("responses: as many as motions are needed: " + std::to_string(in.size()) +
+                           ", not " + std::to_string(out.size()));
+    refuse_overlap("responses", responses, "motions", motions);
+  }
+};
+
 bristle::StepReport step_arrays(Batch& self, double dt, const py::array& motions,
                                 const py::array& responses) {
-  const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
-  const auto out = elements<Response>(responses, response_dtype(), "responses", true);
-  if (in.size() != out.size())
-    throw bristle::Error("responses: as many as motions are needed: " + std::to_string(in.size()) + ", not " +
-                         std::to_string(out.size()));
+  const Step step(motions, responses);
   const Batch::Turn turn(self);
-  const py::gil_scoped_release release;
-  return self.batch.step(dt, in, out);
+  const WithoutLock unlocked;
+  return self.batch.step(dt, step.in, step.out);
 }
 
-Record force_of(Batch& self, std::uint64_t id) {
+ResponseArray try_arrays(Batch& self, double dt, const py::array& motions,
+                         const std::optional<py::array>& responses) {
+  const py::array array = responses ? *responses : new_responses(motions.size());
+  const Step step(motions, array);
   const Batch::Turn turn(self);
-  Response response = self.batch.force({id});
-  forget_what_was_not_asked_for(response, bristle::find_outputs(self.batch, {id}));
-  const py::array array = new_responses(1);
-  *elements<Response>(array, response_dtype(), "responses", true).data() = response;
-  return Record(array[py::int_(0)]);
+  {
+    const WithoutLock unlocked;
+    for (std::size_t i = 0; i < step.in.size(); ++i) {
+      step.out[i] = self.batch.find_force(dt, step.in[i]);
+      forget_what_was_not_asked_for(step.out[i], bristle::find_outputs(self.batch, step.in[i].id));
+    }
+  }
+  return ResponseArray(array);
 }
 
 py::dict info_of(Batch& self, std::uint64_t id) {
@@ -96,7 +114,8 @@ void define_report(py::module_& module) {
       .def_property_readonly(
           "status",
           [](const StepReport& r) {
-            return py::module_::import("bristle").attr("Status")(static_cast<std::uint32_t>(r.status));
+            return StatusFlags(
+                py::module_::import("bristle").attr("Status")(static_cast<std::uint32_t>(r.status)));
           },
           "All responses' flags together: bristle.Status.")
       .def_readonly("patches_stepped", &StepReport::patches_stepped, "Motions that were carried out.")
@@ -123,14 +142,13 @@ void define_batch(py::module_& module) {
       "Contact patches stepped together. Patches are named by ids (int). One thread steps and reads; "
       "another one may add, remove and change materials meanwhile: the change takes effect at the next "
       "step. A second thread that steps gets bristle.Error. step, find_force and warm_up let "
-      "go of the interpreter's lock. A batch can be copied and pickled: the other one has the same ids, and "
-      "goes on with the same bits. What move() set and force() would tell is not part of it.");
-  type.def(py::init([](int threads, std::optional<std::string> isa, int servo_core) {
-             return std::make_unique<Batch>(ThreadsAndKernels{threads, std::move(isa), servo_core});
+      "go of the interpreter's lock. save_state and restore_state carry on with the same bits elsewhere.");
+  type.def(py::init([](int threads, const char* isa) {
+             return std::make_unique<Batch>(bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
            }),
-           py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), py::arg("servo_core") = -1,
+           py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(),
            "threads: that may step, the caller included; 0 = one per core. isa: \"scalar\", \"sse2\", ...; "
-           "None = the best here. servo_core: workers keep off this core.")
+           "None = the best here.")
       .def(
           "add",
           [](Batch& self, const Material& material, const PatchOptions& options) {
@@ -168,7 +186,7 @@ void define_batch(py::module_& module) {
           "warm_up",
           [](Batch& self) {
             const Batch::Turn turn(self);
-            const py::gil_scoped_release release;
+            const WithoutLock unlocked;
             self.batch.warm_up();
           },
           "Spends every allocation before the loop.")
@@ -176,44 +194,8 @@ void define_batch(py::module_& module) {
            "Moves patches over dt (s); responses[i] answers motions[i], in place. Arrays of bristle.motions "
            "and bristle.responses, which no other thread may touch meanwhile. Bad input sets a status, never "
            "raises.")
-      .def(
-          "step",
-          [](Batch& self, double dt) {
-            const Batch::Turn turn(self);
-            const py::gil_scoped_release release;
-            return self.batch.step(dt);
-          },
-          py::arg("dt"), "Takes what move() set; see force().")
-      .def(
-          "move",
-          [](Batch& self, std::uint64_t id, double dx, double dy, double normal_load) {
-            const Batch::Turn turn(self);
-            self.batch.move({id}, dx, dy, normal_load);
-          },
-          py::arg("id"), py::arg("dx"), py::arg("dy"), py::arg("normal_load"),
-          "Motion (m) and load (N) for the next step(dt).")
-      .def("force", &force_of, py::arg("id"),
-           "The response of the last step(dt): a record with the fields of bristle.responses.")
-      .def(
-          "find_force",
-          [](Batch& self, double dt, const py::array& motions, const std::optional<py::array>& responses) {
-            const auto in = elements<const Motion>(motions, motion_dtype(), "motions", false);
-            const py::array array =
-                responses ? *responses : new_responses(static_cast<py::ssize_t>(in.size()));
-            const auto out = elements<Response>(array, response_dtype(), "responses", true);
-            if (in.size() != out.size()) throw bristle::Error("responses: as many as motions are needed");
-            const Batch::Turn turn(self);
-            {
-              const py::gil_scoped_release release;
-              for (std::size_t i = 0; i < in.size(); ++i) {
-                out[i] = self.batch.find_force(dt, in[i]);
-                forget_what_was_not_asked_for(out[i], bristle::find_outputs(self.batch, in[i].id));
-              }
-            }
-            return array;
-          },
-          py::arg("dt"), py::arg("motions"), py::arg("responses") = py::none(),
-          "The responses to trial motions, each from the state as it is, which does not change.")
+      .def("find_force", &try_arrays, py::arg("dt"), py::arg("motions"), py::arg("responses") = py::none(),
+           "The responses to trial motions, each from the state as it is, which does not change.")
       .def("info", &info_of, py::arg("id"),
            "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros "
            "for an unknown id.")
@@ -224,28 +206,14 @@ void define_batch(py::module_& module) {
             return self.batch.stored_energy({id});
           },
           py::arg("id"), "Elastic energy of the bristles in contact, J.")
-      .def(
-          "state_hash",
-          [](Batch& self, const std::optional<std::uint64_t>& id) {
-            const Batch::Turn turn(self);
-            return id ? self.batch.state_hash({*id}) : self.batch.state_hash();
-          },
-          py::arg("id") = py::none(), "Of one patch, or of all: the same on every machine.")
       .def("read_bristles", &read_bristles, py::arg("id"),
            "Deflections along x and y and snap lengths of all bristles, three arrays in m.")
-      .def("save_state", &save_state, "The state of all patches as bytes.")
-      .def("restore_state", &restore_state, py::arg("state"),
-           "Restores what save_state gave, in a batch with the same patches. Raises bristle.Error, state "
-           "unchanged, where it does not fit.")
-      .def("__len__",
-           [](Batch& self) {
-             const Batch::Turn turn(self);
-             return self.batch.patch_count();
-           })
       .def_property_readonly("threads", [](const Batch& self) { return self.batch.threads(); })
       .def_property_readonly(
           "isa", [](const Batch& self) { return self.batch.isa(); }, "Instruction set in use.");
-  type.def(py::pickle(&pickled, &unpickled));
+  define_state(
+      type, "id", [](std::uint64_t id) { return bristle::PatchId{id}; },
+      [](const bristle::PatchBatch& batch) { return batch.patch_count(); });
 }
 
 }  // namespace bristle_python

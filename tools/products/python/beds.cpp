@@ -2,10 +2,20 @@
 #include <string>
 #include <vector>
 
-#include <pybind11/functional.h>
-
 #include "tools/products/python/keyword_class.hpp"
 #include "tools/products/python/owned.hpp"
+
+namespace bristle_python {
+/// A function of Python that gives the pressure at a place.
+struct PressureFunction : py::function {
+  PYBIND11_OBJECT(PressureFunction, py::function, PyCallable_Check)
+};
+}  // namespace bristle_python
+
+template <>
+struct pybind11::detail::handle_type_name<bristle_python::PressureFunction> {
+  static constexpr auto name = const_name("Callable[[float, float], float]");
+};
 
 namespace bristle_python {
 
@@ -64,7 +74,7 @@ py::dict step(Beds& self, const Ids& ids, const Numbers& motions) {
   std::vector<BedResponse> out(in.size());
   {
     const Beds::Turn turn(self);
-    const py::gil_scoped_release release;
+    const WithoutLock unlocked;
     self.batch.step({in.data(), in.size()}, {out.data(), out.size()});
   }
   return write_responses(out);
@@ -75,7 +85,7 @@ py::dict find_force(Beds& self, const Ids& ids, const Numbers& motions) {
   std::vector<BedResponse> out(in.size());
   {
     const Beds::Turn turn(self);
-    const py::gil_scoped_release release;
+    const WithoutLock unlocked;
     for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.batch.find_force(in[i]);
   }
   return write_responses(out);
@@ -101,12 +111,41 @@ py::dict bristles_of(Beds& self, std::uint64_t id) {
   return result;
 }
 
+double pressure_at(const py::function& pressure, double x, double y) {
+  const py::object value = pressure(x, y);
+  const double number = PyFloat_AsDouble(value.ptr());
+  if (number != -1.0 || PyErr_Occurred() == nullptr) return number;
+  PyErr_Clear();
+  throw py::type_error("from_pressure(): pressure(x, y) must return a number, not " +
+                       py::cast<std::string>(py::repr(value)));
+}
+
+/// Returns a bed's material as a call that makes it, and the elasticity set afterwards, for copies and
+/// pickles.
+py::tuple reduced(const py::object& self) {
+  py::dict elasticity;
+  for (const char* name :
+       {"normal_modulus", "shear_modulus", "radius", "flexibility", "slip_stiffness", "presliding"})
+    elasticity[name] = self.attr(name);
+  return py::make_tuple(py::type::of(self),
+                        py::make_tuple(self.attr("static_friction"), self.attr("kinetic_friction")),
+                        py::make_tuple(py::none(), elasticity));
+}
+
 void define_material(py::module_& module) {
-  py::class_<BedMaterial>(
+  KeywordClass<BedMaterial> material(
       module, "BedMaterial",
       "Friction and elasticity of a bed: exactly one of elastic moduli, flexibilities, slip "
-      "stiffness, presliding displacement.")
-      .def(py::init<double, double>(), py::arg("static_friction"), py::arg("kinetic_friction"))
+      "stiffness, presliding displacement.");
+  material.field("static_friction", &BedMaterial::static_friction, "Coefficient of static friction.")
+      .field("kinetic_friction", &BedMaterial::kinetic_friction, "Coefficient of kinetic friction.")
+      .field("normal_modulus", &BedMaterial::normal_modulus, "Pa, combined modulus E*.")
+      .field("shear_modulus", &BedMaterial::shear_modulus, "Pa, combined modulus G*.")
+      .field("radius", &BedMaterial::radius, "m, combined radius; 0 where the shape states its size.")
+      .field("flexibility", &BedMaterial::flexibility, "m^3/N, Kalker's L1, L2, L3.")
+      .field("slip_stiffness", &BedMaterial::slip_stiffness, "N per unit slip, along x and y.")
+      .field("presliding", &BedMaterial::presliding, "m: all of it slides at this displacement.");
+  material.type.def(py::init<double, double>(), py::arg("static_friction"), py::arg("kinetic_friction"))
       .def(py::init<double>(), py::arg("friction"))
       .def("with_elastic", &BedMaterial::with_elastic, py::arg("shear_modulus"), py::arg("poisson"),
            py::arg("radius") = 0.0, "One elastic body on a rigid one; Pa, m.")
@@ -117,12 +156,40 @@ void define_material(py::module_& module) {
       .def("with_slip_stiffness", &BedMaterial::with_slip_stiffness, py::arg("x"), py::arg("y"),
            "N per unit slip.")
       .def("with_presliding", &BedMaterial::with_presliding, py::arg("displacement"),
-           "m: all of it slides at this displacement, under full load.");
+           "m: all of it slides at this displacement, under full load.")
+      .def("__reduce__", &reduced);
+}
+
+using Row = std::array<double, 4>;  // a bristle of BedShape::list: x, y, stiffness, load
+
+std::vector<Row> cells_of(const BedShape& shape) {
+  std::vector<Row> rows;
+  for (const bristle::BedCell& cell : shape.list)
+    rows.push_back({cell.position[0], cell.position[1], cell.stiffness, cell.load});
+  return rows;
+}
+
+void set_cells(BedShape& shape, const std::vector<Row>& rows) {
+  shape.list.clear();
+  for (const Row& row : rows) shape.list.push_back({{row[0], row[1]}, row[2], row[3]});
 }
 
 void define_shape(py::module_& module) {
   const auto pressure = [](const std::string& name) { return value_of(pressures, "pressure", name); };
-  py::class_<BedShape>(module, "BedShape", "Outline, pressure and grid of a bed.")
+  using Kind = BedShape::Kind;
+  const Names<Kind> kinds = {
+      {"row", Kind::row}, {"ellipse", Kind::ellipse}, {"rectangle", Kind::rectangle}, {"list", Kind::list}};
+  KeywordClass<BedShape> type(module, "BedShape",
+                              "Outline, pressure and grid of a bed, made by its static methods.");
+  type.named_field("kind", &BedShape::kind, kinds, "\"row\", \"ellipse\", \"rectangle\" or \"list\".")
+      .named_field("pressure", &BedShape::pressure, pressures, "\"uniform\", \"parabolic\" or \"hertz\".")
+      .named_field("growth", &BedShape::growth, growths, "\"fixed\", \"cube_root\" or \"square_root\".")
+      .field("rolls", &BedShape::rolls, "Whether bristles are carried through the contact.")
+      .field("half", &BedShape::half, "m, half widths at full load; 0 = from the material's radius.")
+      .field("cells", &BedShape::cells, "Bristles along x and rows; rings and cells around.")
+      .property("bristles", &cells_of, &set_cells, "Of kind \"list\": rows x, y (m), stiffness, load.")
+      .done();
+  type.type
       .def_static("sphere_row", &BedShape::sphere_row, py::arg("cells") = 32, py::kw_only(),
                   py::arg("radius_of_contact") = 0.0, "Sphere on a plane by dimensional reduction.")
       .def_static(
@@ -155,9 +222,14 @@ void define_shape(py::module_& module) {
           },
           py::arg("half_x"), py::arg("half_y"), py::kw_only(), py::arg("pressure") = "parabolic",
           py::arg("nx") = 16, py::arg("ny") = 8)
-      .def_static("from_pressure", &BedShape::from_pressure, py::arg("half_x"), py::arg("half_y"),
-                  py::arg("nx"), py::arg("ny"), py::arg("pressure"),
-                  "pressure(x, y), relative; above 0 inside.")
+      .def_static(
+          "from_pressure",
+          [](double half_x, double half_y, int nx, int ny, const PressureFunction& function) {
+            return BedShape::from_pressure(half_x, half_y, nx, ny,
+                                           [&](double x, double y) { return pressure_at(function, x, y); });
+          },
+          py::arg("half_x"), py::arg("half_y"), py::arg("nx"), py::arg("ny"), py::arg("pressure"),
+          "pressure(x, y), relative; above 0 inside.")
       .def_static(
           "from_list",
           [](const Numbers& positions, const Numbers& stiffness, const Numbers& load) {

@@ -49,7 +49,7 @@ py::dict experiment(const std::string& name, const std::optional<std::vector<std
       [&](double) { interrupted(); }};
   cli::ExperimentResult result;
   {
-    const py::gil_scoped_release release;
+    const WithoutLock unlocked;
     result = cli::run_experiment(experiment, input);
   }
   const py::dict series = series_of(result);

@@ -89,7 +89,7 @@ py::dict step(Patches& self, double dt, const Ids& ids, const Numbers& motions) 
   std::vector<ExtendedResponse> out(in.size());
   {
     const Patches::Turn turn(self);
-    const py::gil_scoped_release release;
+    const WithoutLock unlocked;
     self.batch.step(dt, {in.data(), in.size()}, {out.data(), out.size()});
   }
   return write_responses(out);
@@ -100,7 +100,7 @@ py::dict find_force(Patches& self, double dt, const Ids& ids, const Numbers& mot
   std::vector<ExtendedResponse> out(in.size());
   {
     const Patches::Turn turn(self);
-    const py::gil_scoped_release release;
+    const WithoutLock unlocked;
     for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.batch.find_force(dt, in[i]);
   }
   return write_responses(out);
@@ -153,7 +153,14 @@ void define_outline(py::module_& module) {
                      "load; 0 = fixed.")
       .def_property_readonly("positions", &positions_of, "Of the cells, m: shape (n, 2), a copy.")
       .def_property_readonly("weights", &weights_of, "Shares of the load, a copy.")
-      .def("__len__", [](const Outline& outline) { return outline.cells.size(); });
+      .def("__len__", [](const Outline& outline) { return outline.cells.size(); })
+      .def("__reduce__", [](const Outline& outline) {
+        py::dict attributes;
+        attributes["full_size_load"] = outline.full_size_load;
+        return py::make_tuple(py::type::of<Outline>(),
+                              py::make_tuple(positions_of(outline), weights_of(outline)),
+                              py::make_tuple(py::none(), attributes));
+      });
 }
 
 }  // namespace

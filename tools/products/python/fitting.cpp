@@ -147,7 +147,7 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
   options.reading.clock = clock;
   for (const auto& word : words_of(columns)) options.reading.columns.push_back(word);
   for (const auto& word : units) options.reading.units.push_back(word);
-  const py::gil_scoped_release release;
+  const WithoutLock unlocked;
   return fit_columns(cli::read_fit_columns(options.data, options.reading), options);
 }
 
@@ -173,13 +173,13 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
       {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
       {residual, renewal});
   set_measurement(options, mass, compliance, delay);
-  const py::gil_scoped_release release;
+  const WithoutLock unlocked;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
 }
 
 /// Returns a column of the fit as a read-only array; `owner` holds its memory.
-py::object column(const py::object& owner, const std::vector<double>& values) {
+py::array_t<double> column(const py::object& owner, const std::vector<double>& values) {
   py::array_t<double> array(static_cast<py::ssize_t>(values.size()), values.data(), owner);
   array.attr("setflags")(py::arg("write") = false);
   return array;
@@ -202,8 +202,8 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   return parameters;
 }
 
-py::object if_determined(const FitEstimate& estimate, double value) {
-  return estimate.fitted ? py::object(py::float_(value)) : py::object(py::none());
+std::optional<double> if_determined(const FitEstimate& estimate, double value) {
+  return estimate.fitted ? std::optional<double>(value) : std::nullopt;
 }
 
 std::string text_of(const FitEstimate& estimate) {
@@ -263,7 +263,7 @@ void define_result(py::module_& module) {
                              column_property([](const Fit& f) -> const auto& { return f.result.curve; }),
                              "The fit at the samples, N, by the body, sensor offset and drift included.")
       .def_property_readonly(
-          "report", [](const Fit& fit) { return report_of(cli::fit_json(fit.data, fit.result)); },
+          "report", [](const Fit& fit) -> py::dict { return report_of(cli::fit_json(fit.data, fit.result)); },
           "All of it but the samples: a dict as `bristle fit --json` writes it.")
       .def_property_readonly(
           "understood", [](const Fit& fit) { return fit.data.columns.understood; },

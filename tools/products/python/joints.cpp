@@ -1,9 +1,11 @@
 // Binds JointMaterial and JointFriction, over numpy arrays in place.
 #include <array>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "tools/products/python/keyword_class.hpp"
 #include "tools/products/python/owned.hpp"
 
 namespace bristle_python {
@@ -26,9 +28,12 @@ using Room = std::optional<py::array>;  // array of the caller that a step of th
 /// takes longer than the step.
 constexpr std::size_t lets_go_from = 64;
 
+/// Arrays of one step by name, of which those that it writes may share no memory with another.
+using Arrays = std::vector<std::pair<const char*, const py::array*>>;
+
 /// Returns the memory of the caller's array, to be written in place; an empty span for None.
 template <class T>
-bristle::Span<T> room_of(const Room& array, std::size_t size, const char* name) {
+bristle::Span<T> room_of(Arrays& arrays, const Room& array, std::size_t size, const char* name) {
   if (!array) return {};
   if (!py::isinstance<py::array_t<std::conditional_t<std::is_same_v<T, double>, double, std::uint32_t>>>(
           *array))
@@ -39,17 +44,22 @@ bristle::Span<T> room_of(const Room& array, std::size_t size, const char* name) 
       !array->writeable())
     throw bristle::Error(std::string(name) + ": a writeable array of " + std::to_string(size) +
                          " numbers, one after the other, is needed");
+  for (const auto& [other_name, other] : arrays) refuse_overlap(name, *array, other_name, *other);
+  arrays.emplace_back(name, &*array);
   return {static_cast<T*>(const_cast<void*>(array->data())), size};
 }
 
-bristle::Span<const double> numbers_in(const std::optional<Numbers>& array, std::size_t size,
+bristle::Span<const double> numbers_in(Arrays& arrays, const Numbers* array, std::size_t size,
                                        const char* name) {
-  if (!array) return {};
+  if (array == nullptr) return {};
   if (static_cast<std::size_t>(array->size()) != size)
     throw bristle::Error(std::string(name) + ": one number for each of " + std::to_string(size) +
                          " joints is needed");
+  arrays.emplace_back(name, array);
   return {array->data(), size};
 }
+
+const Numbers* pointer(const std::optional<Numbers>& array) { return array ? &*array : nullptr; }
 
 template <bristle::StepReport (JointFriction::*go)(const JointInput&, const JointOutput&) noexcept>
 py::array step(Joints& self, const Numbers& angle, const std::optional<Numbers>& speed,
@@ -57,23 +67,25 @@ py::array step(Joints& self, const Numbers& angle, const std::optional<Numbers>&
                const Room& mean, const Room& by_angle, const Room& by_speed, const Room& by_motor,
                const Room& by_outside, const Room& gradient, const Room& status) {
   const std::size_t n = self.batch.joint_count();
-  const JointInput in{numbers_in(angle, n, "angle"), numbers_in(speed, n, "speed"),
-                      numbers_in(motor, n, "motor"), numbers_in(outside, n, "outside")};
+  Arrays arrays;
+  const JointInput in{numbers_in(arrays, &angle, n, "angle"), numbers_in(arrays, pointer(speed), n, "speed"),
+                      numbers_in(arrays, pointer(motor), n, "motor"),
+                      numbers_in(arrays, pointer(outside), n, "outside")};
   if (!torque) torque = Numbers(static_cast<py::ssize_t>(n));
-  const JointOutput out{room_of<double>(torque, n, "torque"),
-                        room_of<double>(mean, n, "mean"),
-                        room_of<double>(by_angle, n, "by_angle"),
-                        room_of<double>(by_speed, n, "by_speed"),
-                        room_of<double>(by_motor, n, "by_motor"),
-                        room_of<double>(by_outside, n, "by_outside"),
-                        room_of<bristle::Status>(status, n, "status"),
-                        room_of<double>(gradient, n * bristle::joint_parameters, "gradient")};
+  const JointOutput out{room_of<double>(arrays, torque, n, "torque"),
+                        room_of<double>(arrays, mean, n, "mean"),
+                        room_of<double>(arrays, by_angle, n, "by_angle"),
+                        room_of<double>(arrays, by_speed, n, "by_speed"),
+                        room_of<double>(arrays, by_motor, n, "by_motor"),
+                        room_of<double>(arrays, by_outside, n, "by_outside"),
+                        room_of<bristle::Status>(arrays, status, n, "status"),
+                        room_of<double>(arrays, gradient, n * bristle::joint_parameters, "gradient")};
   const Joints::Turn turn(self);
   bristle::StepReport report;
   if (n < lets_go_from) {
     report = (self.batch.*go)(in, out);
   } else {
-    const py::gil_scoped_release release;
+    const WithoutLock unlocked;
     report = (self.batch.*go)(in, out);
   }
   if (report.tasks == 0) throw bristle::Error("gradient: JointFriction(gradients=True) is needed");
@@ -82,38 +94,19 @@ py::array step(Joints& self, const Numbers& angle, const std::optional<Numbers>&
 
 Material& numbers_of(JointMaterial& material) { return reinterpret_cast<Material&>(material); }
 
-}  // namespace
-
-void define_joints(py::module_& module) {
-  py::class_<JointMaterial> material(
+void define_material(py::module_& module) {
+  KeywordClass<JointMaterial> material(
       module, "JointMaterial",
       "Friction of a joint, N m and rad. Pairs: while it drives, while it is driven.");
-  material.def(py::init([](double stiffness, double viscous, double base, const Pair& motor,
-                           const Pair& outside, double static_base, const Pair& static_motor,
-                           const Pair& static_outside, double stribeck_speed) {
-                 JointMaterial m;
-                 numbers_of(m) = {
-                     stiffness,         viscous,           base,          motor[0],        motor[1],
-                     outside[0],        outside[1],        static_base,   static_motor[0], static_motor[1],
-                     static_outside[0], static_outside[1], stribeck_speed};
-                 return m;
-               }),
-               py::kw_only(), py::arg("stiffness"), py::arg("viscous") = 0.0, py::arg("base") = 0.0,
-               py::arg("motor") = Pair{}, py::arg("outside") = Pair{}, py::arg("static_base") = 0.0,
-               py::arg("static_motor") = Pair{}, py::arg("static_outside") = Pair{},
-               py::arg("stribeck_speed") = 0.0);
   const auto number = [&](const char* name, std::size_t i, const char* doc) {
-    material.def_property(
+    material.property(
         name, [i](JointMaterial& m) { return numbers_of(m)[i]; },
         [i](JointMaterial& m, double x) { numbers_of(m)[i] = x; }, doc);
   };
   const auto pair = [&](const char* name, std::size_t i) {
-    material.def_property(
+    material.property(
         name, [i](JointMaterial& m) { return py::make_tuple(numbers_of(m)[i], numbers_of(m)[i + 1]); },
-        [i](JointMaterial& m, const Pair& x) {
-          numbers_of(m)[i] = x[0];
-          numbers_of(m)[i + 1] = x[1];
-        },
+        [i](JointMaterial& m, const Pair& x) { std::copy_n(x.data(), 2, numbers_of(m).data() + i); },
         "while it drives, while it is driven");
   };
   number("stiffness", bristle::joint_stiffness, "N m/rad while it sticks");
@@ -125,20 +118,17 @@ void define_joints(py::module_& module) {
   pair("static_motor", bristle::joint_static_motor_driving);
   pair("static_outside", bristle::joint_static_outside_driving);
   number("stribeck_speed", bristle::joint_stribeck_speed, "rad/s");
-  material.def("__repr__", [](const JointMaterial& m) {
-    const py::object self = py::cast(m, py::return_value_policy::reference);
-    std::string text;
-    for (const char* name : {"stiffness", "viscous", "base", "motor", "outside", "static_base",
-                             "static_motor", "static_outside", "stribeck_speed"})
-      text += (text.empty() ? "JointMaterial(" : ", ") + std::string(name) + "=" +
-              py::cast<std::string>(py::repr(self.attr(name)));
-    return text + ")";
-  });
-  material.def_property(
+  material.done();
+  material.type.def_property(
       "numbers", [](JointMaterial& m) { return numbers_of(m); },
       [](JointMaterial& m, const Material& x) { numbers_of(m) = x; },
       "All numbers, in the order of JointFriction.parameter_names.");
+}
 
+}  // namespace
+
+void define_joints(py::module_& module) {
+  define_material(module);
   py::class_<Joints> joints(
       module, "JointFriction",
       "Friction of robots' joints: arrays of one number a joint, read and written in place.");

@@ -1,6 +1,8 @@
 // Binds a struct of plain fields as a Python class with keyword arguments, attributes, == and repr.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -8,6 +10,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <pybind11/stl.h>
 
 #include "tools/libraries/files/nearest_name.hpp"
 #include "tools/products/python/module.hpp"
@@ -60,22 +64,37 @@ class KeywordClass {
   KeywordClass(py::module_& module, const char* name, const char* doc)
       : type(module, name, doc), name_(name) {}
 
-  template <class Member>
-  KeywordClass& field(const char* name, Member T::*member, const char* doc) {
-    // Returns the field by value, because a reference would change later, together with the field.
-    type.def_property(
-        name, [=](const T& self) { return self.*member; },
-        [=](T& self, const Member& value) { self.*member = value; }, doc);
+  /// Adds a field that `get` reads and `set` writes.
+  template <class Get, class Set>
+  KeywordClass& property(const char* name, Get get, Set set, const char* doc) {
+    type.def_property(name, get, set, doc);
     fields_.emplace_back(name);
     return *this;
   }
+  template <class Member>
+  KeywordClass& field(const char* name, Member T::*member, const char* doc) {
+    // Returns the field by value, because a reference would change later, together with the field.
+    return property(
+        name, [=](const T& self) { return self.*member; },
+        [=](T& self, const Member& value) { self.*member = value; }, doc);
+  }
+  template <class Number, std::size_t n>
+  KeywordClass& field(const char* name, Number (T::*member)[n], const char* doc) {
+    return property(
+        name,
+        [=](const T& self) {
+          py::tuple numbers(n);
+          for (std::size_t i = 0; i < n; ++i) numbers[i] = (self.*member)[i];
+          return numbers;
+        },
+        [=](T& self, const std::array<Number, n>& value) { std::copy_n(value.data(), n, self.*member); },
+        doc);
+  }
   template <class E>
   KeywordClass& named_field(const char* name, E T::*member, const Names<E>& names, const char* doc) {
-    type.def_property(
+    return property(
         name, [=](const T& self) { return name_of(names, self.*member); },
         [=](T& self, const std::string& value) { self.*member = value_of(names, name, value); }, doc);
-    fields_.emplace_back(name);
-    return *this;
   }
   /// Returns the fields with types and defaults, as help() shows them: "a: float = 1.0, b: str = 'x'".
   std::string keywords() const {
@@ -96,7 +115,7 @@ class KeywordClass {
       const py::object self = py::cast(&value, py::return_value_policy::reference);
       for (const auto& [key, item] : given) {
         const std::string parameter = py::cast<std::string>(key);
-        if (!py::hasattr(self, key))
+        if (std::find(fields.begin(), fields.end(), parameter) == fields.end())
           throw py::type_error(name + "() has no parameter '" + parameter + "'" +
                                cli::meant(parameter, fields));
         py::setattr(self, key, item);
@@ -109,16 +128,13 @@ class KeywordClass {
       const std::string signature = "__init__(self: bristle." + name_ + ", *, " + keywords() + ") -> None";
       type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
     }
-    // Pickles an object's fields with their names, so that a later version may have more fields.
-    type.def(py::pickle(
-        [fields = fields_](const py::object& self) -> py::object {
-          py::dict state;
-          for (const std::string& field : fields) state[py::str(field)] = self.attr(field.c_str());
-          return state;
-        },
-        [make, name = name_](const py::object& state) {
-          return read_pickle(name.c_str(), [&] { return make(py::cast<py::dict>(state)); });
-        }));
+    // Copies and pickles an object as a call with its fields by name, so that a later version may have more.
+    type.def("__reduce__", [fields = fields_](const py::object& self) {
+      py::dict given;
+      for (const std::string& field : fields) given[py::str(field)] = self.attr(field.c_str());
+      const py::object partial = py::module_::import("functools").attr("partial");
+      return py::make_tuple(partial(py::type::of(self), **given), py::tuple());
+    });
     // Shows, as Python code, the object's fields that differ from their defaults.
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
       const py::object usual = py::cast(T{});

@@ -1,5 +1,5 @@
 // Binds SnapLength, Coefficients and Material.
-#include <pybind11/stl.h>
+#include <optional>
 
 #include "tools/products/python/material_names.hpp"
 
@@ -33,33 +33,18 @@ std::string text_of(const SnapLength& law) {
   return text + ")";
 }
 
-/// Returns the name and parameters of a law of snap lengths, as the static methods of SnapLength take them.
-py::object parameters_of(const SnapLength& law) {
-  const bristle::Span<const double> values = law.table_values();
-  py::list table;
-  for (std::size_t i = 0; i < values.size(); ++i) table.append(values[i]);
-  return py::make_tuple(to_string(law.law()), law.first_parameter(), law.second_parameter(), table);
-}
-
-SnapLength read_law(const py::tuple& parameters) {
-  const auto name = py::cast<std::string>(parameters[0]);
-  const auto a = py::cast<double>(parameters[1]), b = py::cast<double>(parameters[2]);
-  for (const SnapLaw law : {SnapLaw::single, SnapLaw::uniform, SnapLaw::normal, SnapLaw::lognormal,
-                            SnapLaw::exponential, SnapLaw::table}) {
-    if (name != to_string(law)) continue;
-    if (law == SnapLaw::single) return SnapLength::single(a);
-    if (law == SnapLaw::uniform) return SnapLength::uniform(a, b);
-    if (law == SnapLaw::normal) return SnapLength::normal(a, b);
-    if (law == SnapLaw::lognormal) return SnapLength::lognormal(a, b);
-    if (law == SnapLaw::exponential) return SnapLength::exponential(a);
-    const auto values = py::cast<std::vector<double>>(parameters[3]);
-    return SnapLength::table({values.data(), values.size()});
-  }
-  throw bristle::Error("SnapLength: \"" + name + "\" is not the name of a law");
-}
-
-SnapLength law_of(const py::object& state) {
-  return read_pickle("SnapLength", [&] { return read_law(py::cast<py::tuple>(state)); });
+/// Returns a call of the static method that makes an equal law, for copies and pickles.
+py::tuple reduced(const SnapLength& law) {
+  const py::object call = py::module_::import("operator").attr("methodcaller");
+  const char* const name = to_string(law.law());
+  const double a = law.first_parameter(), b = law.second_parameter();
+  const bristle::Span<const double> table = law.table_values();
+  const bool one = law.law() == SnapLaw::single || law.law() == SnapLaw::exponential;
+  const py::object made = law.law() == SnapLaw::table
+                              ? call(name, Doubles(static_cast<py::ssize_t>(table.size()), table.data()))
+                          : one ? call(name, a)
+                                : call(name, a, b);
+  return py::make_tuple(made, py::make_tuple(py::type::of<SnapLength>()));
 }
 
 void define_snap_length(py::module_& module) {
@@ -103,7 +88,7 @@ void define_snap_length(py::module_& module) {
              return py::isinstance<SnapLength>(b) && a == py::cast<const SnapLength&>(b);
            })
       .def("__hash__", [](const SnapLength& s) { return py::hash(py::str(text_of(s))); })
-      .def(py::pickle(&parameters_of, &law_of))
+      .def("__reduce__", &reduced)
       .def("__repr__", &text_of);
 }
 
@@ -163,6 +148,26 @@ std::string define_coefficients(py::module_& module) {
   return coefficients.keywords();
 }
 
+void define_from_coefficients(py::class_<Material>& type, const std::string& keywords) {
+  // Names the keywords, which pybind11's own signature would show as **kwargs.
+  py::options options;
+  options.disable_function_signatures();
+  const std::string doc = "from_coefficients(coefficients: Optional[bristle.Coefficients] = None, *, " +
+                          keywords +
+                          ") -> bristle.Material\n\nBristle parameters from Coefficients or their keywords. "
+                          "Raises bristle.Error, "
+                          "with the reachable range, where the family cannot reach peak / kinetic.";
+  type.def_static(
+      "from_coefficients",
+      [](const std::optional<Coefficients>& coefficients, const py::kwargs& given) {
+        if (coefficients && !given.empty())
+          throw py::type_error("from_coefficients(): give Coefficients or their keywords, not both");
+        return material_of(coefficients ? *coefficients
+                                        : py::cast<Coefficients>(py::type::of<Coefficients>()(**given)));
+      },
+      py::arg("coefficients") = py::none(), doc.c_str());
+}
+
 void define_material(py::module_& module, const std::string& keywords_of_coefficients) {
   KeywordClass<Material> material(
       module, "Material", "Bristle parameters, SI units. Checked by validate() and by PatchBatch.add.");
@@ -189,19 +194,8 @@ void define_material(py::module_& module, const std::string& keywords_of_coeffic
       .field("drop", &Material::drop,
              "snap_rule=\"slide\": share of its limit that a bristle loses while it slides.")
       .done();
+  define_from_coefficients(material.type, keywords_of_coefficients);
   material.type
-      .def_static(
-          "from_coefficients", &material_of, py::arg("coefficients"),
-          "Bristle parameters from Coefficients. Raises bristle.Error, with the reachable range, where the "
-          "family cannot reach peak / kinetic.")
-      .def_static(
-          "from_coefficients",
-          [](const py::kwargs& given) {
-            if (given.contains("coefficients")) throw py::reference_cast_error();  // for the other overload
-            const py::object type = py::type::of<Coefficients>();
-            return material_of(py::cast<Coefficients>(type(**given)));
-          },
-          ("The same of keywords: " + keywords_of_coefficients).c_str())
       .def_static(
           "typical",
           [](const std::string& name) { return material_of(bristle::typical_coefficients(name.c_str())); },

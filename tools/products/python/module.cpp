@@ -27,7 +27,22 @@ void explain(py::handle function, py::handle arguments, py::handle keywords) {
   }
 }
 
+/// Whether this is a call of __init__ of an object that is made already, which pybind11 ignores.
+bool is_made_twice(PyObject* function, PyObject* arguments) {
+  const auto* const record =
+      static_cast<py::detail::function_record*>(PyCapsule_GetPointer(function, PyCapsule_GetName(function)));
+  if (!record->is_new_style_constructor || PyTuple_GET_SIZE(arguments) == 0) return false;
+  auto* const self = reinterpret_cast<py::detail::instance*>(PyTuple_GET_ITEM(arguments, 0));
+  return PyObject_TypeCheck(self, reinterpret_cast<PyTypeObject*>(record->scope.ptr())) &&
+         self->get_value_and_holder().instance_registered();
+}
+
 PyObject* call(PyObject* function, PyObject* arguments, PyObject* keywords) {
+  if (is_made_twice(function, arguments)) {
+    PyErr_Format(PyExc_TypeError, "%s(): __init__ was called on an object that is made already",
+                 Py_TYPE(PyTuple_GET_ITEM(arguments, 0))->tp_name);
+    return nullptr;
+  }
   PyObject* const result = dispatch(function, arguments, keywords);
   if (result == nullptr && PyErr_ExceptionMatches(PyExc_TypeError) != 0)
     explain(function, arguments, keywords);
@@ -53,10 +68,34 @@ void finish_function(py::handle member) {
     std::memmove(doc, doc + head.size(), std::strlen(doc + head.size()) + 1);
 }
 
+/// Makes the base of all classes, which pybind11's modules share, raise TypeError where an object is made of
+/// it. pybind11 ends the process instead, also for `x.__reduce__()`, which calls it.
+void guard_base() {
+  static newfunc make = nullptr;
+  auto* const base = reinterpret_cast<PyTypeObject*>(py::detail::get_internals().instance_base);
+  make = base->tp_new;
+  base->tp_new = [](PyTypeObject* type, PyObject* arguments, PyObject* keywords) -> PyObject* {
+    if (!py::detail::all_type_info(type).empty()) return make(type, arguments, keywords);
+    PyErr_Format(PyExc_TypeError, "cannot make a '%s'", type->tp_name);
+    return nullptr;
+  };
+}
+
+/// Lets a class without copies and pickles of its own raise TypeError.
+void refuse_copies(py::handle type) {
+  if (type.attr("__dict__").contains("__reduce__")) return;
+  type.attr("__reduce__") = py::cpp_function(
+      [](const py::object& self) -> py::object {
+        throw py::type_error(std::string(Py_TYPE(self.ptr())->tp_name) + " cannot be copied or pickled");
+      },
+      py::name("__reduce__"), py::is_method(type), "Raises TypeError.");
+}
+
 /// Finishes the functions of the module, and the methods and properties of its classes.
 void finish_functions(py::handle owner) {
   for (const auto& [name, member] : py::dict(owner.attr("__dict__"))) {
     if (PyObject_TypeCheck(member.ptr(), py::detail::get_internals().default_metaclass)) {
+      refuse_copies(member);
       finish_functions(member);
     } else if (py::isinstance<py::staticmethod>(member)) {
       finish_function(member.attr("__func__"));
@@ -82,6 +121,7 @@ PYBIND11_MODULE(_bristle, module) {
       "Brush-model friction: patches of elastic bristles that stick, bend and snap, stepped by SIMD kernels. "
       "SI units. Forces act on the moving body.";
   module.attr("__version__") = bristle::library_version();
+  guard_base();
   py::register_exception<bristle::Error>(module, "Error", PyExc_ValueError);
   define_materials(module);
   define_options(module);

@@ -1,10 +1,16 @@
 // Declarations shared by the sources of the Python module.
 #pragma once
 
+#include <unistd.h>
+
 #include <atomic>
 #include <string>
 #include <type_traits>
 #include <utility>
+
+#ifdef __GLIBCXX__
+#include <cxxabi.h>
+#endif
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -42,21 +48,6 @@ inline constexpr bool is_module_class<bristle::SnapLength> = true;
 template <>
 inline constexpr bool is_module_class<bristle::StepReport> = true;
 
-/// Calls `read` to unpack the state of a pickle. Throws bristle::Error, which names the class `name`, if the
-/// state has other types or fewer entries than `read` expects.
-template <class Read>
-auto read_pickle(const char* name, const Read& read) {
-  const std::string refusal = std::string(name) + ": this is not the state of a pickled " + name;
-  try {
-    return read();
-  } catch (py::error_already_set& error) {
-    if (error.matches(PyExc_MemoryError) || !error.matches(PyExc_Exception)) throw;
-    throw bristle::Error(refusal);
-  } catch (const py::builtin_exception&) {
-    throw bristle::Error(refusal);
-  }
-}
-
 /// Return numpy dtypes with the memory layout of bristle::Motion and bristle::Response, so that a step reads
 /// and writes arrays without a copy.
 const py::dtype& motion_dtype();
@@ -65,12 +56,50 @@ const py::dtype& response_dtype();
 /// Return numpy record arrays of `size` elements, whose columns can be read by name or attribute.
 py::array new_motions(py::ssize_t size);
 py::array new_responses(py::ssize_t size);
-/// Python record for the response of one patch, an element of new_responses().
-struct Record : py::object {
-  explicit Record(py::object element) : py::object(std::move(element)) {}
+/// Objects of classes that are written in Python, which signatures name.
+struct ResponseArray : py::object {
+  explicit ResponseArray(py::object array) : py::object(std::move(array)) {}
+};
+struct StatusFlags : py::object {
+  explicit StatusFlags(py::object flags) : py::object(std::move(flags)) {}
 };
 /// Sets outputs that the patch does not compute to NaN, as in a new array.
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
+
+/// Calls `take_lock`, which waits for the interpreter's lock. When the interpreter ends, Python up to 3.13
+/// unwinds a daemon thread that waits for it. The thread sleeps here instead until the process ends, since
+/// unwinding would run destructors that need the lock.
+template <class TakeLock>
+void take_lock_or_sleep(const TakeLock& take_lock) noexcept {
+#ifdef __GLIBCXX__
+  try {
+    take_lock();
+  } catch (abi::__forced_unwind&) {
+    for (;;) ::pause();
+  }
+#else
+  take_lock();
+#endif
+}
+
+/// Releases the interpreter's lock while this guard lives.
+class WithoutLock {
+ public:
+  WithoutLock() : thread_(PyEval_SaveThread()) {}
+  ~WithoutLock() {
+    take_lock_or_sleep([this] { PyEval_RestoreThread(thread_); });
+  }
+  WithoutLock(const WithoutLock&) = delete;
+  WithoutLock& operator=(const WithoutLock&) = delete;
+
+ private:
+  PyThreadState* thread_;
+};
+
+/// Throws bristle::Error if an array that a step writes shares memory with another array of the step. Both
+/// are without gaps.
+void refuse_overlap(const char* written, const py::array& array, const char* other,
+                    const py::array& other_array);
 
 /// Marks an object as in use while this guard lives, because only one Python thread at a time may use it (a
 /// step releases the interpreter's lock). Throws bristle::Error with the text `refusal` if another thread is
@@ -104,10 +133,14 @@ void define_tools(py::module_& module);
 
 namespace pybind11::detail {
 
-/// Names the type of a response record in help().
+/// Name the types in help().
 template <>
-struct handle_type_name<bristle_python::Record> {
-  static constexpr auto name = const_name("bristle.Response");
+struct handle_type_name<bristle_python::ResponseArray> {
+  static constexpr auto name = const_name("bristle.Responses");
+};
+template <>
+struct handle_type_name<bristle_python::StatusFlags> {
+  static constexpr auto name = const_name("bristle.Status");
 };
 
 /// Refuses a Python object made by __new__ without its C++ object, whose memory is uninitialized.

@@ -43,8 +43,6 @@ void define_options(py::module_& module) {
       .field("cohorts", &PatchOptions::cohorts, "Infinite: most cohorts, 8 to 512; 0 = automatic.")
       .field("resolution", &PatchOptions::resolution,
              "Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8).")
-      .field("fluctuation", &PatchOptions::fluctuation,
-             "Infinite: fluctuates as so many bristles would; 0 = no noise.")
       .field("lay", &PatchOptions::lay, "Direction of the surface: a Lay.")
       .done();
 }

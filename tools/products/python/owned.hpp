@@ -1,5 +1,5 @@
-// Shares code of BedBatch, ExtendedPatches and JointFriction in Python: use by one thread at a time, columns
-// of responses, the state as bytes.
+// Shares code of PatchBatch, BedBatch, ExtendedPatches and JointFriction in Python: use by one thread at a
+// time, columns of responses, the state as bytes.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,8 @@ class Owned {
 
   struct Turn : OneThread {
     explicit Turn(Owned& owner)
-        : OneThread(owner.busy_, "another thread is using this object; one thread at a time") {}
+        : OneThread(owner.busy_,
+                    "another thread is using this object; one thread at a time steps and reads") {}
   };
 
   Batch batch;
@@ -105,7 +106,17 @@ void define_state(py::class_<Owned<Batch>>& type, const char* argument, const Id
             const std::string bytes = state;
             self.batch.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
           },
-          py::arg("state"), "Raises bristle.Error, state unchanged, where it does not fit.")
+          py::arg("state"),
+          "Restores what save_state gave, in an object made in the same way. Raises bristle.Error, state "
+          "unchanged, where it does not fit.")
+      .def(
+          "__reduce__",
+          [](const py::object& self) -> py::object {
+            throw py::type_error(std::string(Py_TYPE(self.ptr())->tp_name) +
+                                 " is not copied or pickled as a whole: make another in the same way, and "
+                                 "give its restore_state() the bytes of save_state()");
+          },
+          "Raises TypeError, which says what to do instead.")
       .def("__len__", [count](Self& self) {
         const Turn turn(self);
         return count(self.batch);

@@ -63,7 +63,7 @@ cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
                             std::vector<std::string>& names) {
   std::size_t step = 0;
   InterruptCheck interrupted;
-  const py::gil_scoped_release release;
+  const WithoutLock unlocked;
   return cli::run_scene(run.scene, run.options, [&](const cli::SceneStepper& stepper) {
     if (step == 0) {
       for (std::size_t p = 0; p < arrays.size(); ++p) names.push_back(stepper.copies()[p].name);
@@ -200,7 +200,10 @@ void define_scene_run(py::module_& module) {
       .def_property_readonly(
           "steps", [](const SceneRun& r) { return r.result.steps; }, "Steps done.")
       .def_property_readonly(
-          "report", [](const SceneRun& r) { return report_of(cli::run_json(r.scene, r.options, r.result)); },
+          "report",
+          [](const SceneRun& r) -> py::dict {
+            return report_of(cli::run_json(r.scene, r.options, r.result));
+          },
           "Statistics by patch and body, step times, conditions: a dict as `bristle run --json` writes it.")
       .def("__str__", [](const SceneRun& r) { return cli::run_table(r.scene, r.options, r.result); })
       .def("__repr__", [](const SceneRun& r) {

@@ -93,6 +93,7 @@ class CMakeBuild(build_ext):
         built = next((build / "python/bristle").glob("_bristle.*.so"))
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(built, target)
+        shutil.copy2(built.with_name("__init__.pyi"), target.parent)
         if shutil.which("strip"):
             subprocess.run(["strip", "--strip-unneeded", str(target)], check=True)
         for name, library in libraries_of(built):
@@ -146,7 +147,7 @@ setup(
     install_requires=[NUMPY],
     packages=["bristle"],
     package_dir={"bristle": "package"},
-    package_data={"bristle": ["*.pyi", "py.typed"]},
+    package_data={"bristle": ["py.typed"]},
     ext_modules=[Extension("bristle._bristle", [])],
     cmdclass={"build_ext": CMakeBuild, "sdist": SourceDistribution},
     zip_safe=False,

@@ -47,7 +47,7 @@ std::unique_ptr<Study> make_study(const Path& scene, const Texts& vary, const st
 }
 
 std::string run_row(const Study& study, std::uint64_t index, const std::string& isa) {
-  const py::gil_scoped_release release;
+  const WithoutLock unlocked;
   return study.run_row(index, isa);
 }
 
@@ -62,7 +62,7 @@ using Rows = cli::SweepRows;
 
 void run_on_threads(Rows& rows, const Study& study, int threads, const std::string& isa) {
   const std::vector<std::uint64_t> indices = rows.missing();
-  const py::gil_scoped_release release;
+  const WithoutLock unlocked;
   const auto check = [] {
     // Makes a check for Ctrl-C for each thread; Ctrl-C itself reaches only Python's main thread.
     thread_local InterruptCheck interrupted;

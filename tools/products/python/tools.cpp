@@ -1,5 +1,7 @@
 #include "tools/products/python/tools.hpp"
 
+#include <optional>
+
 #include "tools/libraries/files/user_error.hpp"
 
 namespace bristle_python {
@@ -8,7 +10,8 @@ void InterruptCheck::operator()() {
   const double now = bristle::DeadlineMonitor::wall_now();
   if (now < next_) return;
   next_ = now + 0.1;
-  const py::gil_scoped_acquire acquire;
+  std::optional<py::gil_scoped_acquire> lock;
+  take_lock_or_sleep([&] { lock.emplace(); });
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 

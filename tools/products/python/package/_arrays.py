@@ -7,7 +7,7 @@ from ._calls import checked
 
 
 @checked
-def motions(ids: "numpy.ndarray[numpy.uint64]", normal_load: "numpy.ndarray[numpy.float64]" = 0.0):
+def motions(ids: "numpy.ndarray[numpy.uint64]", normal_load: "numpy.ndarray[numpy.float64]" = 0.0) -> "numpy.recarray":
     """Returns an array of motions for these patches, at rest under `normal_load` (N, one or one per patch).
 
     Columns are views: motions.displacement[:, 0] = dx, or motions["displacement"]. displacement: m over the step;
@@ -57,7 +57,7 @@ class Responses(_Outputs, numpy.recarray):
     mean or energy, responses["mean"] is NaN and responses.mean raises bristle.Error.
     """
 
-    def check(self):
+    def check(self) -> "bristle.Responses":
         """Raises bristle.Error for the first patch that was not stepped as asked, with its status; else returns self."""
         rows = numpy.flatnonzero(self["status"])
         if rows.size:
@@ -77,7 +77,7 @@ class Responses(_Outputs, numpy.recarray):
 
 
 @checked
-def responses(size: "int"):
+def responses(size: "int") -> "bristle.Responses":
     """Returns an array for the responses to `size` motions: bristle.Responses."""
     array = numpy.zeros(size, numpy.dtype((Response, response_dtype))).view(Responses)
     for name in ("mean", "dissipated", "contact_loss", "damper_work"):

@@ -31,35 +31,35 @@ class SweepTable:
             self._units[column["name"]] = column["unit"]
 
     @property
-    def columns(self):
+    def columns(self) -> "Dict[str, numpy.ndarray]":
         """Columns by name, as numpy arrays."""
         return self._columns
 
     @property
-    def units(self):
+    def units(self) -> "Dict[str, str]":
         """Units of the columns by name; "" for pure numbers and texts."""
         return self._units
 
     @property
-    def study(self):
+    def study(self) -> "str":
         """Hash of scene, motion files, ranges, seeds and results."""
         return self._study
 
     @property
-    def hash(self):
+    def hash(self) -> "str":
         """Hash of all rows without measured times: the table hash of `bristle sweep`."""
         return self._rows.table_hash()
 
-    def __getitem__(self, name):
+    def __getitem__(self, name: "str") -> "numpy.ndarray":
         if name not in self._columns:
             raise KeyError(f"{name}; there are: {', '.join(self._columns)}")
         return self._columns[name]
 
-    def __len__(self):
+    def __len__(self) -> "int":
         return len(self._columns["index"])
 
     @checked
-    def write(self, path: "os.PathLike"):
+    def write(self, path: "os.PathLike") -> "None":
         """Writes the table as CSV. For NetCDF: to_xarray().to_netcdf(path)."""
         self._rows.write(os.fspath(path))
 
@@ -131,7 +131,7 @@ def sweep(scene: "os.PathLike", vary: "Union[Dict, List[str]]", *, sample: "str"
           reference: "Optional[Dict]" = None, report: "Union[str, List[str]]" = (),
           window: "Optional[List[float]]" = None, steps: "Optional[int]" = None,
           out: "Optional[Union[os.PathLike, List[os.PathLike]]]" = None, journal: "Optional[os.PathLike]" = None,
-          threads: "int" = 0, isa: "Optional[str]" = None, client: "Optional[distributed.Client]" = None):
+          threads: "int" = 0, isa: "Optional[str]" = None, client: "Optional[distributed.Client]" = None) -> "bristle.SweepTable":
     """Runs a scene once for every point of the ranges and returns a SweepTable, as `bristle sweep` does.
 
     vary: {"material.wood.kinetic": "0.2:0.6:5", "patch.tip.bristles": [100, 1000]}, or a list of such texts KEY=RANGE.
