@@ -311,6 +311,38 @@ TEST_CASE("An infinite brush that is carried through the air is taken back where
   }
 }
 
+TEST_CASE(
+    "An infinite brush restored at any moment of a random life goes on with the bits of the one that was "
+    "saved",
+    "[state][cohorts]") {
+  std::mt19937 random(31);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const Material rubbed = Material::from_coefficients(bristle::Coefficients{});
+  for (const Material& material :
+       {redrawn(), rubbed, Material(rubbed).with_ageing(Ageing::logarithmic(0.05, 1e-3))})
+    for (int life = 0; life < 300; ++life) {
+      OnePatch saved(material, infinite_options().with_outputs(Outputs::all));
+      OnePatch restored(material, infinite_options().with_outputs(Outputs::all));
+      const double length = material.snap_length.mean();
+      // Far from the base of places, to which the first contact is not close, positions lose digits.
+      const double far = life % 3 == 0 ? 1e-4 : life % 3 == 1 ? 12e-3 : 0.7;
+      saved.step(far * uniform(random), far, 0.0);
+      double heading = uniform(random);
+      for (int k = 0; k < life % 11; ++k) {
+        if (k % 4 == 0) heading = 3.0 * uniform(random);
+        const double way = length * (life % 2 == 0 ? 0.1 : 1.5);
+        saved.step(way * std::cos(heading), way * std::sin(heading), k % 5 == 4 ? 0.6 : 0.9);
+      }
+      restored.batch.restore_state(saved_state(saved.batch));
+      for (int k = 0; k < 6; ++k) {
+        const double x = length * 0.4 * uniform(random), y = length * 0.4 * uniform(random);
+        const std::string field = first_difference(saved.step(x, y, 0.9), restored.step(x, y, 0.9));
+        if (!field.empty() && field != "id") FAIL_CHECK("life " << life << ", step " << k << ": " << field);
+      }
+      expect(saved.hash() == restored.hash(), "the state");
+    }
+}
+
 TEST_CASE("An infinite brush that is lifted, carried away and set down slides as one that begins there",
           "[cohorts][extreme]") {
   // Slides an infinite brush over many distances, under a usual and a wide law. Under the wide one a step may

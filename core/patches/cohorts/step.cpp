@@ -300,7 +300,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
     p.part_sum[axis] = 0;
-    p.sum[axis] = axis < p.axes ? deflections_at(r, slide.move.to[axis], axis) : 0;
+    // Takes the place from the position, as restore does: far from the base slide.move.to is rounded.
+    p.sum[axis] = axis < p.axes ? deflections_at(r, place(p, r, axis), axis) : 0;
   }
   p.bound.reach = no_reach;
   p.fetched_lines = r.fetched_lines();
