@@ -744,6 +744,22 @@ TEST_CASE("A bed cut from a pressure is the bed of that shape") {
   CHECK_THROWS_AS(BedShape::from_pressure(1.0, 1.0, 4, 4, [](double, double) { return 0.0; }), Error);
 }
 
+TEST_CASE("Loads and stiffnesses of a list are relative") {
+  // Three bristles at the corners of a right angle, with loads 1 : 2 : 3. Beyond the presliding displacement
+  // each holds mu times its share of 20 N, about the centre at zero.
+  const double mu = 0.6, load = 20.0;
+  for (const double scale : {1e-25, 1e-7, 1.0, 1e9}) {
+    const BedShape shape = BedShape::from_list(
+        {{{0.0, 0.0}, 1.0, scale}, {{1e-3, 0.0}, 2.0, 2.0 * scale}, {{0.0, -1e-3}, 1.0, 3.0 * scale}});
+    OneBed bed(BedMaterial(mu).with_presliding(1e-4), shape, with_load(load));
+    for (int k = 0; k < 40; ++k) bed.step(1e-5);
+    INFO("scale " << scale);
+    CHECK(bed.out.force[0] == Approx(-mu * load).epsilon(1e-6));
+    // The torque about the centre is the sum of -y Fx: only the third bristle has a y.
+    CHECK(bed.out.torque == Approx(-1e-3 * mu * load * 3.0 / 6.0).epsilon(1e-5));
+  }
+}
+
 TEST_CASE("Beds refuse what contradicts itself or is out of range, and name it") {
   BedBatch batch;
   const BedMaterial good = BedMaterial(0.5).with_presliding(1e-4);

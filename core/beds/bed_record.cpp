@@ -124,14 +124,17 @@ std::vector<Cell> row_cells(const BedShape& shape) {
   return cells;
 }
 
+/// Makes the cells of a list. Loads and stiffnesses are relative, so pressures are counted in units of the largest.
 std::vector<Cell> list_cells(const BedShape& shape, double largest) {
+  double most = 0.0;
+  for (const BedCell& given : shape.list) most = std::max(most, given.load / given.stiffness);
   std::vector<Cell> cells;
   for (const BedCell& given : shape.list) {
     Cell cell;
     cell.x = given.position[0] / largest;
     cell.y = given.position[1] / largest;
     cell.area = given.stiffness;
-    cell.share = given.load / given.stiffness;
+    cell.share = given.load / given.stiffness / most;
     cells.push_back(cell);
   }
   return cells;
