@@ -152,7 +152,7 @@ TEST_CASE("Continued prose hangs below its text, behind a label", "[answers]") {
   CHECK(cli::filled(line) == line);
 }
 
-TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room follow below",
+TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room are named below",
           "[answers]") {
   cli::Table table({"<name", "a header of many words", "<why", "one", "two", "three", "four", "five", "six"});
   const std::string why = "a reason that takes more than one line of the column that it is given here";
@@ -160,16 +160,17 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   table.add_note("a note");
   const std::string text = table.text();
   CHECK(fault_of_text(text) == "");
-  for (const std::string& word : words_of(why + " 1000000 6000000 a header of many words six"))
+  for (const std::string& word : words_of(why + " 1000000 5000000 a header of many words"))
     CHECK_THAT(text, Contains(word));
-  // Checks a row that is broken into several lines: each line begins with the row's name, one has its note.
+  // Checks that the row's name and note appear once, and that no figure of a column without room does.
   std::size_t names = 0, notes = 0;
   for (const std::string& line : lines_of(text)) {
     names += line.rfind("first", 0) == 0 ? 1 : 0;
     notes += line == "a note" ? 1 : 0;
   }
-  CHECK(names >= 2);
+  CHECK(names == 1);
   CHECK(notes == 1);
+  CHECK_THAT(text, !Contains("6000000") && Catch::Matchers::EndsWith("\nNo room for: six.\n"));
   {
     const Columns wide(0);
     CHECK(lines_of(table.text()).size() == 3);
@@ -178,6 +179,7 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   cli::Table small({"<a", "b"});
   small.add({"x", "1"});
   CHECK(small.text() == "a  b\nx  1\n");
+  CHECK(small.markdown() == "|a|b|\n|---|---|\n|x|1|\n");
 }
 
 TEST_CASE("Columns for --wide are left out of 80 columns", "[answers]") {
@@ -303,8 +305,7 @@ TEST_CASE("A sweep's first lines say what goes from where to where", "[answers]"
   CHECK(said);
 }
 
-TEST_CASE("Answers of an accuracy report name the choice, the fast setting and what to leave out",
-          "[answers]") {
+TEST_CASE("Answers of an accuracy report name the choice and the fast setting", "[answers]") {
   const json setting = {{"as_scene", false},       {"bristles", 300},       {"dt_s", 1e-3},
                         {"step_rule", "exact"},    {"precision", "single"}, {"sampling", "stratified"},
                         {"force", "end"},          {"pareto", true},        {"scene_step_s", 2e-6},
@@ -315,20 +316,6 @@ TEST_CASE("Answers of an accuracy report name the choice, the fast setting and w
   own["error"]["rms"] = 0.011;
   cli::Json report = cli::Json::object();
   report["settings"] = {setting, own};
-  report["features"] = {{{"feature", "energy"},
-                         {"advice", "leave out unless it is read"},
-                         {"state", "used"},
-                         {"saves", 0.24},
-                         {"quartiles", {0.2, 0.3}},
-                         {"error_with", 0.011},
-                         {"error_without", 0.011}},
-                        {{"feature", "redraw"},
-                         {"advice", "costs next to nothing"},
-                         {"state", "used"},
-                         {"saves", 0.01},
-                         {"quartiles", {-0.02, 0.04}},
-                         {"error_with", 0.01},
-                         {"error_without", 0.01}}};
   report["recommendation"] = {{"wanted_error", 0.05},
                               {"found", true},
                               {"setting", setting},
@@ -340,13 +327,8 @@ TEST_CASE("Answers of an accuracy report name the choice, the fast setting and w
   CHECK_THAT(cli::what_to_choose(report), StartsWith("For at most 5 % take 300 bristles") &&
                                               Contains("7.12 % wrong when run again") &&
                                               Contains("0.25 % of the deadline"));
-  // Checks that a feature whose saving has a quartile of 0 or less is not named.
-  CHECK_THAT(cli::what_to_leave_out(report),
-             Contains("energy (saves 24 %, error 1.1 % with, 1.1 % without)") && !Contains("redraw"));
   report["recommendation"] = {{"wanted_error", 0.001}, {"found", false}, {"least_error", 0.0029}};
   CHECK_THAT(cli::what_to_choose(report), Contains("No setting tried meets 0.1 %") && Contains("0.29 %"));
-  report["features"] = cli::Json::array();
-  CHECK_THAT(cli::what_to_leave_out(report), StartsWith("Nothing"));
 }
 
 TEST_CASE("Every --help fits 80 columns and has no control byte", "[answers]") {

@@ -148,52 +148,6 @@ TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[
   CHECK(is_shown(result, "evolution_way", "lugre"));
 }
 
-TEST_CASE("Critical stiffness: bisection and linear theory find (b - a) N / Dc behind the contact's spring",
-          "[experiment]") {
-  struct Case {
-    double a, b, length;
-  };
-  for (const Case& c : {Case{0.01, 0.018, 1e-5}, {0.02, 0.03, 3e-5}}) {
-    INFO("a " << c.a << ", b " << c.b << ", Dc " << c.length);
-    const ExperimentResult result =
-        run("critical-stiffness",
-            {set("direct_effect", c.a), set("state_effect", c.b), set("state_length", c.length),
-             "speeds=1e-5", "settling=40", "trial_way=120", "steps_per_length=30"},
-            {"rate_state"});
-    // Critical stiffness of springs in series; the slider's inertia adds m v^2 / (N a Dc) of itself, 1e-7
-    // (Rice and Ruina 1983).
-    const double slip = (c.b - c.a) * load / c.length;
-    const double expected = 1.0 / (1.0 / slip - 1.0 / 1e5);
-    const double found = rows_of(result, "bisection", "rate_state").front().values[1];
-    const double theory = rows_of(result, "theory", "rate_state").front().values[1];
-    // Tolerance: the experiment takes 15 samples in the shorter of both lengths Dc.
-    CHECK(theory == Approx(expected).epsilon(0.015));
-    CHECK(found == Approx(expected).epsilon(0.03));  // bisected by the experiment to 2 %
-    CHECK(is_shown(result, "linear_theory", "rate_state"));
-  }
-}
-
-TEST_CASE("Critical stiffness: inertia makes a heavy slider unstable on stiffer springs", "[experiment]") {
-  // k_c = k (1 + m v^2 / (N a Dc)) (Rice and Ruina 1983): 25 kg at 0.2 mm/s double the critical stiffness.
-  const ExperimentResult result =
-      run("critical-stiffness",
-          {"mass=25", "speeds=2e-4", "stiffness=1e7", "settling=40", "steps_per_length=40"}, {"rate_state"});
-  const double expected = 2500.0 * (1.0 + 25.0 * 4e-8 / (2.5 * 0.02 * 2e-5));
-  CHECK(rows_of(result, "theory", "rate_state").front().values[1] == Approx(expected).epsilon(0.01));
-  CHECK(rows_of(result, "bisection", "rate_state").front().values[1] == Approx(expected).epsilon(0.03));
-}
-
-TEST_CASE("Critical stiffness: where friction does not fall with speed no spring makes it stick and slip",
-          "[experiment]") {
-  const ExperimentResult result = run("critical-stiffness", {"speeds=5e-5", "state_effect=0.01"},
-                                      {"coulomb", "dahl", "maxwell_slip", "rate_state", "brush_rubbed"});
-  for (const char* model : {"coulomb", "dahl", "maxwell_slip", "rate_state", "brush_rubbed"}) {
-    INFO(model);
-    CHECK(finding(result, "critical_stiffness", model) == 0.0);
-    CHECK(finding(result, "linear_theory", model) == 0.0);
-  }
-}
-
 namespace {
 
 constexpr double length = 2e-5;  // presliding length of the experiments, m
@@ -414,57 +368,6 @@ TEST_CASE(
     // Longer snap lengths delay the peak, until which more bristles have snapped; so healing per decade is
     // divided by g of the hold, here of the middle one.
     CHECK(healing * law.factor(1e5) == Approx(expected).epsilon(0.05));
-  }
-}
-
-namespace {
-
-// Checks three dampings: small, where fast swings are damped last; middle; and so large that it changes the
-// fall of friction with speed. The closed form is that of SnapRule::redraw without renewal (core/MODEL.md,
-// "Stick-slip"); it uses neither the response that the experiment measures nor its bisection.
-void check_critical_stiffness(double ageing) {
-  const Sets trial = {"speeds=6e-5", "resolution=32", "trial_way=24",  "settling=8",         "response_way=8",
-                      "residual=0",  "renewal=0",     "aged_damper=0", set("ageing", ageing)};
-  for (const double damping : {0.3, 3.0, 100.0}) {
-    INFO("ageing " << ageing << ", damping " << damping << " N s/m");
-    const Sets sets = trial + Sets{set("viscous", damping)};
-    cli::Settings settings(cli::find_experiment("critical-stiffness").parameters);
-    for (const std::string& each : sets) settings.set(each);
-    const cli::SpringPull pull{"", cli::brush_material("brush_aged", settings), load, 6e-5, 1e-3, 1e-3};
-    const double expected = cli::critical_stiffness(pull);
-    REQUIRE(expected > 100.0);
-    REQUIRE(cli::sliding_damping(pull) == Approx(damping).epsilon(1e-6));
-    const ExperimentResult result = run("critical-stiffness", sets, {"brush_aged"});
-    CHECK(rows_of(result, "theory", "brush_aged").front().values[1] == Approx(expected).epsilon(0.03));
-    CHECK(rows_of(result, "bisection", "brush_aged").front().values[1] == Approx(expected).epsilon(0.05));
-    CHECK(finding(result, "linear_theory", "brush_aged") < 5.0);
-  }
-}
-
-}  // namespace
-
-TEST_CASE("Critical stiffness: with little ageing linear theory holds at every damping", "[experiment]") {
-  check_critical_stiffness(0.02);
-}
-
-TEST_CASE("Critical stiffness: with ageing linear theory holds at every damping", "[experiment]") {
-  check_critical_stiffness(0.05);
-}
-
-TEST_CASE("Critical stiffness: with much ageing linear theory holds at every damping", "[experiment]") {
-  check_critical_stiffness(0.1);
-}
-
-TEST_CASE("Critical stiffness: of a rubbed brush that ages, with the paper's damper and with a third of it",
-          "[experiment]") {
-  for (const char* sets : {"damping=316", "damping=1000"}) {
-    INFO(sets);
-    const ExperimentResult result =
-        run("critical-stiffness",
-            {sets, "speeds=6e-5", "settling=10", "response_way=10", "resolution=32", "trial_way=40"},
-            {"brush_aged"});
-    CHECK(finding(result, "critical_stiffness", "brush_aged") > 1000.0);
-    CHECK(finding(result, "linear_theory", "brush_aged") < 5.0);
   }
 }
 

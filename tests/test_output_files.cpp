@@ -58,7 +58,6 @@ TEST_CASE("No command writes over a file that it reads, or two outputs into one"
   fs::create_hard_link(s, hard);
   fs::create_symlink(s, soft);
   const std::string commands[] = {
-      "accuracy " + s + " --write " + s,
       "accuracy " + s + " --json " + s,
       "run " + s + " --out " + s,
       "run " + s + " --out " + hard,
@@ -237,7 +236,7 @@ TEST_CASE("A command that is stopped leaves the old file whole and nothing besid
           "[[motion]]\npatch = \"tip\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 1.0\n");
   const std::string out = folder.write("out", "old");
   for (const std::string& command : {"run " + long_scene + " --out " + out, "stability --json " + out,
-                                     "accuracy '" BRISTLE_SCENES "/fingertip.toml' --write " + out}) {
+                                     "accuracy '" BRISTLE_SCENES "/fingertip.toml' --csv " + out}) {
     for (const int signal : {SIGINT, SIGTERM}) {
       INFO(command << ", signal " << signal);
       const pid_t child = ::fork();

@@ -1108,28 +1108,27 @@ class Beds(unittest.TestCase):
 
 class Experiment(unittest.TestCase):
     def test_an_experiment_gives_its_findings_and_curves(self):
-        found = bristle.experiment("turn", models=["coulomb", "brush_redraw"], turns=[90], load=2)
-        self.assertEqual((found["name"], found["parameters"]["turns"], found["parameters"]["load"]),
-                         ("turn", [90.0], 2.0))
-        self.assertEqual({f["model"]: f["shown"] for f in found["findings"] if f["phenomenon"] == "turn"},
+        found = bristle.experiment("load-step", models=["coulomb", "brush_redraw"], velocity=2e-4, load=2)
+        self.assertEqual((found["name"], found["parameters"]["velocity"], found["parameters"]["load"]),
+                         ("load-step", 2e-4, 2.0))
+        self.assertEqual({f["model"]: f["shown"] for f in found["findings"] if f["phenomenon"] == "load_up_sliding"},
                          {"coulomb": False, "brush_redraw": True})
-        self.assertEqual(set(found["series"]), {("turn", "coulomb"), ("turn", "brush_redraw")})
+        self.assertTrue({("up", "coulomb"), ("up", "brush_redraw")} <= set(found["series"]))
         for rows in found["series"].values():
             self.assertEqual(rows.shape[1], len(found["columns"]))
-            np.testing.assert_array_equal(rows[:, 0], 90.0)
 
     def test_an_experiment_takes_lists(self):
-        found = bristle.experiment("turn", models=["coulomb"], turns=(30, 90.0))
-        self.assertEqual(found["parameters"]["turns"], [30.0, 90.0])
-        self.assertEqual(set(found["series"]["turn", "coulomb"][:, 0]), {30.0, 90.0})
+        found = bristle.experiment("limit-surface", models=["coulomb"], ratios=(0, 1.0), cells_across=5)
+        self.assertEqual(found["parameters"]["ratios"], [0.0, 1.0])
+        self.assertEqual(set(found["series"]["limit", "coulomb"][:, 0]), {0.0, 1.0})
 
     def test_what_an_experiment_does_not_know_is_named(self):
-        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*ratchet$"),
-                                 ({"name": "turn", "models": ["x"]}, "models: 'x' is not a model; allowed: coulomb"),
-                                 ({"name": "turn", "lod": 2}, "experiment turn: 'lod' is not a parameter"),
-                                 ({"name": "turn", "model": ["lugre"]}, "is not a parameter \\(did you mean 'models'"),
-                                 ({"name": "turn", "models": ["lugr"]}, "is not a model \\(did you mean 'lugre'"),
-                                 ({"name": "turn", "load": -1}, "experiment turn load is -1; allowed: 1e-06")):
+        for options, message in (({"name": "fall"}, "'fall' is not an experiment; allowed: drift, .*joint$"),
+                                 ({"name": "load-step", "models": ["x"]}, "models: 'x' is not a model; allowed: coulomb"),
+                                 ({"name": "load-step", "lod": 2}, "experiment load-step: 'lod' is not a parameter"),
+                                 ({"name": "load-step", "model": ["lugre"]}, "is not a parameter \\(did you mean 'models'"),
+                                 ({"name": "load-step", "models": ["lugr"]}, "is not a model \\(did you mean 'lugre'"),
+                                 ({"name": "load-step", "load": -1}, "experiment load-step load is -1; allowed: 1e-06")):
             with self.assertRaisesRegex(bristle.Error, message):
                 bristle.experiment(**options)
 

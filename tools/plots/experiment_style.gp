@@ -2,7 +2,7 @@
 # --csv), png='FILE' and folder='...' (where this file is).
 if (!exists("csv")) { print "experiment plots: need csv='FILE'"; exit status 2 }
 models = "coulomb dahl lugre elasto_plastic maxwell_slip gms rate_state brush_redraw brush_keep brush_infinite brush_rubbed brush_aged brush_slide brush_slide_drop"
-titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'rate and state' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush' 'aged brush' 'brush, slide' 'brush, slide, drop'"
+titles = "'Coulomb' 'Dahl' 'LuGre' 'elasto-plastic' 'Maxwell-slip' 'GMS' 'rate and state' 'brush, redraw' 'brush, keep' 'infinite brush' 'rubbed brush (default)' 'aged brush' 'brush, slide' 'brush, slide, drop'"
 index_of(m) = sum [k=1:words(models)] (word(models, k) eq m ? k : 0)
 name(m) = word(titles, index_of(m))
 # Colours of Okabe and Ito, distinguishable for the colour-blind. The brush is drawn thick.

@@ -65,7 +65,7 @@ std::string isa_of(const AccuracyOptions& options) {
 AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options) {
   const double start = bristle::DeadlineMonitor::wall_now();
   const AccuracyBudget seconds = budget(options);
-  const double all = seconds.reference + seconds.ladder + seconds.confirm + seconds.features;
+  const double all = seconds.reference + seconds.ladder + seconds.confirm;
   Progress progress("accuracy");
   AccuracyStudy study(options, scene);
   study.spend = [&](const char* what) {
@@ -92,7 +92,6 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
   mark_front(study);
   recommend(study, seconds.confirm);
   compare_populations(r);
-  try_features(study, seconds.features);
   r.seconds = bristle::DeadlineMonitor::wall_now() - start;
   return std::move(study.result);
 }
@@ -102,22 +101,20 @@ void accuracy_command(const AccuracyOptions& options) {
     throw UserError(
         "accuracy needs the mean force and two axes, which this build leaves out (BRISTLE_MINIMAL)");
   const Scene scene = read_scene(options.scene);
-  const bool on_stdout = check_files(
-      inputs_of(scene), {{"--json", options.json}, {"--csv", options.csv}, {"--write", options.write}});
-  OutputFile json(options.json), csv(options.csv), tuned(options.write);
+  const bool on_stdout = check_files(inputs_of(scene), {{"--json", options.json}, {"--csv", options.csv}});
+  OutputFile json(options.json), csv(options.csv);
   const AccuracyResult result = study_accuracy(scene, options);
   if (!on_stdout) print_report(accuracy_table(scene, options, result));
   if (json) json.write(accuracy_json(scene, options, result));
   if (csv) csv.write(accuracy_csv(scene, result));
   const Recommendation& best = result.recommendation;
-  if (!best.found && (options.error || !options.write.empty())) {
+  if (!best.found && options.error) {
     throw UserError(fmt::format(
         "--error {:.3g}%: no setting tried meets it with other seeds too; the least error in the search is "
         "{:.3g} %{}",
         100.0 * best.wanted, 100.0 * best.least_error,
         result.not_run.empty() ? "" : " (--seconds with more time tries more bristles)"));
   }
-  if (tuned) tuned.write(tuned_scene(scene, result, options.write));
 }
 
 }  // namespace cli

@@ -19,7 +19,6 @@ struct AccuracyOptions {
   double seconds = 0.0;         ///< wall time that a study may take, s; 0: 40 s with `quick`, else 220 s
   std::optional<double> error;  ///< wanted rms error of the forces, relative to the forces; none: the first
                                 ///< of 1, 2, 5, 10 % that a setting meets
-  std::string write;            ///< scene file to write with the recommended setting; empty: none
   std::string json, csv;        ///< names of report files; empty: no report, "-": stdout
   std::string isa;              ///< instruction set, such as "avx2"; empty: the library's choice
 };
@@ -60,17 +59,6 @@ struct SlopeResult {
   std::string patch, sweep;
   Slope fit;
   std::string theory;
-};
-
-/// Feature of the scene (such as the second axis), with the times and errors of runs with it and without it.
-struct FeatureResult {
-  std::string feature;
-  std::string state;  ///< "used" (could be left out), "left out already" or "needed" by the scene
-  bool measured = false;
-  /// Share of the run time that leaving the feature out saves: median and quartiles.
-  double saves = 0.0, saves_low = 0.0, saves_high = 0.0;
-  double error_with = 0.0, error_without = 0.0;  ///< rms force error of the worst patch with and without it
-  std::string advice;
 };
 
 struct Recommendation {
@@ -123,8 +111,7 @@ struct AccuracyResult {
   /// Reason why the infinite brush is not among the settings; empty if it is.
   std::string no_infinite;
   std::vector<CheapestOf> cheapest;  ///< cheapest representatives and cheapest infinite brush
-  std::vector<FeatureResult> features;
-  double seconds = 0.0;  ///< wall time that the study took, s
+  double seconds = 0.0;              ///< wall time that the study took, s
 };
 
 /// CPU time of a scene step, s: a fixed part, plus a part times the number of bristles of a patch.
@@ -157,7 +144,7 @@ struct AccuracyStudy {
 
 /// Wall time, in seconds, that each part of a study of accuracy may take.
 struct AccuracyBudget {
-  double reference, ladder, confirm, features;
+  double reference, ladder, confirm;
 };
 AccuracyBudget budget(const AccuracyOptions& options);
 
@@ -175,7 +162,6 @@ std::vector<std::size_t> pareto_front(const std::vector<double>& time, const std
 void recommend(AccuracyStudy& study, double seconds);
 /// Finds the cheapest setting of each population that meets the error found by recommend(), called before.
 void compare_populations(AccuracyResult& result);
-void try_features(AccuracyStudy& study, double seconds);
 
 /// Runs the whole study of error against time. Throws UserError.
 AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options);
@@ -191,9 +177,6 @@ std::uint64_t total_bristles(const Scene& scene, const Setting& setting);
 std::string setting_name(const Setting& setting, double dt_s);
 /// Returns the lines of TOML that put the recommended setting into the scene file.
 std::string scene_fragment(const Scene& scene, const AccuracyResult& result);
-/// Returns the text of the whole scene file, comments included, with the recommended setting. `to` is the
-/// path where it will be stored.
-std::string tuned_scene(const Scene& scene, const AccuracyResult& result, const std::string& to);
 
 std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& result);
 std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& result);

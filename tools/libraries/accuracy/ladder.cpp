@@ -148,7 +148,7 @@ void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, Ac
 
 AccuracyBudget budget(const AccuracyOptions& options) {
   const double s = options.seconds > 0.0 ? options.seconds : options.quick ? 40.0 : 220.0;
-  return {0.3 * s, 0.42 * s, 0.1 * s, 0.18 * s};
+  return {0.35 * s, 0.5 * s, 0.15 * s};
 }
 
 double AccuracyStudy::predict(const Setting& setting) const {

@@ -267,21 +267,33 @@ Json report_of(const Scene& scene, const AccuracyOptions& options, const Accurac
   }
   report["recommendation"] = recommendation_json(scene, r);
   report["populations"] = populations_json(scene, r);
-  report["features"] = Json::array();
-  for (const FeatureResult& f : r.features) {
-    Json row = {{"feature", f.feature}, {"state", f.state}, {"advice", f.advice}};
-    if (f.measured) {
-      row["saves"] = f.saves;
-      row["quartiles"] = {f.saves_low, f.saves_high};
-      row["error_with"] = f.error_with;
-      row["error_without"] = f.error_without;
-    }
-    report["features"].push_back(row);
-  }
   return report;
 }
 
 }  // namespace
+
+std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
+  const Setting& best = r.recommendation.setting;
+  std::string text;
+  if (best.parts != r.scene_parts)
+    text += fmt::format("[scene]\ndt = {:.12g}\ndeadline = {:.12g}\n\n", r.reference_dt_s * best.parts,
+                        scene.deadline * best.parts / r.scene_parts);
+  for (std::size_t p = 0; p < scene.patches.size(); ++p) {
+    const bristle::PatchOptions o = apply(scene, best, scene.dt, 0).patches[p].options;
+    if (o.population == bristle::Population::infinite) {
+      text += fmt::format("[[patch]]\nname = \"{}\"\npopulation = \"infinite\"\nresolution = {}\n",
+                          scene.patches[p].name, o.resolution);
+    } else {
+      text += fmt::format(
+          "[[patch]]\nname = \"{}\"\nbristles = {}\nprecision = \"{}\"\nstep_rule = \"{}\"\nsampling = "
+          "\"{}\"\n",
+          scene.patches[p].name, o.bristles, o.precision == bristle::Precision::single ? "single" : "double",
+          rule_name(o.compared), sampling_name(o.compared));
+    }
+    if (p + 1 < scene.patches.size()) text += '\n';
+  }
+  return text;
+}
 
 std::uint64_t total_bristles(const Scene& scene, const Setting& setting) {
   std::uint64_t total = 0;
@@ -318,8 +330,6 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, c
       "(bristles: the reference at the scene's dt; steps: the same {} bristles, double, steps of {})\n\n",
       count_text(r.pair_bristles), time_text(r.reference_dt_s));
   text += slopes_table(report).text() + '\n' + recommendation_text(scene, r);
-  text += "\nWhat the scene could leave out, as it is now: with and without, in turns\n\n" +
-          scene_features_table(report).text();
   text += fmt::format("\n{} in all\n", time_text(r.seconds));
   return text;
 }

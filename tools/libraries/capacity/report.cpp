@@ -170,10 +170,8 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
         "100.\n\n" +
         snapshots_table(report).text() + '\n';
   if (!result.targets.empty())
-    text +=
-        "Targets. Median and quartiles; for p99 the best of three runs, from its median to the worst run's "
-        "p99.\n\n" +
-        targets_table(report).text() + '\n' + missed_lines(result.targets);
+    text += "Targets. Medians; for p99 the best of three runs.\n\n" + targets_table(report).text() + '\n' +
+            missed_lines(result.targets);
   if (result.rows.empty()) return text;
   if (!result.comparisons.empty()) {
     text +=

@@ -254,7 +254,7 @@ class Targets {
     dearest_speed(SnapRule::redraw, "lognormal cv 0.1", SnapLength::lognormal(m, 0.1));
     dearest_speed(SnapRule::redraw, "lognormal cv 0.3", SnapLength::lognormal(m, 0.3));
     dearest_speed(SnapRule::redraw, "exponential", SnapLength::exponential(m));
-    dearest_speed(SnapRule::redraw, "lognormal cv 1 (stated exception)", SnapLength::lognormal(m, 1.0));
+    dearest_speed(SnapRule::redraw, "lognormal cv 1", SnapLength::lognormal(m, 1.0));
   }
 
   void dearest_speed(SnapRule rule, const char* law_name, const SnapLength& law) {

@@ -125,6 +125,8 @@ Experiment break_away_experiment() {
   return {
       "break-away",
       "static peak against force rate, load and time at rest",
+      "Every brush has a static peak at the first pull; after a stop only ageing or a static limit brings it "
+      "back",
       common_parameters({{"bristles", 3600}, {"dt", 5e-4}}) +
           std::vector<Parameter>{
               number_parameter("mass", 1.0, "kg", "of the block", 1e-6, 1e6),

@@ -106,11 +106,6 @@ ExperimentReport run_one(const Experiment& experiment, const ExperimentOptions& 
   return {&experiment, input.settings, models, run_experiment(experiment, input)};
 }
 
-std::vector<CostRow> run_cost(const std::vector<std::string>& models) {
-  Progress progress("cost");
-  return measure_cost({Settings(cost_parameters()), models, [&](double share) { progress.update(share); }});
-}
-
 }  // namespace
 
 std::string experiment_list() {
@@ -161,13 +156,10 @@ void experiment_command(const ExperimentOptions& options) {
   std::vector<ExperimentReport> reports;
   for (const Experiment* e : wanted)
     reports.push_back(run_one(*e, options, wanted.size() > 1 && !e->models.empty() ? models_of(e) : models));
-  std::vector<CostRow> cost;
-  if (options.name == "all" && !options.no_cost) cost = run_cost(models);
-  if (!on_stdout)
-    print_report(findings_text(reports) + (cost.empty() ? std::string() : "\n" + cost_table(cost, models)));
+  if (!on_stdout) print_report(findings_text(reports));
   if (csv) csv.write(experiment_csv(reports.front()));
-  if (json) json.write(experiment_json(reports, cost));
-  if (markdown) markdown.write(experiment_page(reports, cost, models));
+  if (json) json.write(experiment_json(reports));
+  if (markdown) markdown.write(experiment_page(reports));
   if (picture) draw(options, reports.front(), picture);
 }
 

@@ -16,7 +16,6 @@ struct ExperimentOptions {
   std::vector<std::string> models;  ///< names of friction models to run; empty: all
   std::string csv, json, plot;      ///< report files; empty: none, "-": stdout (not for plot)
   std::string markdown;             ///< Markdown page to write with all results, with "all"
-  bool no_cost = false;             ///< whether run times of models are left out, with "all"
 };
 
 /// Runs the command `bristle experiment` and writes its outputs. Throws UserError.
@@ -33,14 +32,13 @@ struct ExperimentReport {
   ExperimentResult result;
 };
 
-/// Returns a sentence on how many phenomena each model shows, and a table for each experiment. With --wide,
-/// experiments that have the same models share a table.
+/// Returns a sentence on how many phenomena each model shows, and a table for each experiment, without the
+/// measured values if they do not fit the width. With --wide, experiments that have the same models share a
+/// table.
 std::string findings_text(std::span<const ExperimentReport> reports);
-std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models);
-std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost);
+std::string experiment_json(const std::vector<ExperimentReport>& reports);
 std::string experiment_csv(const ExperimentReport& report);
 /// Returns the text of the page tools/EXPERIMENTS.md, from the results of all experiments.
-std::string experiment_page(std::span<const ExperimentReport> reports, const std::vector<CostRow>& cost,
-                            const std::vector<std::string>& models);
+std::string experiment_page(std::span<const ExperimentReport> reports);
 
 }  // namespace cli

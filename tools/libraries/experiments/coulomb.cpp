@@ -109,6 +109,7 @@ Experiment coulomb_experiment() {
   return {
       "coulomb",
       "friction against load, number of bristles and apparent area",
+      "Friction is proportional to the load, whatever the number of bristles and the apparent area",
       common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 3600}}) +
           std::vector<Parameter>{
               list_parameter("loads", {0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0}, "N", "loads", 1e-6, 1e6),

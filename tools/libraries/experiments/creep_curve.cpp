@@ -97,6 +97,8 @@ Experiment creep_curve_experiment() {
   return {
       "creep-curve",
       "a wheel that rolls and creeps sideways: force, aligning moment, regions that slip, and standing",
+      "The bed has the force and moment of a tyre's tread, builds them up over a distance, and stands still "
+      "at rest",
       {number_parameter("load", 4000.0, "N", "on the wheel", 1.0, 1e6),
        number_parameter("friction", 0.92, "", "coefficient", 0.01, 10.0),
        number_parameter("half_length", 0.0765, "m", "of the contact, whose pressure is parabolic", 1e-4, 1.0),

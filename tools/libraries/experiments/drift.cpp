@@ -142,6 +142,8 @@ Experiment drift_experiment() {
   return {
       "drift",
       "a block under a wavering force below break-away, and on a slope",
+      "Under the paper's wavering force (Fig. 2) Dahl and LuGre creep on with every cycle, and brushes stay "
+      "where they are",
       common_parameters(defaults) +
           std::vector<Parameter>{
               number_parameter("mass", 0.1, "kg", "of the block", 1e-6, 1e6),

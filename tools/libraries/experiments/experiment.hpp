@@ -78,6 +78,7 @@ auto take(Batch& batch, const Motion& motion, bool keeps, Time... dt) {
 struct Experiment {
   std::string name;
   std::string title;
+  std::string result;  ///< sentence on what its picture shows
   /// Parameters common to all experiments, with this one's defaults, followed by those of its own.
   std::vector<Parameter> parameters;
   std::vector<Phenomenon> phenomena;
@@ -123,32 +124,14 @@ Experiment stribeck_experiment();
 Experiment presliding_experiment();
 Experiment break_away_experiment();
 Experiment load_step_experiment();
-Experiment turn_experiment();
 Experiment coulomb_experiment();
 Experiment rubbing_experiment();
 Experiment slide_hold_slide_experiment();
 Experiment velocity_step_experiment();
-Experiment critical_stiffness_experiment();
 Experiment limit_surface_experiment();
-Experiment pure_spin_experiment();
-Experiment coin_experiment();
-Experiment held_corner_experiment();
 Experiment creep_curve_experiment();
 Experiment rolling_ball_experiment();
-Experiment oblique_impact_experiment();
 Experiment soft_finger_experiment();
 Experiment joint_experiment();
-Experiment ratchet_experiment();
-
-/// Time of a step of one model, ns. The models' steps alternate in one run, so that times are comparable.
-struct CostRow {
-  std::string model;
-  std::string motion;
-  double ns = 0.0;               ///< median over the rounds of measurement, ns
-  double low = 0.0, high = 0.0;  ///< lower and upper quartile over the rounds, ns
-};
-std::vector<CostRow> measure_cost(const ExperimentInput& input);
-/// Returns the parameters of measure_cost(), which times the steps of the models.
-std::vector<Parameter> cost_parameters();
 
 }  // namespace cli

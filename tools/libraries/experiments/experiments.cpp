@@ -11,29 +11,14 @@
 namespace cli {
 
 const std::vector<Experiment>& experiments() {
-  static const std::vector<Experiment> all = {drift_experiment(),
-                                              presliding_experiment(),
-                                              break_away_experiment(),
-                                              stick_slip_experiment(),
-                                              friction_lag_experiment(),
-                                              stribeck_experiment(),
-                                              load_step_experiment(),
-                                              turn_experiment(),
-                                              coulomb_experiment(),
-                                              rubbing_experiment(),
-                                              slide_hold_slide_experiment(),
-                                              velocity_step_experiment(),
-                                              critical_stiffness_experiment(),
-                                              limit_surface_experiment(),
-                                              pure_spin_experiment(),
-                                              coin_experiment(),
-                                              held_corner_experiment(),
-                                              creep_curve_experiment(),
-                                              rolling_ball_experiment(),
-                                              oblique_impact_experiment(),
-                                              soft_finger_experiment(),
-                                              joint_experiment(),
-                                              ratchet_experiment()};
+  static const std::vector<Experiment> all = {drift_experiment(),         presliding_experiment(),
+                                              break_away_experiment(),    stick_slip_experiment(),
+                                              friction_lag_experiment(),  stribeck_experiment(),
+                                              load_step_experiment(),     coulomb_experiment(),
+                                              rubbing_experiment(),       slide_hold_slide_experiment(),
+                                              velocity_step_experiment(), limit_surface_experiment(),
+                                              creep_curve_experiment(),   rolling_ball_experiment(),
+                                              soft_finger_experiment(),   joint_experiment()};
   return all;
 }
 

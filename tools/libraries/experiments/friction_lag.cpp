@@ -79,6 +79,8 @@ void run_friction_lag(ExperimentRun& run) {
 Experiment friction_lag_experiment() {
   return {"friction-lag",
           "one-way sliding whose speed swings",
+          "Friction lags in models that follow a Stribeck curve over a path or a time, and in the brush that "
+          "ages",
           common_parameters({{"bristles", 3600}, {"dt", 5e-3}}) +
               std::vector<Parameter>{
                   number_parameter("velocity_mean", 1.5e-3, "m/s", "mean speed", 1e-9, 1e3),

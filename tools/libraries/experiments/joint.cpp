@@ -112,6 +112,8 @@ Experiment joint_experiment() {
   return {
       "joint",
       "a geared joint (N m and rad: at a lever of 1 m): held, driving, driven, turned back",
+      "Friction of the library's joints, shown for the sliding brushes, grows with the transmitted torque "
+      "and with its direction",
       common_parameters({{"stiffness", 1e3},
                          {"presliding", 2e-3},
                          {"damping", 3.0},

@@ -15,7 +15,7 @@ using rivals::Wrench;
 /// spinning speed.
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
-  SpinSubject subject(model, s, {ContactArea::Shape::disc, radius});
+  SpinSubject subject(model, s, radius);
   // Path (m) of the disc's fastest point in a step. The odd factor keeps steps and snaps from falling in with
   // each other.
   const double step = 0.37 * s.number("presliding");
@@ -61,6 +61,7 @@ void run_limit_surface(ExperimentRun& run) {
 Experiment limit_surface_experiment() {
   return {"limit-surface",
           "a disc that slides and spins steadily, at every ratio of the two",
+          "Force and torque of all models but rate and state lie on one closed surface",
           common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) + spin_parameters() +
               std::vector<Parameter>{
                   number_parameter("radius", 0.02, "m", "of the disc", 1e-6, 10.0),

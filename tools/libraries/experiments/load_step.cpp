@@ -90,6 +90,8 @@ void run_load_step(ExperimentRun& run) {
 Experiment load_step_experiment() {
   return {"load-step",
           "friction when the normal load jumps, in sliding and at rest",
+          "Brushes follow a jump of the load over the presliding length, and keep the held force when the "
+          "load rises",
           common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) +
               std::vector<Parameter>{
                   number_parameter("velocity", 1e-4, "m/s", "of the sliding", 1e-9, 1e3),

@@ -127,6 +127,7 @@ Experiment presliding_experiment() {
   return {
       "presliding",
       "first pull, hysteresis loops with nested reversals, permanent set",
+      "Brushes first pull like springs, lose energy in loops, and return from an inner loop to the outer one",
       common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 3600}}) +
           std::vector<Parameter>{
               number_parameter("velocity", 1e-5, "m/s", "of the motion", 1e-9, 1.0),

@@ -43,80 +43,29 @@ const Finding* find(const ExperimentResult& result, const std::string& phenomeno
 }
 
 /// Formats a table cell: the verdict on a phenomenon and the measured value, without its unit.
-std::string cell(const Finding* finding, const char* yes, const char* no) {
+std::string cell(const Finding* finding) {
   if (!finding) return "not measured";
-  return fmt::format("{} {}", finding->shown ? yes : no, value_text(finding->value));
+  return fmt::format("{} {}", finding->shown ? "yes" : "no ", value_text(finding->value));
 }
 
-Cell found(const ExperimentResult& result, const Phenomenon& phenomenon, const std::string& model) {
+/// Formats a cell of the page: the measured value, in bold if the model shows the phenomenon.
+std::string page_cell(const Finding* finding) {
+  if (!finding) return "not measured";
+  return finding->shown ? fmt::format("**{}**", value_text(finding->value)) : value_text(finding->value);
+}
+
+Cell found(const ExperimentResult& result, const Phenomenon& phenomenon, const std::string& model,
+           bool with_value) {
   const Finding* finding = find(result, phenomenon.id, model);
-  return {cell(finding, "yes", "no "), !finding         ? CellStyle::plain
-                                       : finding->shown ? CellStyle::good
-                                                        : CellStyle::bad};
+  if (!finding) return "not measured";
+  return {with_value       ? cell(finding)
+          : finding->shown ? "yes"
+                           : "no",
+          finding->shown ? CellStyle::good : CellStyle::plain};
 }
 
 std::string capitalised(std::string text) {
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  return text;
-}
-
-/// Returns the titles of models, joined. Where a whole family of brushes (those that snap, or slide) is in
-/// the list, the family's name replaces its titles.
-std::string titles_of(const std::vector<std::string>& models) {
-  static const std::vector<std::pair<std::string, std::vector<std::string>>> families = {
-      {"brushes that snap", {"brush_redraw", "brush_keep", "brush_infinite", "brush_rubbed", "brush_aged"}},
-      {"brushes that slide", {"brush_slide", "brush_slide_drop"}}};
-  const auto has = [](const std::vector<std::string>& list, const std::string& model) {
-    return std::find(list.begin(), list.end(), model) != list.end();
-  };
-  std::vector<std::string> titles;
-  for (const std::string& model : models) {
-    std::string title = model_title(model);
-    for (const auto& [name, members] : families) {
-      if (has(members, model) &&
-          std::all_of(members.begin(), members.end(), [&](const auto& m) { return has(models, m); }))
-        title = name;
-    }
-    if (!has(titles, title)) titles.push_back(title);
-  }
-  return fmt::format("{}", fmt::join(titles, "; "));
-}
-
-/// Returns a line for each group of models that have one verdict on a phenomenon for one reason. For the
-/// verdict that most models have, only brushes and beds are named.
-std::string reasons(const ExperimentResult& result, const Phenomenon& phenomenon,
-                    const std::vector<std::string>& models) {
-  struct Group {
-    std::string reason;
-    bool shown;
-    std::vector<std::string> models;
-  };
-  std::vector<Group> groups;
-  std::size_t shown = 0, judged = 0;
-  for (const std::string& model : models) {
-    const Finding* f = find(result, phenomenon.id, model);
-    if (!f) continue;
-    ++judged;
-    shown += f->shown ? 1 : 0;
-    std::string reason = reason_of(phenomenon.id, model, f->shown);
-    if (reason.empty()) reason = "differs from the outcome with default parameters";
-    auto group = std::find_if(groups.begin(), groups.end(),
-                              [&](const Group& g) { return g.reason == reason && g.shown == f->shown; });
-    if (group == groups.end()) group = groups.insert(group, {reason, f->shown, {}});
-    group->models.push_back(model);
-  }
-  const bool most = 2 * shown >= judged;
-  std::string text;
-  for (Group& group : groups) {
-    const bool all = group.models.size() == models.size();
-    if (group.shown == most && !all)
-      std::erase_if(group.models, [](const std::string& m) {
-        return model_title(m).find("brush") == std::string::npos && m != "bed";
-      });
-    if (group.models.empty()) continue;
-    text += fmt::format("  - *{}*, {}: {}.\n", all ? "all" : titles_of(group.models),
-                        group.shown ? "yes" : "no", group.reason);
-  }
   return text;
 }
 
@@ -132,25 +81,6 @@ Json parameters_json(const Settings& settings) {
     }
   }
   return json;
-}
-
-std::string cost_page(const std::vector<CostRow>& cost, const std::vector<std::string>& models) {
-  if (cost.empty()) return "";
-  const Conditions c = conditions();
-  std::string text = fmt::format(
-      "\n## Cost\n\nCPU time of one step of one contact, two axes, force at the end and mean, all models "
-      "interleaved: median (quartiles), ns.\nPresliding: steps of 0.003 mean snap lengths; sliding: 1. "
-      "Brush: 900 bristles, single precision; infinite brush: 8 pieces.\n{}; {}; commit {}.\n\n"
-      "| model | presliding | sliding |\n|---|---|---|\n",
-      c.cpu, c.flags, c.commit);
-  for (const std::string& model : models) {
-    text += fmt::format("| {} |", model_title(model));
-    for (const CostRow& row : cost) {
-      if (row.model == model) text += fmt::format(" {:.0f} ({:.0f}-{:.0f}) |", row.ns, row.low, row.high);
-    }
-    text += '\n';
-  }
-  return text;
 }
 
 /// Calls `visit` for each run of successive experiments that have the same models.
@@ -199,25 +129,37 @@ std::string wide_table(std::span<const ExperimentReport> reports, const std::vec
   for (const ExperimentReport& report : reports) {
     for (const Phenomenon& phenomenon : report.experiment->phenomena) {
       std::vector<Cell> row = {phenomenon.title, phenomenon.unit};
-      for (const std::string& model : models) row.push_back(found(report.result, phenomenon, model));
+      for (const std::string& model : models) row.push_back(found(report.result, phenomenon, model, true));
       table.add(std::move(row));
     }
   }
   return table.text();
 }
 
-/// Returns a table with a row per model and a column per phenomenon of one experiment.
+/// Returns a table with a row per model and a numbered column per phenomenon of one experiment, below a line
+/// for each phenomenon.
 std::string tall_table(const ExperimentReport& report, const std::vector<std::string>& models) {
+  const std::vector<Phenomenon>& phenomena = report.experiment->phenomena;
+  std::string legend;
   std::vector<std::string> headers = {"<" + report.experiment->name};
-  for (const Phenomenon& p : report.experiment->phenomena)
-    headers.push_back("<" + p.title + (p.unit.empty() ? "" : ", " + p.unit));
-  Table table(headers);
-  for (const std::string& model : models) {
-    std::vector<Cell> row = {model_title(model)};
-    for (const Phenomenon& p : report.experiment->phenomena) row.push_back(found(report.result, p, model));
-    table.add(std::move(row));
+  for (std::size_t i = 0; i < phenomena.size(); ++i) {
+    const Phenomenon& p = phenomena[i];
+    headers.push_back(fmt::format("<[{}]", i + 1));
+    legend += fmt::format("[{}]  {}{}\n", i + 1, p.title, p.unit.empty() ? "" : ", " + p.unit);
   }
-  return table.text();
+  const auto table_of = [&](bool with_values) {
+    Table table(headers);
+    for (const std::string& model : models) {
+      std::vector<Cell> row = {model_title(model)};
+      for (const Phenomenon& p : phenomena) row.push_back(found(report.result, p, model, with_values));
+      table.add(std::move(row));
+    }
+    return table;
+  };
+  const Table table = table_of(true);
+  legend += '\n';
+  if (table.natural_width() <= text_layout().columns) return legend + table.text();
+  return legend + table_of(false).text() + "Measured values: --wide, --json.\n";
 }
 
 }  // namespace
@@ -240,18 +182,6 @@ std::string findings_text(std::span<const ExperimentReport> reports) {
   return text;
 }
 
-std::string cost_table(const std::vector<CostRow>& cost, const std::vector<std::string>& models) {
-  Table table({"<model", "<motion", "ns a step", "quartiles"});
-  for (const std::string& model : models) {
-    for (const CostRow& row : cost) {
-      if (row.model != model) continue;
-      table.add({model_title(model), row.motion, fmt::format("{:.0f}", row.ns),
-                 fmt::format("{:.0f} to {:.0f}", row.low, row.high)});
-    }
-  }
-  return table.text();
-}
-
 std::string experiment_csv(const ExperimentReport& report) {
   fmt::memory_buffer buffer;
   const auto to = std::back_inserter(buffer);
@@ -264,7 +194,7 @@ std::string experiment_csv(const ExperimentReport& report) {
   return {buffer.data(), buffer.size()};
 }
 
-std::string experiment_json(const std::vector<ExperimentReport>& reports, const std::vector<CostRow>& cost) {
+std::string experiment_json(const std::vector<ExperimentReport>& reports) {
   Json json;
   json["schema"] = "bristle-experiment-1";
   json["conditions"] = to_json(conditions());
@@ -282,6 +212,7 @@ std::string experiment_json(const std::vector<ExperimentReport>& reports, const 
                                    {"value", f.value},
                                    {"unit", p.unit},
                                    {"shown", f.shown},
+                                   {"literature", p.literature},
                                    {"measured", p.measured},
                                    {"passes", p.passes},
                                    {"reason", reason_of(p.id, f.model, f.shown)}});
@@ -289,53 +220,40 @@ std::string experiment_json(const std::vector<ExperimentReport>& reports, const 
     }
     json["experiments"].push_back(std::move(one));
   }
-  if (!cost.empty()) {
-    json["cost"] = Json::array();
-    for (const CostRow& row : cost)
-      json["cost"].push_back({{"model", row.model},
-                              {"motion", row.motion},
-                              {"ns_per_step", row.ns},
-                              {"quartiles_ns", {row.low, row.high}}});
-  }
   return json.dump(2) + "\n";
 }
 
-std::string experiment_page(std::span<const ExperimentReport> reports, const std::vector<CostRow>& cost,
-                            const std::vector<std::string>& models) {
+std::string experiment_page(std::span<const ExperimentReport> reports) {
   std::string text =
       "# The classic friction experiments\n\n"
       "Written by `bristle experiment all --markdown tools/EXPERIMENTS.md`; not edited by hand. Each cell is "
-      "measured by\n`bristle experiment NAME` with its default parameters: **yes** where the number meets "
-      "the criterion given below the table.\nModels: [rivals](libraries/rivals/README.md), "
-      "[brush](../core/MODEL.md).\n\n## The table\n";
+      "what\n`bristle experiment NAME` measures with its default parameters, in bold where it meets the "
+      "experiment's criterion: the\nmodel shows the phenomenon. `--json` adds literature, criterion and "
+      "reason "
+      "to each.\n"
+      "Models: [rivals](libraries/rivals/README.md), [brush](../core/MODEL.md).\n\n## The table\n";
   for_each_group(reports, [&](std::span<const ExperimentReport> group, const std::vector<std::string>& of) {
-    text += "\n| experiment | phenomenon |";
-    for (const std::string& model : of) text += fmt::format(" {} |", model_title(model));
-    text += "\n|---|---|";
-    for (std::size_t i = 0; i < of.size(); ++i) text += "---|";
-    text += '\n';
+    std::vector<std::string> headers = {"experiment", "phenomenon"};
+    for (const std::string& model : of) headers.push_back(model_title(model));
+    Table table(headers);
     for (const ExperimentReport& report : group) {
       for (const Phenomenon& p : report.experiment->phenomena) {
-        text += fmt::format("| {} | {}{} |", report.experiment->name, p.title,
-                            p.unit.empty() ? "" : ", " + p.unit);
-        for (const std::string& model : of)
-          text += cell(find(report.result, p.id, model), "**yes**", "**no**") + "|";
-        text += '\n';
+        std::vector<Cell> row = {report.experiment->name, p.title + (p.unit.empty() ? "" : ", " + p.unit)};
+        for (const std::string& model : of) row.emplace_back(page_cell(find(report.result, p.id, model)));
+        table.add(std::move(row));
       }
     }
+    text += '\n' + table.markdown();
   });
-  text += cost_page(cost, models);
-  text +=
-      "\n## What was measured, and why\n\nReasons are given for brushes and beds, and for models that differ "
-      "from most others; `--json` has all.\n";
+  text += "\n## Gallery\n\n`tools/plots/make_experiment_pictures` draws all pictures.\n";
   for (const ExperimentReport& report : reports) {
-    text +=
-        fmt::format("\n### {}\n\n{}.\n\n", report.experiment->name, capitalised(report.experiment->title));
-    for (const Phenomenon& p : report.experiment->phenomena) {
-      text += fmt::format("- **{}.** {}. Measured: {}{}; yes: {}.\n", p.title, capitalised(p.literature),
-                          p.measured, p.unit.empty() ? "" : ", " + p.unit, p.passes);
-      text += reasons(report.result, p, report.models);
-    }
+    const std::string& name = report.experiment->name;
+    std::string picture = name;
+    std::replace(picture.begin(), picture.end(), '-', '_');
+    text += fmt::format(
+        "\n### {0}\n\n{1}. {2}.\n\n![{0}](plots/pictures/experiment_{3}.png)\n\n"
+        "`bristle experiment {0} --plot {0}.png`\n",
+        name, capitalised(report.experiment->title), report.experiment->result, picture);
   }
   return text;
 }

@@ -124,6 +124,7 @@ Experiment rolling_ball_experiment() {
   return {
       "rolling-ball",
       "a rubber ball that rolls down a slope, on the level, and after it was thrown without spin",
+      "All three come to roll, and only the bed's surface creeps in proportion to the distance rolled",
       {number_parameter("mass", 0.5, "kg", "of the ball", 1e-6, 1e3),
        number_parameter("radius", 0.05, "m", "of the ball", 1e-4, 10.0),
        number_parameter("friction", 0.6, "", "coefficient", 0.01, 10.0),

@@ -247,6 +247,8 @@ Experiment rubbing_experiment() {
   return {
       "rubbing",
       "to and fro many times: strokes, tremor, circles, wavering forces, and back over the origin",
+      "Brushes that draw a new snap length at every snap harden when rubbed, which the default brush's "
+      "shared renewal prevents",
       surface() +
           std::vector<Parameter>{
               number_parameter("velocity", 1e-6, "m/s", "of strokes and circles", 1e-9, 1.0),

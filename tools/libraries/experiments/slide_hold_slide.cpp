@@ -101,6 +101,7 @@ Experiment slide_hold_slide_experiment() {
   return {
       "slide-hold-slide",
       "steady sliding, a hold, and sliding on: the peak over the duration of the hold",
+      "Rate and state and the brush that ages grow stronger while they rest, and no other model does",
       common_parameters({{"bristles", 3600}}) +
           std::vector<Parameter>{
               number_parameter("speed", 1e-4, "m/s", "before and after the hold", 1e-9, 1e3),

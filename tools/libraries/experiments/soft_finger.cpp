@@ -170,6 +170,7 @@ Experiment soft_finger_experiment() {
   return {
       "soft-finger",
       "an elastic fingertip, dragged below its friction, slips from its rim",
+      "The bed slips from its rim inwards, and slips on when the finger presses less",
       {number_parameter("load", 5.0, "N", "normal load", 1e-6, 1e6),
        number_parameter("friction", 0.8, "", "coefficient", 0.01, 10.0),
        number_parameter("radius", 6e-3, "m", "of the contact", 1e-6, 1.0),

@@ -15,16 +15,11 @@
 
 namespace cli {
 
-/// Shape and size of a contact area under uniform pressure.
-struct ContactArea {
-  enum class Shape { disc, square } shape = Shape::disc;
-  double half_m = 0.0;  ///< radius of the disc, or half a side of the square, m
-};
-
 class SpinSubject {
  public:
-  /// Makes the friction model of this name, with parameters from spin_parameters(). Throws bristle::Error.
-  SpinSubject(std::string_view model, const Settings& settings, ContactArea area);
+  /// Makes the friction model of this name for a disc of this radius (m) under uniform pressure, with
+  /// parameters from spin_parameters(). Throws bristle::Error.
+  SpinSubject(std::string_view model, const Settings& settings, double radius_m);
 
   /// Moves the contact's centre by `displacement` (m) and turns the body by `angle` (rad, at most half a
   /// turn), both at constant speed. Returns the force and torque on the moving body about the centre.
@@ -43,8 +38,8 @@ class SpinSubject {
   std::variant<rivals::RivalGrid, rivals::LuGreGrid, Brush> contact_;
 };
 
-/// Returns the parameters that divide a contact area into cells: `across` cells for rival models, `rings` for
-/// the brush's disc (a square has twice as many cells along a side).
-std::vector<Parameter> spin_parameters(int across = 21, int rings = 6);
+/// Returns the parameters that divide the disc into cells: cells along a diameter for rival models, rings of
+/// cells for the brush.
+std::vector<Parameter> spin_parameters();
 
 }  // namespace cli

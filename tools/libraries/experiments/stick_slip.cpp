@@ -48,6 +48,7 @@ void run_stick_slip(ExperimentRun& run) {
 Experiment stick_slip_experiment() {
   return {"stick-slip",
           "a mass on a spring pulled at constant speed",
+          "Without lubricant every brush keeps sticking and slipping, with it only the one that ages",
           common_parameters({{"dt", 2e-3}}) +
               std::vector<Parameter>{
                   number_parameter("mass", 1.0, "kg", "of the block", 1e-6, 1e6),

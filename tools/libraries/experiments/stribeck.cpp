@@ -96,6 +96,8 @@ Experiment stribeck_experiment() {
   return {
       "stribeck",
       "steady friction against speed, lubricated and dry (without damper and viscous terms)",
+      "The brush's damper raises friction up to the Stribeck velocity and fades beyond it, where the "
+      "lubricant takes over",
       common_parameters({{"bristles", 3600}, {"dt", 1e-2}}) +
           std::vector<Parameter>{
               list_parameter("speeds",

@@ -57,10 +57,20 @@ rivals::Rival rival_for(std::string_view model, const Settings& settings) {
 std::span<const std::string_view> model_names() { return names; }
 
 std::string model_title(std::string_view model) {
-  constexpr std::array<std::string_view, names.size()> titles = {
-      "Coulomb",      "Dahl",           "LuGre",         "elasto-plastic",    "Maxwell-slip",
-      "GMS",          "rate and state", "brush, redraw", "brush, keep",       "infinite brush",
-      "rubbed brush", "aged brush",     "brush, slide",  "brush, slide, drop"};
+  constexpr std::array<std::string_view, names.size()> titles = {"Coulomb",
+                                                                 "Dahl",
+                                                                 "LuGre",
+                                                                 "elasto-plastic",
+                                                                 "Maxwell-slip",
+                                                                 "GMS",
+                                                                 "rate and state",
+                                                                 "brush, redraw",
+                                                                 "brush, keep",
+                                                                 "infinite brush",
+                                                                 "rubbed brush (default)",
+                                                                 "aged brush",
+                                                                 "brush, slide",
+                                                                 "brush, slide, drop"};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i] == model) return std::string(titles[i]);
   }

@@ -103,6 +103,7 @@ Experiment velocity_step_experiment() {
   return {
       "velocity-step",
       "steady sliding, and a step in its speed",
+      "Rate and state first jumps up and then falls over a path, and the brush that ages falls alike",
       common_parameters({{"bristles", 14400}, {"resolution", 32.0}}) +
           std::vector<Parameter>{
               list_parameter("speeds", {1e-5, 1e-4}, "m/s", "before the step up, two or more", 1e-9, 1e3),

@@ -1,6 +1,4 @@
 // Makes the tables in reports of `bristle accuracy` from their JSON (schema bristle-accuracy-1).
-#include <cmath>
-
 #include <fmt/format.h>
 
 #include "tools/libraries/reports/numbers.hpp"
@@ -12,17 +10,6 @@ namespace {
 JsonColumn error_column(const char* header, const char* key,
                         JsonColumn::Where where = JsonColumn::everywhere) {
   return {header, [key](const Json& row) { return Cell(percent_text(row.at("error").at(key))); }, where};
-}
-
-// Makes a column of the table of a scene's features; it shows "-" where a feature was not measured.
-template <class Text>
-JsonColumn measured_column(const char* header, Text text) {
-  return {header,
-          [text](const Json& row) { return Cell(row.contains("saves") ? text(row) : std::string("-")); }};
-}
-
-std::string whole_percent(const Json& share) {
-  return fmt::format("{:.0f}", std::round(100.0 * share.get<double>()) + 0.0);
 }
 
 std::string two_places(const Json& value, const char* sign) {
@@ -69,22 +56,6 @@ Table slopes_table(const Json& accuracy) {
       number_column("points", "points"),
       text_column("<theory", "theory")};
   return tabulate(accuracy.at("slopes"), columns);
-}
-
-Table scene_features_table(const Json& accuracy) {
-  static const std::vector<JsonColumn> columns = {
-      text_column("<feature", "feature"),
-      text_column("<here", "state"),
-      measured_column("saves %", [](const Json& row) { return whole_percent(row.at("saves")); }),
-      measured_column("quartiles",
-                      [](const Json& row) {
-                        const Json& quartiles = row.at("quartiles");
-                        return whole_percent(quartiles.at(0)) + " to " + whole_percent(quartiles.at(1));
-                      }),
-      measured_column("error with %", [](const Json& row) { return percent_text(row.at("error_with")); }),
-      measured_column("without %", [](const Json& row) { return percent_text(row.at("error_without")); }),
-      text_column("<so", "advice")};
-  return tabulate(accuracy.at("features"), columns);
 }
 
 }  // namespace cli

@@ -70,37 +70,10 @@ std::string what_to_choose(const Json& accuracy) {
                      step_text(confirmed), percent_text(best.at("share_of_deadline")));
 }
 
-std::string what_to_leave_out(const Json& accuracy) {
-  std::vector<std::string> savings;
-  std::size_t left_out = 0;
-  for (const Json& row : accuracy.at("features")) {
-    const std::string state = text_of(row, "state");
-    left_out += state == "left out already" ? 1 : 0;
-    // Reports the time that leaving out a feature saves only if its quartiles exclude zero. The advice has
-    // already weighed the saving against the error.
-    if (state != "used" || !row.contains("saves") || !text_of(row, "advice").starts_with("leave") ||
-        row.at("quartiles").at(0).is_null() || row.at("quartiles").at(0).get<double>() <= 0.01)
-      continue;
-    savings.push_back(fmt::format("{} (saves {:.0f} %, error {} % with, {} % without)",
-                                  text_of(row, "feature"), 100.0 * number_at(row, "saves"),
-                                  percent_text(row.at("error_with")), percent_text(row.at("error_without"))));
-  }
-  if (savings.empty())
-    return left_out == 0 ? "Nothing: no feature that it uses costs time worth naming."
-                         : fmt::format(
-                               "Nothing more: {} features are left out already, and none that is used "
-                               "costs time worth naming.",
-                               left_out);
-  std::string text;
-  for (const std::string& saving : savings) text += (text.empty() ? "Could go: " : "; ") + saving;
-  return text + ".";
-}
-
 std::string accuracy_answer(const Json& accuracy) {
   std::string text = what_to_choose(accuracy);
-  for (const std::string& more :
-       {how_wrong_is_fast(accuracy), "To leave out: " + what_to_leave_out(accuracy)})
-    if (!more.empty()) text += '\n' + more;
+  const std::string fast = how_wrong_is_fast(accuracy);
+  if (!fast.empty()) text += '\n' + fast;
   return text + '\n';
 }
 

@@ -11,9 +11,8 @@ namespace cli {
 // Put reports of `bristle accuracy` (schema bristle-accuracy-1) into words.
 std::string how_wrong_is_fast(const Json& accuracy);
 std::string what_to_choose(const Json& accuracy);
-std::string what_to_leave_out(const Json& accuracy);
-/// Returns the answers of an accuracy report, a line each: the error of a fast setting, which setting to
-/// choose, and what to leave out.
+/// Returns the answers of an accuracy report, a line each: which setting to choose, and the error of a fast
+/// one.
 std::string accuracy_answer(const Json& accuracy);
 /// Returns a setting of an accuracy study in words: "13,000 bristles a patch, steps of 1.00 ms, ...".
 std::string setting_in_words(const Json& setting);

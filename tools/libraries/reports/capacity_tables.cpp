@@ -22,11 +22,11 @@ bool is_ours(const Json& row) { return text_of(row, "loop").starts_with("bristle
 
 // Makes a column of quartiles with two decimals each, so that decimal points are aligned.
 JsonColumn quartile_column() {
-  return {
-      "quartiles", [](const Json& row) {
-        if (row.contains("loop") && is_ours(row)) return Cell("");
-        return Cell(two_places(row.at("quartiles").at(0)) + " to " + two_places(row.at("quartiles").at(1)));
-      }};
+  return only_wide({"quartiles", [](const Json& row) {
+                      if (row.contains("loop") && is_ours(row)) return Cell("");
+                      return Cell(two_places(row.at("quartiles").at(0)) + " to " +
+                                  two_places(row.at("quartiles").at(1)));
+                    }});
 }
 
 // Makes a column that shows "-" in rows where no number of bristles meets the deadline.
@@ -35,11 +35,6 @@ JsonColumn fit_column(const char* header, Figure figure) {
   return {header, [figure](const Json& row) {
             return Cell(row.at("bristles").get<double>() == 0.0 ? std::string("-") : figure(row));
           }};
-}
-
-JsonColumn only_wide(JsonColumn column) {
-  column.where = JsonColumn::wide_only;
-  return column;
 }
 
 JsonColumn fit_time_column(const char* header, const char* key) {
@@ -59,7 +54,7 @@ bool was_busy(const Json& row, double deadline_s) {
 }
 
 std::string bristles_that_fit(const Json& row) {
-  if (row.value("unconfirmed", false)) return "not confirmed: machine too busy";
+  if (row.value("unconfirmed", false)) return "not confirmed";
   const auto bristles = row.at("bristles").get<unsigned long long>();
   if (bristles == 0) return "fewer than 900";
   return (row.at("more_would_fit").get<bool>() ? "> " : "") + count_text(bristles);
@@ -70,7 +65,6 @@ Table targets_table(const Json& capacity) {
       text_column("<target", "name"),
       number_column("measured", "measured"),
       text_column("<", "unit"),
-      {"spread", [](const Json& row) { return Cell(range_text(row.at("spread"))); }},
       {"limit",
        [](const Json& row) {
          return Cell((row.at("at_least").get<bool>() ? ">= " : "<= ") + number_text(row.at("limit")));
@@ -79,6 +73,7 @@ Table targets_table(const Json& capacity) {
        [](const Json& row) {
          return row.at("met").get<bool>() ? Cell("met", CellStyle::good) : Cell("MISSED", CellStyle::bad);
        }},
+      only_wide({"spread", [](const Json& row) { return Cell(range_text(row.at("spread"))); }}),
       only_wide(text_column("<what", "what")),
       only_wide({"<bound by", [](const Json& row) { return Cell(row.value("bound", "")); }})};
   return tabulate(capacity.at("targets"), columns);
@@ -125,8 +120,8 @@ std::string capacity_answer(const Json& capacity) {
   for (const Json& row : rows) busy += was_busy(row, deadline_s) ? 1 : 0;
   if (busy > 0)
     text += fmt::format(
-        "LOWER BOUND, MACHINE BUSY in {} of {} rows: others delayed one step in a hundred. The column "
-        "\"median allows\" says what would fit if they had not; run it again on a quiet machine.\n",
+        "LOWER BOUND, MACHINE BUSY in {} of {} rows: others delayed one step in a hundred. Run it again on a "
+        "quiet machine, or see --wide: the column \"median allows\" says what would fit if they had not.\n",
         busy, rows.size());
   return text;
 }
@@ -136,22 +131,25 @@ Table capacities_table(const Json& capacity) {
   const double deadline_s = capacity.at("deadline_s").get<double>();
   const std::vector<JsonColumn> columns = {
       text_column("<motion", "motion"),
-      text_column("<kernel", "kernel"),
-      text_column("<layout", "layout"),
+      {"<kernel and layout",
+       [](const Json& row) {
+         const std::string layout = text_of(row, "layout");
+         return Cell(text_of(row, "kernel") + (layout == "one patch" ? "" : ", " + layout));
+       }},
       number_column("threads", "threads"),
       {"bristles that fit",
        [deadline_s](const Json& row) {
          if (!was_busy(row, deadline_s)) return Cell(bristles_that_fit(row));
          const bool counted = row.at("bristles").get<double>() > 0.0;
-         return Cell((counted ? "at least " : "") + bristles_that_fit(row), CellStyle::bad);
+         return Cell((counted ? "at least " : "") + bristles_that_fit(row));
        }},
-      fit_column("median allows",
-                 [deadline_s](const Json& row) {
-                   if (row.at("more_would_fit").get<bool>()) return std::string("-");
-                   const double p50 = row.at("at_capacity").at("p50_s").get<double>();
-                   return count_text(static_cast<unsigned long long>(
-                       std::llround(row.at("bristles").get<double>() * deadline_s / p50)));
-                 }),
+      only_wide(fit_column("median allows",
+                           [deadline_s](const Json& row) {
+                             if (row.at("more_would_fit").get<bool>()) return std::string("-");
+                             const double p50 = row.at("at_capacity").at("p50_s").get<double>();
+                             return count_text(static_cast<unsigned long long>(
+                                 std::llround(row.at("bristles").get<double>() * deadline_s / p50)));
+                           })),
       only_wide(fit_column("x 900",
                            [papers](const Json& row) {
                              return count_text(
@@ -165,8 +163,7 @@ Table capacities_table(const Json& capacity) {
       only_wide(fit_time_column("p99", "p99_s")),
       only_wide(fit_time_column("max", "max_s"))};
   Table table = tabulate(capacity.at("capacities"), columns);
-  std::vector<Cell> papers_row = {"the paper (2004)", "1 GHz Pentium III", "one patch", "1", "900", "-"};
-  if (table.columns() == columns.size()) papers_row.emplace_back("1");
+  std::vector<Cell> papers_row = {"the paper (2004)", "1 GHz Pentium III", "1", "900"};
   papers_row.resize(table.columns(), Cell("-"));
   table.add_first(std::move(papers_row));
   return table;
@@ -195,12 +192,12 @@ Table infinite_table(const Json& capacity) {
       number_column("step / mean length", "step_over_mean_snap_length"),
       number_column("turn rad", "turn_rad"),
       only_wide(text_column("<kernel", "kernel")),
-      number_column("resolution", "resolution"),
+      only_wide(number_column("resolution", "resolution")),
       {"patches",
        [](const Json& row) { return Cell(count_text(row.at("patches").get<unsigned long long>())); }},
-      number_column("bytes per patch", "bytes_per_patch"),
+      only_wide(number_column("bytes per patch", "bytes_per_patch")),
       number_column("ns per patch", "ns_per_patch"),
-      {"quartiles", [](const Json& row) { return Cell(range_text(row.at("quartiles"))); }},
+      only_wide({"quartiles", [](const Json& row) { return Cell(range_text(row.at("quartiles"))); }}),
       {"p99 of a step", [](const Json& row) { return Cell(time_text(row.at("p99_s").get<double>())); }}};
   return tabulate(capacity.at("infinite"), columns, 0);
 }
@@ -209,15 +206,15 @@ Table contacts_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
       text_column("<motion", "motion"),
       number_column("step / mean length", "step_over_mean_snap_length"),
-      number_column("turn rad", "turn_rad"),
+      only_wide(number_column("turn rad", "turn_rad")),
       number_column("resolution", "resolution"),
       number_column("threads", "threads"),
       {"contacts that fit", [](const Json& row) { return Cell(bristles_that_fit(row)); }},
       fit_column("ns per contact",
                  [](const Json& row) { return ns_text(row.at("at_capacity").at("ns_per_bristle")); }),
-      fit_time_column("p50", "p50_s"),
+      only_wide(fit_time_column("p50", "p50_s")),
       fit_time_column("p99", "p99_s"),
-      fit_time_column("max", "max_s")};
+      only_wide(fit_time_column("max", "max_s"))};
   return tabulate(capacity.at("contacts"), columns, 2);
 }
 

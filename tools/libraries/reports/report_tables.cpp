@@ -14,4 +14,9 @@ JsonColumn number_column(std::string header, const char* key, double scale) {
   return {std::move(header), [key, scale](const Json& row) { return Cell(number_text(row.at(key), scale)); }};
 }
 
+JsonColumn only_wide(JsonColumn column) {
+  column.where = JsonColumn::wide_only;
+  return column;
+}
+
 }  // namespace cli

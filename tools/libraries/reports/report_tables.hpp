@@ -17,6 +17,8 @@ std::string text_of(const Json& json, const char* key);
 /// Make a column from a key of the report's rows: of texts, or of numbers (times `scale`, three digits).
 JsonColumn text_column(std::string header, const char* key);
 JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
+/// Returns the column, shown only with --wide.
+JsonColumn only_wide(JsonColumn column);
 
 // Make the tables of `bristle capacity` from its JSON (schema bristle-capacity-1).
 Table targets_table(const Json& capacity);
@@ -36,7 +38,6 @@ std::string capacity_answer(const Json& capacity);
 // Make the tables of `bristle accuracy` from its JSON (schema bristle-accuracy-1).
 Table settings_table(const Json& accuracy, bool front_only);
 Table slopes_table(const Json& accuracy);
-Table scene_features_table(const Json& accuracy);
 std::string setting_bristles(const Json& setting);
 
 // Make the tables of `bristle stability` from its JSON (schema bristle-stability-1).

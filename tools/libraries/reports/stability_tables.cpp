@@ -11,14 +11,6 @@
 namespace cli {
 namespace {
 
-std::string share_text(double part, double whole) {
-  return whole > 0.0 ? fmt::format("{:.1f} %", 100.0 * part / whole) : "-";
-}
-
-std::string share_text(const Json& of, const char* part) {
-  return share_text(of.at(part).get<double>(), of.at("cells").get<double>());
-}
-
 // Makes a column that counts the cells of a stability map whose field `key` has the given value.
 JsonColumn cells_column(const char* header, const char* key, Json value) {
   return {header, [key, value](const Json& map) {
@@ -32,35 +24,33 @@ const std::vector<JsonColumn>& map_columns() {
   static const std::vector<JsonColumn> columns = {
       text_column("<scheme", "scheme"),
       text_column("<linear theory: stable", "linear_condition"),
-      {"cells", [](const Json& map) { return Cell(std::to_string(map.at("cells").size())); }},
       cells_column("stable", "linear_stable", true),
       cells_column("settle", "verdict", "settles"),
       cells_column("ring", "verdict", "rings"),
       cells_column("grow", "verdict", "grows"),
-      cells_column("without bound", "unbounded", true),
-      {"agree", [](const Json& map) {
-         return Cell(
-             share_text(map.at("agreeing").get<double>(), static_cast<double>(map.at("cells").size())));
-       }}};
+      {"agree %",
+       [](const Json& map) {
+         return Cell(fmt::format("{:.1f}", 100.0 * map.at("agreeing").get<double>() /
+                                               static_cast<double>(map.at("cells").size())));
+       }},
+      only_wide(cells_column("without bound", "unbounded", true))};
   return columns;
 }
 
-// Adds two columns on a group of cells (`key`) of the stability map with swinging load: the number of cells,
-// and how many of them come to rest.
-void add_load_columns(std::vector<JsonColumn>& columns, const char* header, const char* key) {
-  const auto of = [key](const Json& row) -> const Json& { return row.at("swinging_load").at(key); };
-  columns.push_back({header, [of](const Json& row) { return Cell(number_text(of(row).at("cells"))); }});
-  columns.push_back({"settle", [of](const Json& row) { return Cell(share_text(of(row), "settle")); }});
+// Makes a column that counts the cells of a group in a stability map, of which `part` behave as expected.
+JsonColumn share_column(const char* header, const char* map, const char* group, const char* part) {
+  return {header, [=](const Json& row) {
+            const Json& of = *group ? row.at(map).at(group) : row.at(map);
+            return Cell(number_text(of.at(part)) + " of " + number_text(of.at("cells")));
+          }};
 }
 
-std::vector<JsonColumn> varied_columns() {
-  std::vector<JsonColumn> columns = {
-      text_column("<scheme", "scheme"),
-      {"turned: cells", [](const Json& row) { return Cell(number_text(row.at("turned").at("cells"))); }},
-      {"agree", [](const Json& row) { return Cell(share_text(row.at("turned"), "agreeing")); }}};
-  add_load_columns(columns, "load 1/4 to 1: stable at all", "stable_at_all_loads");
-  add_load_columns(columns, "at some", "stable_at_some");
-  add_load_columns(columns, "at none", "stable_at_none");
+const std::vector<JsonColumn>& varied_columns() {
+  static const std::vector<JsonColumn> columns = {
+      text_column("<scheme", "scheme"), share_column("turned: as theory says", "turned", "", "agreeing"),
+      share_column("settle: stable at all loads", "swinging_load", "stable_at_all_loads", "settle"),
+      share_column("stable at some", "swinging_load", "stable_at_some", "settle"),
+      share_column("stable at none", "swinging_load", "stable_at_none", "settle")};
   return columns;
 }
 
@@ -73,10 +63,7 @@ Table maps_table(const Json& stability) {
   });
 }
 
-Table varied_table(const Json& stability) {
-  static const std::vector<JsonColumn> columns = varied_columns();
-  return tabulate(stability.at("varied"), columns);
-}
+Table varied_table(const Json& stability) { return tabulate(stability.at("varied"), varied_columns()); }
 
 Table stops_table(const Json& stability) {
   std::vector<std::string> schemes, headers = {"k", "way / mean snap length"};

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t gap = 2;           // number of blanks between two columns
 constexpr std::size_t readable = 20;     // least width of a text column, in characters
-constexpr std::size_t widest_word = 30;  // width in characters beyond which a word is cut
+constexpr std::size_t widest_word = 30;  // width in characters beyond which a word is cut, but for row names
 
 std::size_t longest_word(std::string_view text) {
   std::size_t longest = 0;
@@ -79,17 +79,19 @@ std::size_t Table::least_width(std::size_t column) const {
     if (row.is_note) continue;
     const std::string& text = row.cells[column].text;
     const std::size_t words = std::clamp(width_of(text), std::size_t{0}, readable);
-    least = std::max(
-        least, left_[column] ? std::max(words, std::min(longest_word(text), widest_word)) : width_of(text));
+    least = std::max(least, left_[column]
+                                ? std::max(words, column == 0 ? longest_word(text)
+                                                              : std::min(longest_word(text), widest_word))
+                                : width_of(text));
   }
   return least;
 }
 
-std::string Table::text_row(const std::vector<Cell>& cells, const std::vector<std::size_t>& block,
+std::string Table::text_row(const std::vector<Cell>& cells, std::size_t columns,
                             const std::vector<std::size_t>& width, bool is_header) const {
   std::vector<std::vector<std::string>> broken;
   std::size_t height = 1;
-  for (const std::size_t c : block) {
+  for (std::size_t c = 0; c < columns; ++c) {
     broken.push_back(broken_lines(cells[c].text, width[c]));
     height = std::max(height, broken.back().size());
   }
@@ -97,13 +99,13 @@ std::string Table::text_row(const std::vector<Cell>& cells, const std::vector<st
   for (std::size_t y = 0; y < height; ++y) {
     std::string line;
     std::size_t ink = 0;  // length of the line up to its last visible character, bytes
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      const std::size_t c = block[i], lines = broken[i].size();
+    for (std::size_t c = 0; c < columns; ++c) {
+      const std::size_t lines = broken[c].size();
       // Aligns headers to the bottom of their line of the table, and cells to the top.
       const std::size_t above = is_header ? height - lines : 0;
-      const std::string text = y < above || y - above >= lines ? std::string() : broken[i][y - above];
+      const std::string text = y < above || y - above >= lines ? std::string() : broken[c][y - above];
       const std::string padding(width[c] - width_of(text), ' ');
-      if (i) line.append(gap, ' ');
+      if (c) line.append(gap, ' ');
       if (!left_[c]) line += padding;
       line += coloured(text, cells[c].style);
       if (!text.empty()) ink = line.size();
@@ -115,53 +117,59 @@ std::string Table::text_row(const std::vector<Cell>& cells, const std::vector<st
   return out;
 }
 
-std::string Table::text_block(const std::vector<std::size_t>& block, const std::vector<std::size_t>& width,
-                              bool with_notes) const {
-  std::string out = text_row(headers_, block, width, true);
-  for (const Row& row : rows_) {
-    if (!row.is_note)
-      out += text_row(row.cells, block, width, false);
-    else if (with_notes)
-      out += filled(row.cells[0].text) + '\n';
-  }
+// Returns the first `columns` columns as text, with the lines of text that span all columns.
+std::string Table::text_block(std::size_t columns, const std::vector<std::size_t>& width) const {
+  std::string out = text_row(headers_, columns, width, true);
+  for (const Row& row : rows_)
+    out += row.is_note ? filled(row.cells[0].text) + '\n' : text_row(row.cells, columns, width, false);
   return out;
 }
 
 std::string Table::text() const {
-  const std::size_t columns = text_layout().columns;
+  const std::size_t room = text_layout().columns;
   const std::vector<std::size_t> natural = natural_widths();
-  std::vector<std::size_t> width = natural, block(headers_.size());
-  std::iota(block.begin(), block.end(), std::size_t{0});
-  if (columns == 0 || natural_width() <= columns) return text_block(block, natural, true);
+  if (room == 0 || natural_width() <= room) return text_block(columns(), natural);
 
-  std::string out;
-  for (std::size_t c = 0; c < width.size(); ++c) width[c] = std::min(least_width(c), columns);
-  for (std::size_t next = 1; next < width.size() || out.empty();) {
-    block = {0};
-    std::size_t used = width[0];
-    while (next < width.size() && (block.size() == 1 || used + gap + width[next] <= columns)) {
-      used += gap + width[next];
-      block.push_back(next++);
-    }
-    // Widens columns to use up the width left: first columns of text, then those with long headers.
-    std::vector<std::size_t> shown = width;
-    for (const bool left : {true, false}) {
-      for (const std::size_t c : block) {
-        if (left_[c] != left || used >= columns) continue;
-        const std::size_t more = std::min(natural[c] - std::min(natural[c], shown[c]), columns - used);
-        shown[c] += more;
-        used += more;
-      }
-    }
-    out += (out.empty() ? "" : "\n") + text_block(block, shown, next == width.size());
+  std::vector<std::size_t> width = {std::min(least_width(0), room)};
+  std::size_t used = width[0];
+  for (std::size_t c = 1; c < columns() && used + gap + least_width(c) <= room; ++c) {
+    width.push_back(least_width(c));
+    used += gap + width.back();
   }
-  return out;
+  // Widens columns to use up the room left: first columns of text, then those with long headers.
+  for (const bool left : {true, false}) {
+    for (std::size_t c = 0; c < width.size(); ++c) {
+      if (left_[c] != left) continue;
+      const std::size_t more = std::min(natural[c] - std::min(natural[c], width[c]), room - used);
+      width[c] += more;
+      used += more;
+    }
+  }
+  std::string out = text_block(width.size(), width), missing;
+  for (std::size_t c = width.size(); c < columns(); ++c)
+    missing += (missing.empty() ? "" : ", ") + headers_[c].text;
+  return missing.empty() ? out : out + filled("No room for: " + missing + ".") + '\n';
 }
 
 std::string Table::csv() const {
   std::string out = csv_line(headers_);
   for (const Row& row : rows_) {
     if (!row.is_note) out += csv_line(row.cells);
+  }
+  return out;
+}
+
+std::string Table::markdown() const {
+  const auto line = [](const std::vector<Cell>& cells) {
+    std::string text = "|";
+    for (const Cell& cell : cells) text += cell.text + '|';
+    return text + '\n';
+  };
+  std::string out = line(headers_) + '|';
+  for (std::size_t c = 0; c < columns(); ++c) out += "---|";
+  out += '\n';
+  for (const Row& row : rows_) {
+    if (!row.is_note) out += line(row.cells);
   }
   return out;
 }

@@ -1,5 +1,5 @@
-// Table of figures, printed as text for a terminal or as CSV. Its columns can be declared once, as functions
-// of the rows of a JSON report.
+// Table of figures, printed as text for a terminal, as CSV or as Markdown. Its columns can be declared once,
+// as functions of the rows of a JSON report.
 #pragma once
 
 #include <cstddef>
@@ -36,13 +36,15 @@ class Table {
   bool empty() const { return rows_.empty(); }
   std::size_t columns() const { return headers_.size(); }
 
-  /// Returns the table as text within the width of text_layout(). Headers and texts break over lines; columns
-  /// that find no room follow in a further block, which repeats the first column.
+  /// Returns the table as text within the width of text_layout(). Headers and texts break over lines. The
+  /// last columns are left out if they find no room, and a line below names them.
   std::string text() const;
   /// Returns the width of the table's longest line, in characters, if no text is broken.
   std::size_t natural_width() const;
   /// Returns the table as CSV (RFC 4180, but lines end in \n), without its lines of text.
   std::string csv() const;
+  /// Returns the table in Markdown, without its lines of text.
+  std::string markdown() const;
 
  private:
   struct Row {
@@ -51,10 +53,9 @@ class Table {
   };
   std::vector<std::size_t> natural_widths() const;
   std::size_t least_width(std::size_t column) const;
-  std::string text_row(const std::vector<Cell>& cells, const std::vector<std::size_t>& block,
+  std::string text_row(const std::vector<Cell>& cells, std::size_t columns,
                        const std::vector<std::size_t>& width, bool is_header) const;
-  std::string text_block(const std::vector<std::size_t>& block, const std::vector<std::size_t>& width,
-                         bool with_notes) const;
+  std::string text_block(std::size_t columns, const std::vector<std::size_t>& width) const;
 
   std::vector<Cell> headers_;
   std::vector<bool> left_;

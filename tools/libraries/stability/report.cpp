@@ -23,15 +23,23 @@ std::map<Why, std::uint64_t> reasons(const SchemeMap& map) {
   return counts;
 }
 
+// Returns the verdicts of the cases by start speed, with --wide also their scheme and peak to peak.
 std::string cases_table(const StabilityResult& result) {
-  Table table({"<case", "<scheme", "k", "c", "1e-5 m/s", "1e-3 m/s", "1e-2 m/s", "0.1 m/s", "1 m/s"});
+  const bool wide = text_layout().columns == 0;
+  std::vector<std::string> headers = {"<case", "1e-5 m/s", "1e-3 m/s", "1e-2 m/s", "0.1 m/s", "1 m/s"};
+  if (wide) headers.insert(headers.end(), {"<scheme", "k", "c"});
+  Table table(headers);
   for (const CaseRow& row : result.cases) {
     const LoopSetup& s = row.setup;
-    std::vector<Cell> cells = {row.name, to_string(s.scheme),
-                               fmt::format("{:.3g}", s.stiffness * s.dt_s * s.dt_s / s.mass_kg),
-                               fmt::format("{:.3g}", s.damping * s.dt_s / s.mass_kg)};
+    std::vector<Cell> cells = {row.name};
     for (const LoopResult& r : row.results)
-      cells.push_back(fmt::format("{} {:.2g}", to_string(r.verdict), r.peak_to_peak_m / s.mean_snap_length));
+      cells.push_back(
+          wide ? fmt::format("{} {:.2g}", to_string(r.verdict), r.peak_to_peak_m / s.mean_snap_length)
+               : to_string(r.verdict));
+    if (wide)
+      cells.insert(cells.end(),
+                   {to_string(s.scheme), fmt::format("{:.3g}", s.stiffness * s.dt_s * s.dt_s / s.mass_kg),
+                    fmt::format("{:.3g}", s.damping * s.dt_s / s.mass_kg)});
     table.add(std::move(cells));
   }
   return table.text();
@@ -245,8 +253,8 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
                         to_string(r.scheme), r.seconds, 1e6 * r.first_second_m, r.creep_m,
                         r.creep_over_snap_length);
   text +=
-      "\nCases in SI units (keep, uniform snap lengths): verdict, peak to peak over dbar, by start "
-      "speed:\n\n";
+      "\nCases in SI units (keep, uniform snap lengths): verdict by start speed (--wide: and peak to peak "
+      "over dbar):\n\n";
   text += cases_table(result);
   text += "\nThe device damping that pays for a force applied one step late, measured on a stuck patch:\n";
   for (const LateRow& row : result.late)

@@ -353,11 +353,10 @@ Action add_experiments(CLI::App* all) {
     add_file(command, "--plot", options.plot, "Draw them into this PNG or SVG file, by gnuplot");
     command->footer("Parameters for --set and --config:\n" + cli::parameter_table(experiment.parameters));
   }
-  CLI::App* every = add("all", "Every experiment, the table of all findings, and what a step costs");
+  CLI::App* every = add("all", "Every experiment, and the tables of all findings");
   add_common(every, nullptr);
   add_file(every, "--markdown", options.markdown,
-           "Write the table with its reasons to this page (- for stdout)");
-  every->add_flag("--no-cost", options.no_cost, "Leave out the time of a step");
+           "Write the tables and the gallery to this page (- for stdout)");
   add("list", "List experiments, models and parameters");
   return action_of(kept, cli::experiment_command);
 }
@@ -649,8 +648,6 @@ Action add_accuracy(CLI::App* command) {
   cli::AccuracyOptions& options = *kept;
   add_file(command, "SCENE", options.scene, "Scene file, TOML (tools/scenes/README.md)")->required();
   command->add_option("--error", *error, "Wanted error of the force, rms, e.g. 1%")->type_name("SHARE");
-  add_file(command, "--write", options.write,
-           "Write the scene with the recommended setting to this TOML file");
   command->add_flag("--quick", options.quick, "Fewer settings, less than a minute");
   command->add_option("--seconds", options.seconds, "Time to spend, about")->check(cli::within(0.5, 1e5));
   add_isa(command, options.isa);
@@ -712,7 +709,7 @@ constexpr CommandEntry entries[] = {
      "bristle stability --quick", add_stability},
     {"sweep", "A scene over a grid or sample of parameters, as one table",
      "bristle sweep tools/scenes/stroke.toml --vary material.skin.peak=0.5:0.7:5", add_sweep},
-    {"accuracy", "Error against run time of a scene, the cheapest setting for an error, what to leave out",
+    {"accuracy", "Error against run time of a scene, the cheapest setting for an error",
      "bristle accuracy tools/scenes/fingertip.toml --quick --error 1%", add_accuracy},
     {"completion", "Print what a shell needs to complete words of this command line",
      "source <(bristle completion bash)", add_completion, false},
