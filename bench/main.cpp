@@ -74,11 +74,10 @@ std::string scene_hash() {
   return text;
 }
 
-/// Reporter that passes everything on to another reporter, and at the end prints, for the loops that bristle
-/// is compared with, their times over bristle's in this run.
-class WithRatios : public benchmark::BenchmarkReporter {
+/// Reporter that passes everything on to another reporter, and at the end prints the gain of shared steps.
+class WithShares : public benchmark::BenchmarkReporter {
  public:
-  explicit WithRatios(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
+  explicit WithShares(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
 
   bool ReportContext(const Context& context) override { return inner_->ReportContext(context); }
   void ReportRuns(const std::vector<Run>& runs) override {
@@ -87,53 +86,22 @@ class WithRatios : public benchmark::BenchmarkReporter {
       const std::string& name = run.run_name.function_name;
       const auto slash = name.rfind('/');
       if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
-      if (name.rfind("threads/share/", 0) == 0) {
-        auto& shared = shares_[name.substr(14, slash - 14)];
-        for (const char* key : {"p50_us", "p99_us"}) {
-          const double time = run.counters.at(key);
-          const auto [entry, fresh] = shared.try_emplace(name.substr(slash + 1) + key, time);
-          if (!fresh) entry->second = std::min(entry->second, time);
-        }
+      if (name.rfind("threads/share/", 0) != 0) continue;
+      auto& shared = shares_[name.substr(14, slash - 14)];
+      for (const char* key : {"p50_us", "p99_us"}) {
+        const double time = run.counters.at(key);
+        const auto [entry, fresh] = shared.try_emplace(name.substr(slash + 1) + key, time);
+        // Keeps the shortest time of a benchmark's repetitions.
+        if (!fresh) entry->second = std::min(entry->second, time);
       }
-      if (name.rfind("rivals/", 0) != 0) continue;
-      auto& group = groups_[name.substr(7, slash - 7)];
-      const double time = run.GetAdjustedRealTime();
-      const auto [entry, fresh] = group.try_emplace(name.substr(slash + 1), time);
-      // Keeps the shortest time of a benchmark's repetitions.
-      if (!fresh) entry->second = std::min(entry->second, time);
     }
   }
   void Finalize() override {
     inner_->Finalize();
-    print();
     print_shares();
   }
 
  private:
-  void print() const {
-    if (groups_.empty()) return;
-    static const char* const others[] = {"plain", "plain_chunked", "paper_double3", "paper_float2", "stream"};
-    std::fprintf(
-        stderr, "\nTime over bristle's (above 1: bristle is faster; stream: share of the streaming limit)\n");
-    std::fprintf(stderr, "%-36s", "regime/rule_output/bristles");
-    for (const char* other : others) std::fprintf(stderr, " %13s", other);
-    std::fprintf(stderr, "\n");
-    for (const auto& [name, times] : groups_) {
-      const auto ours = times.find("bristle");
-      if (ours == times.end()) continue;
-      std::fprintf(stderr, "%-36s", name.c_str());
-      for (const char* other : others) {
-        const auto its = times.find(other);
-        if (its == times.end()) {
-          std::fprintf(stderr, " %13s", "-");
-        } else {
-          std::fprintf(stderr, " %13.2f", its->second / ours->second);
-        }
-      }
-      std::fprintf(stderr, "\n");
-    }
-  }
-
   void print_shares() const {
     if (shares_.empty()) return;
     std::fprintf(stderr, "\nTime of the step alone over that of the shared one (above 1: sharing pays)\n");
@@ -156,7 +124,6 @@ class WithRatios : public benchmark::BenchmarkReporter {
   }
 
   std::unique_ptr<BenchmarkReporter> inner_;
-  std::map<std::string, std::map<std::string, double>> groups_;
   std::map<std::string, std::map<std::string, double>> shares_;
 };
 
@@ -182,22 +149,16 @@ int main(int argc, char** argv) {
   try {
     add_context();
     register_kernels();
-    register_batches();
 #if !BRISTLE_MINIMAL
     register_beds();
 #endif
     register_cohorts();
-#ifdef BRISTLE_HAS_RIVALS
-    register_extended();
-#endif
     register_joints();
     register_keys();
-    register_scaling();
     register_long_motion();
     register_presliding();
-    register_rivals();
     register_threads();
-    WithRatios reporter{
+    WithShares reporter{
         std::unique_ptr<benchmark::BenchmarkReporter>(benchmark::CreateDefaultDisplayReporter())};
     benchmark::RunSpecifiedBenchmarks(&reporter);
   } catch (const bristle::Error& error) {

@@ -55,12 +55,6 @@ inline const char* name_of(Outputs outputs) {
   }
 }
 
-inline double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
-}
-
 /// Returns the snap rules that this build of the library has.
 inline std::vector<SnapRule> rules() {
   if (BRISTLE_MINIMAL) return {SnapRule::keep};

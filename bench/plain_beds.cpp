@@ -21,55 +21,6 @@ void give_back(void* memory) noexcept { ::operator delete (memory, std::align_va
 
 }  // namespace
 
-DiscLoop::DiscLoop(int across, double radius_m, double limit_m, double force_limit_n)
-    : n_(0), radius_m_(radius_m), limit_m_(limit_m), force_limit_n_(force_limit_n) {
-  const auto most = static_cast<std::size_t>(across) * static_cast<std::size_t>(across);
-  zx_ = take(most);
-  zy_ = take(most);
-  x_ = take(most);
-  y_ = take(most);
-  for (int j = 0; j < across; ++j)
-    for (int i = 0; i < across; ++i) {
-      const float x = static_cast<float>((2.0 * i + 1.0) / across - 1.0);
-      const float y = static_cast<float>((2.0 * j + 1.0) / across - 1.0);
-      if (x * x + y * y > 1.0f) continue;
-      x_[n_] = x;
-      y_[n_++] = y;
-    }
-}
-
-DiscLoop::~DiscLoop() {
-  give_back(zx_);
-  give_back(zy_);
-  give_back(x_);
-  give_back(y_);
-}
-
-Wrench DiscLoop::step(double dx_m, double dy_m, double spin) noexcept {
-  const float dx = static_cast<float>(dx_m / limit_m_), dy = static_cast<float>(dy_m / limit_m_);
-  const float turn = static_cast<float>(spin * radius_m_ / limit_m_);
-  float sum_x = 0.0f, sum_y = 0.0f, sum_t = 0.0f;
-  float* __restrict zx = zx_;
-  float* __restrict zy = zy_;
-  const float* __restrict px = x_;
-  const float* __restrict py = y_;
-  for (std::size_t i = 0; i < n_; ++i) {
-    const float x = zx[i] + dx - turn * py[i];
-    const float y = zy[i] + dy + turn * px[i];
-    const float n2 = x * x + y * y;
-    const float back = n2 > 1.0f ? 1.0f / std::sqrt(n2) : 1.0f;
-    const float end_x = x * back, end_y = y * back;
-    zx[i] = end_x;
-    zy[i] = end_y;
-    sum_x += end_x;
-    sum_y += end_y;
-    sum_t += px[i] * end_y - py[i] * end_x;
-  }
-  const double each = -force_limit_n_ / static_cast<double>(n_);
-  return {{each * static_cast<double>(sum_x), each * static_cast<double>(sum_y)},
-          each * radius_m_ * static_cast<double>(sum_t)};
-}
-
 Fastsim::Fastsim(int nx, int ny, double a_m, double b_m, const double (&flexibility)[3], double friction,
                  double load_n)
     : nx_(nx), ny_(ny), a_(a_m), b_(b_m) {
@@ -120,29 +71,6 @@ Wrench Fastsim::solve(double creep_x, double creep_y, double spin) noexcept {
   const double area = most_pressure_ * a_ * b_ * 2.0 / ny_;
   return {{area * static_cast<double>(sum_x), area * static_cast<double>(sum_y)},
           area * static_cast<double>(sum_t)};
-}
-
-HistorySprings::HistorySprings(std::size_t n, double friction, double stiffness_n_m, double load_n)
-    : n_(n), friction_(friction), stiffness_(stiffness_n_m), load_(load_n), fx_(take(n)), fy_(take(n)) {}
-
-HistorySprings::~HistorySprings() {
-  give_back(fx_);
-  give_back(fy_);
-}
-
-void HistorySprings::step(const float* dx_m, const float* dy_m, const float* load_n, float* fx_n,
-                          float* fy_n) noexcept {
-  const float friction = static_cast<float>(friction_), stiffness = static_cast<float>(stiffness_);
-  const float over_load = static_cast<float>(1.0 / load_);
-  for (std::size_t i = 0; i < n_; ++i) {
-    const float k = stiffness * std::cbrt(load_n[i] * over_load);
-    const float x = fx_[i] - k * dx_m[i], y = fy_[i] - k * dy_m[i];
-    const float limit = friction * load_n[i];
-    const float n2 = x * x + y * y;
-    const float back = n2 > limit * limit ? limit / std::sqrt(n2) : 1.0f;
-    fx_n[i] = fx_[i] = x * back;
-    fy_n[i] = fy_[i] = y * back;
-  }
 }
 
 }  // namespace bristle::plain

@@ -115,28 +115,6 @@ class PlainLoop {
   Step step_;
 };
 
-/// Plain loop for bristles that slide at their limit (SnapRule::slide): two axes, single precision, end
-/// force, in one loop that the compiler vectorises, with a polynomial for exp. Limits are uniform on 0.5 to
-/// 1.5 means.
-class SlideLoop {
- public:
-  SlideLoop(std::size_t n, double mean_limit_m);
-  ~SlideLoop();
-  SlideLoop(const SlideLoop&) = delete;
-  SlideLoop& operator=(const SlideLoop&) = delete;
-
-  /// Moves the body by (dx, dy), not both 0. Returns the force for a stiffness of 1 N/m per bristle.
-  Force step(double dx_m, double dy_m) noexcept;
-  std::size_t size() const noexcept { return n_; }
-
- private:
-  std::size_t n_;
-  double mean_m_;
-  float* zx_;  ///< bristles' deflections and limits in units of the mean limit
-  float* zy_;
-  float* limit_;
-};
-
 /// Plain loop for joints of 8 bristles that slide at load-dependent limits: a clamp per bristle, double
 /// precision. Limits are evenly spread on 0.5 to 1.5 of base + by_motor |motor|.
 class JointLoop {

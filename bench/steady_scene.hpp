@@ -78,20 +78,13 @@ class SteadyScene {
         settling_, [this] { batch_.step(dt_s_, sliding_, responses_); }, [this] { step(); });
   }
 
-  /// Leaves all patches out of later steps, so that they rest.
-  void name_none() {
-    for (std::vector<bristle::Motion>& motions : motions_) motions.clear();
-    responses_.clear();
-  }
-
   /// Runs one step of the motion, which the caller times.
-  bristle::StepReport step() {
-    std::vector<bristle::Motion>& motions = motions_[odd_];
-    if (varied_)
-      set_next(motions);
-    else
-      odd_ ^= 1;
-    return batch_.step(dt_s_, motions, responses_);
+  bristle::StepReport step() { return batch_.step(dt_s_, next_motions(), responses_); }
+
+  /// Finds the force of each patch in the next step of the motion, one by one, and passes it to `use`.
+  template <class Use>
+  void find_forces(const Use& use) {
+    for (const bristle::Motion& motion : next_motions()) use(batch_.find_force(dt_s_, motion));
   }
 
   std::uint64_t bristles() const { return bristles_; }
@@ -100,6 +93,15 @@ class SteadyScene {
   bristle::PatchInfo info() const { return batch_.info(sliding_.front().id); }
 
  private:
+  const std::vector<bristle::Motion>& next_motions() {
+    std::vector<bristle::Motion>& motions = motions_[odd_];
+    if (varied_)
+      set_next(motions);
+    else
+      odd_ ^= 1;
+    return motions;
+  }
+
   void set_next(std::vector<bristle::Motion>& motions) {
     for (std::size_t i = 0; i < motions.size(); ++i) {
       double* const d = motions[i].displacement;

@@ -4,16 +4,12 @@
 namespace bristle_bench {
 
 void register_kernels();
-void register_batches();
 void register_beds();  // registered only in the full library, not in the minimal one
 void register_cohorts();
-void register_extended();  // registered only if tools/libraries/rivals is built
-void register_scaling();
 void register_joints();
 void register_keys();
 void register_long_motion();
 void register_presliding();
-void register_rivals();
 void register_threads();
 
 }  // namespace bristle_bench

@@ -219,6 +219,15 @@ TEST_CASE("A table says the same as text and CSV", "[answers]") {
   CHECK(table.csv() == "group,name,value\na,\"x, y\",1.5\n,\xC2\xB5<,12\nb,\"say \"\"z\"\"\",0\n");
 }
 
+TEST_CASE("CSV of a report's rows finds values by pointer, scales numbers, and leaves null empty",
+          "[answers]") {
+  const cli::Json rows = cli::Json::parse(
+      R"([{"a": {"b": 2e-6}, "yes": true, "n": null, "i": 7, "s": "x, y"}, {"yes": false}])");
+  const cli::CsvColumn columns[] = {{"b_us", "/a/b", 1e6}, {"yes", "/yes"}, {"n", "/n"},
+                                    {"none", "/a/c"},      {"i", "/i"},     {"s", "/s"}};
+  CHECK(cli::csv_text(rows, columns) == "b_us,yes,n,none,i,s\n2,1,,,7,\"x, y\"\n,0,,,,\n");
+}
+
 TEST_CASE("A run's first lines say how long a step takes, what was late, and how it slides", "[answers]") {
   const Folder folder;
   const Outcome outcome =

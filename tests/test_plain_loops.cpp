@@ -163,23 +163,4 @@ TEST_CASE("The streaming loop counts the bytes it reads and writes", "[bench]") 
   CHECK(stream.step() == 0.0);
 }
 
-TEST_CASE("the plain loop of bristles that slide turns as the closed form") {
-  constexpr int n = 1000;
-  bristle::plain::SlideLoop loop(n, dbar);
-  const Force straight = loop.step(24.0 * dbar, 32.0 * dbar);
-  expect_near(straight.end[0] / (n * dbar), -0.6, 1e-3, "along x");
-  expect_near(straight.end[1] / (n * dbar), -0.8, 1e-3, "along y");
-  // Expected a path s after a right-angle turn: tan(half the angle to the new direction) = exp(-s / limit).
-  double along = 0.0, across = 0.0;
-  for (int i = 0; i < n; ++i) {
-    const double limit = 0.5 + (i + 0.5) / n;
-    const double t = std::exp(-0.7 / limit);
-    along += limit * (1.0 - t * t) / (1.0 + t * t) / n;
-    across += limit * 2.0 * t / (1.0 + t * t) / n;
-  }
-  const Force turned = loop.step(-0.7 * 0.8 * dbar, 0.7 * 0.6 * dbar);
-  expect_near(turned.end[0] / (n * dbar), 0.8 * along - 0.6 * across, 1e-3, "turned, along x");
-  expect_near(turned.end[1] / (n * dbar), -0.6 * along - 0.8 * across, 1e-3, "turned, along y");
-}
-
 }  // namespace bristle_test::test_plain_loops

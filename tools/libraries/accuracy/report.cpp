@@ -339,67 +339,53 @@ std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, co
 }
 
 std::string accuracy_csv(const Scene& scene, const AccuracyResult& r) {
-  struct Row {
-    const SettingResult& result;
-    bool recommended;
-    PatchError error;
-    Shown shown;
-  };
+  Json rows = Json::array();
+  for (const SettingResult* s : sorted(r)) {
+    rows.push_back(setting_json(scene, r, *s));
+    if (s->setting.as_scene)
+      rows.back()["bristles"] = total_bristles(scene, s->setting) / scene.patch_count();
+  }
+  if (r.recommendation.found) {
+    SettingResult best;
+    best.setting = r.recommendation.setting;
+    best.errors = {std::vector<PatchError>(scene.patches.size(), r.recommendation.confirmed)};
+    best.times = {{r.recommendation.confirmed_step_s, 0.0, 1}};
+    rows.push_back(setting_json(scene, r, best));
+    rows.back()["recommended"] = true;
+  }
   const double floor =
       r.floor.empty() ? 0.0 : std::max(0.0, *std::max_element(r.floor.begin(), r.floor.end()));
-  const auto yes = [](bool value) { return value ? "1" : "0"; };
-  const auto digits = [](double value) { return fmt::format("{:.4g}", value); };
-  const auto bristles = [&](const Setting& s) {
-    return s.as_scene ? total_bristles(scene, s) / scene.patch_count() : s.bristles;
-  };
-  const std::vector<Column<Row>> columns = {
-      {"bristles", [&](const Row& row) { return Cell(std::to_string(bristles(row.result.setting))); }},
-      {"dt_s",
-       [&](const Row& row) {
-         return Cell(fmt::format("{:g}", r.reference_dt_s * row.result.setting.parts));
-       }},
-      {"step_rule", [](const Row& row) { return Cell(row.shown.rule); }},
-      {"precision", [](const Row& row) { return Cell(row.shown.precision); }},
-      {"sampling", [](const Row& row) { return Cell(row.shown.sampling); }},
-      {"force", [](const Row& row) { return Cell(output_name(row.result.setting)); }},
-      {"as_scene", [&](const Row& row) { return Cell(yes(row.result.setting.as_scene)); }},
-      {"usable", [&](const Row& row) { return Cell(yes(is_usable(r, row.result.setting))); }},
-      {"pareto", [&](const Row& row) { return Cell(yes(row.result.on_front)); }},
-      {"recommended", [&](const Row& row) { return Cell(yes(row.recommended)); }},
-      {"error_rms", [&](const Row& row) { return Cell(digits(row.error.rms)); }},
-      {"error_rms_se", [](const Row& row) { return Cell(fmt::format("{:.3g}", row.result.rms_spread())); }},
-      {"error_max", [&](const Row& row) { return Cell(digits(row.error.max)); }},
-      {"error_energy", [&](const Row& row) { return Cell(digits(row.error.energy)); }},
-      {"position_m", [&](const Row& row) { return Cell(digits(row.error.path)); }},
-      {"step_us", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s())); }},
-      {"step_us_q1", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s(0.25))); }},
-      {"step_us_q3", [&](const Row& row) { return Cell(digits(1e6 * row.result.step_s(0.75))); }},
-      {"scene_step_us", [&](const Row& row) { return Cell(digits(1e6 * scene_step_s(r, row.result))); }},
-      {"ns_per_bristle",
-       [&](const Row& row) {
-         const std::optional<double> ns = ns_per_bristle(scene, row.result);
-         return Cell(ns ? digits(*ns) : std::string());
-       }},
-      {"runs", [](const Row& row) { return Cell(std::to_string(row.result.errors.size())); }},
-      {"deadline_us", [&](const Row&) { return Cell(fmt::format("{:g}", 1e6 * scene.deadline)); }},
-      {"reference_error", [&](const Row&) { return Cell(fmt::format("{:.3g}", floor)); }},
-      {"population", [](const Row& row) { return Cell(row.shown.population); }},
-      {"resolution", [](const Row& row) {
-         return Cell(row.shown.resolution > 0.0 ? fmt::format("{:g}", row.shown.resolution) : std::string());
-       }}};
-  std::vector<Row> rows;
-  const auto add = [&](const SettingResult& s, bool recommended) {
-    rows.push_back({s, recommended, s.worst(), shown(scene, s.setting)});
-  };
-  for (const SettingResult* s : sorted(r)) add(*s, false);
-  SettingResult best;
-  if (r.recommendation.found) {
-    best.setting = r.recommendation.setting;
-    best.errors = {{r.recommendation.confirmed}};
-    best.times = {{r.recommendation.confirmed_step_s, 0.0, 1}};
-    add(best, true);
+  for (Json& row : rows) {
+    if (!row.contains("recommended")) row["recommended"] = false;
+    row["deadline_s"] = scene.deadline;
+    row["reference_error"] = floor;
   }
-  return tabulate(rows, columns).csv();
+  static constexpr CsvColumn columns[] = {{"bristles", "/bristles"},
+                                          {"dt_s", "/dt_s"},
+                                          {"step_rule", "/step_rule"},
+                                          {"precision", "/precision"},
+                                          {"sampling", "/sampling"},
+                                          {"force", "/force"},
+                                          {"as_scene", "/as_scene"},
+                                          {"usable", "/usable"},
+                                          {"pareto", "/pareto"},
+                                          {"recommended", "/recommended"},
+                                          {"error_rms", "/error/rms"},
+                                          {"error_rms_se", "/error/rms_standard_error"},
+                                          {"error_max", "/error/max"},
+                                          {"error_energy", "/error/energy"},
+                                          {"position_m", "/error/position_m"},
+                                          {"step_us", "/step_s/median", 1e6},
+                                          {"step_us_q1", "/step_s/quartiles/0", 1e6},
+                                          {"step_us_q3", "/step_s/quartiles/1", 1e6},
+                                          {"scene_step_us", "/scene_step_s", 1e6},
+                                          {"ns_per_bristle", "/ns_per_bristle"},
+                                          {"runs", "/runs"},
+                                          {"deadline_us", "/deadline_s", 1e6},
+                                          {"reference_error", "/reference_error"},
+                                          {"population", "/population"},
+                                          {"resolution", "/resolution"}};
+  return csv_text(rows, columns);
 }
 
 }  // namespace cli

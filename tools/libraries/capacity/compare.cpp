@@ -6,24 +6,19 @@
 #include <utility>
 #include <vector>
 
-#include <bristle/deadline_monitor.hpp>
 #include "bench/plain_loops.hpp"
+#include "bench/timing.hpp"
 
 #include "tools/libraries/capacity/capacity.hpp"
 #include "tools/libraries/capacity/subject.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 
 namespace cli {
 namespace {
 
-using bristle::DeadlineMonitor;
-
 double sink = 0.0;
 
 double seconds_of(Contestant& contestant, std::uint64_t steps) {
-  const double start = DeadlineMonitor::wall_now();
-  for (std::uint64_t i = 0; i < steps; ++i) sink = sink + contestant.step();
-  return DeadlineMonitor::wall_now() - start;
+  return bristle_bench::time_of([&] { sink = sink + contestant.step(); }, steps);
 }
 
 }  // namespace

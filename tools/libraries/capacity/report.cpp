@@ -194,27 +194,25 @@ std::string capacity_json(const CapacityOptions& options, const CapacityResult& 
 }
 
 std::string capacity_csv(const CapacityOptions& options, const CapacityResult& result) {
-  struct Point {
-    const CapacityCase& what;
-    const StepTimes& times;
-  };
-  std::vector<Point> points;
-  for (const CapacityRow& row : result.rows) {
-    for (const StepTimes& times : row.curve) points.push_back({row.what, times});
+  Json points = Json::array();
+  for (Json& row : report_of(options, result)["capacities"]) {
+    for (Json& point : row["curve"]) {
+      for (const char* key : {"motion", "kernel", "layout", "threads"}) point[key] = row[key];
+      point["deadline_s"] = options.deadline_s;
+      points.push_back(std::move(point));
+    }
   }
-  const auto digits = [](double value) { return fmt::format("{:.4g}", value); };
-  const std::vector<Column<Point>> columns = {
-      {"motion", [](const Point& p) { return Cell(to_string(p.what.regime)); }},
-      {"kernel", [](const Point& p) { return Cell(p.what.kernel_name()); }},
-      {"layout", [](const Point& p) { return Cell(p.what.layout_name()); }},
-      {"threads", [](const Point& p) { return Cell(std::to_string(p.what.threads)); }},
-      {"bristles", [](const Point& p) { return Cell(std::to_string(p.times.bristles)); }},
-      {"p50_us", [&](const Point& p) { return Cell(digits(1e6 * p.times.p50_s)); }},
-      {"p99_us", [&](const Point& p) { return Cell(digits(1e6 * p.times.p99_s)); }},
-      {"max_us", [&](const Point& p) { return Cell(digits(1e6 * p.times.max_s)); }},
-      {"ns_per_bristle", [&](const Point& p) { return Cell(digits(p.times.ns_per_bristle())); }},
-      {"deadline_us", [&](const Point&) { return Cell(digits(1e6 * options.deadline_s)); }}};
-  return tabulate(points, columns).csv();
+  static constexpr CsvColumn columns[] = {{"motion", "/motion"},
+                                          {"kernel", "/kernel"},
+                                          {"layout", "/layout"},
+                                          {"threads", "/threads"},
+                                          {"bristles", "/bristles"},
+                                          {"p50_us", "/p50_s", 1e6},
+                                          {"p99_us", "/p99_s", 1e6},
+                                          {"max_us", "/max_s", 1e6},
+                                          {"ns_per_bristle", "/ns_per_bristle"},
+                                          {"deadline_us", "/deadline_s", 1e6}};
+  return csv_text(points, columns);
 }
 
 }  // namespace cli

@@ -8,22 +8,20 @@
 
 #include <fmt/format.h>
 
-#include <bristle/deadline_monitor.hpp>
 #include "bench/hand_scene.hpp"
 #include "bench/plain_loops.hpp"
+#include "bench/timing.hpp"
 
 #include "tools/libraries/capacity/capacity.hpp"
 #include "tools/libraries/capacity/spin.hpp"
 #include "tools/libraries/capacity/subject.hpp"
 #include "tools/libraries/platform/platform.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 #include "tools/libraries/run/paced_clock.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 
 namespace cli {
 namespace {
 
-using bristle::DeadlineMonitor;
 using bristle::Outputs;
 using bristle::SnapLength;
 using bristle::SnapRule;
@@ -371,15 +369,9 @@ class Targets {
                      quantile(ratios, 0.75), limit, true, "x"});
   }
 
-  /// Returns the median time of successive steps without the first ones, which wake threads and caches.
+  /// Returns the median time of successive steps.
   static double median_in_a_row(CapacitySubject& subject) {
-    std::vector<double> seconds;
-    for (int i = 0; i < 15; ++i) {
-      const double start = DeadlineMonitor::wall_now();
-      subject.step();
-      if (i >= 4) seconds.push_back(DeadlineMonitor::wall_now() - start);
-    }
-    return quantile(seconds, 0.5);
+    return bristle_bench::median_time([&] { subject.step(); }, 4, 11, [] {});
   }
 
   void two_threads() {
@@ -423,14 +415,7 @@ class Targets {
   static double paced_median(CapacitySubject& subject) {
     PacedClock pace(1e-3, 0.0);
     pace.start();
-    std::vector<double> seconds;
-    for (int i = 0; i < 60; ++i) {
-      pace.wait();
-      const double start = DeadlineMonitor::wall_now();
-      subject.step();
-      if (i >= 10) seconds.push_back(DeadlineMonitor::wall_now() - start);
-    }
-    return quantile(seconds, 0.5);
+    return bristle_bench::median_time([&] { subject.step(); }, 10, 50, [&] { pace.wait(); });
   }
 
   /// Measures the 99th percentile of the time of steps that must fit a tick of 1 ms on two cores.

@@ -1,11 +1,20 @@
 // Computes quantiles of a small set of measured times.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
 namespace cli {
 
 /// Returns the quantile at level `share` (0 to 1), interpolated between sorted values; 0 for no values.
-double quantile(std::vector<double> values, double share);
+inline double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  const double place = share * static_cast<double>(values.size() - 1);
+  const auto i = static_cast<std::size_t>(place);
+  const double next = values[std::min(i + 1, values.size() - 1)];
+  return values[i] + (place - static_cast<double>(i)) * (next - values[i]);
+}
 
 }  // namespace cli

@@ -2,6 +2,7 @@
 // nlohmann::json::exception if the JSON lacks a value.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include <nlohmann/json.hpp>
@@ -19,6 +20,16 @@ JsonColumn text_column(std::string header, const char* key);
 JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
 /// Returns the column, shown only with --wide.
 JsonColumn only_wide(JsonColumn column);
+
+/// Column of a CSV file of a report's rows: its header, the JSON pointer to its value ("/error/rms"), and a
+/// factor.
+struct CsvColumn {
+  const char* header;
+  const char* pointer;
+  double scale = 1.0;
+};
+/// Returns rows as CSV: numbers with six digits, truth as 1 and 0, and nothing for null or a missing value.
+std::string csv_text(const Json& rows, std::span<const CsvColumn> columns);
 
 // Make the tables of `bristle capacity` from its JSON (schema bristle-capacity-1).
 Table targets_table(const Json& capacity);
