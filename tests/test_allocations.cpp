@@ -83,9 +83,6 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       count("LoadShedder report", [&] { shedder.report(batch); });
       count("set_detail", [&] { batch.set_detail(ids[2], k % 2 ? 20 : 60); });
       count("find_force", [&] { batch.find_force(tick, motions[static_cast<std::size_t>(k)]); });
-      count("move", [&] { batch.move(ids[1], 1e-6, 0.0, 30.0); });
-      count("step of moves", [&] { batch.step(tick); });
-      count("force", [&] { batch.force(ids[1]); });
       count("state_hash", [&] { batch.state_hash(); });
       count("stored_energy", [&] { batch.stored_energy(ids[3]); });
       count("info", [&] { batch.info(ids[3]); });

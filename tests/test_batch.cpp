@@ -56,8 +56,7 @@ TEST_CASE("A patch added in a used slot starts like new", "[batch]") {
   PatchBatch used;
   const PatchId old =
       used.add(Material{}.with_bristle_damping(0.1), PatchOptions{}.with_bristles(900).with_seed(9));
-  used.move(old, 3e-5, 1e-5, 1.0);
-  used.step(tick);
+  step_one(used, Motion{old, {3e-5, 1e-5}, 1.0});
   used.remove(old);
   PatchBatch fresh;
   const PatchId a = used.add(Material{}, options);
@@ -78,8 +77,7 @@ TEST_CASE("A new patch is out of contact until a motion gives it a load", "[batc
   PatchBatch batch;
   const PatchId id = batch.add(Material{}, PatchOptions{}.with_bristles(500));
   const PatchId other = batch.add(Material{}, PatchOptions{}.with_bristles(500));
-  batch.move(other, 1e-6, 0.0, 1.0);
-  batch.step(tick);
+  step_one(batch, Motion{other, {1e-6, 0.0}, 1.0});
   CHECK(batch.info(id).active == 0.0);
   CHECK(batch.info(id).normal_load == 0.0);
   CHECK(batch.stored_energy(id) == 0.0);
@@ -103,52 +101,6 @@ TEST_CASE("A patch that is not named rests under its last load", "[batch]") {
   batch.step(tick, rest, {after.data(), 1});
   CHECK(after[0].elastic[0] == before[1].elastic[0]);
   CHECK(after[0].elastic[1] == before[1].elastic[1]);
-}
-
-TEST_CASE("move, step and force give what the bulk call gives", "[batch]") {
-  const PatchOptions options = PatchOptions{}.with_bristles(700).with_outputs(Outputs::all);
-  const Material material = Material{}.with_bristle_damping(0.02);
-  PatchBatch simple, bulk;
-  const std::vector<PatchId> a = add_patches(simple, 3, material, options);
-  const std::vector<PatchId> b = add_patches(bulk, 3, material, options);
-  CHECK(simple.force(a[0]).status == Status::unknown_id);  // no step yet, so no response
-  for (int k = 0; k < 15; ++k) {
-    std::vector<Motion> motions;
-    for (std::size_t i = 0; i < 3; ++i) {
-      if (static_cast<std::size_t>(k) % 3 == i && k > 3) continue;  // leaves out this patch, which rests
-      const double dx = 1e-6 * (k + 1.0);
-      simple.move(a[i], dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i));
-      motions.push_back(same_motion({b[i]}, dx, 2e-6, 0.3 + 0.2 * static_cast<double>(i))[0]);
-    }
-    std::vector<Response> responses(motions.size());
-    const bristle::StepReport one = simple.step(tick);
-    const bristle::StepReport two = bulk.step(tick, motions, responses);
-    CHECK(one.patches_stepped == two.patches_stepped);
-    for (const Response& r : responses) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        if (b[i] != r.id) continue;
-        Response mine = simple.force(a[i]);
-        CHECK(mine.id == a[i]);
-        mine.id = r.id;
-        CHECK(first_difference(mine, r) == "");
-      }
-    }
-  }
-  CHECK(simple.state_hash() == bulk.state_hash());
-  // Checks that a later call of move() replaces an earlier one, and holds for one step only.
-  simple.move(a[0], 1e-3, 0.0, 0.1);
-  simple.move(a[0], 1e-6, 0.0, 0.5);
-  Motion motion = same_motion({b[0]}, 1e-6, 0.0, 0.5)[0];
-  const Response response = step_one(bulk, motion);
-  simple.step(tick);
-  CHECK(simple.force(a[0]).end[0] == response.end[0]);
-  // Checks that force() returns the response of the last step, and that restoring a state removes it.
-  const std::vector<std::byte> state = saved_state(simple);
-  simple.restore_state(state);
-  CHECK(simple.force(a[0]).status == Status::unknown_id);
-  const std::uint64_t hash = simple.state_hash();
-  simple.step(tick);
-  CHECK(simple.state_hash() == hash);
 }
 
 TEST_CASE("A material changed live keeps the deflections, and bristles beyond the new length snap and count",
@@ -248,8 +200,7 @@ TEST_CASE("info tells what a patch is and uses", "[batch]") {
   const PatchId small =
       batch.add(material, PatchOptions{}.with_max_normal_load(2.0).with_bristles(500).with_axes(1));
   batch.warm_up();
-  batch.move(one, 0.0, 0.0, 0.5);
-  batch.step(tick);
+  step_one(batch, Motion{one, {0.0, 0.0}, 0.5});
   bristle::PatchInfo info = batch.info(one);
   CHECK(info.key == 0x123456789abcdefu);
   CHECK(info.representatives == 500);
@@ -283,16 +234,14 @@ TEST_CASE("The batch tells its threads and its instruction set", "[batch]") {
 TEST_CASE("A batch that was moved keeps its patches", "[batch]") {
   PatchBatch first;
   const PatchId id = first.add(Material{}, PatchOptions{}.with_bristles(300));
-  first.move(id, 3e-6, 0.0, 0.6);
-  first.step(tick);
+  step_one(first, Motion{id, {3e-6, 0.0}, 0.6});
   const std::uint64_t hash = first.state_hash(id);
   PatchBatch second(std::move(first));
   CHECK(second.state_hash(id) == hash);
   PatchBatch third;
   third = std::move(second);
   CHECK(third.state_hash(id) == hash);
-  third.move(id, 3e-6, 0.0, 0.6);
-  CHECK(third.step(tick).status == Status::ok);
+  CHECK(step_one(third, Motion{id, {3e-6, 0.0}, 0.6}).status == Status::ok);
 }
 
 TEST_CASE("Patches with other seeds have other snap lengths and the same law", "[batch]") {
@@ -413,35 +362,6 @@ TEST_CASE("A batch may be destroyed with changes still waiting", "[batch]") {
   SUCCEED("the sanitizers see what leaks");
 }
 
-TEST_CASE("A patch that follows a removed one takes its place in the queue of move", "[batch]") {
-  PatchBatch batch;
-  std::vector<PatchId> ids;
-  const auto add = [&batch] { return batch.add(Material{}, PatchOptions{}.with_bristles(20)); };
-  for (int i = 0; i < 64; ++i) ids.push_back(add());
-  for (PatchId id : ids) batch.move(id, 1e-6, 0.0, 0.5);
-  batch.remove(ids[7]);
-  const PatchId follower = add();  // takes the slot of ids[7], whose pending motion must leave the full queue
-  batch.move(follower, 2e-6, 0.0, 0.5);
-  CHECK(batch.step(1e-3).patches_stepped == 64);
-  CHECK(batch.force(follower).status == Status::ok);
-  CHECK(batch.force(follower).elastic[0] != batch.force(ids[8]).elastic[0]);
-  CHECK(batch.force(ids[7]).status == Status::unknown_id);
-  CHECK(batch.step(1e-3).patches_stepped == 0);
-}
-
-TEST_CASE("force shows nothing of another patch in outputs that a patch does not compute", "[batch]") {
-  PatchBatch batch;
-  const PatchId full = batch.add(Material{}, PatchOptions{}.with_bristles(20).with_outputs(Outputs::all));
-  const PatchId plain = batch.add(Material{}, PatchOptions{}.with_bristles(20));
-  batch.move(full, 3e-5, 0.0, 0.5);
-  batch.step(1e-3);
-  REQUIRE(batch.force(full).mean[0] < 0.0);
-  batch.move(plain, 1e-6, 0.0, 0.5);
-  batch.step(1e-3);
-  CHECK(batch.force(plain).mean[0] == 0.0);
-  CHECK(batch.force(plain).dissipated == 0.0);
-}
-
 /// Makes inexact results of the calling thread raise a signal, or not.
 void trap_inexact(bool traps) {
 #if defined(__SSE2__)
@@ -455,35 +375,12 @@ void trap_inexact(bool traps) {
 TEST_CASE("What a patch is can be asked where the caller's inexact results trap", "[batch]") {
   PatchBatch batch;
   const PatchId id = batch.add(Material{}, PatchOptions{}.with_max_normal_load(0.3).with_bristles(7));
-  batch.move(id, 1e-6, 0.0, 0.1);
-  batch.step(tick);
+  step_one(batch, Motion{id, {1e-6, 0.0}, 0.1});
   std::feclearexcept(FE_ALL_EXCEPT);
   trap_inexact(true);
   const bristle::PatchInfo info = batch.info(id);
   trap_inexact(false);
   CHECK(info.representatives == 7);
-}
-
-TEST_CASE("Motions that wait for a step are kept when patches are added after them", "[batch]") {
-  // Adds more patches than a new batch has slots for, so that the queue of pending move() calls is rebuilt.
-  PatchBatch batch;
-  const Material material = plain_material(uniform, SnapRule::redraw);
-  const PatchOptions options = plain_options(20);
-  const std::vector<PatchId> ids = add_patches(batch, 3, material, options);
-  for (std::size_t i = 0; i < 3; ++i)
-    batch.move(ids[i], 0.1 * dbar * static_cast<double>(i + 1), -0.05 * dbar, 20.0);
-  const std::vector<PatchId> more = add_patches(batch, 1000, material, options);
-  batch.move(more.back(), 0.2 * dbar, 0.0, 10.0);
-  const auto report = batch.step(tick);
-  CHECK(report.status == Status::ok);
-  CHECK(report.patches_stepped == 4);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Response r = batch.force(ids[i]);
-    CHECK(r.status == Status::ok);
-    CHECK(r.elastic[0] == Approx(-20.0 * 0.1 * dbar * static_cast<double>(i + 1)));  // all bristles stick
-    CHECK(r.elastic[1] == Approx(20.0 * 0.05 * dbar));
-  }
-  CHECK(batch.force(more.back()).elastic[0] == Approx(-10.0 * 0.2 * dbar));
 }
 
 TEST_CASE("A step reports the overload of a patch that threads share, and a refusal beside it",

@@ -68,8 +68,6 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
     }
     case Command::Kind::grow:
       pool.put(static_cast<int>(c.slot), std::move(c.chunk));
-      std::copy_n(queue->motions.begin(), queue_length, c.queue->motions.begin());
-      std::swap(queue, c.queue);
       break;
     case Command::Kind::change:
       c.change->apply();
@@ -124,7 +122,6 @@ void PatchBatch::Impl::grow_pool() {
   grow->kind = Command::Kind::grow;
   grow->slot = static_cast<std::uint32_t>(chunks);
   grow->chunk = std::make_unique<PatchChunk>(PatchPool::slots_of(chunks));
-  grow->queue = std::make_unique<MoveQueue>(PatchPool::first_of(chunks) + PatchPool::slots_of(chunks));
   ++chunks;
   send(std::move(grow));
 }

@@ -53,8 +53,6 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   bool is_in_turn = false;  ///< whether a Turn has already applied the waiting changes for the present call
   detail::Scheduler scheduler;
   detail::PatchPool& pool = scheduler.pool;
-  std::unique_ptr<detail::MoveQueue> queue;
-  std::uint32_t queue_length = 0;
   detail::Scratch scratch;   ///< memory for a copy of any patch's record, as large as the largest
   detail::Int128 clock = 0;  ///< clock of the batch, which advances in every step, whichever patches it names
                              ///< (PatchRecord::clock)
@@ -98,8 +96,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Applies a change of the adding thread. Neither allocates nor frees.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches and the queue of
-  /// motions. `cells`: as in Scheduler::step.
+  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches. `cells`: as in Scheduler::step.
   StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
                   Span<Response> responses) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;

@@ -46,9 +46,7 @@ struct Command {
 
   Patch patch;  ///< patch of a command of kind `add` or `replace`; after `replace` the replaced patch. The
                 ///< command owns its record
-  std::unique_ptr<Change> change;    ///< change that a command of kind `change` applies
-  std::unique_ptr<MoveQueue> queue;  ///< queue with as many places as there are slots, for a command of kind
-                                     ///< `grow`; the shorter queue returns in its place
+  std::unique_ptr<Change> change;  ///< change that a command of kind `change` applies
 
   Command() = default;
   Command(const Command&) = delete;

@@ -32,8 +32,7 @@ bool is_good_time(double dt_s) noexcept {
 PatchBatch::Impl::Impl(const BatchOptions& options)
     : kernels(choose_kernels(options.isa)),
       skips(!options.compared.eager),
-      scheduler(check_threads(options.threads), check_core(options.servo_core)),
-      queue(new MoveQueue(PatchPool::first_slots)) {
+      scheduler(check_threads(options.threads), check_core(options.servo_core)) {
   name_kernels();
   pool.put(0, std::make_unique<PatchChunk>(PatchPool::first_slots));
 }
@@ -74,7 +73,6 @@ bool PatchBatch::Impl::reset(PatchId id, std::uint32_t seed, std::uint64_t key) 
   p->record->hold = {};
   p->record->remainder[0] = p->record->remainder[1] = 0.0;
   keep_place(*p, before);
-  pool.note(slot_of(id)).last = Response{};
   return true;
 }
 
@@ -111,48 +109,6 @@ void PatchBatch::warm_up() {
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept {
   const Impl::Turn impl(*impl_);
   return impl->step(dt_s, {}, in, out);
-}
-
-void PatchBatch::move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept {
-  const Impl::Turn impl(*impl_);
-  if (impl->pool.find(id) == nullptr) return;
-  // Keeps one entry of the queue per slot: a patch that follows a removed one in its slot takes over the
-  // entry.
-  std::uint32_t& queued = impl->pool.note(slot_of(id)).queued;
-  if (queued == 0) queued = ++impl->queue_length;
-  Motion& motion = impl->queue->motions[queued - 1];
-  motion = Motion{};
-  motion.id = id;
-  motion.displacement[0] = dx_m;
-  motion.displacement[1] = dy_m;
-  motion.normal_load = normal_load_n;
-}
-
-StepReport PatchBatch::step(double dt_s) noexcept {
-  const Impl::Turn impl(*impl_);
-  MoveQueue& queue = *impl->queue;
-  const std::uint32_t count = impl->queue_length;
-  std::fill_n(queue.responses.begin(), count, Response{});
-  const StepReport report = impl->step(dt_s, {}, Span<const Motion>(queue.motions.data(), count),
-                                       Span<Response>(queue.responses.data(), count));
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const PatchId id = queue.motions[i].id;
-    SlotNote& note = impl->pool.note(slot_of(id));
-    note.queued = 0;
-    if (impl->pool.find(id) != nullptr) note.last = queue.responses[i];
-  }
-  impl->queue_length = 0;
-  return report;
-}
-
-Response PatchBatch::force(PatchId id) const noexcept {
-  const Impl::Turn impl(*impl_);
-  if (impl->pool.find(id) != nullptr && impl->pool.note(slot_of(id)).last.id == id)
-    return impl->pool.note(slot_of(id)).last;
-  Response none;
-  none.id = id;
-  none.status = why_missing(id.value);
-  return none;
 }
 
 bool PatchBatch::reset(PatchId id) noexcept {
@@ -329,9 +285,8 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
   if (at != head.bytes) throw Error("restore_state: the saved state holds more than its patches");
   impl->trial.of = nullptr;
   at = saved_batch_size;
-  impl->for_each_patch([&](std::uint32_t slot, Patch& p) {
+  impl->for_each_patch([&](std::uint32_t, Patch& p) {
     restore_patch(p, from.data() + at);
-    impl->pool.note(slot).last = Response{};
     at += saved_size_of(p);
   });
 }

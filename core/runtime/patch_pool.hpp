@@ -30,12 +30,6 @@ inline void keep_place(Patch& made, const Patch& before) noexcept {
   made.skips = before.skips;
 }
 
-/// Data of a slot for PatchBatch::move(), step(dt) and force(), kept apart from the data that a step reads.
-struct SlotNote {
-  std::uint32_t queued = 0;  ///< 1 + index of the motion that move() set for the slot; 0 = none
-  Response last;             ///< response of the last step(dt), which force() returns
-};
-
 /// Estimated cost of the next step of a slot's patch, by which work is shared out without reading patches.
 struct Outlook {
   double normal_load = -1.0;   ///< N, load of the last step
@@ -46,10 +40,9 @@ struct Outlook {
 
 struct PatchChunk {
   explicit PatchChunk(std::uint32_t slots)
-      : patches(new Patch[slots]), outlooks(new Outlook[slots]), notes(new SlotNote[slots]) {}
+      : patches(new Patch[slots]), outlooks(new Outlook[slots]) {}
   std::unique_ptr<Patch[]> patches;
   std::unique_ptr<Outlook[]> outlooks;
-  std::unique_ptr<SlotNote[]> notes;
 };
 
 /// Chunks of 64, 64, 128, 256, ... slots. A chunk is made by the thread that adds patches and put in place by
@@ -85,10 +78,6 @@ class PatchPool {
     const int chunk = chunk_of(slot);
     return chunks_[static_cast<std::size_t>(chunk)]->outlooks[slot - first_of(chunk)];
   }
-  SlotNote& note(std::uint32_t slot) const noexcept {
-    const int chunk = chunk_of(slot);
-    return chunks_[static_cast<std::size_t>(chunk)]->notes[slot - first_of(chunk)];
-  }
   /// Returns the patch of an id, null if there is none.
   Patch* find(PatchId id) const noexcept {
     const std::uint32_t slot = slot_of(id);  // number of the slot; for PatchId{} the largest number, which
@@ -102,13 +91,6 @@ class PatchPool {
   std::array<std::unique_ptr<PatchChunk>, most_chunks> chunks_;
   std::array<Patch*, most_chunks> patches_{};  ///< patches of each chunk, copied here to save one look-up
   std::uint32_t capacity_ = 0;
-};
-
-/// The motions that move() set, until step(dt) takes them.
-struct MoveQueue {
-  explicit MoveQueue(std::uint32_t slots) : motions(slots), responses(slots) {}
-  std::vector<Motion> motions;
-  std::vector<Response> responses;
 };
 
 /// Generations of all slots, and the free slots, on the side of the thread that adds patches.

@@ -62,12 +62,6 @@ class Session {
         case 6:
           find_force();
           break;
-        case 7:
-          move();
-          break;
-        case 8:
-          step_moved();
-          break;
         default:
           step();
       }
@@ -187,25 +181,6 @@ class Session {
   }
 
   double any_time() { return input_.choice(16) == 15 ? input_.number(1e-3) : 1e-3; }
-
-  void move() {
-    const PatchId id = any_id();
-    const Model::Patch* patch = model_.find(id);
-    const Motion m = any_motion(input_, id, patch ? patch->options.axes : 2, 1e-5);
-    for (PatchBatch* batch : {&batch_, &twin_})
-      batch->move(id, m.displacement[0], m.displacement[1], m.normal_load);
-  }
-
-  void step_moved() {
-    const double dt = any_time();
-    const bristle::StepReport report = batch_.step(dt);
-    check(twin_.step(dt).status == report.status, "steps of moved patches answer alike");
-    for (const Model::Patch& patch : model_.patches) {
-      const Response response = batch_.force(patch.id);
-      check_same(response, twin_.force(patch.id), "forces of moved patches are alike");
-      check_finite(response);
-    }
-  }
 
   void step() {
     std::vector<Motion> in(input_.choice(6));

@@ -62,7 +62,7 @@ struct StepReport {
 /// Thread rule of a batch and of all that is made over it (KeyedPatches, ExtendedPatches), two sides:
 /// - The adding thread calls add, remove and set_material, and makes and destroys what is made over the
 /// batch.
-/// - The stepping thread makes all other calls: step, move, force, reset, find_force, strengthening_damping,
+/// - The stepping thread makes all other calls: step, reset, find_force, strengthening_damping,
 ///   ages, set_detail, info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state,
 ///   patch_count, warm_up, and all calls of KeyedPatches and ExtendedPatches that the adding thread does not
 ///   make.
@@ -102,18 +102,6 @@ class BRISTLE_API PatchBatch {
   /// as in, otherwise every status is Status::bad_input. A patch that no motion names rests under its last
   /// load. A step never throws, allocates or locks, and waits only for its own workers.
   StepReport step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept;
-
-  /// @name For programs with few patches: set motions one by one, step, read forces.
-  ///@{
-  void move(PatchId id, double dx_m, double dy_m, double normal_load_n) noexcept;  ///< sets the motion of a
-                                                                                   ///< patch for the next
-                                                                                   ///< step
-  StepReport step(double dt_s) noexcept;  ///< steps the batch with the motions set by move()
-
-  /// Returns the response of the last step(dt_s) that moved the patch; Status::unknown_id if there is none,
-  /// as after a reset or restore_state.
-  Response force(PatchId id) const noexcept;
-  ///@}
 
   /// Returns a patch to the state in which `add` made it: out of contact, all deflections zero, no draw made.
   /// With another seed and key, the result is, to the bit, what `add` would make with them. False if there is
