@@ -76,11 +76,6 @@ struct CohortLaw {
   double residual;        ///< l_r, scaled: deflection left after a snap; the reach R counts from it
   double renewal;         ///< kappa, number of bristles that a snap renews
   double snap_rate;       ///< snaps per bristle and scaled length of path in steady sliding
-
-  /// For a patch that fluctuates as n bristles: the mass of one bristle (0 = no noise), and the key of its
-  /// draws.
-  double bristle;
-  std::uint64_t draw_key;
 };
 
 /// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), the
@@ -120,10 +115,6 @@ struct CohortState {
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< most cohorts that the rows can hold, at least 8
 
-  /// Number of passes over the cohorts so far in which random numbers were drawn. `draws_due`: fraction of a
-  /// renewal that is still to be made.
-  std::uint64_t draws = 0;
-  double draws_due = 0.0;
   /// Distance from the middle of the last move within which no bristle snaps; below 0 = unknown, as after a
   /// move in which bristles snapped. Not part of the saved state.
   double slack = -1.0;
@@ -212,18 +203,5 @@ struct CohortKernels {
   /// left.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
-
-/// Functions of a patch whose force fluctuates as that of n bristles: the number of bristles that leave a
-/// cohort is random. One table serves every instruction set: the random numbers are computed one by one, so
-/// the bits are equal.
-struct CohortNoise {
-  /// Advances a patch as CohortKernels::move does.
-  void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Samples the mass that leaves if each bristle of `mass` leaves with the probability `chance`: a
-  /// binomial number of whole bristles. A fraction of a bristle leaves or stays as a whole. `pass` and
-  /// `number` are keys of the random number.
-  double (*leave)(const CohortLaw&, std::uint64_t pass, std::uint32_t number, double mass, double chance);
-};
-extern const CohortNoise cohort_noise;
 
 }  // namespace bristle::detail

@@ -1,6 +1,5 @@
 // The infinite brush, cohort by cohort: written to be read beside core/patches/COHORTS.md. The vector kernels
 // (cohort_step.hpp) give the same bits, because all sums have 8 lanes and one order.
-#include "cohort_draws.hpp"
 #include "cohort_parts.hpp"
 
 namespace bristle::detail {
@@ -51,18 +50,11 @@ double renewable_path(const CohortLaw& law, double along, double length) {
   return least(most(along - law.residual, 0.0), length) / length;
 }
 
-/// Losses of cohorts without noise: each loss equals its mean.
-struct MeanLosses {
-  double kept_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
-  double renewed_of(std::uint32_t, double, double mean_kept) { return mean_kept; }
-  double fresh_of(double mean_fresh, double, double) { return mean_fresh; }
-};
-
 /// Snaps those bristles of one cohort whose length is below the deflection at the end of a piece. Returns
 /// whether the cohort is bent further than ever before.
-template <int axes, bool rubs, bool ages, class Losses>
+template <int axes, bool rubs, bool ages>
 bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
-          double length, const double at[2], const CohortTimes& times, ReferenceSums& sums, Losses& losses) {
+          double length, const double at[2], const CohortTimes& times, ReferenceSums& sums) {
   const std::uint32_t lane = i % cohort_lanes;
   const double x = entry(rows, i, cohort_x);
   const double y = entry(rows, i, cohort_y);
@@ -89,7 +81,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
   const double left = entry(rows, i, cohort_left);
   const double moment = entry(rows, i, cohort_moment);
   const Survival now = survival_at(law, bent);
-  double kept = losses.kept_of(i, mass, least(whole_part(fresh * now.left), mass));
+  double kept = least(whole_part(fresh * now.left), mass);
   if (kept < least_mass) kept = 0.0;
   const double lost = mass - kept;
 
@@ -114,7 +106,7 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
 
   entry(rows, i, cohort_reach) = bent + reach_margin;
   if (kept == 0.0) sums.emptied.set(i);
-  entry(rows, i, cohort_fresh) = kept > 0.0 ? losses.fresh_of(fresh, kept, now.left) : 0.0;
+  entry(rows, i, cohort_fresh) = kept > 0.0 ? fresh : 0.0;
   entry(rows, i, cohort_left) = now.left;
   entry(rows, i, cohort_moment) = now.moment;
   return true;
@@ -122,9 +114,9 @@ bool bend(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i
 
 /// Renews one cohort at the end of a piece in which something snapped: the share 1 - exp(-hazard) of its
 /// renewable bristles slips to l_r with new lengths, halfway along the path on which they can be renewed.
-template <int axes, class Losses>
+template <int axes>
 void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uint32_t i, const CohortMove& a,
-                 double length, const double at[2], double hazard, ReferenceSums& sums, Losses& losses) {
+                 double length, const double at[2], double hazard, ReferenceSums& sums) {
   const double zx = at[0] - entry(rows, i, cohort_x);
   const double zy = at[1] - entry(rows, i, cohort_y);
   const double square = axes == 2 ? zx * zx + zy * zy : zx * zx;
@@ -138,9 +130,9 @@ void renew_share(const CohortLaw& law, double least_mass, double* rows, std::uin
   const double twice = root_left * root_left;
   double fresh = entry(rows, i, cohort_fresh) * (twice * twice);
   const double left = entry(rows, i, cohort_left);
-  double kept = losses.renewed_of(i, mass, least(whole_part(fresh * left), mass));
+  double kept = least(whole_part(fresh * left), mass);
   if (path > 0.0 && kept < least_mass) kept = 0.0;
-  fresh = kept > 0.0 ? losses.fresh_of(fresh, kept, left) : 0.0;
+  if (!(kept > 0.0)) fresh = 0.0;
   if (kept == 0.0 && mass > 0.0) sums.emptied.set(i);
   const double lost = mass - kept;
 
@@ -183,24 +175,24 @@ Partner find_partner(const double* rows, const double* masses, const double* gro
   return best;
 }
 
-template <int axes, bool rubs, bool ages, class Losses>
+template <int axes, bool rubs, bool ages>
 bool bend_cohorts(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
-                  double length, const double at[2], const CohortTimes& times, PieceSums& p, Losses& losses) {
+                  double length, const double at[2], const CohortTimes& times, PieceSums& p) {
   ReferenceSums sums;
   bool bent = false;
   const double least_mass = s.mass * law.negligible;
   for (std::uint32_t i = 0; i < s.count; ++i)
-    if (bend<axes, rubs, ages>(law, least_mass, rows, i, a, length, at, times, sums, losses)) bent = true;
+    if (bend<axes, rubs, ages>(law, least_mass, rows, i, a, length, at, times, sums)) bent = true;
   p = sums.totals();
   return bent;
 }
-template <int axes, class Losses>
+template <int axes>
 PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
-                        double length, const double at[2], double hazard, Losses& losses) {
+                        double length, const double at[2], double hazard) {
   ReferenceSums sums;
   const double least_mass = s.mass * law.negligible;
   for (std::uint32_t i = 0; i < s.count; ++i)
-    renew_share<axes>(law, least_mass, rows, i, a, length, at, hazard, sums, losses);
+    renew_share<axes>(law, least_mass, rows, i, a, length, at, hazard, sums);
   return sums.totals();
 }
 
@@ -209,14 +201,12 @@ struct Reference {
   template <int axes, bool rubs, bool ages>
   static bool bend_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                        double length, const double at[2], const CohortTimes& times, PieceSums& p) {
-    MeanLosses losses;
-    return bend_cohorts<axes, rubs, ages>(law, s, rows, a, length, at, times, p, losses);
+    return bend_cohorts<axes, rubs, ages>(law, s, rows, a, length, at, times, p);
   }
   template <int axes>
   static PieceSums renew_all(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                              double length, const double at[2], double hazard) {
-    MeanLosses losses;
-    return renew_cohorts<axes>(law, s, rows, a, length, at, hazard, losses);
+    return renew_cohorts<axes>(law, s, rows, a, length, at, hazard);
   }
   template <int axes, bool ages>
   static double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
@@ -227,22 +217,6 @@ struct Reference {
   static Partner find_partner(const double* rows, const double* masses, const double* grown,
                               std::uint32_t count, std::uint32_t i, double) {
     return detail::find_partner<ages>(rows, masses, grown, count, i);
-  }
-};
-
-/// Reference kernels of a patch whose force fluctuates: the losses of cohorts are drawn at random.
-struct DrawnReference : Reference {
-  template <int axes, bool rubs, bool ages>
-  static bool bend_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, double length,
-                       const double at[2], const CohortTimes& times, PieceSums& p) {
-    DrawnLosses losses(law, s);
-    return bend_cohorts<axes, rubs, ages>(law, s, rows, a, length, at, times, p, losses);
-  }
-  template <int axes>
-  static PieceSums renew_all(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a,
-                             double length, const double at[2], double hazard) {
-    DrawnLosses losses(law, s, hazard);
-    return renew_cohorts<axes>(law, s, rows, a, length, at, hazard, losses);
   }
 };
 
@@ -275,11 +249,5 @@ const CohortKernels cohort_kernels_scalar = {
     {&enter<false>, &enter<true>},
     &renew,
 };
-
-const CohortNoise cohort_noise = {
-    {&move_cohorts<DrawnReference, 1, false, false>, &move_cohorts<DrawnReference, 2, false, false>,
-     &move_cohorts<DrawnReference, 1, true, false>, &move_cohorts<DrawnReference, 2, true, false>,
-     &move_cohorts<DrawnReference, 1, true, true>, &move_cohorts<DrawnReference, 2, true, true>},
-    &leave};
 
 }  // namespace bristle::detail

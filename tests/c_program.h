@@ -13,7 +13,6 @@ int c_program_goes_to_coefficients_and_back(void);
 int c_program_names_contacts(void);
 int c_program_twists_a_pad(void);
 int c_program_watches_a_deadline(void);
-int c_program_sheds_and_replays(void);
 #ifdef __cplusplus
 }
 #endif

@@ -522,25 +522,6 @@ TEST_CASE("a material may begin to age, age otherwise and cease to while it slid
   }
 }
 
-TEST_CASE("detail and copies keep the ages of bristles", "[ageing]") {
-  const std::uint32_t n = 1024;
-  const Material material =
-      plain_material(uniform, SnapRule::redraw).with_ageing(Ageing::logarithmic(0.3, tau));
-  AgeingBrush brush(material, n);
-  brush.slide_in_pieces(6.0, 1.0, 0.3);
-  brush.wait(1000.0);
-  brush.patch().step(0.5 * dbar, 0.0, n, 0.5 * tau);  // bends bristles well beyond their fresh snap lengths
-  const double before = -brush.patch().step(0.0, 0.0, n, tau).elastic[0];
-  brush.patch().batch.set_detail(brush.patch().id, 300);
-  expect_near(-brush.patch().step(0.0, 0.0, n, tau).elastic[0], before, 1e-4 * before,
-              "fewer carry the same");
-  brush.patch().batch.set_detail(brush.patch().id, n);
-  const Response more = brush.patch().step(0.0, 0.0, n, tau);
-  expect_near(-more.elastic[0], before, 1e-4 * before, "and as many again");
-  // If the bristles copied from others got the age 0, they would snap at once.
-  const Response pulled = brush.patch().step(0.05 * dbar, 0.0, n, tau);
-  expect(static_cast<double>(pulled.snaps) < 0.1 * n, "copies are as old as what they copy");
-}
 TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
   const Material material =
       plain_material(uniform, SnapRule::keep).with_ageing(Ageing::logarithmic(0.2, tau));

@@ -170,7 +170,6 @@ TEST_CASE("A patch that names no number of bristles is the infinite brush where 
       {smooth, PatchOptions{}, Population::infinite},
       {too_wide, PatchOptions{}, Population::infinite},
       {smooth, PatchOptions{}.with_precision(bristle::Precision::double_), Population::infinite},
-      {smooth, PatchOptions{}.with_fluctuation(100), Population::infinite},
       {smooth, PatchOptions{}.with_bristles(100), Population::representatives},
       {smooth, with_random_lengths(PatchOptions{}), Population::representatives},
       {one_length, PatchOptions{}, Population::representatives},

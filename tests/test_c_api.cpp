@@ -36,10 +36,6 @@ TEST_CASE("A C program twists a pad", "[c][extended]") { REQUIRE(c_program_twist
 #endif
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }
 
-TEST_CASE("A C program sheds load, and a replay gives the same bits", "[c]") {
-  REQUIRE(c_program_sheds_and_replays() == 0);
-}
-
 TEST_CASE("Another thread's failure leaves the last error of this one", "[c]") {
   REQUIRE(bristle_create(nullptr, nullptr) == BRISTLE_BAD_ARGUMENT);
   const std::string mine = bristle_last_error();

@@ -237,26 +237,6 @@ TEST_CASE("Any has_velocity but 0 says that the velocity is given", "[c]") {
   }
 }
 
-TEST_CASE("A C program hears why nothing was shed", "[c]") {
-  CPatch patch(100);
-  bristle_shedder* shedder = nullptr;
-  REQUIRE(bristle_shedder_create(nullptr, &shedder) == BRISTLE_OK);
-  CHECK(bristle_shedder_before_step(shedder, patch.batch, &patch.motion, 3, 1) == 0);
-  CHECK(std::string(bristle_last_error()) == "motion_size: give sizeof(bristle_motion)");
-  CHECK(bristle_shedder_before_step(nullptr, patch.batch, &patch.motion, sizeof patch.motion, 1) == 0);
-  CHECK(std::string(bristle_last_error()) == "shedder is null");
-  bristle_step_report report{};  // a report whose struct_size was not set
-  CHECK(bristle_shedder_after_step(shedder, patch.batch, &patch.motion, sizeof patch.motion, 1, 1e-3,
-                                   &report) == 0);
-  CHECK_THAT(bristle_last_error(), Catch::Matchers::StartsWith("report.struct_size = 0; allowed is " +
-                                                               std::to_string(sizeof(bristle_step_report)) +
-                                                               ": give sizeof(bristle_step_report)"));
-  CHECK(bristle_shedder_after_step(shedder, patch.batch, &patch.motion, sizeof patch.motion, 1, 1e-3,
-                                   nullptr) == 0);
-  CHECK(std::string(bristle_last_error()) == "report is null");
-  bristle_shedder_destroy(shedder);
-}
-
 TEST_CASE("A null column is named", "[c]") {
   CPatch patch(100);
   double out[2] = {};
@@ -268,7 +248,7 @@ TEST_CASE("A null column is named", "[c]") {
 
 TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
   // Fails when PatchInfo gets a new field, as a reminder to add its comparison below.
-  static_assert(bristle::detail::field_count<PatchInfo> == 10);
+  static_assert(bristle::detail::field_count<PatchInfo> == 9);
   PatchBatch batch;
   CPatch c(800);
   const Material material =
@@ -277,8 +257,6 @@ TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
   Motion motion{id, {1.2 * dbar, 0.0}, 0.75};
   step_one(batch, motion, 1e-3);
   c.step();
-  REQUIRE(batch.set_detail(id, 300) == Status::ok);
-  REQUIRE(bristle_set_detail(c.batch, c.motion.id, 300) == BRISTLE_STATUS_OK);
   const PatchInfo expected = batch.info(id);
   bristle_patch_info info;
   bristle_init_patch_info(&info, sizeof info);
@@ -286,8 +264,6 @@ TEST_CASE("bristle_find_info says what PatchBatch::info says", "[c]") {
   CHECK(info.key == expected.key);
   CHECK(info.representatives == 800);
   CHECK(info.representatives == expected.representatives);
-  CHECK(info.detail == 300);
-  CHECK(info.detail == expected.detail);
   CHECK(info.weight == expected.weight);
   CHECK(info.active == expected.active);
   CHECK(info.normal_load == 0.75);

@@ -25,7 +25,6 @@
 #include "tools/libraries/capacity/capacity.hpp"
 #include "tools/libraries/capacity/subject.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
-#include "tools/libraries/run/overload.hpp"
 #include "tools/libraries/scene/scene_stepper.hpp"
 #include "tools/libraries/scene/waveform.hpp"
 
@@ -328,70 +327,7 @@ TEST_CASE("The state hash of a scene does not depend on threads or instruction s
   }
 }
 
-TEST_CASE("A run under a budget is repeated from its decisions, to the bit", "[cli][overload]") {
-  const Folder folder;
-  const std::string scene = folder.write(
-      "busy.toml",
-      "[scene]\nname = \"busy\"\ndt = 1e-3\nduration = 0.3\n"
-      "[[material]]\nname = \"m\"\n"
-      "[[patch]]\nname = \"first\"\nmaterial = \"m\"\nmax_normal_load = 5\nbristles = 20000\npriority = 2\n"
-      "[[patch]]\nname = \"many\"\nmaterial = \"m\"\nmax_normal_load = 5\nbristles = 10000\ncount = 2\n"
-      "least_bristles = 100\n"
-      "[[motion]]\npatch = \"first\"\ntype = \"ramp\"\nvelocity = 0.01\nload = 4\n"
-      "[[motion]]\npatch = \"many\"\ntype = \"ramp\"\nvelocity = 0.02\nload = 3\n");
-  const std::string decisions = folder.at("decisions.csv");
-  // Sets a budget of two microseconds a step, in which no machine steps 40,000 bristles.
-  const json run =
-      run_report(folder, "run '" + scene + "' --budget 2 --record-decisions '" + decisions + "'");
-  const json& overload = run["overload"];
-  CHECK(overload["budget_s"] == Approx(2e-6));
-  CHECK(overload["most_bristles_left_out"].get<int>() > 15000);
-  CHECK(overload["noise_growth"].get<double>() > 3.0);
-  CHECK(overload["steps_over_budget"].get<int>() >= 1);
-  const auto rows = read_csv(decisions);
-  CHECK(rows[0] == std::vector<std::string>{"step", "patch", "bristles"});
-  REQUIRE(rows.size() == overload["changes"].get<std::size_t>() + 1);
-  const json replay =
-      run_report(folder, "run '" + scene + "' --replay-decisions '" + decisions + "' --threads 2");
-  CHECK(replay["overload"]["replayed"] == true);
-  CHECK(replay["overload"]["changes"] == overload["changes"]);
-  CHECK(replay["state_hash"] == run["state_hash"]);
-  const json free = run_report(folder, "run '" + scene + "'");
-  CHECK(free["state_hash"] != run["state_hash"]);
-  CHECK_FALSE(free.contains("overload"));
-
-  const auto refused = [&](const std::string& text, const char* why) {
-    const std::string file = folder.write("bad.csv", text);
-    const Outcome outcome = run_cli(folder, "run '" + scene + "' --replay-decisions '" + file + "'");
-    INFO(outcome.err);
-    CHECK(outcome.code == 2);
-    CHECK_THAT(outcome.err, Contains(why));
-  };
-  refused("step,patch\n1,first\n", "no column bristles");
-  refused("step,patch,bristles\n1,nobody,5\n", "bad.csv:2: the scene has no patch 'nobody'");
-  refused("step,patch,bristles\n1,first,0\n", "at least one stays");
-  refused("step,patch,bristles\n1,first,20001\n", "0 to 20000");
-  refused("step,patch,bristles\n1.5,first,20\n", "whole number");
-  refused("step,patch,bristles\n2,first,20\n1,first,30\n", "step 1 comes after step 2");
-  CHECK(run_cli(folder, "run '" + scene + "' --record-decisions '" + decisions + "'").code == 2);
-
-  const std::string recorded = read_file(decisions);
-  check_refused(folder,
-                "run '" + scene + "' --replay-decisions '" + decisions + "' --record-decisions '" +
-                    folder.at("others.csv") + "'",
-                {"a replay makes no decisions"});
-  CHECK(read_file(decisions) == recorded);
-
-  // Checks that with `--record-decisions -` standard output has nothing but the decisions.
-  const Outcome rows_only = run_cli(folder, "run '" + scene + "' --budget 2 --record-decisions -");
-  CHECK(rows_only.code == 0);
-  CHECK(rows_only.out.rfind("step,patch,bristles\n", 0) == 0);
-  CHECK_THAT(rows_only.out, !Contains("state hash"));
-  check_refused(folder, "run '" + scene + "' --budget 2 --record-decisions - --json -",
-                {"--record-decisions -: only one can have stdout"});
-}
-
-TEST_CASE("Scenes, motions and decisions with the line ends of Windows give the same bits", "[cli]") {
+TEST_CASE("Scenes and motions with the line ends of Windows give the same bits", "[cli]") {
   const Folder folder;
   const auto with_returns = [&](const std::string& name, const std::string& text) {
     std::string changed;
@@ -407,11 +343,6 @@ TEST_CASE("Scenes, motions and decisions with the line ends of Windows give the 
   const json expected = hash_of("run " + scene_path("fingertip"));
   CHECK(hash_of("run '" + scene + "'") == expected);
   CHECK(hash_of("run '" + scene + "' --trace '" + motion + "'") == expected);
-
-  const std::string shed = "run " + scene_path("three_populations"), list = folder.at("list.csv");
-  const json hash = hash_of(shed + " --budget 2 --record-decisions '" + list + "'");
-  CHECK(hash_of(shed + " --replay-decisions '" + with_returns("list_of_windows.csv", read_file(list)) +
-                "'") == hash);
 }
 
 TEST_CASE("A scene's material has residual and shared renewal, by coefficients or by bristle parameters",
@@ -437,32 +368,6 @@ TEST_CASE("A scene's material has residual and shared renewal, by coefficients o
   replace(small.material, "bristle_stiffness = 10", "kinetic = 0.4");
   replace(small.material, "residual_share = 3e-6", "residual_share = 0.99");
   check_refused(folder, "run '" + folder.write("share.toml", small.text()) + "'", {"residual_share is 0.99"});
-}
-
-TEST_CASE("What the steps of a run have decided is written once, at its end", "[cli][overload]") {
-  const Folder folder;
-  const std::string decisions = folder.at("decisions.csv");
-  const cli::Scene scene = cli::parse_scene(SmallScene{}.text(), "small.toml");
-  cli::SceneStepper stepper(scene, {});
-  cli::OverloadOptions options;
-  options.budget_us = 2.0;
-  options.record = decisions;
-  cli::Overload overload(scene, options, stepper);
-  const std::string header = "step,patch,bristles\n";
-  for (int k = 0; k < 3; ++k) {
-    stepper.prescribe(1e-3 * k);
-    overload.before_step();
-    stepper.step(1e-3 * k);
-    overload.after_step(1.0 /* s: late by far */);
-  }
-  overload.write_decisions();
-  overload.write_decisions();
-  CHECK(read_file(decisions) == "");  // the file appears complete when the run ends, or not at
-                                      // all
-  overload.finish();
-  const std::string written = read_file(decisions);
-  CHECK_THAT(written, Catch::Matchers::StartsWith(header) && Catch::Matchers::EndsWith(",tip,64\n"));
-  CHECK(std::count(written.begin(), written.end(), '\n') == 2);
 }
 
 TEST_CASE("A state that cannot be saved at the end costs no report", "[cli][state]") {
@@ -598,14 +503,6 @@ TEST_CASE("An infinite patch in a scene slides with the kinetic coefficient, and
   CHECK_THAT(outcome.out, Contains("infinite, resolution 8"));
   CHECK_THAT(outcome.out, Contains("noise of single bristles"));
 
-  replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nfluctuation = 1200");
-  const std::string noisy = folder.write("noisy.toml", s.text());
-  const Outcome fluctuating = run_cli(folder, "run --wide '" + noisy + "'");
-  CHECK_THAT(fluctuating.out, Contains("infinite, resolution 8, noise of 1,200 bristles"));
-  CHECK_THAT(fluctuating.out, !Contains("noise of single bristles"));
-  CHECK(run_report(folder, "run '" + noisy + "'")["patches"][0]["fluctuation"] == 1200);
-  replace(s.patch, "\nfluctuation = 1200", "");
-
   replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nresolution = 16\ncohorts = 128");
   const json finer = run_report(folder, "run '" + folder.write("finer.toml", s.text()) + "'");
   CHECK(finer["patches"][0]["resolution"] == 16.0);
@@ -688,8 +585,6 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "run " + scene + " --save-state -", {"--save-state -", "name a file"});
   check_refused(folder, "run " + scene + " --save-state '" + folder.at("none/state") + "'",
                 {folder.at("none/state") + ": cannot be written"});
-  check_refused(folder, "run " + scene + " --budget nan", {"--budget: Value nan not in range"});
-  check_refused(folder, "run " + scene + " --budget 1e-4", {"--budget: Value 1e-4 not in range 0.001 to"});
   check_refused(folder, "fit data.csv --load nan", {"--load is 'nan'"});
   check_refused(folder, "fit data.csv --load 2m", {"--load is '2m'", "mN"});
   for (const char* const option : {"--load 2N", "--clip-load 5mN", "--sign on", "--rule redraw"})

@@ -91,7 +91,6 @@ const ContactModel coulomb_model = [] {
   m.apply_load = &apply_coulomb_load;
   m.advance = &advance_coulomb;
   m.reset = &reset_coulomb;
-  m.set_detail = [](Patch&, std::uint32_t) noexcept { return Status::ok; };
   m.copy = &bristle::detail::copy_record<Coulomb>;
   m.stored_energy = [](const Patch&) noexcept { return 0.0; };
   m.hash = [](const Patch& p) noexcept {
@@ -265,9 +264,6 @@ TEST_CASE("A trial under another load is what a step then gives, whatever happen
   batch.restore_state(saved);
   twin.restore_state(saved);
   CHECK(answers_agree());
-  batch.set_detail(id, 350);
-  twin.set_detail(id, 350);
-  CHECK(answers_agree());
   batch.set_material(id, stiffer);
   twin.set_material(id, stiffer);
   CHECK(answers_agree());
@@ -321,7 +317,6 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
   CHECK(of_bristles([](Patch&) {}) == "nothing");
   CHECK(of_bristles([](Patch& p) { representatives<float>(p).zx[0] = 1e4f; }) == "a deflection");
   CHECK(of_bristles([](Patch& p) { representatives<float>(p).delta[0] = 0.0f; }) == "a snap length");
-  CHECK(of_bristles([](Patch& p) { representatives<float>(p).weight *= 1.001; }) == "weight");
   CHECK(of_bristles([](Patch& p) { representatives<float>(p).whole += 1; }) == "whole");
   CHECK(of_bristles([](Patch& p) { p.zeta *= 1.001; }) == "zeta");
   CHECK(of_cohorts([](Patch&) {}) == "nothing");

@@ -127,10 +127,8 @@ TEST_CASE("The energy balance with the mean force holds in every step of every k
     // bristle is counted as a snap before it loses any.
     const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
     const Precision precision = infinite ? Precision::double_ : c.options.precision;
-    // In double a snap's place is known to 1e-12; ages, slides and numbers drawn for n are less exact.
-    const double digits = precision == Precision::single                ? 1.0
-                          : ages || slides || c.options.fluctuation > 0 ? 10.0
-                                                                        : 1.0;
+    // In double a snap's place is known to 1e-12; ages and slides are less exact.
+    const double digits = precision == Precision::double_ && (ages || slides) ? 10.0 : 1.0;
     const std::uint32_t n = infinite ? 530 : c.options.bristles;
     const double most = c.options.max_normal_load;
     OnePatch patch(c.material, c.options);

@@ -991,22 +991,6 @@ TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[ex
   for (std::size_t k = written; k < cells.size(); ++k) CHECK_FALSE(cells[k].id);
 }
 
-TEST_CASE("The cells of an outline fluctuate together as the bristles asked for", "[extended][fluctuation]") {
-  // Cells slide in parallel, each with noise of its own, so their sum has the variance of `n` bristles.
-  constexpr double n = 400.0;
-  Pad pad(plain_material(smooth, SnapRule::redraw),
-          infinite_options(8.0).with_outputs(Outputs::end).with_fluctuation(400),
-          Outline::rectangle(dbar, dbar, Pressure::uniform, 2, 2), load_n);
-  std::vector<double> deflection;
-  for (int k = 0; k < 6000; ++k)
-    deflection.push_back(-pad.step(4.0 * dbar, 0.0, 0.0).end[0] / (load_n * dbar));
-  // Returns the mean of the k-th power of a deflection in steady sliding, whose density is S(z) / E[delta].
-  const auto mean_of = [](int k) { return smooth.moment(k) / std::pow(dbar, k); };
-  const double of_one = mean_of(3) / (3.0 * mean_of(1)) - std::pow(0.5 * mean_of(2) / mean_of(1), 2);
-  // Samples four mean lengths apart are independent: 6000 of them give the variance to 1.8 %.
-  CHECK(n * describe(deflection).variance == Approx(of_one).epsilon(0.1));
-}
-
 TEST_CASE("A response holds what was asked for and keeps the rest as the caller left it", "[extended]") {
   // With damping each cell of the outline computes its own response. Without damping a step in which nothing
   // snaps, here from the second step on, returns the sum of the cells' elastic forces.
@@ -1051,8 +1035,7 @@ TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[
   struct Two {
     PatchBatch batch;
     ExtendedPatches pads{batch};
-    PatchId id = pads.add(plain_material(smooth, SnapRule::redraw),
-                          infinite_options().with_fluctuation(500).with_seed(2).with_key(3),
+    PatchId id = pads.add(plain_material(smooth, SnapRule::redraw), light_options().with_seed(2).with_key(3),
                           Outline::disc(1e-3, Pressure::uniform, 2));
     std::uint64_t reset_and_slide() {
       REQUIRE(pads.reset(id));

@@ -410,13 +410,6 @@ TEST_CASE("a patch with a lay is saved, tried, thinned out and given another mat
       if (kind.material.drop == 0.0)
         expect_near(now + after.dissipated + after.contact_loss, stored, few * dbar, "energy");
     }
-    const Response at = patch.step(rest);
-    const double held = patch.energy();
-    const std::uint32_t bristles = patch.batch.info(patch.id).detail;
-    REQUIRE(patch.batch.set_detail(patch.id, bristles - 1) == Status::ok);
-    const Response thinned = patch.step(rest);
-    for (int axis = 0; axis < 2; ++axis) expect_near(thinned.end[axis], at.end[axis], few, "detail");
-    expect_near(patch.energy() + thinned.dissipated + thinned.contact_loss, held, few * dbar, "energy");
     REQUIRE(patch.batch.reset(patch.id));
     CHECK(std::abs(patch.step(rest).end[0]) < 1e-7 * load * dbar);
     CHECK(patch.energy() < 1e-12 * load * dbar * dbar);

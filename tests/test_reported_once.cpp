@@ -70,21 +70,6 @@ TEST_CASE("What waits to be reported is saved with a patch", "[batch][state]") {
   CHECK(other.step(0.0, 200.0).snaps == 0);
 }
 
-TEST_CASE("What a change of detail loses is reported once, by a step that sticks too", "[batch]") {
-  Lone patch(surface, plain_options(200).with_outputs(Outputs::all));
-  patch.step(3.0 * dbar, 200.0);
-  // Moves to and fro without a snap until the patch knows a bound on the path to its next snap. Steps within
-  // this bound visit no bristle.
-  for (int k = 0; k < 20; ++k) REQUIRE(patch.step((k % 2 == 0 ? -0.01 : 0.005) * dbar, 200.0).snaps == 0);
-  const double before = patch.batch.stored_energy(patch.motion.id);
-  REQUIRE(patch.batch.set_detail(patch.motion.id, 57) == Status::ok);
-  const double lost = before - patch.batch.stored_energy(patch.motion.id);
-  REQUIRE(std::abs(lost) > 1e-6 * before);
-  // Checks that the step reports the loss by the change of detail although it visits no bristle.
-  CHECK(patch.step(0.0, 200.0).contact_loss == Approx(lost).epsilon(1e-9));
-  for (int k = 0; k < 3; ++k) CHECK(patch.step(-1e-3 * dbar, 200.0).contact_loss == 0.0);
-}
-
 TEST_CASE("A load below zero is refused however small it is", "[bad_input]") {
   Lone patch(surface, plain_options(20));
   for (const double load : {-1e-301, -DBL_MIN, -1e-9, -1.0}) {

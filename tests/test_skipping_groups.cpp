@@ -35,10 +35,6 @@ struct Twins {
     wrong +=
         a.end[0] != b.end[0] || a.end[1] != b.end[1] || a.snaps != b.snaps || a.dissipated != b.dissipated;
   }
-  void set_detail(std::uint32_t bristles) {
-    REQUIRE(lazy.set_detail(id, bristles) == Status::ok);
-    REQUIRE(eager.set_detail(id, bristles) == Status::ok);
-  }
   void check() {
     CHECK(wrong == 0);
     CHECK(lazy.state_hash() == eager.state_hash());
@@ -81,32 +77,6 @@ TEST_CASE("Several groups of blocks are skipped with the same bits, whatever the
     Twins turning(SnapLength::lognormal(dbar, 0.3), rule);
     move_about(turning, 0.0, 0.05, 2000);
     turning.check();
-  }
-}
-
-TEST_CASE("A change of detail forgets how far the patch could go without a snap", "[skipping]") {
-  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-    INFO((rule == SnapRule::keep ? "keep" : "redraw"));
-    Twins twins(SnapLength::lognormal(dbar, 0.3), rule);
-    std::mt19937 random(5);
-    for (int round = 0; round < 60; ++round) {
-      twins.set_detail(round % 2 == 0 ? many / 4 : many);
-      const double angle = static_cast<double>(random() % 628) / 100.0;
-      // Each round slides by another length and takes small steps, after which the batch knows the path to
-      // the next snap of every group of blocks.
-      const double slide = dbar * (0.2 + 0.05 * (round % 40));
-      twins.step(slide * std::cos(angle), slide * std::sin(angle));
-      for (int k = 0; k < 4; ++k) twins.step(1e-7 * dbar, 1e-7 * dbar);
-      // Changes the number of bristles, then moves by less than the paths to a snap that were known before
-      // the change.
-      twins.set_detail(round % 2 == 0 ? many : many / 4);
-      for (int k = 0; k < 12; ++k) {
-        const double way = dbar * 1e-6 * std::pow(2.5, k);
-        twins.step(way * std::cos(angle), way * std::sin(angle));
-      }
-    }
-    CHECK(twins.wrong == 0);
-    CHECK(twins.lazy.state_hash() == twins.eager.state_hash());
   }
 }
 

@@ -117,20 +117,6 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
   cases.push_back(large);
 }
 
-/// Adds patches of the infinite brush with random fluctuation, as of few, many and very many bristles.
-inline void add_fluctuating_variants(std::vector<PatchCase>& cases) {
-  std::vector<PatchCase> infinite;
-  add_infinite_variants(infinite);
-  const std::uint32_t bristles[] = {7, 100, 10000, 1000000};
-  std::uint32_t kind = 0;
-  for (PatchCase& c : infinite) {
-    ++kind;
-    c.name += ", fluctuating";
-    c.options.with_fluctuation(bristles[kind % 4]).with_seed(kind).with_key(kind % 3);
-    cases.push_back(c);
-  }
-}
-
 /// Adds patches of ageing representatives, for every combination of axes, rule, precision and law: both
 /// forms, with and without residual and shared renewal; some begin to age half-way, some stop.
 inline void add_aged_variants(std::vector<PatchCase>& cases, std::uint32_t bristles) {
@@ -257,7 +243,6 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   }
   if (!BRISTLE_MINIMAL) add_infinite_variants(cases);
   if (!BRISTLE_MINIMAL) add_rubbed_variants(cases, bristles);
-  if (!BRISTLE_MINIMAL) add_fluctuating_variants(cases);
   if (!BRISTLE_MINIMAL) add_aged_variants(cases, bristles);
   if (!BRISTLE_MINIMAL) add_slide_variants(cases, bristles);
   return cases;

@@ -15,7 +15,6 @@
 
 #include "bristle/bristle.hpp"
 #include "bristle/keyed_beds.hpp"
-#include "bristle/load_shedder.hpp"
 #include "core/c_interface/field_count.hpp"
 #include "core/common/range_check.hpp"
 
@@ -42,8 +41,6 @@ BRISTLE_SAME_LAYOUT(bristle_response, Response,
                         BRISTLE_SAME(damping) && BRISTLE_SAME(force_limit) && BRISTLE_SAME(dissipated) &&
                         BRISTLE_SAME(contact_loss) && BRISTLE_SAME(damper_work) && BRISTLE_SAME(snaps));
 BRISTLE_SAME_LAYOUT(bristle_contact_point, ContactPoint, BRISTLE_SAME(pair) && BRISTLE_SAME(point));
-BRISTLE_SAME_LAYOUT(bristle_detail_decision, DetailDecision,
-                    BRISTLE_SAME(step) && BRISTLE_SAME(patch) && BRISTLE_SAME(bristles));
 BRISTLE_SAME_LAYOUT(bristle_cell, PatchCell, BRISTLE_SAME(position) && BRISTLE_SAME(weight));
 BRISTLE_SAME_LAYOUT(bristle_bed_cell, BedCell,
                     BRISTLE_SAME(position) && BRISTLE_SAME(stiffness) && BRISTLE_SAME(load));
@@ -104,7 +101,6 @@ struct Holds {
   Part it;
 };
 struct bristle_batch : Holds<PatchBatch> {};
-struct bristle_shedder : Holds<LoadShedder> {};
 struct bristle_extended : Holds<ExtendedPatches> {};
 struct bristle_beds : Holds<BedBatch> {};
 struct bristle_joints : Holds<JointFriction> {};
@@ -296,26 +292,18 @@ BRISTLE_MIRROR(bristle_coefficients, Coefficients, 2, BRISTLE_FIELD(kinetic), BR
                BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(spread), BRISTLE_FIELD(drop));
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 0, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(servo_core));
-BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 0, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
+BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 1, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
                BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
                BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
                BRISTLE_CHOICE(population, Population::infinite), BRISTLE_FIELD(cohorts),
-               BRISTLE_FIELD(fluctuation), BRISTLE_FIELD(resolution), BRISTLE_FIELD(lay));
+               BRISTLE_FIELD(resolution), BRISTLE_FIELD(lay));
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
                BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(bristles_visited));
-BRISTLE_MIRROR(bristle_patch_info, PatchInfo, 1, BRISTLE_FIELD(key), BRISTLE_FIELD(weight),
+BRISTLE_MIRROR(bristle_patch_info, PatchInfo, 0, BRISTLE_FIELD(key), BRISTLE_FIELD(weight),
                BRISTLE_FIELD(active), BRISTLE_FIELD(normal_load), BRISTLE_FIELD(memory_bytes),
                BRISTLE_FIELD(representatives), BRISTLE_FIELD(bytes_per_representative), BRISTLE_FIELD(kernel),
-               BRISTLE_FIELD(detail), BRISTLE_FIELD(max_normal_load));
-BRISTLE_MIRROR(bristle_shedder_options, LoadShedderOptions, 0, BRISTLE_FIELD2(budget, budget_s),
-               BRISTLE_FIELD(shed_above), BRISTLE_FIELD(shed_to), BRISTLE_FIELD(restore_to),
-               BRISTLE_FIELD2(rate, rate_s), BRISTLE_FIELD2(change, change_s), BRISTLE_FIELD(record),
-               BRISTLE_FIELD(late_steps), BRISTLE_FIELD(wait_steps));
-BRISTLE_MIRROR(bristle_shed_report, ShedReport, 0, BRISTLE_FIELD(bristles), BRISTLE_FIELD(least_share),
-               BRISTLE_FIELD(noise_growth), BRISTLE_FIELD2(rate, rate_s), BRISTLE_FIELD(late_steps),
-               BRISTLE_FIELD(decisions), BRISTLE_FIELD(decisions_lost), BRISTLE_FIELD(patches),
-               BRISTLE_FIELD(error_growth), BRISTLE_FIELD(at_least));
+               BRISTLE_FIELD(max_normal_load));
 BRISTLE_MIRROR(bristle_keyed_options, KeyedOptions, 1, BRISTLE_FIELD(capacity), BRISTLE_FIELD(keep_steps),
                BRISTLE_FIELD(seed_from_key));
 BRISTLE_MIRROR(bristle_joint_options, JointOptions, 0, BRISTLE_FIELD(spread), BRISTLE_FIELD(bristles),
@@ -513,15 +501,6 @@ const char* refusal_of(const bristle_batch* batch, const void* motions, std::siz
   if (motion_size != sizeof(Motion)) return "motion_size: give sizeof(bristle_motion)";
   if (response_size != sizeof(Response)) return "response_size: give sizeof(bristle_response)";
   return nullptr;
-}
-
-/// Returns a view of the caller's motions. Throws BadArgument if they cannot be stepped.
-Span<const Motion> motions_of(const bristle_shedder* shedder, const bristle_batch* batch,
-                              const bristle_motion* motions, std::size_t motion_size, std::size_t count) {
-  need(shedder, "shedder");
-  if (const char* refusal = refusal_of(batch, motions, motion_size, motions, sizeof(Response), count))
-    throw BadArgument{refusal};
-  return {reinterpret_cast<const Motion*>(motions), count};
 }
 
 Pressure read_pressure(std::uint32_t pressure) {
@@ -832,80 +811,6 @@ int32_t bristle_unbound_workers(const bristle_batch* batch) {
   return batch != nullptr ? batch->it.unbound_workers() : 0;
 }
 const char* bristle_isa(const bristle_batch* batch) { return batch != nullptr ? batch->it.isa() : nullptr; }
-
-uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristles) {
-  return batch != nullptr ? static_cast<std::uint32_t>(batch->it.set_detail({id}, bristles))
-                          : static_cast<std::uint32_t>(BRISTLE_STATUS_UNKNOWN_ID);
-}
-
-// --- load shedding
-
-BRISTLE_INIT(shedder_options, shedder_options, to_c<bristle_shedder_options>(LoadShedderOptions{}))
-BRISTLE_INIT(shed_report, report, bristle_shed_report{})
-
-bristle_result bristle_shedder_create(const bristle_shedder_options* options, bristle_shedder** shedder) {
-  return create(shedder, "shedder", [&] { return LoadShedder(read_options(options, "options")); });
-}
-
-void bristle_shedder_destroy(bristle_shedder* shedder) { delete shedder; }
-
-bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
-                                   uint32_t least_bristles) {
-  return with(shedder, "shedder", [&](auto& it) { it.add({patch}, priority, least_bristles); });
-}
-
-void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch) {
-  if (shedder != nullptr) shedder->it.remove({patch});
-}
-
-int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
-                                    const bristle_motion* motions, size_t motion_size, size_t count) {
-  int32_t changed = 0;
-  guarded([&] {
-    const Span<const Motion> in = motions_of(shedder, batch, motions, motion_size, count);
-    changed = shedder->it.before_step(batch->it, in);
-  });
-  return changed;
-}
-
-int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batch,
-                                   const bristle_motion* motions, size_t motion_size, size_t count,
-                                   double step_time_s, const bristle_step_report* report) {
-  int32_t changed = 0;
-  guarded([&] {
-    const Span<const Motion> in = motions_of(shedder, batch, motions, motion_size, count);
-    changed = shedder->it.after_step(batch->it, in, step_time_s, read_cpp(report, "report"));
-  });
-  return changed;
-}
-
-bristle_result bristle_shedder_find_report(const bristle_shedder* shedder, const bristle_batch* batch,
-                                           bristle_shed_report* report) {
-  return with(shedder, "shedder", [&](auto& it) {
-    need(batch, "batch");
-    write_struct(to_c<bristle_shed_report>(it.report(batch->it)), report, "report");
-  });
-}
-
-size_t bristle_shedder_read_decisions(const bristle_shedder* shedder, bristle_detail_decision* decisions,
-                                      size_t capacity) {
-  if (shedder == nullptr) return 0;
-  const Span<const DetailDecision> all = shedder->it.decisions();
-  if (decisions != nullptr)
-    for (size_t i = 0; i < std::min(capacity, all.size()); ++i)
-      decisions[i] = {all[i].step, all[i].patch.value, all[i].bristles, 0};
-  return all.size();
-}
-
-void bristle_shedder_clear_decisions(bristle_shedder* shedder) {
-  if (shedder != nullptr) shedder->it.clear_decisions();
-}
-
-size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decision* decisions, size_t count,
-                               uint64_t step) {
-  if (batch == nullptr || decisions == nullptr) return 0;
-  return apply_decisions(batch->it, {reinterpret_cast<const DetailDecision*>(decisions), count}, step);
-}
 
 // --- patches with an extent
 

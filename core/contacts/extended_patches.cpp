@@ -289,12 +289,9 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   PatchOptions options = whole;
   if (p.is_point()) return options;
   const double weight = p.cells[cell].weight;
-  const auto share = [&](std::uint32_t count) {
-    return count == 0 ? 0u : std::max(1u, static_cast<std::uint32_t>(weight * count + 0.5));
-  };
   options.max_normal_load = weight * whole.max_normal_load;
-  options.bristles = share(whole.bristles);
-  options.fluctuation = share(whole.fluctuation);
+  if (whole.bristles != 0)
+    options.bristles = std::max(1u, static_cast<std::uint32_t>(weight * whole.bristles + 0.5));
   options.seed = seed_of_cell(p, whole.seed, cell);
   return options;
 }

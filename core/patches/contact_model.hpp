@@ -1,5 +1,5 @@
 // The one interface between a patch and the code that computes its friction: a table of operations, one for
-// each contact model (and number type). Batch, keyed patches, load shedder, coupling, state files and the C
+// each contact model (and number type). Batch, keyed patches, coupling, state files and the C
 // interface know patches, not bristles. To add a model, write a record over PatchRecord with its list of
 // columns (columns.hpp) and a table, and name it in make_patch.cpp. tests/test_contact_model.cpp has a small
 // model from end to end. Unless said otherwise an operation belongs to the stepping thread, runs in the
@@ -47,9 +47,6 @@ struct ContactModel {
   /// Moves a patch's state to a patch of another material with the same options, as a change of material
   /// while in use does. Counts the snaps that this change causes.
   void (*take_over)(Patch& to, Patch& from) noexcept;
-  /// Sets the detail (representatives, strata or pieces in use), from 1 to PatchRecord::options.bristles,
-  /// without a change of force.
-  Status (*set_detail)(Patch&, std::uint32_t bristles) noexcept;
   /// Copies a patch, so that loads can be tried on the copy, into memory of at least PatchRecord::bytes,
   /// aligned to 64 bytes. The copy owns nothing.
   void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;

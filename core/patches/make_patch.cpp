@@ -19,7 +19,7 @@ struct KindNames {
 constexpr KindNames kind_names[4] = {{", keep", {", literal", ", residual", ", renewal", ", ageing"}},
                                      {", redraw", {", literal", ", residual", ", renewal", ", ageing"}},
                                      {", slide", {", timed"}},
-                                     {", infinite", {", fluctuating"}}};
+                                     {", infinite", {}}};
 
 const std::array<std::string, 1024>& kernel_names() {
   static const std::array<std::string, 1024> names = [] {

@@ -13,7 +13,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
-constexpr std::uint32_t saved_version = 5;
+constexpr std::uint32_t saved_version = 6;
 constexpr std::size_t checksum_at = 32;
 
 /// Lists the fields of a saved patch's head in order, so that writing and reading use the same list.

@@ -180,15 +180,6 @@ bool PatchBatch::ages(PatchId id) const noexcept {
   return p != nullptr && (p->ages || p->laid);
 }
 
-Status PatchBatch::set_detail(PatchId id, std::uint32_t bristles) noexcept {
-  const Impl::Turn impl(*impl_);
-  Patch* p = impl->pool.find(id);
-  if (p == nullptr) return why_missing(id.value);
-  FloatModeScope mode;
-  impl->trial.of = nullptr;
-  return p->model->set_detail(*p, bristles);
-}
-
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
   const FloatModeScope mode;  // masks exceptions that the caller may have unmasked, since a division may

@@ -25,10 +25,9 @@ inline void trace(const bristle::Material& m, const bristle::PatchOptions& o) {
       m.bristle_damping);
   std::fprintf(
       stderr,
-      "population %d bristles %u axes %d outputs %d precision %d max load %g resolution %g cohorts %u "
-      "fluctuation %u\n",
+      "population %d bristles %u axes %d outputs %d precision %d max load %g resolution %g cohorts %u\n",
       static_cast<int>(o.population), o.bristles, o.axes, static_cast<int>(o.outputs),
-      static_cast<int>(o.precision), o.max_normal_load, o.resolution, o.cohorts, o.fluctuation);
+      static_cast<int>(o.precision), o.max_normal_load, o.resolution, o.cohorts);
 }
 inline void trace(double dt, const bristle::Motion& m, const bristle::Response& r, double stored) {
   if (!traces()) return;
@@ -95,7 +94,6 @@ inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_brist
   if (kind % 4 == 1) o.resolution = 2.0;
   if (kind == 14) o.resolution = input.number(4.0);
   if (kind == 15) o.cohorts = input.byte();
-  if (kind >= 12) o.fluctuation = 1 + static_cast<std::uint32_t>(input.bits(2));
   return o;
 }
 

@@ -174,7 +174,7 @@ void extended(Bytes bytes) {
     if (trial || options.max_normal_load != 1.0 || !(motion.normal_load > 1e-5) ||
         has(first.status, bristle::Status::bad_input))
       continue;
-    if (options.outputs != bristle::Outputs::all || options.fluctuation != 0) continue;
+    if (options.outputs != bristle::Outputs::all) continue;
     double work = 0.0, way = 0.0;
     for (int i = 0; i < 3; ++i) work -= first.mean[i] * motion.displacement[i];
     for (int i = 0; i < 2; ++i) way += std::fabs(motion.displacement[i]);

@@ -144,8 +144,7 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     // Leaves out loads that are a small part of one bristle: a bristle stands for many newtons, so the patch
     // cannot represent such loads.
     const bool balances = !changed && !twins.clock_stands() && options.max_normal_load == 1.0 &&
-                          motion.normal_load > 1e-6 && options.outputs == bristle::Outputs::all &&
-                          options.fluctuation == 0;
+                          motion.normal_load > 1e-6 && options.outputs == bristle::Outputs::all;
     if (trial || has(r.status, bristle::Status::bad_input)) continue;
     changed = false;
     if (!balances) continue;

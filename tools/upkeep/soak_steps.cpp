@@ -45,22 +45,20 @@ struct Model {
   Material (*change)(Material);
   SnapRule rule;
   bool infinite;
-  std::uint32_t fluctuation;
 };
 Material as_it_is(Material m) { return m; }
 Material rubbed(Material m) { return m.with_residual_length(0.1 * mean_length).with_shared_renewal(1.0); }
 Material aged(Material m) { return m.with_ageing(bristle::Ageing::logarithmic(0.05, 1e-3)); }
 Material aged_and_rubbed(Material m) { return aged(rubbed(m)); }
 constexpr Model models[] = {
-    {"keep", as_it_is, SnapRule::keep, false, 0},
-    {"redraw", as_it_is, SnapRule::redraw, false, 0},
-    {"rubbed", rubbed, SnapRule::redraw, false, 0},
-    {"aged", aged, SnapRule::redraw, false, 0},
-    {"aged-rubbed", aged_and_rubbed, SnapRule::redraw, false, 0},
-    {"infinite", as_it_is, SnapRule::redraw, true, 0},
-    {"infinite-rubbed", rubbed, SnapRule::redraw, true, 0},
-    {"infinite-aged", aged, SnapRule::redraw, true, 0},
-    {"infinite-fluctuating", as_it_is, SnapRule::redraw, true, 300},
+    {"keep", as_it_is, SnapRule::keep, false},
+    {"redraw", as_it_is, SnapRule::redraw, false},
+    {"rubbed", rubbed, SnapRule::redraw, false},
+    {"aged", aged, SnapRule::redraw, false},
+    {"aged-rubbed", aged_and_rubbed, SnapRule::redraw, false},
+    {"infinite", as_it_is, SnapRule::redraw, true},
+    {"infinite-rubbed", rubbed, SnapRule::redraw, true},
+    {"infinite-aged", aged, SnapRule::redraw, true},
 };
 
 /// Random numbers by SplitMix64 and plain arithmetic, so that they are the same on every machine.
@@ -162,7 +160,6 @@ struct Walk {
     options.seed = static_cast<std::uint32_t>(part + 1);
     options.bristles = model.infinite ? 0 : bristles;
     options.population = model.infinite ? bristle::Population::infinite : options.population;
-    options.fluctuation = model.fluctuation;
     id = batch.add(model.change(material), options);
   }
 

@@ -273,13 +273,13 @@ typedef struct bristle_patch_options {
   uint64_t key;           /**< the caller's own name of the contact */
   uint32_t bristles;      /**< representatives; 0 = one per physical bristle, at most 4096 */
   uint32_t seed;
-  int32_t axes;         /**< 1 or 2 */
-  uint32_t outputs;     /**< BRISTLE_OUTPUT_... */
-  uint32_t precision;   /**< BRISTLE_PRECISION_... */
-  uint32_t population;  /**< BRISTLE_POPULATION_... */
-  uint32_t cohorts;     /**< infinite: largest number of cohorts, 8 to 512; 0 = automatic */
-  uint32_t fluctuation; /**< infinite: force is as noisy as with this many bristles; 0: no noise */
-  double resolution;    /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
+  int32_t axes;        /**< 1 or 2 */
+  uint32_t outputs;    /**< BRISTLE_OUTPUT_... */
+  uint32_t precision;  /**< BRISTLE_PRECISION_... */
+  uint32_t population; /**< BRISTLE_POPULATION_... */
+  uint32_t cohorts;    /**< infinite: largest number of cohorts, 8 to 512; 0 = automatic */
+  uint32_t reserved;   /**< 0 */
+  double resolution;   /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
   bristle_lay lay;
 } bristle_patch_options;
 
@@ -341,11 +341,9 @@ typedef struct bristle_patch_info {
   double active;            /**< representatives in contact, a real number */
   double normal_load;       /**< N, load of the last step */
   uint64_t memory_bytes;    /**< bytes of this patch's state */
-  uint32_t representatives; /**< allocated; an infinite brush: its resolution, rounded up */
+  uint32_t representatives; /**< their number; an infinite brush: its resolution, rounded up */
   uint32_t bytes_per_representative;
   const char* kernel;     /**< variant in use, e.g. "2 axes, redraw, end + mean, single" */
-  uint32_t detail;        /**< representatives or pieces in use: see bristle_set_detail */
-  uint32_t reserved;      /**< 0 */
   double max_normal_load; /**< N, load from which all representatives are in contact */
 } bristle_patch_info;
 
@@ -444,94 +442,6 @@ BRISTLE_API int32_t bristle_threads(const bristle_batch* batch);
 BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
 /** Instruction set in use; null for a null batch. [any] */
 BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
-
-/** Changes the number of representatives or pieces in use: PatchBatch::set_detail. Returns
- * BRISTLE_STATUS_OK or the fault. Never allocates. [step] */
-BRISTLE_API uint32_t bristle_set_detail(bristle_batch* batch, bristle_id id, uint32_t bristles);
-
-/* ----------------------------------------------------------------------------------------- load shedding */
-
-/** Keeps the steps of a batch within a time budget by leaving out bristles: bristle::LoadShedder. */
-typedef struct bristle_shedder bristle_shedder;
-
-/** Options of a load shedder: bristle::LoadShedderOptions. */
-typedef struct bristle_shedder_options {
-  size_t struct_size;
-  double budget;      /**< s, time budget of one step */
-  double shed_above;  /**< share of the budget above which bristles are left out */
-  double shed_to;     /**< share of the budget that a step may take after bristles are left out */
-  double restore_to;  /**< share of the budget that a step may take after bristles are restored */
-  double rate;        /**< s, first estimate of the step time per bristle visited; 0 = unknown */
-  double change;      /**< s, one-off cost of a restored bristle */
-  uint64_t record;    /**< decisions remembered */
-  int32_t late_steps; /**< steps in a row above `shed_above` before bristles are left out */
-  int32_t wait_steps; /**< steps between two restorations */
-} bristle_shedder_options;
-
-/** Bristles left out at present, and their effect: bristle::ShedReport. */
-typedef struct bristle_shed_report {
-  size_t struct_size;
-  uint64_t bristles;       /**< representatives and pieces left out */
-  double least_share;      /**< share of its representatives or pieces that the most reduced patch keeps */
-  double noise_growth;     /**< growth of the force fluctuation of representatives in sliding */
-  double rate;             /**< s, estimated step time per bristle visited */
-  uint64_t late_steps;     /**< steps that took more than the budget, so far */
-  uint64_t decisions;      /**< changes of detail, so far */
-  uint64_t decisions_lost; /**< decisions missing from the record */
-  uint32_t patches;        /**< patches that use fewer representatives or pieces than they have */
-  uint32_t at_least;       /**< patches from which nothing more can be left out */
-  double error_growth;     /**< growth of the error of an infinite brush with fewer pieces */
-} bristle_shed_report;
-
-/** One call of bristle_set_detail by a shedder: bristle::DetailDecision. The struct never changes. */
-typedef struct BRISTLE_SHARED_LAYOUT bristle_detail_decision {
-  uint64_t step;
-  bristle_id patch;
-  uint32_t bristles;
-  uint32_t reserved; /**< not read */
-} bristle_detail_decision;
-
-/** Fills `options` with the defaults of bristle::LoadShedderOptions. [any] */
-BRISTLE_API bristle_result bristle_init_shedder_options(bristle_shedder_options* options, size_t struct_size);
-/** Sets `report` to zeros. [any] */
-BRISTLE_API bristle_result bristle_init_shed_report(bristle_shed_report* report, size_t struct_size);
-/** Makes a shedder. `options` may be null: defaults. Destroy it by bristle_shedder_destroy. [any] */
-BRISTLE_API bristle_result bristle_shedder_create(const bristle_shedder_options* options,
-                                                  bristle_shedder** shedder);
-/** Destroys the object. Null does nothing. [alone] */
-BRISTLE_API void bristle_shedder_destroy(bristle_shedder* shedder);
-/** Allows the patch to be reduced to `least_bristles`, before patches of higher priority; an infinite brush
- * to half of its pieces: see LoadShedder::add. Allocates. [step] */
-BRISTLE_API bristle_result bristle_shedder_add(bristle_shedder* shedder, bristle_id patch, int32_t priority,
-                                               uint32_t least_bristles);
-/** Removes a patch from the shedder. Null does nothing. [step] */
-BRISTLE_API void bristle_shedder_remove(bristle_shedder* shedder, bristle_id patch);
-/** Sheds if the motions of the next step would take too long. Returns the number of patches changed; 0, with
- * the reason in bristle_last_error, for an argument that is null or of a wrong size. Never allocates, unless
- * it fails. [step] */
-BRISTLE_API int32_t bristle_shedder_before_step(bristle_shedder* shedder, bristle_batch* batch,
-                                                const bristle_motion* motions, size_t motion_size,
-                                                size_t count);
-/** Updates the estimate from a step and its time (s), and sheds or restores bristles. Otherwise as
- * bristle_shedder_before_step. [step] */
-BRISTLE_API int32_t bristle_shedder_after_step(bristle_shedder* shedder, bristle_batch* batch,
-                                               const bristle_motion* motions, size_t motion_size,
-                                               size_t count, double step_time_s,
-                                               const bristle_step_report* report);
-/** Reads the bristles left out; `report` must be initialised. [step] */
-BRISTLE_API bristle_result bristle_shedder_find_report(const bristle_shedder* shedder,
-                                                       const bristle_batch* batch,
-                                                       bristle_shed_report* report);
-/** Writes the decisions since the last clear, oldest first, as many as fit. Returns their total number.
- * [step] */
-BRISTLE_API size_t bristle_shedder_read_decisions(const bristle_shedder* shedder,
-                                                  bristle_detail_decision* decisions, size_t capacity);
-/** Clears the record of decisions. Null does nothing. [step] */
-BRISTLE_API void bristle_shedder_clear_decisions(bristle_shedder* shedder);
-/** Replays the decisions at the head of `decisions` that belong before step `step`; returns their number.
- * [step] */
-BRISTLE_API size_t bristle_apply_decisions(bristle_batch* batch, const bristle_detail_decision* decisions,
-                                           size_t count, uint64_t step);
 
 /* -------------------------------------------------------------------------------------- patches by key */
 

@@ -13,7 +13,6 @@
 #include "bristle/joint_friction.hpp"
 #include "bristle/keyed_beds.hpp"
 #include "bristle/keyed_patches.hpp"
-#include "bristle/load_shedder.hpp"
 #include "bristle/material.hpp"
 #include "bristle/outline.hpp"
 #include "bristle/patch.hpp"

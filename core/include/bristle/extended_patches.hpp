@@ -78,8 +78,8 @@ struct ExtendedInfo {
 
 /// Extended patches over a batch. Several such objects, and point patches, may share one batch.
 ///
-/// Options of a patch hold for the whole outline: `max_normal_load`, `bristles` and `fluctuation` are shared
-/// among the cells by weight (every cell has at least one bristle); 0 bristles stays automatic for each cell.
+/// Options of a patch hold for the whole outline: `max_normal_load` and `bristles` are shared among the cells
+/// by weight (every cell has at least one bristle); 0 bristles stays automatic for each cell.
 /// The material's viscous friction, a number of the patch, is shared in the same way. Cells have seeds of
 /// their own. A patch whose only cell is its centre is, to the bit, the patch that PatchBatch::add would make
 /// with the same options. Outlines of more cells need two axes.
@@ -88,7 +88,7 @@ struct ExtendedInfo {
 /// remove and set_material, all cells of an outline at once; the stepping thread calls the rest. The batch
 /// must outlive this object, and must not be moved. Nothing allocates but the constructor, the destructor,
 /// add, remove, set_material and restore_state. Step cells by this object, or by
-/// PatchBatch::step with write_motions; change them by set_detail only; calls that read a patch are allowed.
+/// PatchBatch::step with write_motions; calls that read a patch are allowed.
 class BRISTLE_API ExtendedPatches {
  public:
   explicit ExtendedPatches(PatchBatch& batch);

@@ -35,8 +35,8 @@ enum class Population : unsigned char {
   automatic,        ///< `infinite` where the law allows it and no number of bristles is asked for, else
                     ///< `representatives`. The default.
   representatives,  ///< n bristles, each with its deflection and snap length
-  infinite          ///< infinitely many: a list of cohorts, without noise unless `fluctuation` is set. Needs
-                    ///< SnapRule::redraw; computes in double whatever `precision` says
+  infinite  ///< infinitely many: a list of cohorts, without noise. Needs SnapRule::redraw; computes in
+            ///< double whatever `precision` says
 };
 
 /// Results computed in addition to the force at the end of a step. Combine with |.
@@ -101,7 +101,7 @@ struct PatchOptions {
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   std::uint32_t seed = 1;  ///< seed of random snap lengths; patches with different seeds are independent
-  std::uint64_t key = 0;   ///< the caller's name for the contact; with `seed` it keys renewal and fluctuation
+  std::uint64_t key = 0;   ///< the caller's name for the contact; with `seed` it keys renewal
   Population population = Population::automatic;
   std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
                                       ///< 512
@@ -110,10 +110,7 @@ struct PatchOptions {
   /// time grows with it. In sliding the error falls with its square until cohorts merge. Under a load that
   /// changes at random the rms error is below 2 % (lognormal, cv 0.3), 6 % (cv 1): test_random_laws.
   double resolution = automatic;
-  std::uint32_t fluctuation = 0;  ///< Population::infinite: the force fluctuates as that of this many
-                                  ///< bristles, drawn by `seed` and `key`; 0 = no noise
-  Lay lay;                        ///< direction of the surface, in the patch's axes (for an outline in those
-                                  ///< of the surface); fixed
+  Lay lay;  ///< direction of the surface, in the patch's axes (for an outline in those of the surface); fixed
   detail::ComparisonModes compared;
 
   PatchOptions& with_max_normal_load(double newtons) { return detail::set(*this, max_normal_load, newtons); }
@@ -125,9 +122,6 @@ struct PatchOptions {
   PatchOptions& with_population(Population value) { return detail::set(*this, population, value); }
   PatchOptions& with_cohorts(std::uint32_t count) { return detail::set(*this, cohorts, count); }
   PatchOptions& with_resolution(double pieces) { return detail::set(*this, resolution, pieces); }
-  PatchOptions& with_fluctuation(std::uint32_t bristles_) {
-    return detail::set(*this, fluctuation, bristles_);
-  }
   PatchOptions& with_lay(const Lay& value) { return detail::set(*this, lay, value); }
   PatchOptions& with_key(std::uint64_t value) { return detail::set(*this, key, value); }
 };
@@ -196,13 +190,12 @@ struct Response {
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
-  std::uint32_t representatives = 0;  ///< number allocated; Population::infinite: the resolution, rounded up
-  std::uint32_t detail = 0;      ///< number of representatives or pieces in use: see PatchBatch::set_detail
-  double weight = 0.0;           ///< w, physical bristles per representative in use; Population::infinite: 0
-  double active = 0.0;           ///< number of representatives in contact, not always whole
-  double normal_load = 0.0;      ///< N, load of the last step
-  double max_normal_load = 0.0;  ///< N, load from which all representatives are in contact
-  std::uint64_t memory_bytes = 0;  ///< bytes of this patch's state
+  std::uint32_t representatives = 0;  ///< their number; Population::infinite: the resolution, rounded up
+  double weight = 0.0;                ///< w, physical bristles per representative; Population::infinite: 0
+  double active = 0.0;                ///< number of representatives in contact, not always whole
+  double normal_load = 0.0;           ///< N, load of the last step
+  double max_normal_load = 0.0;       ///< N, load from which all representatives are in contact
+  std::uint64_t memory_bytes = 0;     ///< bytes of this patch's state
   std::uint32_t bytes_per_representative = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };

@@ -63,7 +63,7 @@ struct StepReport {
 /// - The adding thread calls add, remove and set_material, and makes and destroys what is made over the
 /// batch.
 /// - The stepping thread makes all other calls: step, reset, find_force, strengthening_damping,
-///   ages, set_detail, info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state,
+///   ages, info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state,
 ///   patch_count, warm_up, and all calls of KeyedPatches and ExtendedPatches that the adding thread does not
 ///   make.
 /// The two may be one thread, or two that work at the same time; on either side one call at a time. An id is
@@ -122,13 +122,6 @@ class BRISTLE_API PatchBatch {
   /// Whether the contact ages or has a drop or a lay. Its force limit may then be far above the force at
   /// which it slides.
   bool ages(PatchId id) const noexcept;
-
-  /// Makes the patch use `bristles` representatives (1 to its n) of weight zeta_max / bristles; an infinite
-  /// brush, that many pieces (PatchInfo::detail). Fewer mean less work and a noisier or less exact force. No
-  /// force changes and no bristle snaps. The next `contact_loss` includes the energy that the change takes
-  /// (negative: adds). The change costs, once, a time in proportion to the bristles kept or restored. Never
-  /// allocates. Status::unknown_id or bad_input: nothing changed. See core/MODEL.md, section 24.
-  Status set_detail(PatchId id, std::uint32_t bristles) noexcept;
 
   /// Returns state and memory use. For an unknown id, this function and those below return zeros.
   PatchInfo info(PatchId id) const noexcept;

@@ -58,15 +58,13 @@ struct CohortScalars : CohortState {
 struct Cohorts : PatchRecord, CohortScalars {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;
-  /// Kernels of a patch whose force fluctuates as that of n bristles (fluctuation.hpp), else null.
-  const CohortNoise* noise = nullptr;
   double follow = 0.0;  ///< path of a slide, scaled, after which the cohorts need not be
                         ///< stepped: they move with the patch unchanged
 
   /// Path, scaled, after which one long step that began with straight bristles is in steady sliding; 0 = as
   /// long as `follow`.
   double forget = 0.0;
-  bool glides = false;  ///< whether the patch may glide; one that ages or fluctuates may not
+  bool glides = false;  ///< whether the patch may glide; one that ages may not
 
   // Constants for glides (steady slides on bent paths), in scaled lengths; derived in make.cpp.
   double memory = 0.0;             ///< path that bristles remember: mean squared deflection over mean
@@ -79,7 +77,6 @@ struct Cohorts : PatchRecord, CohortScalars {
   double chord_share = 0.0;        ///< factor from which Glide::chord_share (angle of a chord) is computed
   std::uint32_t pieces = 0;        ///< pieces of path per mean snap length that the options ask for, rounded
                                    ///< up; PatchInfo::representatives reports the number
-  std::uint32_t detail = 0;        ///< pieces of path per mean snap length in use (PatchBatch::set_detail)
   double* rows = nullptr;          ///< data of the cohorts: rows of 8 cohorts with 8 columns (CohortColumn)
   CohortAgeing* ageing = nullptr;  ///< births of cohorts and times of the slide; null without ageing
 
@@ -151,12 +148,12 @@ void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 
 // ----------------------------------------------------- make, load, step, material, state
 
-void set_pieces(Cohorts& r, std::uint32_t detail) noexcept;
+void set_pieces(Cohorts& r) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
 /// Whether a move of at least the path `forget` is so long that the state at its end does not depend on the
-/// state at its start. With noise and shared renewal together none is.
-bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept;
+/// state at its start.
+inline bool is_forgetful(const CohortMove& move, double forget) noexcept { return move.length >= forget; }
 /// Whether a move that forgets its start is nevertheless stepped in pieces. With shared renewal slide_far()
 /// gives only the state at the end, so mean force and energy need the pieces.
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept;

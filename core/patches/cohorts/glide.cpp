@@ -90,7 +90,7 @@ std::int64_t units_of(double mass_length) noexcept { return std::llrint(mass_len
 }  // namespace
 
 double find_lack(const Cohorts& r, double along, double across, double curve) noexcept {
-  const double allowed = std::max(0.032 / (static_cast<double>(r.detail) * r.detail), 5e-4);
+  const double allowed = std::max(0.032 / (static_cast<double>(r.pieces) * r.pieces), 5e-4);
   const double bent = curve * r.memory;
   const double kinetic = r.material->kinetic;
   const double lack = kinetic - std::sqrt(along * along + across * across);

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "core/patches/cohorts/cohorts.hpp"
-#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -62,7 +61,6 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   const double cut = find_cut(r, mass_now, r.mass - mass_now);
   double kept_of[most_cohorts];
   for (std::uint32_t i = 0; i < r.count; ++i) kept_of[i] = cut_cohort(r.rows, i, cut, mass_now);
-  if (r.noise != nullptr) draw_cut(r, kept_of);
   double missing = mass_now;
   std::uint32_t largest = 0;
   for (std::uint32_t i = 0; i < r.count; ++i) {

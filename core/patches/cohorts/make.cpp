@@ -5,7 +5,6 @@
 
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
-#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -23,7 +22,6 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.capacity = capacity;
   clear_cohorts(r);
   if (r.ageing != nullptr) *r.ageing = CohortAgeing{};
-  set_pieces(r, r.pieces);
   p = make_shared_part(r, *p.model);
   note_cohorts(p);
 }
@@ -43,25 +41,14 @@ void copy(const Patch& from, Patch& to, std::byte* memory) noexcept {
   to.record = &made;
 }
 
-Status set_detail(Patch& p, std::uint32_t detail) noexcept {
-  Cohorts& r = cohorts(p);
-  if (detail == 0 || detail > r.pieces) return Status::bad_input;
-  set_pieces(r, detail);
-  if (r.ageing != nullptr)
-    r.ageing->rate_per_length = r.ageing->snap_rate = 0.0;  // marks the stored snap rate, computed for the
-                                                            // old resolution, as unknown
-  return Status::ok;
-}
-
 void describe(const Patch& p, PatchInfo& info) noexcept {
   const Cohorts& r = cohorts(p);
   info.representatives = r.pieces;
-  info.detail = r.detail;
   info.weight = 0.0;
   info.max_normal_load = p.material().material.load_on_bristles(r.zeta_max());
-  info.active = r.mass / full_mass * r.detail;
+  info.active = r.mass / full_mass * r.pieces;
   info.bytes_per_representative = static_cast<std::uint32_t>(r.bytes / r.pieces);
-  info.kernel = kernel_name(p, BristleKind::infinite, r.noise != nullptr ? 1u : 0u, true);
+  info.kernel = kernel_name(p, BristleKind::infinite, 0u, true);
 }
 
 constexpr ContactModel cohorts_model = {.name = "cohorts",
@@ -70,7 +57,6 @@ constexpr ContactModel cohorts_model = {.name = "cohorts",
                                         .renew_bound = &renew_cohort_bound,
                                         .reset = &reset,
                                         .take_over = &take_over_cohorts,
-                                        .set_detail = &set_detail,
                                         .copy = &copy,
                                         .stored_energy = &find_cohort_energy,
                                         .hash = &hash_cohorts,
@@ -109,9 +95,8 @@ double find_long_step(double kinetic, double square, double share) noexcept {
 
 }  // namespace
 
-void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
-  r.detail = detail;
-  const double resolution = r.options.resolution * (static_cast<double>(detail) / r.pieces);
+void set_pieces(Cohorts& r) noexcept {
+  const double resolution = r.options.resolution;
   const double mean = r.law.mean;
   // Makes pieces of path shorter for a narrow snap-length law, or a narrow group of lengths in a law, of
   // which a larger share would snap within one piece.
@@ -126,13 +111,12 @@ void set_pieces(Cohorts& r, std::uint32_t detail) noexcept {
   // Calculates the share of mass below which a cohort is negligible. In steady sliding a cohort begins with
   // the share `share` of the mass; under a wide law it matters until only the share `weak` of that is left.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
-  set_fluctuation(r);
   // Lengthens, for finer pieces, the path after which a step counts as having forgotten its start: what is
   // left of a turn falls to a tenth along 0.3 of this path, and fine pieces tolerate less of it. Not for laws
   // with corners and renewal, under which a turn may be remembered for longer.
   r.forget = 0.0;
   const bool renews = r.law.renewal > 0.0;
-  if ((renews && !r.material->survival().smooth) || r.ages() || r.noise != nullptr) return;
+  if ((renews && !r.material->survival().smooth) || r.ages()) return;
   const double solved = r.material->renewal().forget * mean;
   const double finer = std::max(resolution / default_resolution, 1.0);
   double forget = solved * (1.0 + 0.25 * std::log2(finer)) + r.law.residual;
@@ -193,7 +177,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.highest_curve = 1.0 / (16.0 * made.memory);
   made.chord_share = (1.0 + made.law.residual * made.law.snap_rate * (1.0 + made.law.renewal)) / 12.0;
   made.long_step = find_long_step(kinetic, square, 1.0 / 12.0);
-  set_pieces(made, made.pieces);
+  set_pieces(made);
   double capacity = options.cohorts;
   if (options.cohorts == 0)
     capacity = std::clamp(default_cohorts / 8.0 * made.law.mean / made.law.piece, 24.0, 256.0);
@@ -201,7 +185,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.options.cohorts = made.capacity;
 
   Cohorts* r = make_record(std::move(material), made);
-  r->glides = !r->ages() && r->noise == nullptr;
+  r->glides = !r->ages();
   clear_cohorts(*r);
   if (r->ageing != nullptr) *r->ageing = CohortAgeing{};
   Patch p = make_shared_part(*r, cohorts_model);

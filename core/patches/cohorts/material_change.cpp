@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "core/patches/cohorts/cohorts.hpp"
-#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -40,8 +39,7 @@ void slip_all(Patch& p, bool fresh) noexcept {
     const double square = zx * zx + zy * zy;
     const double length = std::sqrt(square);
     const double reach = std::max(length - r.law.residual, 0.0) / strength_of(p, times, i);
-    double kept = hold_beyond(r, i, reach, fresh);
-    if (r.noise != nullptr && kept < mass) kept = draw_kept(r, i, mass, kept);
+    const double kept = hold_beyond(r, i, reach, fresh);
     snapped += mass - kept;
     squares += (mass - kept) * square;
     if (length > 0.0) {
@@ -89,7 +87,6 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   const Cohorts& old = cohorts(from);
   r.options.seed = old.options.seed;
   to.overload = from.overload;
-  set_pieces(r, old.detail);
 
   // Converts the places of cohorts to scaled lengths of the new material, relative to the patch's present
   // position.

@@ -4,7 +4,6 @@
 
 #include "core/common/hashing.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
-#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -37,7 +36,6 @@ void count_fields(State& s, const Cohorts& r, Visit&& visit) noexcept {
   visit(s.open[2], FieldRule{.hashed = Hashed::high_half});
   visit(s.layered, FieldRule{"layered", 0.0, 1.0});
   visit(s.count, FieldRule{"count", 0.0, static_cast<double>(r.capacity), Hashed::apart});
-  visit(s.detail, FieldRule{"detail", 1.0, static_cast<double>(r.pieces), Hashed::apart});
 }
 
 template <class AnyGlide, class Visit>
@@ -58,20 +56,12 @@ void glide_fields(AnyGlide& g, const Cohorts& r, Visit&& visit) noexcept {
   visit(g.on, FieldRule{"course", 0.0, 1.0});
 }
 
-/// Lists what a patch whose force fluctuates saves in addition.
-template <class State, class Visit>
-void fluctuation_fields(State& s, Visit&& visit) noexcept {
-  visit(s.draws);
-  visit(s.draws_due, FieldRule{"renewals due", 0.0, 1.0});
-}
-
 template <class State, class Noted, class Visit>
 void cohort_fields(State& s, Noted& noted, const Cohorts& r, Visit&& visit) noexcept {
   slide_fields(s, r, visit);
   for (int axis = 0; axis < 2; ++axis) axis_fields(s, noted, axis, visit);
   count_fields(s, r, visit);
   glide_fields(s.glide, r, visit);
-  if (r.noise != nullptr) fluctuation_fields(s, visit);
 }
 
 constexpr double ever = 1e17;  ///< time longer than any clock runs for, s
@@ -230,10 +220,6 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
       });
   count_fields(r, r, hash);
   glide_fields(r.glide, r, hash);
-  if (r.noise != nullptr) {
-    hasher.add(r.law.draw_key);
-    fluctuation_fields(r, hash);
-  }
   for (std::uint32_t i = 0; i < r.count; ++i)
     for (std::uint32_t c = 0; c < cohort_columns; ++c)
       hasher.add(entry(r.rows, i, static_cast<CohortColumn>(c)));
@@ -272,7 +258,6 @@ std::uint64_t cohort_signature(const Patch& p) noexcept {
   hasher.add(p.material().hash);
   for (double x : {r.zeta_max(), r.options.max_normal_load, r.options.resolution}) hasher.add(x);
   hasher.add(std::uint64_t{r.capacity} << 32 | r.first_seed);
-  if (r.noise != nullptr) hasher.add(std::uint64_t{r.options.fluctuation});
   hasher.add(static_cast<std::uint64_t>(p.axes) << 8 | static_cast<std::uint64_t>(p.outputs));
   return hasher.value();
 }
@@ -323,7 +308,6 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   r.options.seed = seed;
   std::int64_t noted[2];
   cohort_fields(r, noted, r, read);
-  set_pieces(r, r.detail);
   read.column(r.rows, r.capacity * cohort_columns);
   for (std::uint32_t i = r.count; i < r.capacity; ++i) clear_lane(r.rows, i);
   if (r.ageing != nullptr) {

@@ -243,10 +243,6 @@ double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept 
 
 }  // namespace
 
-bool is_forgetful(const Cohorts& r, const CohortMove& move, double forget) noexcept {
-  return move.length >= forget && (r.law.renewal == 0.0 || r.noise == nullptr);
-}
-
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept {
   return move.books && (r.law.renewal > 0.0 || move.length < r.follow);
 }

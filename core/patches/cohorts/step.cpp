@@ -4,7 +4,6 @@
 #include <cstring>
 
 #include "core/patches/cohorts/cohorts.hpp"
-#include "core/patches/cohorts/fluctuation.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -101,11 +100,9 @@ double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState&
 Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const CohortState& s,
                  const double* rows) noexcept {
   Slide slide;
-  // Finds the length of the present slide (run). For a patch that fluctuates it stays 0, so that its whole
-  // path is computed piece by piece.
   if (r.glides) find_run(p, r, a, slide);
   if (r.ageing != nullptr) {
-    if (r.noise == nullptr) slide.run = find_straight_run(p, r, a);
+    slide.run = find_straight_run(p, r, a);
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
@@ -209,8 +206,7 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // limits the path so that products stay finite
   for (int axis = 0; axis < 2; ++axis) {
-    const double work = far * (r.noise == nullptr ? s.mass * slide.move.to[axis] - s.moment[axis]
-                                                  : s.mass * carried_deflection(r, slide.move, axis));
+    const double work = far * (s.mass * slide.move.to[axis] - s.moment[axis]);
     t.integral[axis] += work;
     t.lost += 2.0 * work * slide.move.direction[axis];
   }
@@ -264,13 +260,10 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   slide.move.times.births = births;
   if (slide.move.length > 0.0) {
     slide.move.books = p.outputs != Outputs::end;
-    forgets = is_forgetful(r, slide.move, slide.forget);
-    if (!forgets || needs_pieces(r, slide.move)) {
-      const auto& moves = r.noise == nullptr ? r.kernels->move : r.noise->move;
-      moves[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
-    }
+    forgets = is_forgetful(slide.move, slide.forget);
+    if (!forgets || needs_pieces(r, slide.move))
+      r.kernels->move[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     if (forgets) slide_far(r, state, rows, slide.move, totals);
-    if (forgets && r.noise != nullptr) scatter(r, state, rows, slide.move, totals);
     if (totals.pieces == 0 && slide.carried == 0.0) {  // the bound allowed for snaps, but none
                                                        // happened
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};

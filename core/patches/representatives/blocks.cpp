@@ -73,7 +73,7 @@ double all_squares(const Patch& p) noexcept {
 template <class T>
 double joules_per_square(const Patch& p) noexcept {
   const CompiledMaterial& m = p.material();
-  return 0.5 * m.material.bristle_stiffness * representatives<T>(p).weight * p.overload *
+  return 0.5 * m.material.bristle_stiffness * representatives<T>(p).full_weight * p.overload *
          m.metres_per_length * m.metres_per_length;
 }
 
@@ -105,11 +105,11 @@ template <class T>
 void note_count(Patch& p) noexcept {
   Representatives<T>& r = representatives<T>(p);
   const CompiledMaterial& m = p.material();
-  r.largest_work = r.detail;
+  r.largest_work = r.bristles;
   p.whole = r.full_blocks() * block_size;
   p.part = r.has_tail() ? tail_weight(r) : 0.0;
   p.newtons_per_unit =
-      m.material.bristle_stiffness * r.weight * p.overload * m.metres_per_length * length_per_fixed;
+      m.material.bristle_stiffness * r.full_weight * p.overload * m.metres_per_length * length_per_fixed;
   note_tail<T>(p);
   note_contact(p);
 }

@@ -86,9 +86,9 @@ void scale_all(Patch& p, double factor) noexcept {
 
 }  // namespace
 
-ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept {
+ContactCount count_contacts(double zeta, double weight, std::uint32_t bristles) noexcept {
   double active = zeta / weight;
-  const double all = detail;
+  const double all = bristles;
   double overload = 1.0;
   // Prevents rounding from turning the maximum load itself into an overload.
   if (active > all * (1.0 + 1e-14)) overload = active / all;
@@ -105,7 +105,7 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
   const bool energy = has(p.outputs, Outputs::energy);
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
-  const ContactCount now = count_contacts(p.zeta, r.weight, r.detail);
+  const ContactCount now = count_contacts(p.zeta, r.full_weight, r.bristles);
 
   if (now.active != r.active || now.overload != p.overload) forget_upper_bounds<T>(p);
   const double joules = joules_per_square<T>(p);
@@ -128,7 +128,7 @@ double apply_load(Patch& p, double normal_load_n) noexcept {
     if (energy) loss += before - joules_per_square<T>(p) * all_squares<T>(p);
   }
   note_count<T>(p);
-  BRISTLE_ASSERT(r.detail >= 1 && r.detail <= r.bristles && r.in_contact() <= r.detail);
+  BRISTLE_ASSERT(r.in_contact() <= r.bristles);
   BRISTLE_ASSERT(r.fraction >= 0.0 && r.fraction < 1.0 && p.overload >= 1.0);
   return loss;
 }

@@ -24,7 +24,6 @@ constexpr ContactModel representatives_model = {
     .shared = &shared_step<T>,
     .reset = &reset<T>,
     .take_over = &take_over<T>,
-    .set_detail = &set_detail<T>,
     .copy = &copy_patch<T>,
     .stored_energy = &find_stored_energy<T>,
     .hash = &hash_patch<T>,
@@ -72,8 +71,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
     made.bristles = static_cast<std::uint32_t>(std::clamp(std::ceil(zeta_max), 1.0, 4096.0));
   made.options.bristles = made.bristles;
   made.first_seed = options.seed;
-  made.full_weight = made.weight = weight > 0.0 ? weight : zeta_max / made.bristles;
-  made.detail = made.bristles;
+  made.full_weight = weight > 0.0 ? weight : zeta_max / made.bristles;
   made.variant = find_variant(options, made.redraws(), material->residual > 0.0, made.renews(), made.ages());
   made.kernels = &kernels;
   if (kernels.step[made.variant] == nullptr ||
@@ -140,8 +138,6 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Representatives<T>& r = representatives<T>(p);
   static_cast<RepresentativeCount&>(r) = RepresentativeCount{};
   if (r.shared != nullptr) static_cast<RenewalState&>(*r.shared) = RenewalState{};
-  r.weight = r.full_weight;
-  r.detail = r.bristles;
   r.options.key = key;
   change_seed(r, seed);
   fill_columns(r);
@@ -161,8 +157,7 @@ template <class T>
 void describe(const Patch& p, PatchInfo& info) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   info.representatives = r.bristles;
-  info.detail = r.detail;
-  info.weight = r.weight;
+  info.weight = r.full_weight;
   info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.bristles);
   info.active = r.active;
   std::size_t bytes = 0;
@@ -192,9 +187,6 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
   }
   // Uses the scalar kernels for the paper's literal loop, because no others have it.
   const KernelTable& table = options.compared.literal ? scalar_kernels() : kernels;
-  if (options.fluctuation != 0)
-    refuse("PatchOptions", "fluctuation", options.fluctuation,
-           "0: representatives fluctuate as what they are, `bristles` of them (or use Population::infinite)");
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, table.f64, weight);

@@ -13,20 +13,18 @@ namespace bristle::detail {
 
 /// Number of representative bristles in contact under a load.
 struct ContactCount {
-  double active = 0.0;    ///< number of representatives in contact: zeta / w, but at most `detail`
+  double active = 0.0;    ///< number of representatives in contact: zeta / w, but at most n
   double overload = 1.0;  ///< factor by which the force is scaled under overload: physical bristles over the
                           ///< largest number, at least 1
   double fraction = 0.0;  ///< share, below 1, by which the last bristle in contact counts
   std::uint32_t whole = 0;
 };
-ContactCount count_contacts(double zeta, double weight, std::uint32_t detail) noexcept;
+ContactCount count_contacts(double zeta, double weight, std::uint32_t bristles) noexcept;
 
-/// Numbers that change with load and detail (representatives in use). All of them are saved.
+/// Numbers that change with the load. All of them are saved.
 struct RepresentativeCount {
   double active = 0.0;
   double fraction = 0.0;
-  double weight = 0.0;       ///< physical bristles per representative in use, w = zeta_max / detail
-  std::uint32_t detail = 0;  ///< number of representatives in use, at most the n allocated
   std::uint32_t whole = 0;
 };
 
@@ -116,7 +114,7 @@ template <class T>
 struct Representatives : PatchRecord, RepresentativeCount {
   using Number = T;
 
-  std::uint32_t bristles = 0;  ///< n, number of representatives allocated
+  std::uint32_t bristles = 0;  ///< n, number of representatives
   std::uint32_t block_count = 0;
   std::uint32_t group_count = 0;
   int variant = 0;  ///< index of the patch's step kernel in KernelSet::step
@@ -225,7 +223,7 @@ void forget_upper_bounds(Patch& p) noexcept;
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
-/// Updates the patch's shared part after a change of the number in contact, of the weight or of the tail (the
+/// Updates the patch's shared part after a change of the number in contact or of the tail (the
 /// last block, partly filled): sums over the tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
@@ -270,7 +268,7 @@ double mean_growth(const Representatives<T>& r, double per_length) noexcept;
 template <class T>
 void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept;
 
-// ----------------------------------------------------- population, load, step, detail, material, state
+// ----------------------------------------------------- population, load, step, material, state
 
 /// Fills the first snap lengths that belong to the patch's seed, and the bounds of blocks that follow.
 template <class T>
@@ -330,8 +328,6 @@ void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexc
 template <class T>
 void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcept;
 
-template <class T>
-Status set_detail(Patch& p, std::uint32_t bristles) noexcept;
 template <class T>
 void take_over(Patch& to, Patch& from) noexcept;
 template <class T>

@@ -9,13 +9,11 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the saved counts of bristles in contact and in use.
+/// Lists the saved counts of bristles in contact.
 template <class Count, class Visit>
 void count_fields(Count& c, Visit&& visit) noexcept {
   visit(c.active);
   visit(c.fraction);
-  visit(c.weight);
-  visit(c.detail);
   visit(c.whole);
 }
 
@@ -110,10 +108,7 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
-  if (c.detail < 1 || c.detail > r.bristles) return "detail";
-  const double all = r.full_weight * r.bristles;
-  if (!(std::abs(c.weight * c.detail - all) <= 1e-9 * all)) return "weight";
-  const ContactCount count = count_contacts(contact.zeta, c.weight, c.detail);
+  const ContactCount count = count_contacts(contact.zeta, r.full_weight, r.bristles);
   if (contact.overload != count.overload) return "overload";
   if (c.active != count.active) return "active";
   if (c.whole != count.whole) return "whole";
@@ -169,7 +164,7 @@ std::uint64_t hash_patch(const Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   Hasher hasher;
   hasher.add(p.material().hash);
-  hasher.add(r.weight);
+  hasher.add(r.full_weight);
   hasher.add(r.active);
   hasher.add(p.overload);
   if (r.renews()) {

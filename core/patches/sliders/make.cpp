@@ -9,14 +9,11 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes the patch's shared part, with the number of cache lines to prefetch, at most 40: those of the record
-/// and of the columns that a step reads. The columns first_limit and first_weight lie behind these.
+/// Makes the patch's shared part, with the number of cache lines of the record to prefetch, at most 40.
 template <class T>
 Patch shared_part(Sliders<T>& r, const ContactModel& model) noexcept {
   Patch p = make_shared_part(r, model);
-  const auto* end = reinterpret_cast<const std::byte*>(r.first_limit);
-  const auto lines = static_cast<std::size_t>(end - reinterpret_cast<const std::byte*>(&r)) / 64;
-  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(lines, 40));
+  p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(r.bytes / 64, 40));
   return p;
 }
 
@@ -25,8 +22,6 @@ void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Sliders<T>& r = sliders<T>(p);
   r.options.seed = seed;
   r.options.key = key;
-  r.detail = r.bristles;
-  fill_strata<T>(r);
   p = shared_part(r, *p.model);
   straighten<T>(p);
   note_sliders<T>(p);
@@ -41,10 +36,9 @@ template <class T>
 void describe(const Patch& p, PatchInfo& info) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   info.representatives = r.bristles;
-  info.detail = r.detail;
-  info.weight = r.full_weight * r.bristles / r.detail;
+  info.weight = r.full_weight;
   info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.bristles);
-  info.active = p.zeta > 0.0 ? r.detail : 0.0;
+  info.active = p.zeta > 0.0 ? r.bristles : 0.0;
   info.bytes_per_representative =
       static_cast<std::uint32_t>(sizeof(T) * (p.axes + 5u) + (r.since != nullptr ? sizeof(double) : 0));
   info.kernel = kernel_name(p, BristleKind::slide, r.since != nullptr ? 1u : 0u, sizeof(T) == sizeof(double));
@@ -57,11 +51,10 @@ void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<doub
   const double metres = p.material().metres_per_length;
   for (std::size_t k = 0; k < count; ++k) {
     const auto i = static_cast<std::uint32_t>(k);
-    const bool in = i < r.detail && p.zeta > 0.0;
+    const bool in = p.zeta > 0.0;
     if (!zx.empty()) zx[k] = in ? (deflection<T>(p, i, 0) + centre_of<T>(p, i)) * metres : 0.0;
     if (!zy.empty()) zy[k] = in ? deflection<T>(p, i, 1) * metres : 0.0;
-    if (!delta.empty())
-      delta[k] = i < r.detail ? static_cast<double>(r.limit[i]) * limit_share<T>(p) * metres : 0.0;
+    if (!delta.empty()) delta[k] = static_cast<double>(r.limit[i]) * limit_share<T>(p) * metres;
   }
 }
 
@@ -80,7 +73,6 @@ constexpr ContactModel sliders_model = {
     .shared = &shared_step<T>,
     .reset = &reset<T>,
     .take_over = &take_over_sliders<T>,
-    .set_detail = &set_slider_detail<T>,
     .copy = &copy_record<Sliders<T>>,
     .stored_energy = &stored_energy<T>,
     .hash = &hash_sliders<T>,
@@ -114,7 +106,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.material = material.get();
   made.options = options;
   made.bristles = options.bristles == 0 ? default_sliders : options.bristles;
-  made.options.bristles = made.detail = made.bristles;
+  made.options.bristles = made.bristles;
   made.first_seed = options.seed;
   made.full_weight =
       weight > 0.0 ? weight : material->material.bristles_in_contact(options.max_normal_load) / made.bristles;
@@ -123,13 +115,14 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   const std::shared_ptr<const Strata> strata = material->strata(made.bristles);
 
   Sliders<T>* r = make_record(std::move(material), made);
+  constexpr T least_limit = T(1e-15);
   const double mean = r->material->material.snap_length.mean() * r->material->lengths_per_metre;
   for (std::uint32_t i = 0; i < Sliders<T>::padded(r->bristles); ++i) {
     const std::uint32_t from = std::min(i, r->bristles - 1);
-    r->first_limit[i] = static_cast<T>(strata->length[from] * mean);
-    r->first_weight[i] = i < r->bristles ? static_cast<T>(strata->share[i]) : T(0);
+    r->limit[i] = static_cast<T>(strata->length[from] * mean);
+    r->per_limit[i] = T(1) / std::max(r->limit[i], least_limit);
+    r->weight[i] = i < r->bristles ? static_cast<T>(strata->share[i]) : T(0);
   }
-  fill_strata<T>(*r);
   Patch p = shared_part(*r, sliders_model<T>);
   p.strata = true;
   straighten<T>(p);
@@ -139,28 +132,6 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
 
 }  // namespace
 
-template <class T>
-void fill_strata(Sliders<T>& r) noexcept {
-  for (std::uint32_t j = 0; j < r.detail; ++j) {
-    const auto first = static_cast<std::uint32_t>(std::uint64_t{j} * r.bristles / r.detail);
-    const auto last = static_cast<std::uint32_t>((std::uint64_t{j} + 1) * r.bristles / r.detail);
-    double weight = 0.0, moment = 0.0;
-    for (std::uint32_t i = first; i < last; ++i) {
-      weight += static_cast<double>(r.first_weight[i]);
-      moment += static_cast<double>(r.first_weight[i]) * static_cast<double>(r.first_limit[i]);
-    }
-    const bool alone = last == first + 1 || !(weight > 0.0);
-    r.weight[j] = static_cast<T>(weight);
-    r.limit[j] = alone ? r.first_limit[first] : static_cast<T>(moment / weight);
-  }
-  for (std::uint32_t j = r.detail; j < r.rows(); ++j) {
-    r.weight[j] = T(0);
-    r.limit[j] = r.limit[r.detail - 1];
-  }
-  constexpr T least_limit = T(1e-15);
-  for (std::uint32_t j = 0; j < r.rows(); ++j) r.per_limit[j] = T(1) / std::max(r.limit[j], least_limit);
-}
-
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight) {
   if (options.population == Population::infinite)
@@ -169,15 +140,11 @@ Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const Patch
         "its law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
   if (options.compared.literal)
     throw Error("PatchOptions: the literal rule is the paper's loop of snaps; SnapRule::slide has none");
-  if (options.fluctuation != 0)
-    refuse("PatchOptions", "fluctuation", options.fluctuation, "0: bristles that slide do not fluctuate");
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels.f64, weight);
 #endif
   return make_typed<float>(std::move(material), options, kernels.f32, weight);
 }
-
-BRISTLE_INSTANTIATE(fill_strata)
 
 }  // namespace bristle::detail

@@ -17,7 +17,6 @@ constexpr std::uint32_t default_sliders = 32;
 template <class T>
 struct Sliders : PatchRecord {
   std::uint32_t bristles = 0;  ///< n, number of strata into which the law is divided
-  std::uint32_t detail = 0;    ///< number of strata in use; each one combines one or several of the n
   std::uint32_t block_count = 0;
   /// Number of bristles that the present stiffness belongs to: those in contact at the highest load since all
   /// bristles were last straight, less those whose stiffness sliding has removed since the load fell. At
@@ -30,12 +29,9 @@ struct Sliders : PatchRecord {
   T* zy = nullptr;          ///< deflections along y; null if the patch has one axis
   double* since = nullptr;  ///< time of each bristle's last slide, s (SlideView::since)
 
-  // Limits and weights of the strata in use, then those of all n strata:
   T* limit = nullptr;
   T* per_limit = nullptr;  ///< one over each stratum's limit
   T* weight = nullptr;
-  T* first_limit = nullptr;
-  T* first_weight = nullptr;
 
   template <class Self, class Visit>
   static void columns(Self& r, Visit&& visit) {
@@ -47,8 +43,6 @@ struct Sliders : PatchRecord {
     visit(r.limit, ColumnRule{"limit", rows, Filler::from_seed, false});
     visit(r.per_limit, ColumnRule{"per_limit", rows, Filler::from_seed, false});
     visit(r.weight, ColumnRule{"weight", rows, Filler::from_seed, false});
-    visit(r.first_limit, ColumnRule{"first_limit", rows, Filler::from_seed, false});
-    visit(r.first_weight, ColumnRule{"first_weight", rows, Filler::from_seed, false});
   }
 
   static std::uint32_t padded(std::uint32_t count) noexcept {
@@ -57,8 +51,8 @@ struct Sliders : PatchRecord {
   bool has_times() const noexcept {
     return material->material.ageing_strength != 0.0 || material->material.drop != 0.0;
   }
-  std::uint32_t rows() const noexcept { return padded(detail); }
-  std::uint32_t active_blocks() const noexcept { return (detail + block_size - 1) / block_size; }
+  std::uint32_t rows() const noexcept { return padded(bristles); }
+  std::uint32_t active_blocks() const noexcept { return (bristles + block_size - 1) / block_size; }
   double kinetic_share() const noexcept { return 1.0 - material->material.drop; }
 };
 
@@ -117,10 +111,6 @@ void run_sliders(const Patch& p, const PatchStep& step, std::uint32_t first, std
                  Totals& totals) noexcept;
 template <class T>
 void finish_sliders(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
-/// Merges the strata into fewer, or splits them into more, until `detail` of them are in use. The sums of
-/// deflections stay.
-template <class T>
-Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept;
 template <class T>
 void take_over_sliders(Patch& to, Patch& from) noexcept;
 
@@ -133,9 +123,6 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
 template <class T>
 void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Fills limits and weights of the strata in use from those of all n strata.
-template <class T>
-void fill_strata(Sliders<T>& r) noexcept;
 /// Makes every bristle of a patch straight, as bristles out of contact are.
 template <class T>
 void straighten(Patch& p) noexcept;

@@ -9,7 +9,6 @@ namespace {
 /// Lists the saved scalars. `p`: shared part of the patch, which has the rounded sums of deflections.
 template <class Record, class Shared, class Visit>
 void slider_fields(Record& r, Shared& p, Visit&& visit) noexcept {
-  visit(r.detail);
   visit(r.stiff_zeta);
   for (auto& sum : p.part_sum) visit(sum);
   for (auto& position : p.part_position) visit(position);
@@ -26,9 +25,9 @@ std::uint64_t hash_sliders(const Patch& p) noexcept {
   hasher.add(p.material().hash);
   hasher.add(p.zeta);
   hasher.add(r.stiff_zeta);
-  hasher.add(std::uint64_t{r.detail});
+  hasher.add(std::uint64_t{r.bristles});
   if (!(p.zeta > 0.0)) return hasher.value();
-  for (std::uint32_t i = 0; i < r.detail; ++i) {
+  for (std::uint32_t i = 0; i < r.bristles; ++i) {
     if (i % block_size == 0)
       for (int axis = 0; axis < 2; ++axis)
         hasher.add(static_cast<std::uint64_t>(
@@ -48,9 +47,7 @@ void save_sliders(const Patch& p, ByteWriter& write) noexcept {
   for (std::uint32_t b = 0; b < r.block_count; ++b)
     block_fields(write, b < r.active_blocks() ? r.blocks[b] : away);
   const auto column = [&](const auto* from) {
-    if (from == nullptr) return;
-    write.column(from, r.detail);
-    write.template zeros<std::remove_cv_t<std::remove_pointer_t<decltype(from)>>>(r.bristles - r.detail);
+    if (from != nullptr) write.column(from, r.bristles);
   };
   column(r.zx);
   column(r.zy);
@@ -64,7 +61,6 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
   Sliders<T> saved;
   Patch sums;
   slider_fields(saved, sums, read);
-  if (saved.detail < 1 || saved.detail > r.bristles) return "detail";
   // Refuses a stiffness above that of the highest load a motion may have.
   const double most = m.bristles_in_contact(highest_load);
   if (!(saved.stiff_zeta >= contact.zeta && saved.stiff_zeta <= most * (1.0 + 1e-9))) return "stiffness";
@@ -76,14 +72,12 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
   const double longest_units = longest * fixed_per_length;
   ByteReader blocks = read;
   read.skip(r.block_count * saved_block_size);
-  double sum[2] = {0.0, 0.0};
   for (int axis = 0; axis < p.axes; ++axis) {
     double moved = 0.0;
     ByteReader at = blocks;
     for (std::uint32_t i = 0; i < r.bristles; ++i) {
       T z;
       read(z);
-      if (i >= saved.detail) continue;
       if (i % block_size == 0) {
         SlideBlock block{};
         block_fields(at, block);
@@ -92,7 +86,6 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
       }
       const double bent = static_cast<double>(z) + moved;
       if (!within(moved, 3.0 * longest) || !within(bent, longest)) return "a deflection";
-      sum[axis] += static_cast<double>(r.first_weight[i]) * longest;
     }
     const double carried = to_lengths(difference(contact.position[axis], sums.part_position[axis]));
     if (!within(carried, 3.0 * longest)) return "the sum's position";
@@ -100,7 +93,7 @@ const char* find_slider_fault(const Patch& p, const Patch& contact, ByteReader r
       return "the sum";
   }
   if (r.since != nullptr)
-    for (std::uint32_t i = 0; i < saved.detail; ++i) {
+    for (std::uint32_t i = 0; i < r.bristles; ++i) {
       double since;
       read(since);
       if (!(since >= -1.0 && since <= 1e18)) return "a time";
@@ -114,13 +107,12 @@ void restore_sliders(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   r.options.seed = seed;
   Patch sums;
   slider_fields(r, sums, read);
-  fill_strata<T>(r);
   ByteReader blocks = read;
   read.skip(r.block_count * saved_block_size);
   const auto column = [&](auto* to) {
     if (to == nullptr) return;
     read.column(to, r.bristles);
-    for (std::uint32_t i = r.detail; i < r.rows(); ++i) to[i] = to[r.detail - 1];
+    for (std::uint32_t i = r.bristles; i < r.rows(); ++i) to[i] = to[r.bristles - 1];
   };
   column(r.zx);
   column(r.zy);

@@ -118,7 +118,7 @@ void note_sliders(Patch& p) noexcept {
     SlideBlock& block = r.blocks[b];
     block.weight = 0.0;
     double stored[2] = {0.0, 0.0};
-    const std::uint32_t end = std::min((b + 1) * block_size, r.detail);
+    const std::uint32_t end = std::min((b + 1) * block_size, r.bristles);
     for (std::uint32_t i = b * block_size; i < end; ++i) {
       const auto w = static_cast<double>(r.weight[i]);
       block.weight += w;
@@ -147,7 +147,7 @@ template <class T>
 double sum_of_squares(const Patch& p) noexcept {
   const Sliders<T>& r = sliders<T>(p);
   double sum = 0.0;
-  for (std::uint32_t i = 0; i < r.detail; ++i) {
+  for (std::uint32_t i = 0; i < r.bristles; ++i) {
     const double x = deflection<T>(p, i, 0) + centre_of<T>(p, i), y = deflection<T>(p, i, 1);
     sum += static_cast<double>(r.weight[i]) * (x * x + r.lay.energy * y * y);
   }
@@ -259,65 +259,10 @@ void advance_sliders(Patch& p, PatchStep& step, StepSums& sums) noexcept {
 }
 
 template <class T>
-Status set_slider_detail(Patch& p, std::uint32_t detail) noexcept {
-  Sliders<T>& r = sliders<T>(p);
-  if (detail == 0 || detail > r.bristles) return Status::bad_input;
-  if (detail == r.detail) return Status::ok;
-  const bool energy = has(p.outputs, Outputs::energy);
-  const double before = energy ? sum_of_squares<T>(p) : 0.0;
-  // Spreads the deflection of each stratum in use over the first strata that it combined, in proportion to
-  // their limits. Goes from the last one to the first, so that none is overwritten before it is read.
-  const std::uint32_t n = r.bristles, old = r.detail;
-  rewrite_all<T>(p, [](std::uint32_t, double(&)[2]) {});
-  for (std::uint32_t j = old; j-- > 0;) {
-    const auto limit = static_cast<double>(r.limit[j]);
-    const double z[2] = {static_cast<double>(r.zx[j]), r.zy != nullptr ? static_cast<double>(r.zy[j]) : 0.0};
-    const double since = r.since != nullptr ? r.since[j] : 0.0;
-    const auto first = static_cast<std::uint32_t>(std::uint64_t{j} * n / old);
-    const auto last = static_cast<std::uint32_t>((std::uint64_t{j} + 1) * n / old);
-    for (std::uint32_t i = first; i < last; ++i) {
-      const double share = static_cast<double>(r.first_limit[i]) / limit;
-      r.zx[i] = static_cast<T>(z[0] * share);
-      if (r.zy != nullptr) r.zy[i] = static_cast<T>(z[1] * share);
-      if (r.since != nullptr) r.since[i] = since;
-    }
-  }
-  for (std::uint32_t j = 0; j < detail; ++j) {
-    const auto first = static_cast<std::uint32_t>(std::uint64_t{j} * n / detail);
-    const auto last = static_cast<std::uint32_t>((std::uint64_t{j} + 1) * n / detail);
-    double sum[2] = {0.0, 0.0}, weight = 0.0, latest = -std::numeric_limits<double>::max();
-    for (std::uint32_t i = first; i < last; ++i) {
-      const auto w = static_cast<double>(r.first_weight[i]);
-      weight += w;
-      sum[0] += w * static_cast<double>(r.zx[i]);
-      if (r.zy != nullptr) sum[1] += w * static_cast<double>(r.zy[i]);
-      if (r.since != nullptr) latest = std::max(latest, r.since[i]);
-    }
-    r.zx[j] = static_cast<T>(weight > 0.0 ? sum[0] / weight : 0.0);
-    if (r.zy != nullptr) r.zy[j] = static_cast<T>(weight > 0.0 ? sum[1] / weight : 0.0);
-    if (r.since != nullptr) r.since[j] = latest;
-  }
-  r.detail = detail;
-  fill_strata<T>(r);
-  for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
-    for (int axis = 0; axis < 2; ++axis) r.blocks[b].position[axis] = p.position[axis];
-  for (std::uint32_t i = detail; i < r.rows(); ++i) {
-    r.zx[i] = r.zx[detail - 1];
-    if (r.zy != nullptr) r.zy[i] = r.zy[detail - 1];
-    if (r.since != nullptr) r.since[i] = r.since[detail - 1];
-  }
-  note_sliders<T>(p);
-  if (energy) p.pending_loss += 0.5 * joules_per_square<T>(r) * (before - sum_of_squares<T>(p));
-  return Status::ok;
-}
-
-template <class T>
 void take_over_sliders(Patch& to, Patch& from) noexcept {
   Sliders<T>& r = sliders<T>(to);
   const Sliders<T>& old = sliders<T>(from);
   r.options.seed = old.options.seed;
-  r.detail = old.detail;
-  fill_strata<T>(r);
   const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;  // ratio of the
                                                                                              // two units of
                                                                                              // length, a
@@ -349,6 +294,6 @@ void take_over_sliders(Patch& to, Patch& from) noexcept {
 }
 
 BRISTLE_INSTANTIATE(note_sliders, sum_of_squares, straighten, apply_slider_load, prepare_sliders, run_sliders,
-                    finish_sliders, advance_sliders, set_slider_detail, take_over_sliders)
+                    finish_sliders, advance_sliders, take_over_sliders)
 
 }  // namespace bristle::detail

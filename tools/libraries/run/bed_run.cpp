@@ -277,7 +277,7 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   if (!read) return false;
   const BedScene& given = *read;
   if (options.realtime || !options.trace.empty() || options.bristles || !options.restore_state.empty() ||
-      !options.save_state.empty() || !options.overload.replay.empty())
+      !options.save_state.empty())
     throw UserError(fmt::format(
         "{}: has [[bed]]: --out, --json, --steps, --threads and --isa go with it, other options do not",
         options.scene));

@@ -62,10 +62,7 @@ std::string size_text(const RunResult& r, std::size_t patch_count) {
 /// Returns the kind of a patch's population and its number of bristles, as text.
 std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   if (options.population == bristle::Population::infinite)
-    return fmt::format("infinite, resolution {}{}", resolution_of(options, info),
-                       options.fluctuation == 0
-                           ? std::string()
-                           : fmt::format(", noise of {} bristles", count_text(options.fluctuation)));
+    return fmt::format("infinite, resolution {}", resolution_of(options, info));
   return fmt::format("{} representatives", count_text(info.representatives));
 }
 
@@ -93,15 +90,6 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   line("deadline",
        fmt::format("{}: {} late ({} by this program, {} by the machine)", time_text(m.deadline()),
                    count_text(m.misses()), count_text(m.misses_ours()), count_text(m.misses_machine())));
-  if (r.overload) {
-    const OverloadResult& o = *r.overload;
-    line("overload",
-         fmt::format(
-             "{}: {} changes of detail; {} bristles left out at most (force noise x {:.2f}), {} at the end",
-             o.replayed ? std::string("decisions replayed") : "budget " + time_text(o.budget_s),
-             count_text(o.decisions), count_text(o.most_bristles), 1.0 / std::sqrt(o.least_share),
-             count_text(o.bristles)));
-  }
   for (const ScenePatch& patch : scene.patches) {
     if (!patch.motion || patch.motion->type != MotionType::trace) continue;
     const MotionFile& trace = *patch.motion->trace;
@@ -249,7 +237,6 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
                 {"count", scene_patch.count},
                 {"population", infinite ? "infinite" : "representatives"},
                 {"resolution", infinite ? Json(resolution_of(scene_patch.options, r.info)) : Json(nullptr)},
-                {"fluctuation", scene_patch.options.fluctuation},
                 {"kernel", r.info.kernel},
                 {"left_out", left_out(scene_patch, material)},
                 {"bristles", infinite ? Json(nullptr) : Json(r.info.representatives)},
@@ -318,20 +305,6 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
                         {"misses_ours", m.misses_ours()},
                         {"misses_machine", m.misses_machine()}};
   if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
-  if (r.overload) {
-    const OverloadResult& o = *r.overload;
-    report["overload"] = {{"budget_s", o.replayed ? Json(nullptr) : Json(o.budget_s)},
-                          {"replayed", o.replayed},
-                          {"changes", o.decisions},
-                          {"steps_over_budget", o.replayed ? Json(nullptr) : Json(o.late_steps)},
-                          {"most_bristles_left_out", o.most_bristles},
-                          {"least_share", o.least_share},
-                          {"noise_growth", 1.0 / std::sqrt(o.least_share)},
-                          {"error_growth", 1.0 / (o.least_pieces * o.least_pieces)},
-                          {"bristles_left_out", o.bristles},
-                          {"patches_with_less", o.patches},
-                          {"bristle_s", o.replayed ? Json(nullptr) : Json(o.rate_s)}};
-  }
   report["bristles"] = r.bristles;
   report["patch_count"] = scene.patch_count();
   report["memory_bytes"] = r.memory_bytes;

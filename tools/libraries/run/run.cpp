@@ -37,7 +37,6 @@ class SceneRun {
   void run_paced(const RealtimeOptions& realtime);
   std::uint64_t run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
                                   const QueueClock& queue, Progress& progress);
-  void step_within_budget(double t);
   void step(double t);
   void account(double t);
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
@@ -50,7 +49,6 @@ class SceneRun {
   const RunOptions& options_;
   const StepObserver& observer_;
   SceneStepper stepper_;
-  Overload overload_;
   std::vector<Way> ways_;
   /// Place where a body last stuck, which follows a sliding body at a distance of ten snap lengths: ten times
   /// `length`, the longest mean of its patches.
@@ -75,7 +73,6 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
       options_(options),
       observer_(observer),
       stepper_(scene, batch_options(scene, options), progress_line("set-up", options.quiet)),
-      overload_(scene, options.overload, stepper_),
       ways_(stepper_.copies().size()) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
@@ -99,22 +96,11 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
   }
 }
 
-void SceneRun::step_within_budget(double t) {
-  using bristle::DeadlineMonitor;
-  if (!overload_.is_on()) return stepper_.step(t);
-  // Takes a step's CPU time if one thread steps; with workers the wall time, since it waits for them.
-  const auto now = stepper_.batch().threads() == 1 ? &DeadlineMonitor::cpu_now : &DeadlineMonitor::wall_now;
-  const double start = now();
-  overload_.before_step();
-  stepper_.step(t);
-  overload_.after_step(now() - start);
-}
-
 void SceneRun::step(double t) {
   using bristle::DeadlineMonitor;
   const double cpu = DeadlineMonitor::cpu_now();
   const double wall = DeadlineMonitor::wall_now();
-  step_within_budget(t);
+  stepper_.step(t);
   const double wall_time = DeadlineMonitor::wall_now() - wall;
   result_.monitor.record(wall_time, DeadlineMonitor::cpu_now() - cpu);
 }
@@ -151,7 +137,6 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
 }
 
 void SceneRun::account(double t) {
-  overload_.write_decisions();
   for (std::size_t c = 0; c < ways_.size(); ++c) {
     const SceneCopy& copy = stepper_.copies()[c];
     Way& way = ways_[c];
@@ -230,7 +215,6 @@ void SceneRun::finish() {
                               body.statistics(),
                               holds_[b].sticking});
   }
-  if (overload_.is_on()) result_.overload = overload_.finish();
   result_.isa = stepper_.batch().isa();
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
@@ -296,7 +280,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
     const double t = time_of(k);
     const double cpu = DeadlineMonitor::cpu_now();
     const double start = DeadlineMonitor::wall_now();
-    step_within_budget(t);
+    stepper_.step(t);
     end = DeadlineMonitor::wall_now();
     end_cpu = DeadlineMonitor::cpu_now();
     step_cpu = end_cpu - cpu;
@@ -372,7 +356,7 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
   const bool infinite = o.population == bristle::Population::infinite;
   if (o.axes == 1) features.emplace_back("second axis");
   if (material.snap_rule == bristle::SnapRule::keep) features.emplace_back("redraw");
-  if (infinite && o.fluctuation == 0) features.emplace_back("noise of single bristles");
+  if (infinite) features.emplace_back("noise of single bristles");
   if (!has(o.outputs, bristle::Outputs::mean)) features.emplace_back("mean force");
   if (!has(o.outputs, bristle::Outputs::energy)) features.emplace_back("energy");
   if (o.precision == bristle::Precision::single && !infinite) features.emplace_back("double precision");
@@ -406,12 +390,10 @@ void run_command(const RunOptions& options) {
   // Allows --save-state to name the file of --restore-state, which continues a run in one file.
   const bool goes_on = options.save_state == options.restore_state;
   std::vector<FileOption> inputs = inputs_of(scene);
-  inputs.push_back({"--replay-decisions", options.overload.replay});
   inputs.push_back({"--restore-state", goes_on ? std::string() : options.restore_state});
   const bool on_stdout = check_files(inputs, {{"--json", options.json},
                                               {"--out", options.out},
                                               {"--histograms", histogram_file},
-                                              {"--record-decisions", options.overload.record},
                                               {"--save-state", options.save_state}});
   OutputFile json(options.json), histograms(histogram_file);
   if (options.realtime) stop_on_signals();

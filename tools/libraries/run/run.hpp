@@ -10,7 +10,6 @@
 #include <bristle/deadline_monitor.hpp>
 #include <bristle/patch.hpp>
 
-#include "tools/libraries/run/overload.hpp"
 #include "tools/libraries/run/realtime.hpp"
 #include "tools/libraries/scene/body_motion.hpp"
 #include "tools/libraries/scene/scene.hpp"
@@ -32,7 +31,6 @@ struct RunOptions {
   std::optional<RealtimeOptions> realtime;  ///< pace of steps in real time; none: without pauses
   std::string restore_state;                ///< file of a saved state to start from; empty: none
   std::string save_state;                   ///< file to which the final state is saved; empty: none
-  OverloadOptions overload;
   SceneLimits limits;
   bool quiet = false;  ///< whether the terminal shows no progress
 };
@@ -101,7 +99,6 @@ struct RunResult {
   std::vector<PatchResult> patches;
   std::vector<BodyResult> bodies;
   std::optional<RealtimeResult> realtime;
-  std::optional<OverloadResult> overload;  ///< changes in bristles, if the run had a time budget or a record
 
   /// Reason why the final state could not be saved, such as a full disk; empty if saved or not wanted.
   std::string save_failure;

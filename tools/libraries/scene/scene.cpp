@@ -225,14 +225,14 @@ class Names {
   std::map<std::string, std::size_t> index_;
 };
 
-/// Reads a patch's keys population, resolution, cohorts and fluctuation. Refuses those that the chosen
-/// population does not use.
+/// Reads a patch's keys population, resolution and cohorts. Refuses those that the chosen population does not
+/// use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
   o.population = static_cast<bristle::Population>(
       table.choice("population", {"automatic", "representatives", "infinite"}, 0));
   o.population = bristle::choose_population(material, o);
   if (o.population != bristle::Population::infinite) {
-    for (const char* key : {"resolution", "cohorts", "fluctuation"})
+    for (const char* key : {"resolution", "cohorts"})
       if (table.number(key, any_not_negative, 0.0) > 0.0)
         table.fail(key, "is for population = \"infinite\"; this patch has representatives");
     return;
@@ -251,7 +251,6 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail(
         "resolution",
         fmt::format("is {}; allowed: 0 (automatic), or 1 to 128 pieces per mean snap length", o.resolution));
-  o.fluctuation = static_cast<std::uint32_t>(table.integer("fluctuation", 0, 4294967295, 0));
   o.cohorts = static_cast<std::uint32_t>(table.integer("cohorts", 0, 512, 0));
   if (o.cohorts > 0 && o.cohorts < 8)
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
@@ -295,8 +294,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   patch.name = table.name();
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
-               "sampling", "seed", "count", "priority", "least_bristles", "population", "resolution",
-               "cohorts", "fluctuation", "lay"});
+               "sampling", "seed", "count", "population", "resolution", "cohorts", "lay"});
   patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
@@ -319,9 +317,6 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   check_material(patch, materials[patch.material]);
   read_lay(table, materials[patch.material].material, o);
   patch.count = static_cast<std::uint32_t>(table.integer("count", 1, 100'000'000, 1));
-  patch.priority = static_cast<int>(table.integer("priority", -1000, 1000, 0));
-  patch.least_bristles =
-      static_cast<std::uint32_t>(table.integer("least_bristles", 1, bristle::max_bristles_per_patch, 64));
   return patch;
 }
 
@@ -562,12 +557,11 @@ void check_size(const Scene& scene) {
 
 void read_scene_table(TomlTable table, Scene& scene) {
   scene.name = table.name();
-  table.allow({"name", "description", "dt", "duration", "deadline", "budget", "threads", "out_patches"});
+  table.allow({"name", "description", "dt", "duration", "deadline", "threads", "out_patches"});
   scene.description = table.text("description", "");
   scene.dt = table.number("dt", {0.0, 1.0, true, "s"});
   if (table.has("duration")) scene.duration = table.number("duration", {0.0, 1e6, true, "s"});
   scene.deadline = table.number("deadline", {0.0, 1e3, true, "s"}, scene.dt);
-  if (table.has("budget")) scene.budget = table.number("budget", {0.0, 1e3, true, "s"});
   scene.threads = static_cast<int>(table.integer("threads", 0, 1024, 1));
   scene.out_patches = static_cast<std::uint32_t>(table.integer("out_patches", 0, 1'000'000, 8));
 }

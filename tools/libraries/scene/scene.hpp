@@ -30,11 +30,9 @@ struct ScenePatch {
   std::string name;
   std::size_t material = 0;  ///< index of its material in Scene::materials
   bristle::PatchOptions options;
-  std::uint32_t count = 1;            ///< number of copies; copy i has the seed `seed + i`, the name "name.i"
-  int priority = 0;                   ///< under a time budget, patches of low priority lose bristles first
-  std::uint32_t least_bristles = 64;  ///< number of bristles that a patch keeps at least
-  std::uint32_t stride = 1;           ///< after leaving out copies, copy k is copy k * stride of the file
-  std::string where;                  ///< place of the table, for messages: "file:line: [[patch]] 'name'"
+  std::uint32_t count = 1;   ///< number of copies; copy i has the seed `seed + i`, the name "name.i"
+  std::uint32_t stride = 1;  ///< after leaving out copies, copy k is copy k * stride of the file
+  std::string where;         ///< place of the table, for messages: "file:line: [[patch]] 'name'"
   std::optional<PrescribedMotion> motion;
 
   /// Returns whether a body, and not a prescribed motion, moves the patch.
@@ -88,8 +86,6 @@ struct Scene {
   std::optional<double> duration;  ///< simulated time, s; none: as long as the longest motion
                                    ///< file
   double deadline = 1e-3;          ///< time that a step may take, s
-  std::optional<double> budget;    ///< time per step, s, that is kept by leaving out bristles; none: all
-                                   ///< stay
   int threads = 1;
   std::uint32_t out_patches = 8;  ///< number of patches in the force file
   SceneLimits limits;

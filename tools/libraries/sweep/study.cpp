@@ -36,7 +36,7 @@ constexpr const char* sampling_names[] = {"grid", "latin", "sobol"};
 /// listed here.
 std::string unit_of(const VariedKey& varied) {
   static constexpr std::pair<const char*, const char*> units[] = {
-      {"s", " dt duration deadline budget ageing_time delay_per_copy from until t "},
+      {"s", " dt duration deadline ageing_time delay_per_copy from until t "},
       {"m", " presliding_length asperity_height_deviation length mean min max deviation residual_length "},
       {"m/s", " kinetic_speed stribeck_velocity strengthening_speed velocity "},
       {"m/s^2", " gravity "},
@@ -457,9 +457,7 @@ Scene Study::scene_from(toml::table root) const {
     const auto found = paths_.find(name);
     if (found != paths_.end()) name = found->second;
   });
-  Scene scene = scene_of(root, scene_file_);
-  scene.budget.reset();  // removes the time budget: rows that leave out bristles for time cannot be repeated
-  return scene;
+  return scene_of(root, scene_file_);
 }
 
 // Throws, before any row is run, for keys that the scene never accepts. (A value that the scene refuses

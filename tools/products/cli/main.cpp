@@ -492,14 +492,6 @@ Action add_run(CLI::App* command) {
   command->add_option("--threads", options.threads, "Threads that step; 0 = one per core")
       ->check(CLI::Range(0, 1024));
   add_isa(command, options.isa);
-  command
-      ->add_option("--budget", options.overload.budget_us,
-                   "Time for a step, us: a step that takes longer leaves out bristles, which come back later")
-      ->check(cli::within(1e-3, 1e9));
-  add_file(command, "--record-decisions", options.overload.record,
-           "Write what was left out and when to this CSV file");
-  add_file(command, "--replay-decisions", options.overload.replay,
-           "Leave out what such a file lists, whatever the clock says: the same bits");
   command->add_option("--steps", options.steps, "Steps, instead of the scene's duration")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
   command

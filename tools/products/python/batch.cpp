@@ -75,11 +75,10 @@ ResponseArray try_arrays(Batch& self, double dt, const py::array& motions,
 py::dict info_of(Batch& self, std::uint64_t id) {
   const Batch::Turn turn(self);
   const bristle::PatchInfo info = self.batch.info({id});
-  static_assert(bristle::detail::field_count<bristle::PatchInfo> == 10, "each field gets a key below");
+  static_assert(bristle::detail::field_count<bristle::PatchInfo> == 9, "each field gets a key below");
   py::dict result;
   result["key"] = info.key;
   result["representatives"] = info.representatives;
-  result["detail"] = info.detail;
   result["weight"] = info.weight;
   result["active"] = info.active;
   result["normal_load"] = info.normal_load;
