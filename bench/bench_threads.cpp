@@ -1,13 +1,10 @@
 // Measures sharing a step between threads: the cost of waking a worker once a millisecond, the number of
 // bristles from which sharing pays, the size of the pieces shared, and the gain of two threads in steps back
 // to back and in a paced 1 kHz loop.
-//
-// Each row has the same number of steps, timed one by one; p50 and p99 are counters. "bound": workers kept
-// off the core that the stepping thread is bound to (BatchOptions::with_servo_core).
+// Each row has the same number of steps, timed one by one; p50 and p99 are counters.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
-#include <optional>
 
 #include "bench/paced_loop.hpp"
 #include "core/runtime/workers.hpp"
@@ -80,32 +77,27 @@ struct Meeting {
 void register_fork_join() {
   for (bool wait : {false, true}) {
     for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
-      for (bool bound : {false, true}) {
-        const std::string name =
-            std::string(wait ? "threads/worker_comes/" : "threads/fork_join/") + name_of(pacing);
-        add_timed_benchmark(name + (bound ? "/bound" : "/free"), [=](benchmark::State& state) {
-          bristle::detail::Workers workers(2, bound ? servo_core() : -1);
-          workers.warm_up();
-          std::optional<BoundThread> here;
-          if (bound) here.emplace();
-          static long forks = 0;
-          Meeting meeting;
-          meeting.wait = wait;
-          measure_steps(state, pacing, 0, [&] {
-            meeting.number = ++forks;
-            meeting.come = 0;
-            workers.run(8, &Meeting::attend, &meeting);
-            return wait ? static_cast<double>(meeting.come) : 1.0;
-          });
+      const std::string name = wait ? "threads/worker_comes/" : "threads/fork_join/";
+      add_timed_benchmark(name + name_of(pacing), [=](benchmark::State& state) {
+        bristle::detail::Workers workers(2);
+        workers.warm_up();
+        static long forks = 0;
+        Meeting meeting;
+        meeting.wait = wait;
+        measure_steps(state, pacing, 0, [&] {
+          meeting.number = ++forks;
+          meeting.come = 0;
+          workers.run(8, &Meeting::attend, &meeting);
+          return wait ? static_cast<double>(meeting.come) : 1.0;
         });
-      }
+      });
     }
   }
 }
 
 struct SharedStep {
   Pacing pacing = Pacing::back_to_back;
-  bool shared = true, bound = false;
+  bool shared = true;
   Regime regime = all_snap;
   std::uint32_t bristles = 200000;
   std::uint32_t patches = 1;
@@ -115,11 +107,9 @@ struct SharedStep {
 
 void add_shared_step(const std::string& name, const SharedStep& what) {
   add_timed_benchmark(name, [what](benchmark::State& state) {
-    BatchOptions options = BatchOptions{}.with_threads(what.shared ? 2 : 1);
-    if (what.bound) options.with_servo_core(servo_core());
     // Registers a step that is shared whatever its size, to find the size from which sharing pays.
     if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
-    MeasuredScene scene(options);
+    MeasuredScene scene(BatchOptions{}.with_threads(what.shared ? 2 : 1));
     unsetenv("BRISTLE_SHARING");
     for (std::uint32_t i = 0; i < what.patches; ++i)
       scene.add(plain_material(usual_law(), SnapRule::keep),
@@ -127,15 +117,13 @@ void add_shared_step(const std::string& name, const SharedStep& what) {
                     .with_seed(i + 1),
                 what.regime);
     scene.settle();
-    std::optional<BoundThread> here;
-    if (what.bound) here.emplace();
     measure_steps(state, what.pacing, what.bristles,
                   [&] { return static_cast<double>(scene.step().threads); });
   });
 }
 
-/// Registers steps of growing size on one thread, shared, and shared with bound threads, to find from how
-/// many bristles sharing pays, and how much.
+/// Registers steps of growing size on one thread and shared, to find from how many bristles sharing pays, and
+/// how much.
 void register_share() {
   for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
     for (std::uint32_t n : {10000u, 20000u, 40000u, 60000u, 100000u, 200000u, 400000u, 1000000u}) {
@@ -149,8 +137,6 @@ void register_share() {
       add_shared_step(group + "alone", what);
       what.shared = true;
       add_shared_step(group + "shared", what);
-      what.bound = true;
-      add_shared_step(group + "bound", what);
     }
   }
 }
@@ -160,7 +146,6 @@ void register_grain() {
   for (std::uint32_t patches : {1u, 2000u}) {
     for (std::uint32_t piece : {1024u, 4096u, 8192u, 16384u, 32768u, 65536u}) {
       SharedStep what;
-      what.bound = true;
       what.patches = patches;
       what.piece = piece;
       add_shared_step("threads/grain/" + std::to_string(patches) + "patches/" + std::to_string(piece), what);

@@ -105,18 +105,16 @@ class WithShares : public benchmark::BenchmarkReporter {
   void print_shares() const {
     if (shares_.empty()) return;
     std::fprintf(stderr, "\nTime of the step alone over that of the shared one (above 1: sharing pays)\n");
-    std::fprintf(stderr, "%-28s %12s %12s %12s %12s\n", "pacing/bristles", "free p50", "free p99",
-                 "bound p50", "bound p99");
+    std::fprintf(stderr, "%-28s %12s %12s\n", "pacing/bristles", "p50", "p99");
     for (const auto& [name, times] : shares_) {
       std::fprintf(stderr, "%-28s", name.c_str());
-      for (const char* who : {"shared", "bound"}) {
-        for (const char* key : {"p50_us", "p99_us"}) {
-          const auto alone = times.find(std::string("alone") + key), its = times.find(std::string(who) + key);
-          if (alone == times.end() || its == times.end()) {
-            std::fprintf(stderr, " %12s", "-");
-          } else {
-            std::fprintf(stderr, " %12.2f", alone->second / its->second);
-          }
+      for (const char* key : {"p50_us", "p99_us"}) {
+        const auto alone = times.find(std::string("alone") + key);
+        const auto shared = times.find(std::string("shared") + key);
+        if (alone == times.end() || shared == times.end()) {
+          std::fprintf(stderr, " %12s", "-");
+        } else {
+          std::fprintf(stderr, " %12.2f", alone->second / shared->second);
         }
       }
       std::fprintf(stderr, "\n");

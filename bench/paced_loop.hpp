@@ -1,41 +1,11 @@
-// Servo loop: one tick per period, on a core of its own.
+// Servo loop: one tick per period.
 #pragma once
 
-#include <sched.h>
 #include <time.h>
 
 #include <cmath>
 
 namespace bristle_bench {
-
-/// Returns the first core that this process may use.
-inline int servo_core() noexcept {
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  sched_getaffinity(0, sizeof cores, &cores);
-  int core = 0;
-  while (core + 1 < CPU_SETSIZE && !CPU_ISSET(core, &cores)) ++core;
-  return core;
-}
-
-/// Binds this thread to the servo core for as long as it lives. Make it after the workers: oneTBB takes the
-/// number of threads from the cores that the process may use at its start.
-class BoundThread {
- public:
-  BoundThread() {
-    sched_getaffinity(0, sizeof before_, &before_);
-    cpu_set_t one;
-    CPU_ZERO(&one);
-    CPU_SET(servo_core(), &one);
-    sched_setaffinity(0, sizeof one, &one);
-  }
-  ~BoundThread() { sched_setaffinity(0, sizeof before_, &before_); }
-  BoundThread(const BoundThread&) = delete;
-  BoundThread& operator=(const BoundThread&) = delete;
-
- private:
-  cpu_set_t before_;
-};
 
 /// Timer of a servo loop, which sleeps until the next point of a grid of absolute times.
 class PacedLoop {

@@ -1,10 +1,7 @@
-// Which threads take part in a step: as many as asked for in a large one, the caller alone in a small one,
-// and workers off the servo core.
+// Which threads take part in a step: as many as asked for in a large one, the caller alone in a small one.
 #include <catch2/catch.hpp>
 
-#include <sched.h>
 #include <sys/syscall.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -24,7 +21,6 @@
 #include <tuple>
 #include <vector>
 
-#include "core/runtime/servo_cores.hpp"
 #include "core/runtime/sharing.hpp"
 #include "core/runtime/workers.hpp"
 #include "expect.hpp"
@@ -77,43 +73,6 @@ std::map<int, std::string> switches() {
   std::map<int, std::string> found = other_threads("voluntary_ctxt_switches:");
   for (const auto& [thread, count] : other_threads("nonvoluntary_ctxt_switches:")) found[thread] += count;
   return found;
-}
-
-cpu_set_t set_of(const std::vector<int>& cores) {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  for (int core : cores) CPU_SET(static_cast<std::size_t>(core), &set);
-  return set;
-}
-
-std::vector<int> cores_of(const cpu_set_t& set) {
-  std::vector<int> cores;
-  for (std::size_t i = 0; i < CPU_SETSIZE; ++i)
-    if (CPU_ISSET(i, &set)) cores.push_back(static_cast<int>(i));
-  return cores;
-}
-
-std::vector<int> cores_of_thread(int thread) {
-  cpu_set_t set;
-  REQUIRE(sched_getaffinity(thread, sizeof set, &set) == 0);
-  return cores_of(set);
-}
-
-/// Runs one test case of this program in a process of its own that may use only the given cores, as taskset
-/// does.
-int run_on_cores(const std::vector<int>& cores, const char* test) {
-  const pid_t child = fork();
-  REQUIRE(child >= 0);
-  if (child == 0) {
-    const cpu_set_t set = set_of(cores);
-    if (sched_setaffinity(0, sizeof set, &set) != 0) _exit(99);
-    setenv("BRISTLE_TEST_ALONE", "1", 1);
-    execl("/proc/self/exe", "bristle_tests", test, static_cast<char*>(nullptr));
-    _exit(98);
-  }
-  int status = 0;
-  REQUIRE(waitpid(child, &status, 0) == child);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 97;
 }
 
 #endif
@@ -458,117 +417,6 @@ TEST_CASE("A step whose patches all hold still was done by the calling thread", 
   }
 }
 
-TEST_CASE("Workers keep off the servo core where that is asked for", "[threads]") {
-  LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(0));
-  for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
-  }
-  if (std::thread::hardware_concurrency() < 2) {
-    std::printf("skipped: one core only, no other to keep to\n");
-    // Checks that the library reports a worker that it could not bind, and steps all the same.
-    CHECK(scene.batch.unbound_workers() > 0);
-    return;
-  }
-  CHECK(scene.batch.unbound_workers() == 0);
-  int kept_off = 0;
-  for (const auto& [thread, cores] : other_threads("Cpus_allowed_list:")) {
-    const std::string list = cores.substr(cores.find_first_not_of(" \t"));
-    kept_off += list.rfind("0", 0) != 0;
-  }
-  CHECK(kept_off >= 1);
-}
-
-TEST_CASE("Workers run on the cores of the process, less the servo cores of all batches", "[threads]") {
-  const auto cores = [](std::vector<int> process, std::vector<int> servo, int own) {
-    return cores_of(bristle::detail::worker_cores(set_of(process), set_of(servo), own));
-  };
-  using List = std::vector<int>;
-  CHECK(cores({0, 1, 2, 3}, {3}, 3) == List{0, 1, 2});
-  CHECK(cores({2, 3}, {3}, 3) == List{2});
-  CHECK(cores({0, 1, 2, 3}, {1, 3}, 3) == List{0, 2});
-  // Checks that a servo core that the process may not use leaves workers all the others.
-  CHECK(cores({0, 1}, {700}, 700) == List{0, 1});
-  // Makes every core a servo core of some batch: the worker then avoids that of its own batch only.
-  CHECK(cores({0, 1}, {0, 1}, 1) == List{0});
-  CHECK(cores({1}, {1}, 1).empty());
-}
-
-TEST_CASE("In a process bound to some cores, workers stay on these", "[threads]") {
-  const std::vector<int> all = cores_of_thread(0);
-  if (all.size() < 2) {
-    std::printf("skipped: one core only\n");
-    return;
-  }
-  // Restricts the process to the last core or the last two, so that it is bound to a part of the machine.
-  const std::vector<int> some(all.end() - (all.size() > 2 ? 2 : 1), all.end());
-  CHECK(run_on_cores(some, "In a process of its own: workers stay on its cores") == 0);
-}
-
-TEST_CASE("In a process of its own: workers stay on its cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // needs a process without other tests' workers
-  const std::vector<int> mine = cores_of_thread(0);
-  LongStep scene(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
-  for (int k = 0; k < 300 && scene.step().threads < 2; ++k) {
-  }
-  const std::vector<int> allowed(mine.size() > 1 ? mine.begin() + 1 : mine.begin(), mine.end());
-  int workers = 0;
-  for (const auto& [thread, unused] : other_threads("Pid:")) {
-    CHECK(cores_of_thread(thread) == allowed);
-    ++workers;
-  }
-  CHECK(workers >= 1);
-  CHECK((scene.batch.unbound_workers() > 0) == (mine.size() == 1));
-}
-
-TEST_CASE("Of two batches with servo cores, each keeps workers off both", "[threads]") {
-  const std::vector<int> all = cores_of_thread(0);
-  if (all.size() < 2) {
-    std::printf("skipped: one core only\n");
-    return;
-  }
-  CHECK(run_on_cores(all, "In a process of its own: two batches with servo cores") == 0);
-}
-
-TEST_CASE("In a process of its own: two batches with servo cores", "[.]") {
-  if (std::getenv("BRISTLE_TEST_ALONE") == nullptr) return;  // needs a process without other tests' workers
-  const std::vector<int> mine = cores_of_thread(0);
-  const std::vector<int> rest(mine.begin() + 1, mine.end());
-  LongStep first(BatchOptions{}.with_threads(2).with_servo_core(mine.front()));
-  {
-    // Asks workers to avoid core 1023, which the machine lacks.
-    LongStep other(BatchOptions{}.with_threads(2).with_servo_core(1023));
-    for (int k = 0; k < 4; ++k) {
-      for (LongStep* scene : {&first, &other}) {
-        for (int tries = 0; tries < 300 && scene->step().threads < 2; ++tries) {
-        }
-        for (const auto& [thread, unused] : other_threads("Pid:")) CHECK(cores_of_thread(thread) == rest);
-      }
-    }
-    CHECK(other.batch.unbound_workers() == 0);
-  }
-  CHECK(first.batch.unbound_workers() == 0);
-}
-
-TEST_CASE("Where workers run does not change the bits", "[threads]") {
-  LongStep free_scene(BatchOptions{}.with_threads(2));
-  LongStep bound_scene(BatchOptions{}.with_threads(2).with_servo_core(0));
-  for (int k = 0; k < 4; ++k) {
-    free_scene.step();
-    bound_scene.step();
-  }
-  CHECK(free_scene.batch.state_hash() == bound_scene.batch.state_hash());
-}
-
 #endif
-
-TEST_CASE("A servo core that cannot be is refused by name", "[threads]") {
-  for (int core : {-2, 1024, 5000}) {
-    const std::string message = message_of([&] { PatchBatch batch(BatchOptions{}.with_servo_core(core)); });
-    CHECK_THAT(message, Catch::Matchers::Contains("servo_core") &&
-                            Catch::Matchers::Contains(std::to_string(core)) &&
-                            Catch::Matchers::Contains("0 to 1023"));
-  }
-  // With one thread the batch has no workers that could fail to be bound.
-  CHECK(PatchBatch(BatchOptions{}.with_servo_core(0)).unbound_workers() == 0);
-}
 
 }  // namespace bristle_test::test_threads

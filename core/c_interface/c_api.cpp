@@ -290,8 +290,7 @@ BRISTLE_MIRROR(bristle_coefficients, Coefficients, 2, BRISTLE_FIELD(kinetic), BR
                BRISTLE_FIELD(growth_per_decade), BRISTLE_FIELD(ageing_time),
                BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(speed_strengthening),
                BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(spread), BRISTLE_FIELD(drop));
-BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 0, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads),
-               BRISTLE_FIELD(servo_core));
+BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 0, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads));
 BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 1, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
                BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
                BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
@@ -807,9 +806,6 @@ size_t bristle_patch_count(const bristle_batch* batch) {
   return batch != nullptr ? batch->it.patch_count() : 0;
 }
 int32_t bristle_threads(const bristle_batch* batch) { return batch != nullptr ? batch->it.threads() : 0; }
-int32_t bristle_unbound_workers(const bristle_batch* batch) {
-  return batch != nullptr ? batch->it.unbound_workers() : 0;
-}
 const char* bristle_isa(const bristle_batch* batch) { return batch != nullptr ? batch->it.isa() : nullptr; }
 
 // --- patches with an extent

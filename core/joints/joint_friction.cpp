@@ -88,7 +88,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   Impl(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options,
        const BatchOptions& batch)
       : table(choose_kernels(batch.isa)),
-        workers(check_threads(batch.threads), check_core(batch.servo_core)),
+        workers(check_threads(batch.threads)),
         count(joints),
         bristles(bristles_of(options)),
         layout(0, 0) {

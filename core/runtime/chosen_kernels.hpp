@@ -1,4 +1,4 @@
-// Chooses the kernels for a batch by its options, and checks its number of threads and its servo core.
+// Chooses the kernels for a batch by its options, and checks its number of threads.
 #pragma once
 
 #include <cstdlib>
@@ -32,10 +32,6 @@ inline const KernelTable& choose_kernels(const char* wanted) {
 inline int check_threads(int threads) {
   if (threads < 0 || threads > 1024) refuse("BatchOptions", "threads", threads, "0 (one per core) to 1024");
   return threads;
-}
-inline int check_core(int core) {
-  if (core < -1 || core > 1023) refuse("BatchOptions", "servo_core", core, "0 to 1023, or -1 for none");
-  return core;
 }
 
 }  // namespace bristle::detail

@@ -32,7 +32,7 @@ bool is_good_time(double dt_s) noexcept {
 PatchBatch::Impl::Impl(const BatchOptions& options)
     : kernels(choose_kernels(options.isa)),
       skips(!options.compared.eager),
-      scheduler(check_threads(options.threads), check_core(options.servo_core)) {
+      scheduler(check_threads(options.threads)) {
   name_kernels();
   pool.put(0, std::make_unique<PatchChunk>(PatchPool::first_slots));
 }
@@ -288,7 +288,6 @@ std::size_t PatchBatch::patch_count() const noexcept {
 }
 
 int PatchBatch::threads() const noexcept { return impl_->scheduler.workers.count(); }
-int PatchBatch::unbound_workers() const noexcept { return impl_->scheduler.workers.unbound(); }
 const char* PatchBatch::isa() const noexcept { return impl_->kernels.name; }
 
 Span<const IsaInfo> instruction_sets() noexcept {

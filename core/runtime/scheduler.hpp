@@ -14,7 +14,7 @@ namespace bristle::detail {
 
 class Scheduler {
  public:
-  Scheduler(int threads, int servo_core) : workers(threads, servo_core) {}
+  explicit Scheduler(int threads) : workers(threads) {}
 
   Workers workers;
   PatchPool pool;

@@ -7,16 +7,13 @@ namespace bristle::detail {
 
 class Workers {
  public:
-  /// Makes `threads` >= 1 workers, the caller included; 0 = one per core. Workers keep off `servo_core`
-  /// unless it is -1.
-  explicit Workers(int threads, int servo_core = -1);
+  /// Makes `threads` >= 1 workers, the caller included; 0 = one per core.
+  explicit Workers(int threads);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
   int count() const noexcept { return count_; }
-  /// Returns the number of workers that could not be kept off the servo core.
-  int unbound() const noexcept;
   /// Calls task(context, i) once for each i in [0, tasks), on any thread; returns when all are done.
   /// The caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).
   void run(int tasks, void (*task)(void* context, int index), void* context) noexcept;

@@ -4,10 +4,8 @@ namespace bristle::detail {
 
 struct Workers::Impl {};
 
-Workers::Workers(int, int) : count_(1) {}
+Workers::Workers(int) : count_(1) {}
 Workers::~Workers() = default;
-
-int Workers::unbound() const noexcept { return 0; }
 
 void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
   for (int i = 0; i < tasks; ++i) task(context, i);

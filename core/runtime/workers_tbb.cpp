@@ -9,9 +9,7 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/partitioner.h>
 #include <oneapi/tbb/task_arena.h>
-#include <oneapi/tbb/task_scheduler_observer.h>
 
-#include "core/runtime/servo_cores.hpp"
 #include "core/runtime/workers.hpp"
 
 #if defined(__SANITIZE_THREAD__)
@@ -28,30 +26,6 @@ static char fork_tag, join_tag;
 namespace bristle::detail {
 
 namespace {
-
-thread_local bool steps_here = false;  // whether this thread is in run(), and so belongs to the host
-
-/// Binds each worker that enters the arena, and leaves it bound when it leaves. A worker that got the servo
-/// core back would be woken on it at the next tick, and moving a thread costs more than a small step.
-class KeepOff final : public tbb::task_scheduler_observer {
- public:
-  KeepOff(tbb::task_arena& arena, int core) : tbb::task_scheduler_observer(arena), core_(core) {
-    __tsan_release(&fork_tag);
-    observe(true);
-  }
-  ~KeepOff() override { observe(false); }
-
-  void on_scheduler_entry(bool is_worker) override {
-    __tsan_acquire(&fork_tag);
-    if (!is_worker || steps_here) return;
-    if (!core_.keep_worker_off()) unbound_.fetch_add(1, std::memory_order_relaxed);
-  }
-  int unbound() const noexcept { return unbound_.load(std::memory_order_relaxed); }
-
- private:
-  const ServoCore core_;
-  std::atomic<int> unbound_{0};
-};
 
 /// Tasks of one thread that nobody has begun. That thread takes them from the front, others from the back.
 class alignas(64) Share {
@@ -81,14 +55,12 @@ struct Workers::Impl {
   // Raises TBB's limit of one thread per core, for tests that ask for more threads.
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
-  std::optional<KeepOff> keep_off;
   std::vector<Share> shares;  ///< tasks left for each thread, by its slot in the arena
 
-  Impl(int threads, int servo_core) : arena(threads), shares(static_cast<std::size_t>(threads)) {
+  explicit Impl(int threads) : arena(threads), shares(static_cast<std::size_t>(threads)) {
     if (threads > tbb::this_task_arena::max_concurrency())
       more_threads.emplace(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     arena.initialize();
-    if (servo_core >= 0) keep_off.emplace(arena, servo_core);
   }
 
   void share_out(int tasks) noexcept {
@@ -108,15 +80,13 @@ struct Workers::Impl {
   }
 };
 
-Workers::Workers(int threads, int servo_core)
+Workers::Workers(int threads)
     : count_(threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency())) {
   if (count_ < 1) count_ = 1;
-  if (count_ > 1) impl_ = std::make_unique<Impl>(count_, servo_core);
+  if (count_ > 1) impl_ = std::make_unique<Impl>(count_);
 }
 
 Workers::~Workers() = default;
-
-int Workers::unbound() const noexcept { return impl_ && impl_->keep_off ? impl_->keep_off->unbound() : 0; }
 
 void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
   if (!impl_ || tasks <= 1) {
@@ -134,12 +104,10 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     __tsan_release(&join_tag);
   };
   __tsan_release(&fork_tag);
-  steps_here = true;
   impl_->arena.execute([&] {
     // Isolates the loop, because a thread that waits here must not pick up unrelated work of the host.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, count_, body, tbb::simple_partitioner{}); });
   });
-  steps_here = false;
   __tsan_acquire(&join_tag);
 }
 

@@ -243,7 +243,6 @@ typedef struct bristle_batch_options {
   size_t struct_size;
   const char* isa;    /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA, or the best of this machine */
   int32_t threads;    /**< threads that may step, the caller included; 0 = one per core */
-  int32_t servo_core; /**< core that workers avoid; -1 = none */
 } bristle_batch_options;
 
 /** Results that a step computes, joined by |: bristle::Outputs. */
@@ -438,8 +437,6 @@ BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, cons
 BRISTLE_API size_t bristle_patch_count(const bristle_batch* batch);
 /** Threads that may step; 0 for null. [any] */
 BRISTLE_API int32_t bristle_threads(const bristle_batch* batch);
-/** Number of workers that should stay off the servo core and could not be bound. [any] */
-BRISTLE_API int32_t bristle_unbound_workers(const bristle_batch* batch);
 /** Instruction set in use; null for a null batch. [any] */
 BRISTLE_API const char* bristle_isa(const bristle_batch* batch);
 

@@ -27,20 +27,10 @@ struct BatchOptions {
   int threads = 1;  ///< number of threads that may step, the caller included; `automatic`: one per core
   const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: that of the
                               ///< environment variable BRISTLE_ISA, or the best available
-  int servo_core = -1;        ///< core that workers avoid; -1 = the system places them
   detail::SteppingModes compared;
 
   BatchOptions& with_threads(int count) { return detail::set(*this, threads, count); }
   BatchOptions& with_isa(const char* name) { return detail::set(*this, isa, name); }
-  /// Workers are bound to the other cores of this process (numbered from 0, as in sched_setaffinity). Binding
-  /// is for a loop that steps once per millisecond on a thread with its own core: a worker that sleeps
-  /// between ticks is often woken on the core of the thread that waits for it, and then takes no work. Bind
-  /// the stepping thread to `core` yourself. oneTBB shares its workers with the host and among batches;
-  /// workers that have worked here stay off the servo cores of all batches. If the system does not allow the
-  /// binding, work continues unbound: see PatchBatch::unbound_workers. Bits do not depend on this option, and
-  /// with one thread it has no effect. The cores of the process are those of the thread that makes the batch,
-  /// or, if that is bound to a single core, those that the process had when the library was loaded.
-  BatchOptions& with_servo_core(int core) { return detail::set(*this, servo_core, core); }
 };
 
 /// Resolves Population::automatic for this material and these options; returns any other population
@@ -70,7 +60,7 @@ struct StepReport {
 /// valid at once; the change takes effect at the next call of the stepping side. Each call of that side,
 /// const or not, applies all waiting changes, so two readers need a lock as two writers do. Each
 /// change takes time then, so a loop with a deadline spreads more than some hundreds of adds over several
-/// steps. Any thread may call threads(), unbound_workers() and isa(). Builds with BRISTLE_ASSERTS stop at two
+/// steps. Any thread may call threads() and isa(). Builds with BRISTLE_ASSERTS stop at two
 /// calls at once on one side.
 ///
 /// A batch that was moved from may only be destroyed or assigned to. All memory is allocated and freed by the
@@ -151,9 +141,6 @@ class BRISTLE_API PatchBatch {
 
   std::size_t patch_count() const noexcept;
   int threads() const noexcept;
-  /// Returns the number of workers so far that should stay off the servo core and could not be bound. Any
-  /// thread may call it.
-  int unbound_workers() const noexcept;
   const char* isa() const noexcept;  ///< instruction set in use; lives for ever
 
   struct Impl;

@@ -61,7 +61,6 @@ struct CapacityCase {
   /// Whether the material is the default one: lognormal snap lengths, residual bend, shared renewal.
   bool default_material = false;
   bool eager = false;
-  int servo_core = -1;
   bristle::Population population = bristle::Population::representatives;
   double resolution = 0.0;   ///< pieces of path per mean snap length; 0: the default
   bool zigzag = false;       ///< whether every other step goes sideways

@@ -28,21 +28,6 @@ using bristle::SnapRule;
 using bristle_bench::HandPath;
 using bristle_bench::HandScene;
 
-/// Binds this thread to a core for as long as it lives. Make it after the workers: oneTBB takes the number of
-/// threads from the cores that the process may use at its start.
-class BoundThread {
- public:
-  explicit BoundThread(int core) { platform::bind_thread(core, before_); }
-  ~BoundThread() {
-    if (!before_.empty()) platform::use_cores(before_);
-  }
-  BoundThread(const BoundThread&) = delete;
-  BoundThread& operator=(const BoundThread&) = delete;
-
- private:
-  std::vector<int> before_;
-};
-
 constexpr std::uint64_t in_cache = 14'400;
 constexpr std::uint64_t a_million = 1'000'000;
 constexpr std::uint64_t out_of_cache = 4'000'000;
@@ -388,8 +373,7 @@ class Targets {
                               n));
   }
 
-  /// Measures the speed-up by a second thread in paced steps, one a millisecond. Worker threads stay off the
-  /// core of the thread that calls the steps.
+  /// Measures the speed-up by a second thread in paced steps, one a millisecond.
   void paced() {
     for (const auto& [n, limit] : {std::pair{std::uint64_t{200'000}, 1.5}, {a_million, 1.8}}) {
       const std::string name = fmt::format("threads/paced/{}", n);
@@ -397,17 +381,13 @@ class Targets {
       CapacityCase what = make(Regime::sliding, SnapRule::keep, Outputs::mean);
       CapacitySubject one(what, n, options_.isa);
       what.threads = 2;
-      what.servo_core = platform::first_core();
       CapacitySubject two(what, n, options_.isa);
-      const BoundThread here(what.servo_core);
       std::vector<double> ratios;
       for (std::uint64_t round = 0; round < (options_.quick ? 7 : 15); ++round)
         ratios.push_back(paced_median(one) / paced_median(two));
       rows_.push_back(
           {name,
-           fmt::format("{} bristles, keep, end + mean, all snap, 1 kHz loop, workers off the servo "
-                       "core: one thread over two",
-                       n),
+           fmt::format("{} bristles, keep, end + mean, all snap, 1 kHz loop: one thread over two", n),
            quantile(ratios, 0.5), quantile(ratios, 0.25), quantile(ratios, 0.75), limit, true, "x"});
     }
   }

@@ -101,15 +101,6 @@ void use_timers(int before) noexcept {
   if (before > 0) ::prctl(PR_SET_TIMERSLACK, before, 0, 0, 0);
 }
 
-int first_core() noexcept {
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  ::sched_getaffinity(0, sizeof cores, &cores);
-  int core = 0;
-  while (core + 1 < CPU_SETSIZE && !CPU_ISSET(core, &cores)) ++core;
-  return core;
-}
-
 std::string bind_thread(int core, std::vector<int>& before) {
   cpu_set_t cores;
   CPU_ZERO(&cores);

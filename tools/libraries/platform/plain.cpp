@@ -32,7 +32,6 @@ double QueueClock::now() const noexcept { return 0.0; }
 int use_exact_timers() noexcept { return 0; }
 void use_timers(int) noexcept {}
 
-int first_core() noexcept { return 0; }
 std::string bind_thread(int, std::vector<int>&) { return "not on this system; any core instead"; }
 void use_cores(const std::vector<int>&) noexcept {}
 

@@ -159,8 +159,6 @@ class QueueClock {
 int use_exact_timers() noexcept;
 void use_timers(int before) noexcept;
 
-/// Returns the first core that this process may use.
-int first_core() noexcept;
 /// Binds the calling thread to a core and sets `before` to the cores on which it might run. Returns why the
 /// system refuses; empty if it does not.
 std::string bind_thread(int core, std::vector<int>& before);

@@ -10,7 +10,6 @@
 #include <shellapi.h>
 
 #include <algorithm>
-#include <bit>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -328,12 +327,6 @@ double QueueClock::now() const noexcept { return 0.0 * file_; }
 
 int use_exact_timers() noexcept { return 0; }  // sleep_until() has its own
 void use_timers(int) noexcept {}
-
-int first_core() noexcept {
-  DWORD_PTR ours = 0, machine = 0;
-  GetProcessAffinityMask(GetCurrentProcess(), &ours, &machine);
-  return ours == 0 ? 0 : std::countr_zero(ours);
-}
 
 std::string bind_thread(int core, std::vector<int>& before) {
   constexpr int most = std::numeric_limits<DWORD_PTR>::digits;

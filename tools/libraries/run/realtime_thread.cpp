@@ -11,20 +11,13 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_wo
   if (options.core) bind(*options.core);
   if (options.lock_memory) lock_memory();
   if (!options.fifo_priority) return;
-  if (options.core && !is_bound()) {
-    // Refuses a real-time priority without a core to bind to: the thread might occupy the core of a worker
-    // thread, which has the usual priority and would never run.
-    refused_.push_back(fmt::format("SCHED_FIFO {}: not asked for without core {}; usual scheduling instead",
-                                   *options.fifo_priority, *options.core));
-    return;
-  }
-  if (has_workers && before_ && before_->size() == 1) {
-    refused_.push_back(fmt::format(
-        "SCHED_FIFO {}: not asked for, workers have no other core than {}; usual scheduling instead",
-        *options.fifo_priority, *options.core));
-    return;
-  }
-  take_fifo(*options.fifo_priority);
+  if (has_workers)
+    refused_.push_back(
+        fmt::format("SCHED_FIFO {}: not asked for with several threads, because a worker behind this one would "
+                    "never run; usual scheduling instead",
+                    *options.fifo_priority));
+  else
+    take_fifo(*options.fifo_priority);
 }
 
 RealtimeThread::~RealtimeThread() {

@@ -18,8 +18,8 @@ struct RealtimeThreadOptions {
 /// needs no permission. Threads made later do not inherit the priority.
 class RealtimeThread {
  public:
-  /// Asks the system for what `options` want. `has_workers` says that worker threads step for this thread, so
-  /// that their cores must stay free.
+  /// Asks the system for what `options` want. `has_workers` says that this thread waits for worker threads,
+  /// which its priority could keep from running.
   RealtimeThread(const RealtimeThreadOptions& options, bool has_workers);
   ~RealtimeThread();
   RealtimeThread(const RealtimeThread&) = delete;

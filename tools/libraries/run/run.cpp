@@ -64,8 +64,7 @@ class SceneRun {
 bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& options) {
   return bristle::BatchOptions{}
       .with_threads(options.threads.value_or(scene.threads))
-      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str())
-      .with_servo_core(options.realtime ? options.realtime->thread.core.value_or(-1) : -1);
+      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str());
 }
 
 SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObserver& observer)
@@ -379,12 +378,6 @@ void run_command(const RunOptions& options) {
       throw UserError(fmt::format(
           "{}: --realtime takes 1 to 100,000 ticks per second, and dt is {} s; give another --rate",
           options.scene, scene.dt));
-    if (options.realtime->thread.fifo_priority && !options.realtime->thread.core &&
-        options.threads.value_or(scene.threads) != 1) {
-      throw UserError(
-          "--fifo with more than one thread needs --core: workers must keep off the core of a thread that "
-          "nothing interrupts");
-    }
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
   // Allows --save-state to name the file of --restore-state, which continues a run in one file.

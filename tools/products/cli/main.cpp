@@ -378,7 +378,7 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
   run_app->add_option("--fifo", options.thread.fifo_priority, "Real-time priority (SCHED_FIFO), if permitted")
       ->check(CLI::Range(1, 99))
       ->needs(realtime);
-  run_app->add_option("--core", options.thread.core, "Bind the loop to this core, its workers to the others")
+  run_app->add_option("--core", options.thread.core, "Bind the loop to this core")
       ->check(CLI::Range(0, 1023))
       ->needs(realtime);
   run_app
