@@ -78,7 +78,7 @@ int c_program_follows_the_virgin_curve(void) {
   return 0;
 }
 
-int c_program_reads_and_restores(const char* path) {
+int c_program_reads_and_restores(void) {
   enum { n = 500 };
   static double zx[n], delta[n];
   static unsigned char saved[1 << 16];
@@ -92,8 +92,6 @@ int c_program_reads_and_restores(const char* path) {
   uint64_t hash;
   size_t bytes;
   double energy = 0.0;
-  char extra[2];
-  size_t extra_size = 0;
   int i;
   options.key = 77;
   EXPECT(bristle_create(NULL, &batch) == BRISTLE_OK);
@@ -129,13 +127,6 @@ int c_program_reads_and_restores(const char* path) {
   EXPECT(bristle_state_hash(batch, id) != hash);
   EXPECT(bristle_restore_state(batch, saved, bytes) == BRISTLE_OK);
   EXPECT(bristle_state_hash(batch, id) == hash);
-  EXPECT(bristle_save_state_file(batch, path, "time", 4) == BRISTLE_OK);
-  EXPECT(bristle_step(batch, 1e-3, &motion, sizeof motion, &response, sizeof response, 1, NULL) ==
-         BRISTLE_OK);
-  EXPECT(bristle_restore_state_file(batch, path, extra, sizeof extra, &extra_size) == BRISTLE_OK);
-  EXPECT(extra_size == 4 && memcmp(extra, "ti", 2) == 0 && bristle_state_hash(batch, id) == hash);
-  EXPECT(bristle_restore_state_file(batch, "/nowhere/at/all", NULL, 0, NULL) == BRISTLE_REFUSED);
-  EXPECT(strstr(bristle_last_error(), "/nowhere/at/all") != NULL);
   saved[bytes / 2] ^= 1;
   EXPECT(bristle_restore_state(batch, saved, bytes) == BRISTLE_REFUSED);
   EXPECT(strstr(bristle_last_error(), "damaged") != NULL);

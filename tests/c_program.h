@@ -6,7 +6,7 @@ extern "C" {
 #endif
 int c_program_follows_the_virgin_curve(void);
 /* `path`: name of a file that the check may write. */
-int c_program_reads_and_restores(const char* path);
+int c_program_reads_and_restores(void);
 int c_program_hears_why(void);
 int c_program_finds_all_as_it_was(void);
 int c_program_goes_to_coefficients_and_back(void);

@@ -8,7 +8,6 @@
 #include "c_program.h"
 #include "expect.hpp"
 #include "scenes.hpp"
-#include "temporary_folder.hpp"
 
 namespace bristle_test::test_c_api {
 
@@ -18,8 +17,7 @@ TEST_CASE("A C program follows the virgin curve", "[c]") {
   REQUIRE(c_program_follows_the_virgin_curve() == 0);
 }
 TEST_CASE("A C program reads bristles, saves and restores", "[c]") {
-  const TemporaryFolder folder;
-  REQUIRE(c_program_reads_and_restores(folder.at("state").c_str()) == 0);
+  REQUIRE(c_program_reads_and_restores() == 0);
 }
 TEST_CASE("A C program hears by code and text why it was refused", "[c]") {
   REQUIRE(c_program_hears_why() == 0);

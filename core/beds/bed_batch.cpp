@@ -63,8 +63,7 @@ void add_bytes(Hasher& hasher, Span<const std::byte> bytes) {
 
 struct BRISTLE_PRIVATE BedBatch::Impl {
   explicit Impl(const BatchOptions& options)
-      : table(choose_kernels(options.isa)),
-        workers(check_threads(options.threads)) {}
+      : table(choose_kernels(options.isa)), workers(check_threads(options.threads)) {}
 
   const KernelTable& table;
   const BedKernels& kernels = *table.beds;

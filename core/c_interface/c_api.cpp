@@ -781,27 +781,6 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
 
 BRISTLE_STATE_CALLS(bristle, batch)
 
-bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path, const void* extra,
-                                       size_t extra_size) {
-  return with(batch, "batch", [&](auto& it) {
-    need(path, "path");
-    if (extra_size > 0) need(extra, "extra");
-    save_state_file(path, it, {static_cast<const std::byte*>(extra), extra_size});
-  });
-}
-
-bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
-                                          size_t capacity, size_t* extra_size) {
-  return with(batch, "batch", [&](auto& it) {
-    need(path, "path");
-    const std::vector<std::byte> found =
-        restore_state_file(path, it, std::max(capacity, std::size_t{1} << 20));
-    const size_t held = extra != nullptr ? std::min(capacity, found.size()) : 0;
-    if (held > 0) std::memcpy(extra, found.data(), held);
-    if (extra_size != nullptr) *extra_size = found.size();
-  });
-}
-
 size_t bristle_patch_count(const bristle_batch* batch) {
   return batch != nullptr ? batch->it.patch_count() : 0;
 }

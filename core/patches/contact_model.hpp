@@ -1,5 +1,5 @@
 // The one interface between a patch and the code that computes its friction: a table of operations, one for
-// each contact model (and number type). Batch, keyed patches, coupling, state files and the C
+// each contact model (and number type). Batch, keyed patches, coupling and the C
 // interface know patches, not bristles. To add a model, write a record over PatchRecord with its list of
 // columns (columns.hpp) and a table, and name it in make_patch.cpp. tests/test_contact_model.cpp has a small
 // model from end to end. Unless said otherwise an operation belongs to the stepping thread, runs in the

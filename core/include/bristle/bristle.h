@@ -241,8 +241,8 @@ typedef uint64_t bristle_id;
 /** Options of a batch: bristle::BatchOptions. */
 typedef struct bristle_batch_options {
   size_t struct_size;
-  const char* isa;    /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA, or the best of this machine */
-  int32_t threads;    /**< threads that may step, the caller included; 0 = one per core */
+  const char* isa; /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA, or the best of this machine */
+  int32_t threads; /**< threads that may step, the caller included; 0 = one per core */
 } bristle_batch_options;
 
 /** Results that a step computes, joined by |: bristle::Outputs. */
@@ -421,17 +421,6 @@ BRISTLE_API size_t bristle_save_state(const bristle_batch* batch, void* to, size
 /** Restores a saved state into a batch with the same patches, added in the same order. Refuses a state that
  * does not fit, and then changes nothing. [step] */
 BRISTLE_API bristle_result bristle_restore_state(bristle_batch* batch, const void* from, size_t size);
-
-/** Writes the state to a file, with bytes of the caller (`extra` may be null), completely or not at all.
- * Allocates and waits for the disk: not for a servo thread. [step] */
-BRISTLE_API bristle_result bristle_save_state_file(const bristle_batch* batch, const char* path,
-                                                   const void* extra, size_t extra_size);
-/** Restores from a file. `extra` (may be null) receives the bytes of the caller, at most `capacity` of
- * them; `extra_size` (may be null) receives their total number. The file is refused, and the batch stays
- * as it was, if the state does not fit, or if the bytes of the caller exceed both `capacity` and a mebibyte.
- * Allocates and waits for the disk. [step] */
-BRISTLE_API bristle_result bristle_restore_state_file(bristle_batch* batch, const char* path, void* extra,
-                                                      size_t capacity, size_t* extra_size);
 
 /** Patches of the batch; 0 for null. [step] */
 BRISTLE_API size_t bristle_patch_count(const bristle_batch* batch);

@@ -19,7 +19,6 @@
 #include "bristle/patch_batch.hpp"
 #include "bristle/snap_length.hpp"
 #include "bristle/span.hpp"
-#include "bristle/state_file.hpp"
 #include "bristle/time_histogram.hpp"
 #include "bristle/typical_materials.hpp"
 #include "bristle/version.hpp"

@@ -148,8 +148,7 @@ class BRISTLE_API ExtendedPatches {
                                                         ///< their slots
 
   /// Save and restore the state of the outlines and of the whole batch; they call the functions of PatchBatch
-  /// of the same names. Put this state into a state file as the caller's bytes:
-  /// read_state_file refuses it as the state of a batch.
+  /// of the same names. PatchBatch::restore_state refuses this state.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

@@ -386,8 +386,7 @@ class Targets {
       for (std::uint64_t round = 0; round < (options_.quick ? 7 : 15); ++round)
         ratios.push_back(paced_median(one) / paced_median(two));
       rows_.push_back(
-          {name,
-           fmt::format("{} bristles, keep, end + mean, all snap, 1 kHz loop: one thread over two", n),
+          {name, fmt::format("{} bristles, keep, end + mean, all snap, 1 kHz loop: one thread over two", n),
            quantile(ratios, 0.5), quantile(ratios, 0.25), quantile(ratios, 0.75), limit, true, "x"});
     }
   }

@@ -91,8 +91,6 @@ enum class Kind { nothing, file, other };
 Kind kind_of(const std::string& path) noexcept;
 /// Whether this process may write an existing file.
 bool is_writable(const std::string& path) noexcept;
-/// Whether this process may make files in a folder.
-bool takes_files(const std::filesystem::path& folder) noexcept;
 /// Returns whether two names mean the same file. Devices may be named twice, so they count as different.
 bool is_same(const std::string& a, const std::string& b);
 

@@ -166,11 +166,6 @@ Kind kind_of(const std::string& path) noexcept {
 
 bool is_writable(const std::string& path) noexcept { return ::access(path.c_str(), W_OK) == 0; }
 
-bool takes_files(const fs::path& folder) noexcept {
-  // Tests whether the path is a folder, since "PATH/." fails on anything else.
-  return ::access(((folder.empty() ? "." : folder) / ".").c_str(), W_OK | X_OK) == 0;
-}
-
 bool is_same(const std::string& a, const std::string& b) {
   struct stat first, second;
   const bool there = ::stat(a.c_str(), &first) == 0;

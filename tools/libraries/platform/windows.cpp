@@ -226,16 +226,6 @@ Kind kind_of(const std::string& path) noexcept {
 
 bool is_writable(const std::string& path) noexcept { return _waccess(wide(path).c_str(), 2) == 0; }
 
-bool takes_files(const fs::path& folder) noexcept {
-  const DWORD attributes = GetFileAttributesW((folder.empty() ? fs::path(".") : folder).c_str());
-  if (attributes == INVALID_FILE_ATTRIBUTES) {
-    set_errno();
-    return false;
-  }
-  errno = ENOTDIR;
-  return (attributes & FILE_ATTRIBUTE_DIRECTORY) != 0;
-}
-
 bool is_same(const std::string& a, const std::string& b) {
   std::error_code error;
   const Kind first = kind_of(a), second = kind_of(b);

@@ -12,10 +12,10 @@ RealtimeThread::RealtimeThread(const RealtimeThreadOptions& options, bool has_wo
   if (options.lock_memory) lock_memory();
   if (!options.fifo_priority) return;
   if (has_workers)
-    refused_.push_back(
-        fmt::format("SCHED_FIFO {}: not asked for with several threads, because a worker behind this one would "
-                    "never run; usual scheduling instead",
-                    *options.fifo_priority));
+    refused_.push_back(fmt::format(
+        "SCHED_FIFO {}: not asked for with several threads, because a worker behind this one would "
+        "never run; usual scheduling instead",
+        *options.fifo_priority));
   else
     take_fifo(*options.fifo_priority);
 }

@@ -57,6 +57,7 @@ class SceneRun {
     Sticking sticking;
   };
   std::vector<Hold> holds_;
+  OutputFile state_file_;
   std::optional<ForceFile> force_file_;
   RunResult result_;
 };
@@ -72,10 +73,10 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
       options_(options),
       observer_(observer),
       stepper_(scene, batch_options(scene, options), progress_line("set-up", options.quiet)),
-      ways_(stepper_.copies().size()) {
+      ways_(stepper_.copies().size()),
+      state_file_(options.save_state) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
-  if (!options.save_state.empty()) check_place_of_state(options.save_state);
   if (!options.restore_state.empty())
     result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -218,9 +219,9 @@ void SceneRun::finish() {
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
   if (force_file_) force_file_->finish();
-  if (options_.save_state.empty()) return;
+  if (!state_file_) return;
   try {
-    save_run(options_.save_state, stepper_, result_.steps_before + result_.steps, scene_.dt, ways_);
+    state_file_.write(save_run(stepper_, result_.steps_before + result_.steps, scene_.dt, ways_));
   } catch (const UserError& error) {
     result_.save_failure = error.what();
   }

@@ -15,16 +15,13 @@ struct Way {
   double slid_x = 0.0, slid_y = 0.0;  ///< displacement since the last reversal or loss of contact, m
 };
 
-/// Checks before a long run, as far as it can, that the final state can be written. Throws UserError.
-void check_place_of_state(const std::string& path);
+/// Returns all that later steps depend on: the states of all patches, the time, the places of bodies and the
+/// paths of copies (`ways`). `steps` counts from the beginning of the scene.
+std::string save_run(const SceneStepper& stepper, std::uint64_t steps, double dt,
+                     const std::vector<Way>& ways);
 
-/// Writes all that later steps depend on: the states of all patches, the time, the places of bodies and the
-/// paths of copies (`ways`). `steps` counts from the beginning of the scene. Throws UserError.
-void save_run(const std::string& path, const SceneStepper& stepper, std::uint64_t steps, double dt,
-              const std::vector<Way>& ways);
-
-/// Restores a saved run into a stepper of the same scene. Returns how many steps had led to the saved state.
-/// Throws UserError if the file belongs to another scene.
+/// Restores a file with the bytes of save_run() into a stepper of the same scene. Returns how many steps had
+/// led to the saved state. Throws UserError if the file cannot be read or belongs to another scene.
 std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double dt, std::vector<Way>& ways);
 
 }  // namespace cli

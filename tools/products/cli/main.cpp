@@ -506,8 +506,8 @@ Action add_run(CLI::App* command) {
           "patches and materials")
       ->type_name("SIZE");
   add_file(command, "--restore-state", options.restore_state,
-           "Continue from this state file, written by a run of the same scene");
-  add_file(command, "--save-state", options.save_state, "Write where the run ended to this state file");
+           "Continue from this file, written by a run of the same scene");
+  add_file(command, "--save-state", options.save_state, "Write where the run ended to this file");
   return [kept, realtime] {
     if (realtime->wanted) kept->realtime = realtime->options;
     cli::run_command(*kept);

@@ -1,49 +1,18 @@
-// Saved states and state files: equal bits after restoring, damaged input refused, nothing half written.
+// Saved states: equal bits after restoring, damaged bytes refused.
 #include <catch2/catch.hpp>
 
 #include <cfenv>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
-#if defined(__unix__)
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <csignal>
-#endif
-
-#include <bristle/state_file.hpp>
-
-#include "core/runtime/platform/platform.hpp"
 #include "expect.hpp"
-#include "temporary_folder.hpp"
 #include "variants.hpp"
 
-namespace bristle_test::test_state_file {
+namespace bristle_test::test_saved_state {
 
 namespace {
-
-namespace fs = std::filesystem;
-
-std::vector<std::byte> read_bytes(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  const std::vector<char> text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const auto* bytes = reinterpret_cast<const std::byte*>(text.data());
-  return {bytes, bytes + text.size()};
-}
-
-void write_bytes(const std::string& path, const std::vector<std::byte>& bytes) {
-  std::filesystem::remove(path);  // truncating a file just written would wait for the disk
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-}
 
 /// A batch with one patch per case of every_variant() below 10,000 bristles, moved by scripted_motion().
 class Scripted {
@@ -127,13 +96,11 @@ void reseal(std::vector<std::byte>& state) {
 
 }  // namespace
 
-TEST_CASE("A run taken up from a state file goes on with the same bits", "[state]") {
-  const TemporaryFolder folder;
+TEST_CASE("A run taken up from a saved state goes on with the same bits", "[state]") {
   Scripted whole, first, second;
   whole.run(0, 60);
   first.run(0, 30);
-  bristle::save_state_file(folder.at("state"), first.batch);
-  CHECK(bristle::restore_state_file(folder.at("state"), second.batch).empty());
+  second.batch.restore_state(saved_state(first.batch));
   CHECK(second.batch.state_hash() == first.batch.state_hash());
   // Compares forces after restoring, because they come from sums kept beside the bristles, which the hash
   // does not cover.
@@ -151,23 +118,6 @@ TEST_CASE("The size of a saved state does not depend on what the patches do", "[
   const std::size_t size = scripted.batch.state_size();
   scripted.run(0, 20);
   CHECK(scripted.batch.state_size() == size);
-}
-
-TEST_CASE("A state file carries the caller's own bytes", "[state]") {
-  const TemporaryFolder folder;
-  PatchBatch batch = small_batch();
-  const std::vector<std::byte> extra = {std::byte{1}, std::byte{0}, std::byte{255}};
-  bristle::write_state_file(folder.at("state"), saved_state(batch), extra);
-  const bristle::StateFile file = bristle::read_state_file(folder.at("state"));
-  CHECK(file.state == saved_state(batch));
-  CHECK(file.extra == extra);
-  CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
-  CHECK(names(message_of([&] { bristle::read_state_file(folder.at("state"), 100); }),
-              {folder.at("state"), "bytes", "100"}));
-  // Allows two bytes of the caller's own, so the file's three are refused before memory is allocated.
-  CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("state"), batch, 2); }),
-              {folder.at("state"), "at most"}));
-  CHECK(bristle::restore_state_file(folder.at("state"), batch, 3) == extra);
 }
 
 TEST_CASE("A saved state comes back to the bit in any floating-point mode of the caller", "[state]") {
@@ -192,13 +142,9 @@ TEST_CASE("A saved state comes back to the bit in any floating-point mode of the
   }
 }
 
-TEST_CASE("A state file with any byte changed is refused, and the batch stays as it was", "[state]") {
-  const TemporaryFolder folder;
-  PatchBatch saved = small_batch();
-  const std::vector<std::byte> extra(11, std::byte{7});
-  bristle::save_state_file(folder.at("state"), saved, extra);
-  const std::vector<std::byte> whole = read_bytes(folder.at("state"));
-
+TEST_CASE("A saved state with any byte changed is refused, and the batch stays as it was", "[state]") {
+  const PatchBatch saved = small_batch();
+  const std::vector<std::byte> whole = saved_state(saved);
   PatchBatch batch = small_batch();
   const Response out = step_one(batch, Motion{{1ull << 32 | 1}, {0.2 * dbar, 0.0}, 1.0});
   REQUIRE(out.status == Status::ok);
@@ -207,144 +153,34 @@ TEST_CASE("A state file with any byte changed is refused, and the batch stays as
     for (const unsigned flip : {1u, 128u, 255u}) {
       std::vector<std::byte> bad = whole;
       bad[i] ^= static_cast<std::byte>(flip);
-      write_bytes(folder.at("bad"), bad);
       INFO("byte " << i << " xor " << flip);
-      const std::string message = message_of([&] { bristle::restore_state_file(folder.at("bad"), batch); });
-      expect(message.find(folder.at("bad")) != std::string::npos,
-             "a file with a byte changed is refused by name");
+      expect(message_of([&] { batch.restore_state(bad); }) != "(no error)", "a changed byte is refused");
       expect(batch.state_hash() == before, "the batch stays as it was");
     }
   }
-  CHECK(bristle::restore_state_file(folder.at("state"), batch) == extra);
+  batch.restore_state(whole);
   CHECK(batch.state_hash() == saved.state_hash());
 }
 
-TEST_CASE("A state file cut anywhere, or with more behind it, is refused", "[state]") {
-  const TemporaryFolder folder;
+TEST_CASE("A saved state cut anywhere, or of another format or batch, is refused", "[state]") {
   PatchBatch batch = small_batch();
-  bristle::save_state_file(folder.at("state"), batch, std::vector<std::byte>(5, std::byte{9}));
-  std::vector<std::byte> bytes = read_bytes(folder.at("state"));
+  const std::vector<std::byte> bytes = saved_state(batch);
   const std::uint64_t before = batch.state_hash();
-  for (std::size_t size = 0; size < bytes.size(); ++size) {
-    write_bytes(folder.at("cut"),
-                std::vector<std::byte>(bytes.begin(), bytes.begin() + static_cast<long>(size)));
-    const std::string message = message_of([&] { bristle::restore_state_file(folder.at("cut"), batch); });
-    expect(message.find(size == 0 ? "not a state file" : "cut short") != std::string::npos,
-           "a file cut short is refused as such");
+  const auto refusal = [&](const std::vector<std::byte>& bad) {
+    const std::string message = message_of([&] { batch.restore_state(bad); });
     expect(batch.state_hash() == before, "the batch stays as it was");
-  }
-  bytes.push_back(std::byte{0});
-  write_bytes(folder.at("long"), bytes);
-  CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("long"), batch); }), {"longer"}));
-}
-
-TEST_CASE("Files that are no state files are refused by what they are", "[state]") {
-  const TemporaryFolder folder;
-  PatchBatch batch = small_batch();
-  const auto refusal = [&](const std::string& path) {
-    return message_of([&] { bristle::restore_state_file(path, batch); });
+    return message;
   };
-  write_bytes(folder.at("foreign"), std::vector<std::byte>(500, std::byte{'x'}));
-  CHECK(names(refusal(folder.at("foreign")), {folder.at("foreign"), "not a state file"}));
-  CHECK(names(refusal(folder.at("nothing")), {"nothing", "No such file"}));
-  CHECK(names(refusal(folder.path.string()), {"is not a file"}));
-#if defined(__unix__)
-  CHECK(names(refusal("/dev/zero"), {"is not a file"}));
-  REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));  // refuses a pipe without waiting for data
-#endif
-
-  bristle::save_state_file(folder.at("state"), batch);
-  std::vector<std::byte> newer = read_bytes(folder.at("state"));
-  for (const int version : {0, 2, 9}) {
-    newer[8] = static_cast<std::byte>(version);
-    write_bytes(folder.at("newer"), newer);
-    CHECK(names(refusal(folder.at("newer")), {"format " + std::to_string(version), "reads format"}));
-  }
-  newer[8] = std::byte{1};
-  newer[48] = std::byte{9};  // another format version of the batch state in the file
-  write_bytes(folder.at("newer"), newer);
-  CHECK(names(refusal(folder.at("newer")), {"format 9", "reads format"}));
-
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    expect(refusal({bytes.begin(), bytes.begin() + static_cast<long>(size)}).find("cut short") !=
+               std::string::npos,
+           "bytes cut short are refused as such");
+  std::vector<std::byte> bad = bytes;
+  bad[8] = std::byte{9};
+  CHECK(names(refusal(bad), {"format 9", "reads format"}));
   PatchBatch other;
-  CHECK(names(message_of([&] { bristle::restore_state_file(folder.at("state"), other); }),
-              {folder.at("state"), "saved patches = 2", "has 0"}));
+  CHECK(names(message_of([&] { other.restore_state(bytes); }), {"saved patches = 2", "has 0"}));
 }
-
-TEST_CASE("A state file replaces the old one whole, and nothing that is no file", "[state]") {
-  const TemporaryFolder folder;
-  PatchBatch batch = small_batch();
-  write_bytes(folder.at("state"), std::vector<std::byte>(100000, std::byte{1}));
-  bristle::save_state_file(folder.at("state"), batch);
-  CHECK(bristle::read_state_file(folder.at("state")).state == saved_state(batch));
-  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) ==
-        1);  // no temporary file is left in the folder
-
-  const auto refusal = [&](const std::string& path) {
-    return message_of([&] { bristle::save_state_file(path, batch); });
-  };
-  fs::create_directory(folder.at("folder"));
-  CHECK(names(refusal(folder.at("folder")), {"is not a file"}));
-  CHECK(names(refusal(folder.at("no/such/state")), {"cannot be written", "No such file"}));
-  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 2);
-#if defined(__unix__)
-  REQUIRE(mkfifo(folder.at("pipe").c_str(), 0600) == 0);
-  CHECK(names(refusal(folder.at("pipe")), {"is not a file"}));
-  CHECK(fs::is_fifo(folder.at("pipe")));
-#endif
-}
-
-TEST_CASE("What a killed process left behind does not stop one with its number", "[state]") {
-  const TemporaryFolder folder;
-  PatchBatch batch = small_batch();
-  for (int k = 0; k < 100; ++k)
-    folder.write("state.tmp." + std::to_string(bristle::detail::process_number()) + "." + std::to_string(k),
-                 "half a file");
-  bristle::save_state_file(folder.at("state"), batch);
-  CHECK(bristle::read_state_file(folder.at("state")).state == saved_state(batch));
-}
-
-TEST_CASE("The name of a state file is UTF-8", "[state]") {
-  const TemporaryFolder folder;
-  PatchBatch batch = small_batch();
-  const std::string name = "\303\274ber \346\221\251";
-  const fs::path path = folder.path / fs::u8path(name);
-  const std::string text = path.string();
-  REQUIRE(text.ends_with(name));
-  bristle::save_state_file(text, batch);
-  CHECK(fs::exists(path));
-  CHECK(bristle::read_state_file(text).state == saved_state(batch));
-}
-
-#if defined(__unix__)
-TEST_CASE("A full disk leaves the old state file as it was", "[state]") {
-  // Simulates a full disk by a limit on the size of files.
-  const TemporaryFolder folder;
-  PatchBatch batch = small_batch();
-  bristle::save_state_file(folder.at("state"), batch);
-  const std::vector<std::byte> before = read_bytes(folder.at("state"));
-  const pid_t child = fork();
-  REQUIRE(child >= 0);
-  if (child == 0) {
-    signal(SIGXFSZ, SIG_IGN);
-    const rlimit limit{300, 300};
-    setrlimit(RLIMIT_FSIZE, &limit);
-    bool refused = false;
-    try {
-      bristle::save_state_file(folder.at("state"), batch);
-    } catch (const bristle::Error& error) {
-      refused = std::strstr(error.what(), "cannot be written") != nullptr;
-    }
-    _exit(refused ? 0 : 1);
-  }
-  int status = 0;
-  REQUIRE(waitpid(child, &status, 0) == child);
-  CHECK(status == 0);
-  CHECK(read_bytes(folder.at("state")) == before);
-  CHECK(std::distance(fs::directory_iterator(folder.path), fs::directory_iterator()) == 1);
-}
-
-#endif
 
 TEST_CASE("A state with a true checksum and values that no patch can have is refused by the value",
           "[state]") {
@@ -426,4 +262,4 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   CHECK(batch.state_hash() == twin.state_hash());
 }
 
-}  // namespace bristle_test::test_state_file
+}  // namespace bristle_test::test_saved_state
