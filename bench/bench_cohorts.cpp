@@ -74,7 +74,6 @@ void add_cohort_benchmark(const std::string& name, const CohortMotion& motion, c
 }  // namespace
 
 void register_cohorts() {
-  if (BRISTLE_MINIMAL) return;
   for (const CohortMotion& motion : motions)
     for (std::uint32_t patches : {1u, 100u, 10000u})
       for (const Subject& subject : subjects) {

@@ -42,15 +42,13 @@ void register_long_motion() {
     SnapRule rule;
     SnapLength law;
   };
-  std::vector<Case> cases = {{"keep/uniform", SnapRule::keep, usual_law()}};
-  if (!BRISTLE_MINIMAL) {
-    cases.push_back({"redraw/uniform", SnapRule::redraw, usual_law()});
-    cases.push_back({"redraw/normal_cv0.2", SnapRule::redraw, SnapLength::normal(dbar, 0.2 * dbar)});
-    cases.push_back({"redraw/lognormal_cv0.1", SnapRule::redraw, SnapLength::lognormal(dbar, 0.1)});
-    cases.push_back({"redraw/lognormal_cv0.3", SnapRule::redraw, SnapLength::lognormal(dbar, 0.3)});
-    cases.push_back({"redraw/lognormal_cv1", SnapRule::redraw, SnapLength::lognormal(dbar, 1.0)});
-    cases.push_back({"redraw/exponential", SnapRule::redraw, SnapLength::exponential(dbar)});
-  }
+  const Case cases[] = {{"keep/uniform", SnapRule::keep, usual_law()},
+                        {"redraw/uniform", SnapRule::redraw, usual_law()},
+                        {"redraw/normal_cv0.2", SnapRule::redraw, SnapLength::normal(dbar, 0.2 * dbar)},
+                        {"redraw/lognormal_cv0.1", SnapRule::redraw, SnapLength::lognormal(dbar, 0.1)},
+                        {"redraw/lognormal_cv0.3", SnapRule::redraw, SnapLength::lognormal(dbar, 0.3)},
+                        {"redraw/lognormal_cv1", SnapRule::redraw, SnapLength::lognormal(dbar, 1.0)},
+                        {"redraw/exponential", SnapRule::redraw, SnapLength::exponential(dbar)}};
   const double steps[] = {1e-6, 1e-5, 1e-4, 1e-3, 0.01, 0.03, 0.1,   0.3,   0.5, 1.0, 1.5, 2.0,
                           3.0,  5.0,  7.0,  10.0, 20.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4};
   for (const Case& each : cases) {
@@ -64,7 +62,7 @@ void register_long_motion() {
       add_one_patch_benchmark(std::string("long_motion/") + each.name + '/' + text, what);
     }
   }
-  if (!BRISTLE_MINIMAL) register_hand_paths();
+  register_hand_paths();
 }
 
 }  // namespace bristle_bench

@@ -62,7 +62,7 @@ std::string scene_hash() {
   const double y[] = {0.1, -0.6, 0.9, 0.02, -5.0};
   for (std::size_t step = 0; step < 200; ++step) {
     for (std::size_t i = 0; i < motions.size(); ++i) {
-      const bool one_axis = BRISTLE_MINIMAL || i / output_sets().size() % 2 == 0;
+      const bool one_axis = i / output_sets().size() % 2 == 0;
       motions[i].displacement[0] = x[step % 6] * dbar;
       motions[i].displacement[1] = one_axis ? 0.0 : y[step % 5] * dbar;
       motions[i].normal_load = step % 50 < 25 ? 900.0 : 612.5;
@@ -147,9 +147,7 @@ int main(int argc, char** argv) {
   try {
     add_context();
     register_kernels();
-#if !BRISTLE_MINIMAL
     register_beds();
-#endif
     register_cohorts();
     register_joints();
     register_keys();

@@ -20,8 +20,8 @@ namespace bristle_bench {
 
 using namespace bristle_test;
 
-/// Number of tangential axes in most benchmarks: 2, but 1 in the minimal library.
-constexpr int usual_axes = BRISTLE_MINIMAL ? 1 : 2;
+/// Number of tangential axes in most benchmarks.
+constexpr int usual_axes = 2;
 
 struct Regime : SteadyMotion {
   const char* name;
@@ -55,20 +55,12 @@ inline const char* name_of(Outputs outputs) {
   }
 }
 
-/// Returns the snap rules that this build of the library has.
-inline std::vector<SnapRule> rules() {
-  if (BRISTLE_MINIMAL) return {SnapRule::keep};
-  return {SnapRule::keep, SnapRule::redraw};
-}
+inline std::vector<SnapRule> rules() { return {SnapRule::keep, SnapRule::redraw}; }
 inline std::vector<Outputs> output_sets() {
-  if (BRISTLE_MINIMAL) return {Outputs::end};
   return {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all};
 }
-inline std::vector<int> axes_counts() {
-  if (BRISTLE_MINIMAL) return {1};
-  return {1, 2};
-}
-inline Outputs usual_outputs() { return BRISTLE_MINIMAL ? Outputs::end : Outputs::mean; }
+inline std::vector<int> axes_counts() { return {1, 2}; }
+inline Outputs usual_outputs() { return Outputs::mean; }
 
 /// Steps that bring a scene into its regime: 54 steps of 0.37 mean snap lengths (20 in all, out of phase with
 /// the snap lengths), then 16 steps of the regime itself.

@@ -4,7 +4,7 @@
 namespace bristle_bench {
 
 void register_kernels();
-void register_beds();  // registered only in the full library, not in the minimal one
+void register_beds();
 void register_cohorts();
 void register_joints();
 void register_keys();

@@ -1,4 +1,4 @@
-// The interface between core and kernels for beds (for joints: joint_table.hpp): plain structs of raw
+// The interface between core and kernels for beds: plain structs of raw
 // pointers and a table of functions, as in kernel_table.hpp. The equations are in core/beds/BEDS.md.
 // Deflections and limits are divided by the bed's unit of deflection, places by its larger half width,
 // stiffnesses by the bed's stiffness at full load, so that all numbers of a column are of order 1.
@@ -6,7 +6,6 @@
 
 #include <cstdint>
 
-#include "core/joint_table.hpp"
 #include "core/kernel_table.hpp"
 
 namespace bristle::detail {
@@ -125,7 +124,6 @@ struct BedKernels {
   /// Subtracts from each tip its root's displacement BedPlaces::root, which the caller resets to zero, so
   /// that deflections stay.
   void (*rebase)(const BedPlaces&, float* columns);
-  JointKernel joint[joint_variants];
 };
 
 }  // namespace bristle::detail

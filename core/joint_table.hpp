@@ -9,7 +9,7 @@
 
 namespace bristle::detail {
 
-/// Bits of an index into BedKernels::joint.
+/// Bits of an index into JointKernels::step.
 enum JointVariant : std::uint32_t {
   joint_loaded = 1,  ///< set if friction depends on the motor's torque or on the outside torque
   joint_drops = 2,   ///< set if the material has a static part of friction
@@ -78,6 +78,9 @@ struct JointStep {
   const double* constants;
   double* columns;
 };
-using JointKernel = void (*)(const JointStep&);
+
+struct JointKernels {
+  void (*step[joint_variants])(const JointStep&);
+};
 
 }  // namespace bristle::detail

@@ -279,7 +279,7 @@ struct KernelSet {
   /// Carries the blocks [first, last) of a patch with two axes, none marked as straight, along the path
   /// behind a corner and rewrites them at the patch's position. `stored` gains the change of the full blocks'
   /// sums of present deflections; `twice_integral`, with index 1, twice the path integral of weight x
-  /// (deflection along the motion less |z|). Null in a minimal build.
+  /// (deflection along the motion less |z|).
   using Carry = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Carry carry[2];
@@ -307,11 +307,13 @@ struct KernelSet {
 
 struct CohortKernels;
 struct BedKernels;
+struct JointKernels;
 
 struct KernelTable {
   const char* name;
-  const CohortKernels* cohorts;  ///< table of cohort_table.hpp; null in a minimal build
-  const BedKernels* beds;        ///< table of bed_table.hpp; null in a minimal build
+  const CohortKernels* cohorts;  ///< table of cohort_table.hpp
+  const BedKernels* beds;        ///< table of bed_table.hpp; null in a build without beds
+  const JointKernels* joints;    ///< table of joint_table.hpp; null in a build without joints
   KernelSet<float> f32;
   KernelSet<double> f64;  ///< kernels for double precision; all entries are null in a build without it
 };

@@ -23,7 +23,6 @@ constexpr void fill_steps(KernelSet<T>& set) {
     return set.step[variant_index(axes, redraw, mean, energy, residual)];
   };
   at(false, false, false) = &step_blocks<T, axes, redraw, false, false, false, false>;
-#if !defined(BRISTLE_MINIMAL)
   at(true, false, false) = &step_blocks<T, axes, redraw, true, false, false, false>;
   at(false, true, false) = &step_blocks<T, axes, redraw, false, true, false, false>;
   at(true, true, false) = &step_blocks<T, axes, redraw, true, true, false, false>;
@@ -40,7 +39,6 @@ constexpr void fill_steps(KernelSet<T>& set) {
   set.foresee_aged[axes - 1][redraw] = &foresee_blocks<T, axes, redraw, true>;
   set.renew[axes - 1][redraw] = &renew_bristles<T, axes, redraw, false, FreshLengths<T>>;
   set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, FreshLengths<T>>;
-#endif
 }
 
 /// Fills the table of sliding kernels. `SlideOf` comes from slide_step.hpp or slide_reference.hpp.
@@ -58,7 +56,6 @@ template <class T>
 constexpr KernelSet<T> make_kernel_set() {
   KernelSet<T> set{};
   fill_steps<T, 1, false>(set);
-#if !defined(BRISTLE_MINIMAL)
   fill_steps<T, 1, true>(set);
   fill_steps<T, 2, false>(set);
   fill_steps<T, 2, true>(set);
@@ -66,7 +63,6 @@ constexpr KernelSet<T> make_kernel_set() {
   set.carry[1] = &carry_blocks<T, true>;
   fill_slide<T, 1>(set);
   fill_slide<T, 2>(set);
-#endif
   set.rewrite = &rewrite_block<T>;
   set.squares = &block_squares<T>;
   return set;
@@ -74,19 +70,26 @@ constexpr KernelSet<T> make_kernel_set() {
 
 }  // namespace
 
-#if !defined(BRISTLE_MINIMAL)
 extern const CohortKernels BRISTLE_TABLE(cohort_kernels_);
+#if BRISTLE_WITH_BEDS
 extern const BedKernels BRISTLE_TABLE(bed_kernels_);
+#endif
+#if BRISTLE_WITH_JOINTS
+extern const JointKernels BRISTLE_TABLE(joint_kernels_);
 #endif
 extern const KernelTable BRISTLE_TABLE(kernels_);
 constinit const KernelTable BRISTLE_TABLE(kernels_) = {
     .name = BRISTLE_TEXT(BRISTLE_TABLE()),
-#if defined(BRISTLE_MINIMAL)
-    .cohorts = nullptr,
-    .beds = nullptr,
-#else
     .cohorts = &BRISTLE_TABLE(cohort_kernels_),
+#if BRISTLE_WITH_BEDS
     .beds = &BRISTLE_TABLE(bed_kernels_),
+#else
+    .beds = nullptr,
+#endif
+#if BRISTLE_WITH_JOINTS
+    .joints = &BRISTLE_TABLE(joint_kernels_),
+#else
+    .joints = nullptr,
 #endif
     .f32 = make_kernel_set<float>(),
 #if BRISTLE_WITH_DOUBLE

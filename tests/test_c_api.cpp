@@ -29,9 +29,7 @@ TEST_CASE("A C program goes from coefficients to bristles and back", "[c]") {
   REQUIRE(c_program_goes_to_coefficients_and_back() == 0);
 }
 TEST_CASE("A C program finds its patches by contact", "[c]") { REQUIRE(c_program_names_contacts() == 0); }
-#if !BRISTLE_MINIMAL  // outlines need two axes, which the minimal library lacks
 TEST_CASE("A C program twists a pad", "[c][extended]") { REQUIRE(c_program_twists_a_pad() == 0); }
-#endif
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }
 
 TEST_CASE("Another thread's failure leaves the last error of this one", "[c]") {
@@ -108,10 +106,10 @@ TEST_CASE("Headers that do not belong to the library are refused by name", "[bui
   const std::string advice = ": compile with the headers that were installed with the library";
   BuildSignature headers = header_build;
   headers.options ^= 1;
-  const char* const here = BRISTLE_MINIMAL ? "on" : "off";
-  const char* const there = BRISTLE_MINIMAL ? "off" : "on";
-  CHECK(text_of(headers) == "bristle: header " + version + " with BRISTLE_MINIMAL " + there + ", library " +
-                                version + " with BRISTLE_MINIMAL " + here + advice);
+  const char* const here = BRISTLE_WITH_DOUBLE ? "on" : "off";
+  const char* const there = BRISTLE_WITH_DOUBLE ? "off" : "on";
+  CHECK(text_of(headers) == "bristle: header " + version + " with BRISTLE_WITH_DOUBLE " + there +
+                                ", library " + version + " with BRISTLE_WITH_DOUBLE " + here + advice);
   headers = header_build;
   headers.version += 100;
   CHECK_THAT(text_of(headers), Catch::Matchers::Contains("header 0.2.0, library " + version));

@@ -668,39 +668,37 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
     if (row["motion"] == "turning")
       sliding.push_back(row["kernel"].get<std::string>() + ", " + row["layout"].get<std::string>());
   }
-  if (!BRISTLE_MINIMAL) {
-    CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, patches of 32"});
-    // Expects rows for rest, tremor, three straight slides, a zigzag, two bends, three motions under a load
-    // that ripples and four with right angles, for one patch, for a hundred and for ten thousand.
-    REQUIRE(report["infinite"].size() == 3 * (2 + 3 + 1 + 2 + 3 + 4));
-    for (const json& row : report["infinite"]) {
-      CHECK(row["resolution"] == 8);
-      CHECK((row["patches"] == 1 || row["patches"] == 100 || row["patches"] == 10'000));
-      CHECK(row["p99_s"] > 0.0);
-      CHECK(row["kernel"] == "default material, 2 axes, infinite, end, double");
-      CHECK(row["ns_per_patch"] > 0.0);
-      CHECK(row["bytes_per_patch"] > 0);
-    }
-    REQUIRE(report["snapshots"].size() == 4);
-    for (const json& row : report["snapshots"]) {
-      INFO(row);
-      CHECK(row["batch_bytes"] == bristle::PatchBatch(bristle::BatchOptions{}).state_size());
-      CHECK(row["state_bytes"] > 12 * (row["contact"] == "1,000 bristles" ? 1000 : 100));
-      CHECK(row["memory_bytes"] > row["state_bytes"]);
-      CHECK(row["save_s"] > 0.0);
-      CHECK(row["restore_s"] > 0.0);
-    }
-    REQUIRE(report["contacts"].size() == 4);
-    for (std::size_t i = 0; i < 4; ++i) {
-      const json& row = report["contacts"][i];
-      CHECK(row["resolution"] == (i < 2 ? 4 : 8));
-      CHECK(row["motion"] == (i % 2 == 0 ? "corners" : "bend, rippling load"));
-      CHECK(row["turn_rad"] == Approx(i % 2 == 0 ? 0.5 * 3.14159265358979 : 0.01));
-      CHECK(row["ripple"] == (i % 2 == 0 ? 0.0 : 0.01));
-      CHECK(row["step_over_mean_snap_length"] == 0.1);
-      CHECK(row["threads"] == 1);
-      if (row["bristles"] > 0) CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
-    }
+  CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, patches of 32"});
+  // Expects rows for rest, tremor, three straight slides, a zigzag, two bends, three motions under a load
+  // that ripples and four with right angles, for one patch, for a hundred and for ten thousand.
+  REQUIRE(report["infinite"].size() == 3 * (2 + 3 + 1 + 2 + 3 + 4));
+  for (const json& row : report["infinite"]) {
+    CHECK(row["resolution"] == 8);
+    CHECK((row["patches"] == 1 || row["patches"] == 100 || row["patches"] == 10'000));
+    CHECK(row["p99_s"] > 0.0);
+    CHECK(row["kernel"] == "default material, 2 axes, infinite, end, double");
+    CHECK(row["ns_per_patch"] > 0.0);
+    CHECK(row["bytes_per_patch"] > 0);
+  }
+  REQUIRE(report["snapshots"].size() == 4);
+  for (const json& row : report["snapshots"]) {
+    INFO(row);
+    CHECK(row["batch_bytes"] == bristle::PatchBatch(bristle::BatchOptions{}).state_size());
+    CHECK(row["state_bytes"] > 12 * (row["contact"] == "1,000 bristles" ? 1000 : 100));
+    CHECK(row["memory_bytes"] > row["state_bytes"]);
+    CHECK(row["save_s"] > 0.0);
+    CHECK(row["restore_s"] > 0.0);
+  }
+  REQUIRE(report["contacts"].size() == 4);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const json& row = report["contacts"][i];
+    CHECK(row["resolution"] == (i < 2 ? 4 : 8));
+    CHECK(row["motion"] == (i % 2 == 0 ? "corners" : "bend, rippling load"));
+    CHECK(row["turn_rad"] == Approx(i % 2 == 0 ? 0.5 * 3.14159265358979 : 0.01));
+    CHECK(row["ripple"] == (i % 2 == 0 ? 0.0 : 0.01));
+    CHECK(row["step_over_mean_snap_length"] == 0.1);
+    CHECK(row["threads"] == 1);
+    if (row["bristles"] > 0) CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
   }
   for (const json& row : report["comparisons"]) {
     CHECK(row["ns_per_bristle"] > 0.0);

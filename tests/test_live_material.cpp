@@ -200,7 +200,6 @@ TEST_CASE("What a new material snaps is booked by the next step, of a patch that
   }
 }
 
-#if !BRISTLE_MINIMAL
 namespace {
 
 Material rubbed_uniform(double low, double high, double residual) {
@@ -251,6 +250,5 @@ TEST_CASE("Fractions of bristles that live changes snap are counted on", "[load]
     CHECK(static_cast<double>(snaps) == Approx(bristles * round).margin(1.0));
   }
 }
-#endif
 
 }  // namespace bristle_test::test_live_material

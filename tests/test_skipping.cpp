@@ -55,11 +55,8 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (Precision precision : {Precision::single, Precision::double_}) {
       if (precision == Precision::double_ && !BRISTLE_WITH_DOUBLE) continue;
-      const int axes = BRISTLE_MINIMAL ? 1 : 2;
-      if (BRISTLE_MINIMAL && rule == SnapRule::redraw) continue;
       Twins twins(surface(rule, 0),
-                  plain_options(1500, axes, precision, BRISTLE_MINIMAL ? Outputs::end : Outputs::all)
-                      .with_max_normal_load(2.0));
+                  plain_options(1500, 2, precision, Outputs::all).with_max_normal_load(2.0));
       std::mt19937 random(7);
       const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
       double load = 1.5;
@@ -110,7 +107,6 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
   }
 }
 
-#if !BRISTLE_MINIMAL
 TEST_CASE("A way that ends beside the next snap gives the same bits as visiting, up to the last bit",
           "[skipping]") {
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
@@ -154,7 +150,6 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
     }
   }
 }
-#endif
 
 TEST_CASE("Tremor after sliding visits under a hundredth of the bristles once it has settled", "[skipping]") {
   Twins twins(surface(SnapRule::keep, 0),

@@ -9,7 +9,7 @@
 #include "expect.hpp"
 #include "reference_table.hpp"
 
-#if __has_include(<xsimd/xsimd.hpp>) && !BRISTLE_MINIMAL
+#if __has_include(<xsimd/xsimd.hpp>)
 #if defined(__SSE2__)
 #define BRISTLE_ISA_SSE2 1
 #define BRISTLE_KERNEL_ISA sse2

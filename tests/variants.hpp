@@ -241,10 +241,10 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
                         .with_seed(seed++);
     cases.push_back(large);
   }
-  if (!BRISTLE_MINIMAL) add_infinite_variants(cases);
-  if (!BRISTLE_MINIMAL) add_rubbed_variants(cases, bristles);
-  if (!BRISTLE_MINIMAL) add_aged_variants(cases, bristles);
-  if (!BRISTLE_MINIMAL) add_slide_variants(cases, bristles);
+  add_infinite_variants(cases);
+  add_rubbed_variants(cases, bristles);
+  add_aged_variants(cases, bristles);
+  add_slide_variants(cases, bristles);
   return cases;
 }
 

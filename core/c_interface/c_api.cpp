@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "bristle/bristle.hpp"
-#include "bristle/keyed_beds.hpp"
 #include "core/c_interface/field_count.hpp"
 #include "core/common/range_check.hpp"
 
@@ -41,7 +40,7 @@ BRISTLE_SAME_LAYOUT(bristle_response, Response,
                         BRISTLE_SAME(damping) && BRISTLE_SAME(force_limit) && BRISTLE_SAME(dissipated) &&
                         BRISTLE_SAME(contact_loss) && BRISTLE_SAME(damper_work) && BRISTLE_SAME(snaps));
 BRISTLE_SAME_LAYOUT(bristle_contact_point, ContactPoint, BRISTLE_SAME(pair) && BRISTLE_SAME(point));
-BRISTLE_SAME_LAYOUT(bristle_cell, PatchCell, BRISTLE_SAME(position) && BRISTLE_SAME(weight));
+#if BRISTLE_WITH_BEDS
 BRISTLE_SAME_LAYOUT(bristle_bed_cell, BedCell,
                     BRISTLE_SAME(position) && BRISTLE_SAME(stiffness) && BRISTLE_SAME(load));
 BRISTLE_SAME_LAYOUT(bristle_bed_motion, BedMotion,
@@ -51,12 +50,17 @@ BRISTLE_SAME_LAYOUT(bristle_bed_response, BedResponse,
                     BRISTLE_SAME(id) && BRISTLE_SAME(status) && BRISTLE_SAME(force) && BRISTLE_SAME(torque) &&
                         BRISTLE_SAME(mean) && BRISTLE_SAME(mean_torque) && BRISTLE_SAME(dissipated) &&
                         BRISTLE_SAME(stored) && BRISTLE_SAME(tangent) && BRISTLE_SAME(slipping_share));
+#endif
+#if BRISTLE_WITH_JOINTS
 BRISTLE_SAME_LAYOUT(bristle_joint_material, JointMaterial,
                     BRISTLE_SAME(stiffness) && BRISTLE_SAME(viscous) && BRISTLE_SAME(stribeck_speed) &&
                         offsetof(C, base) == offsetof(Cpp, kinetic) &&
                         offsetof(C, static_base) == offsetof(Cpp, static_part) &&
                         sizeof(C) == BRISTLE_JOINT_PARAMETERS * sizeof(double) &&
                         +BRISTLE_JOINT_PARAMETERS == +joint_parameters);
+#endif
+#if BRISTLE_WITH_OUTLINES
+BRISTLE_SAME_LAYOUT(bristle_cell, PatchCell, BRISTLE_SAME(position) && BRISTLE_SAME(weight));
 BRISTLE_SAME_LAYOUT(bristle_extended_motion, ExtendedMotion,
                     BRISTLE_SAME(id) && BRISTLE_SAME(displacement) && BRISTLE_SAME(normal_load) &&
                         BRISTLE_SAME(has_velocity) && BRISTLE_SAME(velocity));
@@ -66,6 +70,7 @@ BRISTLE_SAME_LAYOUT(bristle_extended_response, ExtendedResponse,
                         BRISTLE_SAME(damping) && BRISTLE_SAME(force_limit) && BRISTLE_SAME(torque_limit) &&
                         BRISTLE_SAME(dissipated) && BRISTLE_SAME(contact_loss) && BRISTLE_SAME(damper_work) &&
                         BRISTLE_SAME(snaps));
+#endif
 static_assert(BRISTLE_NO_CONTACT_KEY == no_contact_key);
 
 template <auto c_value, auto cpp_value>
@@ -85,15 +90,19 @@ static_assert(same_value<BRISTLE_RULE_KEEP, SnapRule::keep> &&
 static_assert(same_value<BRISTLE_POPULATION_AUTOMATIC, Population::automatic> &&
               same_value<BRISTLE_POPULATION_REPRESENTATIVES, Population::representatives> &&
               same_value<BRISTLE_POPULATION_INFINITE, Population::infinite>);
+#if BRISTLE_WITH_OUTLINES
 static_assert(same_value<BRISTLE_PRESSURE_UNIFORM, Pressure::uniform> &&
               same_value<BRISTLE_PRESSURE_HERTZ, Pressure::hertz>);
+#endif
 static_assert(same_value<BRISTLE_STATUS_UNKNOWN_ID, Status::unknown_id> &&
               same_value<BRISTLE_STATUS_REPEATED_ID, Status::repeated_id> &&
               same_value<BRISTLE_STATUS_BAD_INPUT, Status::bad_input> &&
               same_value<BRISTLE_STATUS_OVERLOAD, Status::overload> &&
               same_value<BRISTLE_STATUS_NO_CAPACITY, Status::no_capacity>);
-static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value &&
-              BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
+static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value);
+#if BRISTLE_WITH_BEDS
+static_assert(BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
+#endif
 
 /// Owns the C++ object behind a handle that a C program holds.
 template <class Part>
@@ -101,15 +110,25 @@ struct Holds {
   Part it;
 };
 struct bristle_batch : Holds<PatchBatch> {};
+#if BRISTLE_WITH_OUTLINES
 struct bristle_extended : Holds<ExtendedPatches> {};
+#endif
+#if BRISTLE_WITH_BEDS
 struct bristle_beds : Holds<BedBatch> {};
+#endif
+#if BRISTLE_WITH_JOINTS
 struct bristle_joints : Holds<JointFriction> {};
+#endif
 struct bristle_matcher : Holds<ContactMatcher> {};
 struct bristle_monitor : Holds<DeadlineMonitor> {};
 
 /// A pool of patches or of beds, found by key.
 struct KeyedPool {
+#if BRISTLE_WITH_BEDS
   std::variant<KeyedPatches, KeyedBeds> pool;
+#else
+  std::variant<KeyedPatches> pool;
+#endif
 
   std::size_t state_size() const {
     return std::visit([](const auto& keys) { return keys.state_size(); }, pool);
@@ -305,8 +324,10 @@ BRISTLE_MIRROR(bristle_patch_info, PatchInfo, 0, BRISTLE_FIELD(key), BRISTLE_FIE
                BRISTLE_FIELD(max_normal_load));
 BRISTLE_MIRROR(bristle_keyed_options, KeyedOptions, 1, BRISTLE_FIELD(capacity), BRISTLE_FIELD(keep_steps),
                BRISTLE_FIELD(seed_from_key));
+#if BRISTLE_WITH_JOINTS
 BRISTLE_MIRROR(bristle_joint_options, JointOptions, 0, BRISTLE_FIELD(spread), BRISTLE_FIELD(bristles),
                BRISTLE_FIELD(gradients));
+#endif
 BRISTLE_MIRROR(bristle_matcher_options, MatcherOptions, 0, BRISTLE_FIELD(reach), BRISTLE_FIELD(capacity),
                BRISTLE_FIELD(keep_steps));
 
@@ -502,6 +523,7 @@ const char* refusal_of(const bristle_batch* batch, const void* motions, std::siz
   return nullptr;
 }
 
+#if BRISTLE_WITH_OUTLINES
 Pressure read_pressure(std::uint32_t pressure) {
   if (pressure > BRISTLE_PRESSURE_HERTZ) detail::refuse("bristle_pressure", "pressure", pressure, "0 or 1");
   return static_cast<Pressure>(pressure);
@@ -513,6 +535,7 @@ void write_cells(const Outline& outline, bristle_cell* cells, std::size_t capaci
   *count = outline.cells.size();
   std::copy_n(reinterpret_cast<const bristle_cell*>(outline.cells.data()), std::min(capacity, *count), cells);
 }
+#endif
 
 }  // namespace
 
@@ -789,6 +812,7 @@ const char* bristle_isa(const bristle_batch* batch) { return batch != nullptr ? 
 
 // --- patches with an extent
 
+#if BRISTLE_WITH_OUTLINES
 bristle_result bristle_ellipse_cells(double half_x, double half_y, uint32_t pressure, int32_t rings,
                                      int32_t around, bristle_cell* cells, size_t capacity, size_t* count) {
   return guarded([&] {
@@ -803,9 +827,11 @@ bristle_result bristle_rectangle_cells(double half_x, double half_y, uint32_t pr
     write_cells(Outline::rectangle(half_x, half_y, read_pressure(pressure), nx, ny), cells, capacity, count);
   });
 }
+#endif
 
 }  // extern "C"
 
+#if BRISTLE_WITH_BEDS
 namespace {
 
 bristle_bed default_bed() noexcept {
@@ -911,6 +937,12 @@ uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id) { retu
 
 BRISTLE_STATE_CALLS(bristle_beds, beds)
 
+}  // extern "C"
+#endif
+
+#if BRISTLE_WITH_JOINTS
+extern "C" {
+
 BRISTLE_INIT(joint_options, options, to_c<bristle_joint_options>({}))
 BRISTLE_INIT(joint_step, step, bristle_joint_step{})
 
@@ -987,6 +1019,12 @@ uint64_t bristle_joints_state_hash(const bristle_joints* joints) {
 }
 BRISTLE_STATE_CALLS(bristle_joints, joints)
 
+}  // extern "C"
+#endif
+
+extern "C" {
+
+#if BRISTLE_WITH_OUTLINES
 bristle_result bristle_extended_create(bristle_batch* batch, bristle_extended** extended) {
   return create(extended, "extended", [&] {
     need(batch, "batch");
@@ -1054,6 +1092,7 @@ uint64_t bristle_extended_state_hash(const bristle_extended* extended, bristle_i
 }
 
 BRISTLE_STATE_CALLS(bristle_extended, extended)
+#endif
 
 // --- patches by key
 
@@ -1070,6 +1109,7 @@ bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material
   });
 }
 
+#if BRISTLE_WITH_BEDS
 bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* bed,
                                          const bristle_keyed_options* options, bristle_keyed** keyed) {
   return create(keyed, "keyed", [&] {
@@ -1079,6 +1119,8 @@ bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* 
         KeyedBeds(beds->it, given.material, given.shape, given.options, read_options(options, "options"))};
   });
 }
+
+#endif
 
 void bristle_keyed_destroy(bristle_keyed* keyed) { delete keyed; }
 

@@ -23,7 +23,7 @@ struct Option {
   const char* name;
   std::uint32_t bit;
 };
-constexpr Option options[] = {{"BRISTLE_MINIMAL", 1}, {"BRISTLE_WITH_DOUBLE", 2}, {"BRISTLE_WITH_TBB", 4}};
+constexpr Option options[] = {{"BRISTLE_WITH_DOUBLE", 1}, {"BRISTLE_WITH_TBB", 2}};
 
 struct Size {
   const char* type;

@@ -4,12 +4,14 @@
 #include <utility>
 #include <vector>
 
-#include "bristle/keyed_beds.hpp"
 #include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/contacts/sealed_bytes.hpp"
 #include "core/runtime/stepping_side.hpp"
+#if BRISTLE_WITH_BEDS
+#include "bristle/keyed_beds.hpp"
+#endif
 
 namespace bristle {
 
@@ -33,32 +35,52 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// The object that owns the patches or beds of a pool. One of the three pointers is set, and `id` is an id in
+/// The object that owns the patches or beds of a pool, and its functions that a pool calls; ids are ids in
 /// that object.
 struct Owner {
-  PatchBatch* batch = nullptr;
-  ExtendedPatches* extended = nullptr;
-  BedBatch* beds = nullptr;
-
-  void remove(std::uint64_t id) const {
-    if (beds != nullptr) return beds->remove({id});
-    extended != nullptr ? extended->remove({id}) : batch->remove({id});
-  }
-  void reset(std::uint64_t id, std::uint32_t seed, std::uint64_t key) const noexcept {
-    if (beds != nullptr)
-      beds->reset({id});
-    else
-      extended != nullptr ? extended->reset({id}, seed, key) : batch->reset({id}, seed, key);
-  }
+  void* it;
+  void (*remove)(void* it, std::uint64_t id);
+  void (*reset)(void* it, std::uint64_t id, std::uint32_t seed, std::uint64_t key) noexcept;
   /// Returns the key of a patch, or of the first cell of an outline; 0 if there is no such patch, and nothing
   /// for beds, which have no keys.
-  std::optional<std::uint64_t> key_of(std::uint64_t id) const noexcept {
-    if (beds != nullptr) return std::nullopt;
-    if (extended == nullptr) return batch->info({id}).key;
-    const Span<const PatchId> cells = extended->cell_patches({id});
-    return cells.empty() ? 0 : extended->batch().info(cells[0]).key;
-  }
+  std::optional<std::uint64_t> (*key_of)(void* it, std::uint64_t id) noexcept;
 };
+
+/// Makes the owner of patches, whose reset() takes a seed and a key.
+template <class Patches>
+Owner owner_of(Patches& patches, std::optional<std::uint64_t> (*key_of)(void*, std::uint64_t) noexcept) {
+  return {&patches, [](void* it, std::uint64_t id) { static_cast<Patches*>(it)->remove({id}); },
+          [](void* it, std::uint64_t id, std::uint32_t seed, std::uint64_t key) noexcept {
+            static_cast<Patches*>(it)->reset({id}, seed, key);
+          },
+          key_of};
+}
+
+Owner owner_of(PatchBatch& batch) {
+  return owner_of(batch, [](void* it, std::uint64_t id) noexcept -> std::optional<std::uint64_t> {
+    return static_cast<PatchBatch*>(it)->info({id}).key;
+  });
+}
+
+#if BRISTLE_WITH_OUTLINES
+Owner owner_of(ExtendedPatches& patches) {
+  return owner_of(patches, [](void* it, std::uint64_t id) noexcept -> std::optional<std::uint64_t> {
+    const ExtendedPatches& extended = *static_cast<ExtendedPatches*>(it);
+    const Span<const PatchId> cells = extended.cell_patches({id});
+    return cells.empty() ? 0 : extended.batch().info(cells[0]).key;
+  });
+}
+#endif
+
+#if BRISTLE_WITH_BEDS
+Owner owner_of(BedBatch& beds) {
+  return {&beds, [](void* it, std::uint64_t id) { static_cast<BedBatch*>(it)->remove({id}); },
+          [](void* it, std::uint64_t id, std::uint32_t, std::uint64_t) noexcept {
+            static_cast<BedBatch*>(it)->reset({id});
+          },
+          [](void*, std::uint64_t) noexcept -> std::optional<std::uint64_t> { return std::nullopt; }};
+}
+#endif
 
 struct KeyedPool {
   /// A place of the pool: a patch or bed, and the contact that uses it, if any. Places in use form a list
@@ -101,7 +123,7 @@ struct KeyedPool {
   void remove_patches() noexcept {
     for (const Held& held : pool) {
       try {
-        owner.remove(held.id);
+        owner.remove(owner.it, held.id);
       } catch (...) {  // the patch or bed was already removed, or there is no memory for the command
       }
     }
@@ -182,7 +204,7 @@ KeyedContact KeyedPool::find_or_add(std::uint64_t key, bool tells) noexcept {
     pool[i].key = key;
     pool[i].told = false;
     table.insert(key, i);
-    owner.reset(pool[i].id, seed_of(key), key);
+    owner.reset(owner.it, pool[i].id, seed_of(key), key);
   }
   append(i);
   pool[i].seen = step;
@@ -274,7 +296,7 @@ void KeyedPool::restore_state(Span<const std::byte> from) {
     if (k >= held) continue;
     if (key == no_contact_key || its_table.find(key) != none || seen < last_seen || seen > its_step)
       fail("has a key or a time that no contact can have");
-    if (owner.key_of(pool[i].id).value_or(key) != key)
+    if (owner.key_of(owner.it, pool[i].id).value_or(key) != key)
       fail("does not belong to the present state of the patches: restore theirs first");
     its_table.insert(key, i);
     its_pool[i].key = key;
@@ -298,12 +320,14 @@ struct BRISTLE_PRIVATE KeyedPatches::Impl : KeyedPool {
 
 KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                            const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedPatches", Owner{&batch, nullptr, nullptr}, patch.seed, options,
+    : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(batch), patch.seed, options,
                                    [&] { return batch.add(material, patch); })) {}
+#if BRISTLE_WITH_OUTLINES
 KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                            const Outline& outline, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedPatches", Owner{nullptr, &patches, nullptr}, patch.seed, options,
+    : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(patches), patch.seed, options,
                                    [&] { return patches.add(material, patch, outline); })) {}
+#endif
 KeyedPatches::~KeyedPatches() = default;
 KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
 KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
@@ -330,13 +354,14 @@ std::uint32_t KeyedPatches::capacity() const noexcept { return impl_->options.ca
 std::uint64_t KeyedPatches::refused() const noexcept { return impl_->refused; }
 std::uint32_t KeyedPatches::seed_of(std::uint64_t key) const noexcept { return impl_->seed_of(key); }
 
+#if BRISTLE_WITH_BEDS
 struct BRISTLE_PRIVATE KeyedBeds::Impl : KeyedPool {
   using KeyedPool::KeyedPool;
 };
 
 KeyedBeds::KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape,
                      const BedOptions& bed, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedBeds", Owner{nullptr, nullptr, &beds}, 0u, options,
+    : impl_(std::make_unique<Impl>("KeyedBeds", owner_of(beds), 0u, options,
                                    [&] { return beds.add(material, shape, bed); })) {}
 KeyedBeds::~KeyedBeds() = default;
 KeyedBeds::KeyedBeds(KeyedBeds&&) noexcept = default;
@@ -351,5 +376,6 @@ std::size_t KeyedBeds::save_state(Span<std::byte> to) const noexcept { return im
 void KeyedBeds::restore_state(Span<const std::byte> from) { impl_->restore_state(from); }
 std::uint32_t KeyedBeds::size() const noexcept { return impl_->size(); }
 std::uint64_t KeyedBeds::refused() const noexcept { return impl_->refused; }
+#endif
 
 }  // namespace bristle

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "core/bed_table.hpp"
 #include "core/contacts/sealed_bytes.hpp"
+#include "core/joint_table.hpp"
 #include "core/materials/strata.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
@@ -134,7 +134,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   }
 
   const KernelTable& table;
-  const BedKernels& kernels = *table.beds;
+  const JointKernels& kernels = *table.joints;
   Workers workers;
   const Sharing sharing = chosen_sharing();
   const std::size_t count;
@@ -234,7 +234,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     step.out = output[0].lane;
     step.constants = constants[b % patterns * layout.constants].lane;
     step.columns = columns[b * layout.columns].lane;
-    kernels.joint[kernel](step);
+    kernels.step[kernel](step);
 
     std::uint32_t faults = 0;
     for (std::size_t i = 0; has_odd && i < n; ++i) {

@@ -894,13 +894,9 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
 
 /// Whether the force is steady to its last digit after the path x (in mean lengths), for SnapRule::redraw:
 /// bristles that began to slide together have ceased to snap in step.
-bool has_forgotten([[maybe_unused]] const SnapLength& law, [[maybe_unused]] double x) {
-#if BRISTLE_MINIMAL
-  return false;
-#else
+bool has_forgotten(const SnapLength& law, double x) {
   const SurvivalTable table = make_survival_table(law, 1.0 / law.mean());
   return x * find_slow_wave(table.cells, table.mean).decay > 40.0;
-#endif
 }
 
 double renewed_deflection(const SnapLength& law, SnapRule rule, double renewal, double x) {

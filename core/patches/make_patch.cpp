@@ -2,6 +2,8 @@
 #include <array>
 #include <string>
 
+#include "bristle/config.hpp"
+#include "bristle/error.hpp"
 #include "bristle/patch_batch.hpp"
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
@@ -58,6 +60,12 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
     refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
   PatchOptions chosen = options;
   chosen.population = choose_population(material->material, options);
+#if !BRISTLE_WITH_DOUBLE
+  if (options.precision == Precision::double_ && chosen.population != Population::infinite)
+    throw Error(
+        "PatchOptions: precision = double_: this build of bristle has no such kernels; build it with "
+        "BRISTLE_WITH_DOUBLE=ON");
+#endif
   check_lay(material->material, chosen);
   if (material->material.snap_rule == SnapRule::slide)
     return make_sliders(std::move(material), chosen, kernels, weight);

@@ -22,8 +22,7 @@ int main(void) {
   coefficients.kinetic = 0.40;
   coefficients.peak = 0.46;
   coefficients.snap_rule = BRISTLE_RULE_KEEP;
-  coefficients.residual_share = coefficients.shared_renewal =
-      0.0; /* a library built with BRISTLE_MINIMAL has only this law */
+  coefficients.residual_share = coefficients.shared_renewal = 0.0; /* Coefficients::paper() in C++ */
   options.max_normal_load = 4.0;
   options.axes = 1;
   if (bristle_check_build(BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS) != BRISTLE_OK ||

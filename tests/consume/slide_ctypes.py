@@ -74,7 +74,7 @@ def new(struct, kind):
 
 coefficients = new(Coefficients, "coefficients")
 coefficients.kinetic, coefficients.peak, coefficients.snap_rule = 0.40, 0.46, 1
-# Uses the law of a single snap length, the only one of a library built with BRISTLE_MINIMAL.
+# Coefficients::paper() in C++.
 coefficients.residual_share = coefficients.shared_renewal = 0.0
 material = new(Material, "material")
 call("material_from_coefficients", c.byref(coefficients), c.byref(material))

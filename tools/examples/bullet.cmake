@@ -7,9 +7,6 @@ if(NOT TARGET PkgConfig::BULLET)
   bristle_skip("Bullet's example" "libbullet-dev;pkg-config")
   return()
 endif()
-if(BRISTLE_MINIMAL)
-  return() # the adapter needs patches with two axes and the rule redraw
-endif()
 # Compiles the adapter from a copy, without this tree among the include folders, which proves that it can be copied out.
 add_library(bristle_bullet_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/bullet_adapter/bullet_friction.cpp)
 foreach(file skyline.hpp rolling_bed.hpp bullet_friction.hpp bullet_friction.cpp)

@@ -9,9 +9,6 @@ endif()
 get_target_property(folders mujoco::mujoco INTERFACE_INCLUDE_DIRECTORIES)
 list(FILTER folders EXCLUDE REGEX "libqhull|^/usr/include/?$")
 set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${folders}")
-if(BRISTLE_MINIMAL)
-  return() # the adapters need patches with two axes and the rule redraw
-endif()
 # Compiles the adapters from a copy, without this tree among the include folders, which proves that they can be copied
 # out.
 add_library(bristle_mujoco_friction STATIC

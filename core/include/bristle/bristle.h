@@ -23,6 +23,8 @@
  *              allocate and free memory; the next [step] function carries out all changes that wait.
  *   [alone]    only while no other call on this handle runs.
  *
+ * Functions of beds, joints and outlines are in libraries built with these (config.hpp).
+ *
  * [step] functions allocate only to warm up, to restore a state, to report a failure, or where they say so.
  */
 #pragma once

@@ -31,8 +31,8 @@ constexpr BuildSignature header_build = {
     sizeof(PatchOptions),   sizeof(Motion),         sizeof(Response),       sizeof(PatchInfo),
     sizeof(BatchOptions),   sizeof(StepReport),     sizeof(DeadlineMonitor)};
 
-/// Throws bristle::Error that names the difference, e.g. "header 0.1.0 with BRISTLE_MINIMAL off, library
-/// 0.1.0 with BRISTLE_MINIMAL on". Thread-safe. A program that makes materials long before its first
+/// Throws bristle::Error that names the difference, e.g. "header 0.1.0 with BRISTLE_WITH_TBB off,
+/// library 0.1.0 with BRISTLE_WITH_TBB on". Thread-safe. A program that makes materials long before its first
 /// PatchBatch may call it first.
 BRISTLE_API void check_build(const BuildSignature& headers = header_build);
 

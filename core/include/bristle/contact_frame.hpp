@@ -45,9 +45,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "bristle/extended_patches.hpp"
+#include "bristle/config.hpp"
 #include "bristle/keyed_patches.hpp"
 #include "bristle/patch.hpp"
+#if BRISTLE_WITH_OUTLINES
+#include "bristle/extended_patches.hpp"
+#endif
 
 namespace bristle {
 
@@ -157,6 +160,7 @@ class ContactFrame {
     motion.displacement[0] = midway_.along.dot(relative);
     motion.displacement[1] = midway_.aside.dot(relative);
   }
+#if BRISTLE_WITH_OUTLINES
   /// Sets displacement and spin of an extended patch; `turn` is that of A relative to B in this step (rad).
   void set_displacement(const Eigen::Vector3d& relative, const Eigen::Vector3d& turn,
                         ExtendedMotion& motion) const noexcept {
@@ -164,6 +168,7 @@ class ContactFrame {
     motion.displacement[1] = midway_.aside.dot(relative);
     motion.displacement[2] = midway_.normal.dot(turn);
   }
+#endif
   /// Sets a separate velocity for the damper (m/s, of A relative to B).
   void set_velocity(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
     motion.has_velocity = true;

@@ -15,13 +15,16 @@
 #include <cstdint>
 #include <memory>
 
+#include "bristle/config.hpp"
 #include "bristle/export.hpp"
-#include "bristle/extended_patches.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
 #include "bristle/set_field.hpp"
 #include "bristle/span.hpp"
+#if BRISTLE_WITH_OUTLINES
+#include "bristle/extended_patches.hpp"
+#endif
 
 namespace bristle {
 
@@ -66,10 +69,12 @@ class BRISTLE_API KeyedPatches {
   /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.
   KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                const KeyedOptions& options = {});
+#if BRISTLE_WITH_OUTLINES
   /// Adds options.capacity extended patches of one outline; ids are those of `patches`. Throws
   /// bristle::Error. Give each contact its size by ExtendedPatches::set_scale after find_or_add.
   KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                const Outline& outline, const KeyedOptions& options = {});
+#endif
   /// Removes the patches of the pool from the batch.
   ~KeyedPatches();
   KeyedPatches(KeyedPatches&&) noexcept;

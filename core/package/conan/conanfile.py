@@ -26,17 +26,12 @@ class BristleConan(ConanFile):
     settings = "os", "arch", "compiler", "build_type"
     options = {
         "shared": [True, False],
-        "minimal": [True, False],
         "with_tbb": [True, False],
         "with_double": [True, False],
         "with_simd": [True, False],
         "with_eigen": [True, False],
     }
-    default_options = {"shared": False, "minimal": False, "with_tbb": True, "with_double": True, "with_simd": True, "with_eigen": True}
-
-    @property
-    def _threads(self):
-        return self.options.with_tbb and not self.options.minimal
+    default_options = {"shared": False, "with_tbb": True, "with_double": True, "with_simd": True, "with_eigen": True}
 
     def set_version(self):
         header = Path(self.recipe_folder, "../../include/bristle/version.hpp")
@@ -53,7 +48,7 @@ class BristleConan(ConanFile):
         cmake_layout(self)
 
     def requirements(self):
-        if self._threads:
+        if self.options.with_tbb:
             self.requires("onetbb/[>=2021.8 <2023]")
         if self.options.with_simd:
             self.requires("xsimd/8.1.0", visible=False)  # its headers; other versions may have other bits
@@ -73,8 +68,7 @@ class BristleConan(ConanFile):
         CMakeDeps(self).generate()
         toolchain = CMakeToolchain(self)
         toolchain.cache_variables["BRISTLE_SHARED"] = bool(self.options.shared)
-        toolchain.cache_variables["BRISTLE_MINIMAL"] = bool(self.options.minimal)
-        toolchain.cache_variables["BRISTLE_WITH_TBB"] = bool(self._threads)
+        toolchain.cache_variables["BRISTLE_WITH_TBB"] = bool(self.options.with_tbb)
         toolchain.cache_variables["BRISTLE_WITH_DOUBLE"] = bool(self.options.with_double)
         if not self.options.with_simd:
             toolchain.cache_variables["BRISTLE_ISAS"] = ""
@@ -102,7 +96,7 @@ class BristleConan(ConanFile):
         library.system_libs = ["m"]
         if not self.options.shared:
             library.defines = ["BRISTLE_STATIC"]
-        if self._threads:
+        if self.options.with_tbb:
             library.requires.append("onetbb::libtbb")
         if self.options.with_eigen:
             eigen = self.cpp_info.components["eigen"]

@@ -135,9 +135,6 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   check(material->material, options);
   Cohorts made;
   made.kernels = kernels.cohorts;
-  if (made.kernels == nullptr)
-    throw Error(std::string(where) +
-                ": this build of bristle has no such kernels; build it with BRISTLE_MINIMAL=OFF");
   const SurvivalTable& table = material->survival();
   made.material = material.get();
   made.options = options;

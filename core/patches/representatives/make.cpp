@@ -6,6 +6,7 @@
 #include <string>
 #include <type_traits>
 
+#include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/patches/representatives/population.hpp"
 #include "core/patches/representatives/representatives.hpp"
@@ -74,12 +75,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.full_weight = weight > 0.0 ? weight : zeta_max / made.bristles;
   made.variant = find_variant(options, made.redraws(), material->residual > 0.0, made.renews(), made.ages());
   made.kernels = &kernels;
-  if (kernels.step[made.variant] == nullptr ||
-      (made.renews() && kernels.renew[options.axes - 1][made.redraws() ? 1 : 0] == nullptr))
-    throw Error(
-        std::string("PatchOptions: this build of bristle has no kernel for the features asked for; build it "
-                    "with BRISTLE_MINIMAL=OFF") +
-        (sizeof(T) == sizeof(double) ? " and BRISTLE_WITH_DOUBLE=ON" : ""));
+  BRISTLE_ASSERT(kernels.step[made.variant] != nullptr);
   made.block_count = (made.padded() + block_size - 1) / block_size;
   made.group_count = (made.block_count + blocks_per_group - 1) / blocks_per_group;
 
@@ -190,11 +186,6 @@ Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, con
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, table.f64, weight);
-#else
-  if (options.precision == Precision::double_)
-    throw Error(
-        "PatchOptions: this build of bristle has no kernel for the features asked for; build it with "
-        "BRISTLE_MINIMAL=OFF and BRISTLE_WITH_DOUBLE=ON");
 #endif
   return make_typed<float>(std::move(material), options, table.f32, weight);
 }

@@ -98,10 +98,6 @@ std::uint64_t signature(const Patch& p) noexcept {
 template <class T>
 Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelSet<T>& kernels, double weight) {
-  if (kernels.slide[options.axes - 1][0] == nullptr)
-    throw Error(
-        "PatchOptions: this build of bristle has no kernel for the features asked for; build it with "
-        "BRISTLE_MINIMAL=OFF and, for Precision::double_, BRISTLE_WITH_DOUBLE=ON");
   Sliders<T> made;
   made.material = material.get();
   made.options = options;

@@ -97,9 +97,6 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
 }
 
 void accuracy_command(const AccuracyOptions& options) {
-  if (BRISTLE_MINIMAL)
-    throw UserError(
-        "accuracy needs the mean force and two axes, which this build leaves out (BRISTLE_MINIMAL)");
   const Scene scene = read_scene(options.scene);
   const bool on_stdout = check_files(inputs_of(scene), {{"--json", options.json}, {"--csv", options.csv}});
   OutputFile json(options.json), csv(options.csv);

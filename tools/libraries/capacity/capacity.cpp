@@ -62,20 +62,13 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
 #endif
   }
   add(Regime::sliding, SnapRule::keep, Outputs::mean, 2, Precision::single, 100);
-#if !BRISTLE_MINIMAL
   if (!quick) add(Regime::turning, SnapRule::slide, Outputs::end);
   if (first_thread_count || !quick)
     add(Regime::turning, SnapRule::slide, Outputs::end, 2, Precision::single, 32);
-#endif
   if (!quick) {
     add(Regime::rest, SnapRule::keep, Outputs::end, 2, Precision::single, 100);
     add(Regime::one_snap, SnapRule::redraw, Outputs::mean, 2, Precision::single, 100);
   }
-#if BRISTLE_MINIMAL
-  std::erase_if(
-      cases, [](const CapacityCase& c) { return c.rule == SnapRule::redraw || c.outputs != Outputs::end; });
-  for (CapacityCase& c : cases) c.axes = 1;
-#endif
   return cases;
 }
 
@@ -134,11 +127,7 @@ void capacity_command(const CapacityOptions& options) {
 
   CapacityResult result;
   {
-#if BRISTLE_MINIMAL
-    const CapacityCase fixed{Regime::sliding, SnapRule::keep, Outputs::end, 1};
-#else
     const CapacityCase fixed{Regime::one_snap, SnapRule::redraw, Outputs::mean};
-#endif
     const CapacitySubject subject(fixed, 900, options.isa);
     result.isa = subject.isa();
     result.state_hash = subject.state_hash();
@@ -152,20 +141,16 @@ void capacity_command(const CapacityOptions& options) {
   }
   {
     Progress progress("capacity");
-#if !BRISTLE_MINIMAL
     progress.update(0.0, "comparing loops");
     if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
-#endif
     double done = 0.05;  // share of the study that is done, 0 to 1, for the progress
                          // line
     const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
-#if !BRISTLE_MINIMAL
     if (everything) {
       result.infinite = measure_infinite(options, report);
       result.contacts = measure_contacts(options, threads, report);
       result.snapshots = measure_snapshots(options);
     }
-#endif
     if (options.targets || (everything && !options.quick)) result.targets = measure_targets(options, report);
     for (std::size_t i = 0; i < cases.size(); ++i) {
       const CapacityCase& c = cases[i];

@@ -40,17 +40,13 @@ class Targets {
   std::vector<TargetRow> run() {
     in_cache_times();
     rest_and_tremor();
-#if !BRISTLE_MINIMAL
     any_speed();
     hands();
     if (bristle::plain::plain_loops_run_here()) against_plain_loops();
-#endif
     against_streaming();
     many_patches();
-#if !BRISTLE_MINIMAL
     infinite_steps();
     spinning();
-#endif
 #if BRISTLE_WITH_TBB
     if (std::thread::hardware_concurrency() >= 2) {
       two_threads();
@@ -64,14 +60,7 @@ class Targets {
  private:
   std::uint64_t rounds() const { return options_.quick ? 15 : 61; }
 
-  static CapacityCase make(Regime regime, SnapRule rule, Outputs outputs) {
-    CapacityCase what{regime, rule, outputs};
-#if BRISTLE_MINIMAL
-    what.axes = 1;
-    what.outputs = Outputs::end;
-#endif
-    return what;
-  }
+  static CapacityCase make(Regime regime, SnapRule rule, Outputs outputs) { return {regime, rule, outputs}; }
 
   static CapacityCase of_uniform_lengths(CapacityCase what) {
     what.default_material = false;
@@ -101,12 +90,10 @@ class Targets {
   void in_cache_times() {
     add_time("in_cache/few_snap", make(Regime::presliding, SnapRule::keep, Outputs::end), in_cache, 0.20,
              "ns", "14,400 bristles, keep, end, presliding");
-#if !BRISTLE_MINIMAL
     add_time("in_cache/all_snap", make(Regime::sliding, SnapRule::keep, Outputs::mean), in_cache, 0.55, "ns",
              "14,400 bristles, keep, end + mean, all snap");
     add_time("in_cache/redraw_one_snap", make(Regime::one_snap, SnapRule::redraw, Outputs::mean), in_cache,
              1.0, "ns", "14,400 bristles, redraw, end + mean, one snap");
-#endif
     add_time("tick/900", make(Regime::presliding, SnapRule::keep, Outputs::end), 900, 0.5, "us",
              "900 bristles, keep, end, presliding; the whole call");
   }
@@ -423,13 +410,11 @@ class Targets {
     patches.patch_bristles = 100;
     add("tick/patches/10000", patches, a_million,
         "10,000 patches of 100, keep, end + mean, all snap, two threads");
-#if !BRISTLE_MINIMAL
     CapacityCase zigzag = of_uniform_lengths(contacts(coarse_resolution, 2));
     zigzag.zigzag = true;
     add("tick/infinite/10000", zigzag, ten_thousand,
         "10,000 infinite patches of uniform lengths within 1 % of the force, zigzag of 0.1 mean snap lengths "
         "a step, two threads");
-#endif
   }
 
   const CapacityOptions& options_;

@@ -215,9 +215,6 @@ LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const
 }
 
 void stability_command(const StabilityOptions& options) {
-  if (BRISTLE_MINIMAL)
-    throw UserError(
-        "stability needs the mean force, energies and redraw, which this build leaves out (BRISTLE_MINIMAL)");
   const bool on_stdout = check_files({}, {{"--json", options.json}, {"--csv", options.csv}});
   OutputFile json(options.json), csv(options.csv);
   const double start = bristle::DeadlineMonitor::wall_now();

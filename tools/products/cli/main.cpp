@@ -83,11 +83,7 @@ std::string version_text() {
                                            : " (not on this machine)");
     separator = ", ";
   }
-  if (BRISTLE_MINIMAL)
-    text +=
-        "\nwithout  two axes, redraw, literal rule, infinite brush, mean, energy, double precision, TBB "
-        "(BRISTLE_MINIMAL)";
-  else if (!BRISTLE_WITH_DOUBLE || !BRISTLE_WITH_TBB)
+  if (!BRISTLE_WITH_DOUBLE || !BRISTLE_WITH_TBB)
     text +=
         fmt::format("\nwithout {}{}", BRISTLE_WITH_DOUBLE ? "" : " double precision (BRISTLE_WITH_DOUBLE)",
                     BRISTLE_WITH_TBB ? "" : " threads (BRISTLE_WITH_TBB)");

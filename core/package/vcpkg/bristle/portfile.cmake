@@ -6,7 +6,6 @@ get_filename_component(SOURCE_PATH "${CMAKE_CURRENT_LIST_DIR}/../../../.." ABSOL
 
 vcpkg_check_features(OUT_FEATURE_OPTIONS features
   FEATURES
-    minimal BRISTLE_MINIMAL
     tbb BRISTLE_WITH_TBB
     eigen CMAKE_REQUIRE_FIND_PACKAGE_Eigen3 # a feature that was asked for is not left out without a word
   INVERTED_FEATURES
