@@ -153,8 +153,7 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
   const std::string line = "bristle run 1\n";
   const std::size_t head = line.size() + 8 * (4 + 4);  // one patch, no body
   for (std::size_t size = line.size(); size < whole.size(); size += 7)
-    CHECK_THAT(refused("", "", folder.write("cut", whole.substr(0, size))),
-               Contains(size < head ? "is cut short" : "a saved state"));
+    CHECK_THAT(refused("", "", folder.write("cut", whole.substr(0, size))), Contains("cut short"));
   for (const auto& [place, byte] : {std::pair{line.size() + 7, '\377'}, std::pair{head - 1, '\177'}}) {
     std::string damaged = whole;
     damaged[place] = byte;

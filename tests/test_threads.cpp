@@ -186,7 +186,7 @@ TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
   }
 }
 
-TEST_CASE("However many threads share the renewals of a patch, bits and responses stay those of one",
+TEST_CASE("However many threads step a patch that renews, bits and responses stay those of one",
           "[determinism][threads][rubbing]") {
   // Steps of one and of several pieces, turns, and long slides that mostly follow from their steady state.
   constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},

@@ -340,17 +340,13 @@ std::uint64_t step_patch(Patch& p, CellMotion& motion, double dt_s) noexcept {
   return take_step<false>(p, motion, dt_s, true, 0.0, motion);
 }
 
-std::uint32_t begin_step(Patch& p, const Motion& motion, double dt_s, const Crew& crew,
-                         PatchStep& step) noexcept {
+std::uint32_t begin_step(Patch& p, const Motion& motion, double dt_s, PatchStep& step) noexcept {
   step.contact_loss = apply_load(p, motion);
   read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
   if (find_bound(p, step) != Bound::none) return 0;
   find_direction(step.advance);
   begin_advance(p, step);
-  step.crew = &crew;
-  const std::uint32_t blocks = p.model->shared->prepare(p, step);
-  step.crew = nullptr;
-  return blocks;
+  return p.model->shared->prepare(p, step);
 }
 
 std::uint64_t end_step(Patch& p, const Motion& motion, double dt_s, const PatchStep& step,

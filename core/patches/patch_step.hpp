@@ -66,8 +66,7 @@ std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept
 
 /// Begins a step that threads share. The caller then runs SharedStep::run for all blocks and calls
 /// end_step(). Returns the number of blocks; 0 = no bristle has to be stepped.
-std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, const Crew& crew,
-                         PatchStep& step) noexcept;
+std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, PatchStep& step) noexcept;
 /// Ends a step that begin_step() began, and writes its response. `totals`: sums over all blocks, or null if
 /// no bristle was stepped. Returns the number of bristles visited.
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,

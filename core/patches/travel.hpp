@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "core/patches/crew.hpp"
 #include "core/patches/patch.hpp"
 
 namespace bristle::detail {
@@ -25,17 +24,16 @@ struct PatchStep {
   /// steps state them only when a contact model is called. The model fills `in_double`, `energy_unit`,
   /// `phase_key` and `renews_bounds`, and may shorten the displacement.
   Advance advance;
-  double scaled[2];            ///< displacement in scaled lengths, which are near the mean snap length
-  std::int64_t units[2];       ///< displacement in fixed-point units of the position; 0 in a far step
-  double begins, ends;         ///< time of the patch at the start and at the end of the step, s; 0 for a
-                               ///< patch that does not age
-  double remainder[2];         ///< rounding remainder of short displacements after this step
-  bool moves;                  ///< whether the patch moves; if it does not, nothing can snap
-  bool creeps;                 ///< whether the displacement along an axis is so short that its rounding
-                               ///< remainder is added to the next one
-  double contact_loss = 0.0;   ///< elastic energy that the step's change of load took, J
-  double stored = 0.0;         ///< elastic energy before the step, J; filled only if books_work()
-  const Crew* crew = nullptr;  ///< threads that may help to prepare the step; null = none
+  double scaled[2];           ///< displacement in scaled lengths, which are near the mean snap length
+  std::int64_t units[2];      ///< displacement in fixed-point units of the position; 0 in a far step
+  double begins, ends;        ///< time of the patch at the start and at the end of the step, s; 0 for a
+                              ///< patch that does not age
+  double remainder[2];        ///< rounding remainder of short displacements after this step
+  bool moves;                 ///< whether the patch moves; if it does not, nothing can snap
+  bool creeps;                ///< whether the displacement along an axis is so short that its rounding
+                              ///< remainder is added to the next one
+  double contact_loss = 0.0;  ///< elastic energy that the step's change of load took, J
+  double stored = 0.0;        ///< elastic energy before the step, J; filled only if books_work()
 };
 
 /// Result of a step: sums over all bristles in contact.

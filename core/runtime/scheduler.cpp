@@ -122,30 +122,6 @@ struct Scheduler::Cells {
   }
 };
 
-/// A task of a contact model that prepares a step on several threads (Crew).
-struct Scheduler::Errand {
-  void (*task)(void* of, int k);
-  void* of;
-  const void* caller;
-  double own_end;  ///< time at which the caller's thread ended its last part of the task, s
-
-  static void run(void* errand, int k) {
-    Errand& e = *static_cast<Errand*>(errand);
-    {
-      FloatModeScope mode;
-      e.task(e.of, k);
-    }
-    if (e.caller == &this_thread) e.own_end = DeadlineMonitor::wall_now();
-  }
-  static void run_all(void* scheduler, int tasks, void (*task)(void*, int), void* of) noexcept {
-    Scheduler& s = *static_cast<Scheduler*>(scheduler);
-    const double start = DeadlineMonitor::wall_now();
-    Errand errand{task, of, &this_thread, start};
-    s.workers.run(tasks, &Errand::run, &errand);
-    s.note_held(start, errand.own_end);
-  }
-};
-
 /// One step of all items of one kind (Motions or Cells).
 template <class Items>
 class Scheduler::Step {
@@ -276,9 +252,7 @@ class Scheduler::Step {
     split.patch = &p;
     split.motion = i;
     split.first_task = task_count;
-    const Crew crew{&Errand::run_all, &s, static_cast<std::uint32_t>(s.workers.count()),
-                    static_cast<std::uint32_t>(pieces)};
-    const std::uint32_t blocks = begin_step(p, motion, items_.dt, crew, split.step);
+    const std::uint32_t blocks = begin_step(p, motion, items_.dt, split.step);
     // Gives each task whole groups of blocks, because bounds are kept by group of blocks.
     const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
     const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
@@ -307,7 +281,6 @@ class Scheduler::Step {
 
   void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
     const auto n = static_cast<std::uint32_t>(items_.size());
-    s.worked_ = s.waited_ = 0.0;
     const std::uint64_t piece = std::max<std::uint64_t>(
         cost / (static_cast<std::uint64_t>(s.workers.count()) * 4), s.sharing_.smallest_piece);
     int task_count = 0;
@@ -341,8 +314,7 @@ class Scheduler::Step {
       if (task.thread == &this_thread) own_end = std::max(own_end, task.end);
       add_to(report, task.outcome);
     }
-    s.note_held(start, own_end);
-    s.retreat_.judge(s.worked_, s.waited_);
+    s.retreat_.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
     for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
     // Keeps the larger numbers of the two runs, of cells and of motions. Both stay 1 if there was no task,
     // because the calling thread then did all the work.
@@ -379,11 +351,6 @@ void Scheduler::add_to(StepReport& report, const Outcome& outcome) noexcept {
   report.status = report.status | outcome.status;
   report.patches_stepped += outcome.stepped;
   report.bristles_visited += outcome.visited;
-}
-
-void Scheduler::note_held(double start, double own_end) noexcept {
-  worked_ += own_end - start;
-  waited_ += DeadlineMonitor::wall_now() - own_end;
 }
 
 std::uint32_t Scheduler::count_threads(int task_count) const noexcept {

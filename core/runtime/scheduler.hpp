@@ -55,7 +55,6 @@ class Scheduler {
     PatchStep step;
     int first_task = 0, task_count = 0;
   };
-  struct Errand;
   struct Motions;
   struct Cells;
   template <class Items>
@@ -63,7 +62,6 @@ class Scheduler {
 
   static void add_to(StepReport& report, const Outcome& outcome) noexcept;
   void note_outlook(const Patch& p, PatchId id) const noexcept;
-  void note_held(double start, double own_end) noexcept;
   std::uint32_t count_threads(int task_count) const noexcept;
 
   const Sharing sharing_ = chosen_sharing();
@@ -73,8 +71,6 @@ class Scheduler {
   std::array<Task, max_tasks> tasks_;
   std::array<Split, max_split> splits_;  ///< large patches split into ranges, sorted by motion
   int split_count_ = 0;
-  /// Time for which the calling thread worked in a shared step, and for which it then waited for others, s.
-  double worked_ = 0.0, waited_ = 0.0;
 };
 
 }  // namespace bristle::detail

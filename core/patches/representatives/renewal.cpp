@@ -65,10 +65,7 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const int redraw = r.redraws() ? 1 : 0;
   const auto kernel = (r.ages() ? r.kernels->foresee_aged : r.kernels->foresee)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
-  return share_out<std::uint64_t>(step.crew, &Crew::pieces, r.active_blocks(), blocks_per_range,
-                                  [&](std::uint32_t first, std::uint32_t last, std::uint64_t& count) {
-                                    count += kernel(view, step.advance, first, last);
-                                  });
+  return kernel(view, step.advance, 0, r.active_blocks());
 }
 
 /// Returns the fixed-point units of sums over renewals. `energy_unit` keeps path x longest length below 2^51;
@@ -100,12 +97,8 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   const int redraw = r.redraws() ? 1 : 0;
   const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
-  // Uses one range of bristles for each thread and no more, because every range passes over all draws.
-  const RenewalTotals totals =
-      share_out<RenewalTotals>(step.crew, &Crew::threads, r.active_blocks(), blocks_per_range,
-                               [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
-                                 kernel(view, renewal, first, last, sum);
-                               });
+  RenewalTotals totals{};
+  kernel(view, renewal, 0, r.active_blocks(), totals);
   PieceSums& walked = r.shared->walked;
   r.shared->draws += renewal.draws;
   r.shared->due += p.material().material.shared_renewal * static_cast<double>(totals.snaps) - draws;
@@ -227,11 +220,8 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   const bool sums_lag = has(p.outputs, Outputs::mean) || has(p.outputs, Outputs::energy);
   const auto kernel = r.kernels->carry[sums_lag ? 1 : 0];
   const PatchView<T> view = r.view();
-  const RenewalTotals totals =
-      share_out<RenewalTotals>(step.crew, &Crew::pieces, end, blocks_per_range,
-                               [&](std::uint32_t first, std::uint32_t last, RenewalTotals& sum) {
-                                 kernel(view, corner, std::max(first, begin), last, sum);
-                               });
+  RenewalTotals totals{};
+  kernel(view, corner, begin, end, totals);
   PieceSums& walked = r.shared->walked;
   for (int axis = 0; axis < 2; ++axis) {
     const double twice_integral = to_double(totals.twice_integral[axis]) / corner.unit;
@@ -265,13 +255,12 @@ std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
 }
 
-/// Runs the kernels of one piece of path, on all threads that the step may use.
+/// Runs the kernels of one piece of path.
 template <class T>
 Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
-  return share_out<Totals>(step.crew, &Crew::pieces, representatives<T>(p).active_blocks(), blocks_per_range,
-                           [&](std::uint32_t first, std::uint32_t last, Totals& sum) {
-                             run_blocks<T>(p, step, first, last, sum);
-                           });
+  Totals totals{};
+  run_blocks<T>(p, step, 0, representatives<T>(p).active_blocks(), totals);
+  return totals;
 }
 
 /// Makes a patch of the blocks of `p` from number `begin` on, which shares p's columns. `record` becomes
@@ -374,17 +363,6 @@ double way_followed(const Representatives<T>& r, double length) noexcept {
 }
 
 }  // namespace
-
-void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept {
-  for (int axis = 0; axis < 2; ++axis) {
-    sum.stored[axis] += part.stored[axis];
-    sum.twice_integral[axis] += part.twice_integral[axis];
-  }
-  sum.squares += part.squares;
-  sum.snaps += part.snaps;
-  sum.renewed += part.renewed;
-  sum.tail_changed |= part.tail_changed;
-}
 
 double shortened_run(double run, double forget, double share) noexcept {
   constexpr double per_forget = 6.907755278982137;  // ln 1000: along `forget` a disturbance decays to a

@@ -314,7 +314,6 @@ template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
-void add_totals(RenewalTotals& sum, const RenewalTotals& part) noexcept;
 /// Returns the length that a slide of the length `run` counts as after a share of its deflections was
 /// disturbed. A disturbance decays exponentially along the path, to 1e-3 along `forget`, as does the
 /// difference from steady sliding at the beginning of a slide.

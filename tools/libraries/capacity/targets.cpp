@@ -351,13 +351,6 @@ class Targets {
       add_sharing(
           fmt::format("threads/back_to_back/{}", n), make(Regime::sliding, SnapRule::keep, Outputs::mean), n,
           1.8, fmt::format("{} bristles, keep, end + mean, all snap, back to back: one thread over two", n));
-    CapacityCase usual = make(Regime::one_snap, SnapRule::redraw, Outputs::mean);
-    usual.default_material = true;
-    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million})
-      add_sharing(fmt::format("threads/default_material/{}", n), usual, n, 1.8,
-                  fmt::format("{} bristles of the default material, end + mean, one snap, back to back: one "
-                              "thread over two",
-                              n));
   }
 
   /// Measures the speed-up by a second thread in paced steps, one a millisecond.
