@@ -24,6 +24,7 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/products/virtual_room/compared.hpp"
 #include "tools/products/virtual_room/haptic_loop.hpp"
+#include "tools/products/virtual_room/motion_axis.hpp"
 #include "tools/products/virtual_room/mouse_device.hpp"
 #include "tools/products/virtual_room/moved.hpp"
 #include "tools/products/virtual_room/parameters.hpp"
@@ -77,10 +78,10 @@ class Run {
     loop_.advance(1);
     ++ticks_;
     loop_.exchange().room.refresh();
-    PlotPoint point;
-    while (loop_.exchange().plot.pop(point)) continue;
+    while (loop_.exchange().plot.pop(point_)) continue;
     return now();
   }
+  const PlotPoint& point() const { return point_; }  ///< values of the last tick for the plots
   const Snapshot& now() { return loop_.exchange().room.latest(); }
   HapticLoop& loop() { return loop_; }
 
@@ -93,6 +94,7 @@ class Run {
     return o;
   }
   HapticLoop loop_;
+  PlotPoint point_;
   long ticks_ = 0;
 };
 
@@ -256,6 +258,69 @@ TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinet
   run.until(4.0);
   CHECK(speed(run.now()) < 1e-3);
   CHECK(stuck_way < settings.presliding_length);
+}
+
+TEST_CASE("The axis of a motion turns with it within a length, and keeps its sign when the motion comes back",
+          "[room]") {
+  constexpr double length = 1e-3;
+  MotionAxis axis;
+  CHECK(axis.along(3.0, 4.0) == 3.0);  // before any motion: along x
+  for (int k = 0; k < 100; ++k) axis.move(1e-8 * (k % 2 ? 1 : -1), 1e-8, length);
+  CHECK(axis.along(3.0, 4.0) == 3.0);  // trembling by a thousandth of a length is no motion
+  for (int k = 0; k < 100; ++k) axis.move(3e-5, 4e-5, length);
+  CHECK(axis.along(3.0, 4.0) == Approx(5.0).epsilon(1e-3));
+  for (int k = 0; k < 300; ++k) axis.move(-3e-5, -4e-5, length);
+  CHECK(axis.along(3.0, 4.0) == Approx(5.0).epsilon(1e-3));
+  // A right corner: the place behind is dragged along a tractrix, so that the lag aside is 1 / cosh(path /
+  // length).
+  axis = {};
+  axis.move(0.0, length, length);
+  for (int k = 0; k < 3000; ++k) axis.move(1e-6, 0.0, length);
+  CHECK(axis.along(0.0, 1.0) == Approx(1.0 / std::cosh(3.0)).epsilon(0.01));
+  CHECK(axis.along(1.0, 0.0) == Approx(std::tanh(3.0)).epsilon(0.01));
+  for (int k = 0; k < 10; ++k) axis.move(0.0, -1e-2, length);
+  CHECK(axis.along(0.0, -7.0) == Approx(-7.0).epsilon(1e-3));  // towards the eye is negative
+}
+
+TEST_CASE(
+    "Along the motion one push shows the peak and slides at the kinetic line, aside and beside the middle "
+    "too",
+    "[room]") {
+  struct Push {
+    const char* says;
+    double from[2], to[2],
+        least_peak;  // least_peak: of the peak, as corners of a block that turns break away in turn
+  };
+  const Push pushes[] = {{"along x", {-0.0581, 0.0}, {0.0119, 0.0}, 0.96},
+                         {"along y", {0.0, -0.0481}, {0.0, 0.0219}, 0.96},
+                         {"beside the middle", {-0.0581, 0.02}, {0.0119, 0.02}, 0.90}};
+  Settings settings = few_bristles();
+  settings.bristles = 4096;
+  settings.presliding_length = 200e-6;
+  settings.hand_damping = 20.0;
+  settings.hand_stiffness = 40.0;
+  const double weight = settings.mass * g;
+  for (const Push& push : pushes) {
+    INFO(push.says);
+    Run run(settings,
+            {at_place(0.0, push.from[0], push.from[1], 0.009), at_place(2.3, push.to[0], push.to[1], 0.009)});
+    double highest = 0.0, sum = 0.0, farthest = 0.0;
+    int count = 0;
+    while (run.now().time < 2.3) {
+      const Snapshot& s = run.tick();
+      highest = std::max(highest, -static_cast<double>(run.point().friction));
+      farthest = std::max(farthest, static_cast<double>(run.point().displacement));
+      if (std::hypot(s.block_velocity[0], s.block_velocity[1]) < 0.01 || s.time < 1.5) continue;
+      sum -= static_cast<double>(run.point().friction);
+      ++count;
+    }
+    CHECK(highest <= 1.04 * settings.peak * weight);
+    CHECK(highest > push.least_peak * settings.peak * weight);
+    REQUIRE(count > 300);
+    CHECK(sum / count == Approx(settings.kinetic * weight).epsilon(0.03));
+    CHECK(farthest ==
+          Approx(std::hypot(run.now().block_position[0], run.now().block_position[1])).epsilon(0.03));
+  }
 }
 
 TEST_CASE("A block let go with a speed stops where kinetic friction says", "[room]") {

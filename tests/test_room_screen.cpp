@@ -42,9 +42,9 @@ extern "C" const char* __lsan_default_suppressions() { return "leak:libLLVM\nlea
 namespace {
 
 // Returns null, and prints one line, on a machine without OpenGL.
-std::unique_ptr<room::OffscreenRoom> try_offscreen(int width, int height) {
+std::unique_ptr<room::OffscreenRoom> try_offscreen(int width, int height, float scale = 1.0f) {
   try {
-    return std::make_unique<room::OffscreenRoom>(RoomMeasures{}, width, height, 1.0f, 1);
+    return std::make_unique<room::OffscreenRoom>(RoomMeasures{}, width, height, scale, 1);
   } catch (const cli::UserError& error) {
     std::printf("skipped: %s\n", error.what());
     return nullptr;
@@ -456,6 +456,165 @@ TEST_CASE("The histogram counts a time in the class that holds it", "[room]") {
     }
   }
   CHECK(inside == 3);
+}
+
+TEST_CASE("The histogram's figures are of its newest ticks, and a slow scene fades from them", "[room]") {
+  room::TimeHistogram times;
+  CHECK(times.within(0.99) == 0.0);
+  for (int k = 0; k < 3000; ++k) times.add(1.79e-3);
+  CHECK(times.within(0.99) >= 1.79e-3);
+  CHECK(times.within(0.99) < 1.79e-3 * 1.22);  // a class is a twelfth of a decade wide
+  for (std::size_t k = 0; k < room::TimeHistogram::most; ++k) times.add(50e-6);
+  CHECK(times.total() == room::TimeHistogram::most);
+  CHECK(times.within(1.0) < 62e-6);
+  CHECK(times.within(0.5) >= 50e-6);
+  // 2 % of slow ticks are seen at 99 %, 0.5 % are not.
+  for (int k = 0; k < 40; ++k) times.add(2e-3);
+  CHECK(times.within(0.99) < 62e-6);
+  CHECK(times.within(1.0) >= 2e-3);
+  for (int k = 0; k < 120; ++k) times.add(2e-3);
+  CHECK(times.within(0.99) >= 2e-3);
+}
+
+TEST_CASE("A scene that misses the deadline says so, in the figures of the histogram beside it", "[room]") {
+  room::TimeHistogram times;
+  room::LoopStatistics loop;
+  loop.period_p50 = 1e-3;
+  for (int k = 0; k < 999; ++k) times.add(1.5e-3);
+  CHECK(room::deadline_warning(times, loop).empty());  // less than a second of ticks
+  times.add(1.5e-3);
+  CHECK_THAT(room::deadline_warning(times, loop), Catch::Contains("1.00 ms") && Catch::Contains("1.78 ms"));
+  loop.period_p50 = 0.0;  // no real clock, no deadline
+  CHECK(room::deadline_warning(times, loop).empty());
+  loop.period_p50 = 1e-3;
+  loop.p99 = 1.5e-3;  // of all ticks since the start, which counts for nothing here
+  for (std::size_t k = 0; k < room::TimeHistogram::most; ++k) times.add(0.4e-3);
+  CHECK(room::deadline_warning(times, loop).empty());
+}
+
+TEST_CASE("A room whose scale changes draws what a room of that scale draws", "[room]") {
+  constexpr int width = 900, height = 640;
+  const std::vector<float> scales = {2.0f, 1.0f, 1.25f, 0.75f, 2.0f};
+  const Snapshot now = made_up::room_with_block_at(0.0, 0.5, 0.2);
+  std::vector<room::PixelImage> expected;
+  for (const float scale : scales) {
+    const auto fresh = try_offscreen(width, height, scale);
+    if (!fresh) return;
+    fresh->draw(now, 0.02f);  // a panel knows in its second picture whether it needs a scrollbar
+    expected.push_back(fresh->draw(now, 0.02f));
+  }
+  const auto offscreen = try_offscreen(width, height);
+  for (std::size_t i = 0; i < scales.size(); ++i) {
+    INFO("scale " << scales[i]);
+    offscreen->view().set_scale(scales[i]);
+    offscreen->draw(now, 0.02f);
+    const room::PixelImage image = offscreen->draw(now, 0.02f);
+    REQUIRE(image.rgb.size() == expected[i].rgb.size());
+    int different = 0;
+    for (std::size_t k = 0; k < image.rgb.size(); ++k) different += image.rgb[k] != expected[i].rgb[k];
+    CHECK(different == 0);
+  }
+}
+
+namespace {
+
+// Window of the room at some size and scale, the smallest that the program allows first.
+struct Window {
+  int width, height;
+  float scale;
+};
+constexpr Window windows[] = {{640, 480, 1.0f}, {800, 600, 1.0f}, {1280, 800, 1.0f}, {1000, 750, 1.5f}};
+
+bool is_curve(Pixel p) { return p.r > 150 && p.g > 75 && p.g < 150 && p.b < 100; }
+
+// Returns the inner frame of plot 0 (force over time) or 1 (over displacement), a pixel narrower on each
+// side.
+Area frame_of(const Area& plots, float scale, int plot) {
+  const float gap = 12 * scale, line = std::round(13 * scale);
+  const bool two = plots.width < 720 * scale;
+  const float inner = plots.width - (two ? 3.0f : 4.0f) * gap;
+  const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
+  const float left = plots.x + gap + (plot == 0 ? 0.0f : share[0] * inner + gap);
+  return {left + 3.1f * line + 1, plots.y + gap + 1.7f * line + 1, share[plot] * inner - 3.9f * line - 2,
+          plots.height - 1.7f * gap - 3.0f * line - 2};
+}
+
+}  // namespace
+
+TEST_CASE("Nothing covers a curve: legend, bars of snaps and inset stay beside it at every size", "[room]") {
+  for (const Window& window : windows) {
+    const auto offscreen = try_offscreen(window.width, window.height, window.scale);
+    if (!offscreen) return;
+    for (const float level : {0.0f, 0.5f, 1.0f}) {
+      INFO("window " << window.width << " x " << window.height << ", friction " << level << " N");
+      room::RoomView& view = offscreen->view();
+      view.forget();
+      view.gui.first_bending.set_length(1e-3);
+      for (int k = 0; k <= 8000; ++k) {
+        room::PlotPoint point;
+        point.time = 1e-3f * static_cast<float>(k);
+        point.displacement = 5e-7f * static_cast<float>(k);
+        point.friction = -level;
+        point.snaps = 50;
+        view.add(point);
+      }
+      const Snapshot now = made_up::room_with_block_at(0.004, 0.0, 0.2);
+      offscreen->draw(now, 10.0f);
+      const room::PixelImage image = offscreen->draw(now, 10.0f);
+      for (int plot = 0; plot < 2; ++plot) {
+        const Area frame = frame_of(view.layout().plots, window.scale, plot);
+        // Curve at a constant height: its row is that of its newest columns. In the second plot its older
+        // half is faint.
+        const int right = static_cast<int>(frame.x + (plot == 0 ? frame.width - 6 : 0.88f * frame.width));
+        const int left =
+            static_cast<int>(plot == 0 ? frame.x + 14 * window.scale : frame.x + 0.6f * frame.width);
+        const int top = static_cast<int>(frame.y), bottom = static_cast<int>(frame.y + frame.height);
+        std::vector<int> rows;
+        for (int y = top; y < bottom; ++y) {
+          if (is_curve(pixel(image, right, y))) rows.push_back(y);
+        }
+        INFO("plot " << plot);
+        REQUIRE(!rows.empty());
+        int hidden = 0;
+        for (int x = left; x < right; ++x) {
+          bool seen = false;
+          for (const int y : rows) seen = seen || is_curve(pixel(image, x, y));
+          hidden += !seen;
+        }
+        CHECK(hidden == 0);
+      }
+    }
+  }
+}
+
+TEST_CASE("The rates stand on a dark plate, so that they are legible on a bright floor", "[room]") {
+  const auto offscreen = try_offscreen(800, 600);
+  if (!offscreen) return;
+  room::RoomView& view = offscreen->view();
+  view.panels = view.glass_shown = false;
+  view.camera.elevation = 1.5f;
+  view.camera.distance = 0.5f;  // the floor fills the picture
+  view.gui.share = 0.5;
+  view.gui.pictures = 15;
+  const room::PixelImage image = offscreen->draw(made_up::room_with_block_at(0.0, 0.0, 0.2), 0.02f);
+  int left = image.width, right = 0, top = image.height, bottom = 0;
+  for (int y = image.height - 40; y < image.height; ++y) {
+    for (int x = image.width / 2; x < image.width; ++x) {
+      const Pixel p = pixel(image, x, y);
+      if (!(p.r > 150 && p.g > 140 && p.b < 110)) continue;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      top = std::min(top, y);
+      bottom = std::max(bottom, y);
+    }
+  }
+  REQUIRE(right - left > 150);
+  for (int x = left; x <= right; ++x) {
+    for (const int y : {top - 2, bottom + 2}) {
+      const Pixel p = pixel(image, x, y);
+      CHECK(std::max({p.r, p.g, p.b}) < 90);
+    }
+  }
 }
 
 TEST_CASE("Quantities are written with the prefix that fits", "[room]") {

@@ -387,15 +387,15 @@ struct HapticLoop::Impl {
     finish_row();
     PlotPoint p;
     p.time = static_cast<float>(world.time());
-    p.displacement = static_cast<float>(world.block_position().x());
-    p.friction = static_cast<float>(world.friction().x());
-    p.applied = static_cast<float>(world.applied().x());
+    p.displacement = static_cast<float>(world.path_along());
+    p.friction = static_cast<float>(world.friction_along());
+    p.applied = static_cast<float>(world.applied_along());
     p.step_time = static_cast<float>(step_time);
     p.snaps = static_cast<float>(world.snaps());
     p.holds = static_cast<float>(world.holds());
     for (std::size_t i = 0; i < compared(); ++i) {
-      p.beside_displacement[i] = static_cast<float>(beside[i]->world.block_position().x());
-      p.beside_friction[i] = static_cast<float>(beside[i]->world.friction().x());
+      p.beside_displacement[i] = static_cast<float>(beside[i]->world.path_along());
+      p.beside_friction[i] = static_cast<float>(beside[i]->world.friction_along());
     }
     return p;
   }

@@ -60,9 +60,10 @@ void print(const Snapshot& s, const Summary& all, const LoopStatistics& loop, st
                    s.peak_coefficient, s.settings.presliding_length, s.settings.bristles)});
   table.add({"simulated", fmt::format("{:.3f} s", s.time), fmt::format("{} ticks", loop.ticks)});
   table.add({"block", milli(p[0]), fmt::format("along x; y {}, turned by {:.4f} rad", milli(p[1]), tilt)});
-  table.add({"farthest", milli(all.farthest), "along x"});
-  table.add({"friction", fmt::format("{:.4f} N", all.highest_friction), "highest along x"});
-  table.add({"applied", fmt::format("{:.4f} N", all.highest_applied), "highest of the tool along x"});
+  table.add({"farthest", milli(all.farthest), "along its motion"});
+  table.add({"friction", fmt::format("{:.4f} N", all.highest_friction), "highest along the motion"});
+  table.add(
+      {"applied", fmt::format("{:.4f} N", all.highest_applied), "highest of the tool along the motion"});
   table.add(
       {"hand", fmt::format("{:.4f} N", all.highest_device_force), "highest on the device, of the frames"});
   table.add({"tick", micro(loop.p50),

@@ -60,8 +60,24 @@ void FirstBending::add(const PlotPoint& point) {
 void TimeHistogram::add(double seconds) {
   if (!(seconds > 0)) return;
   const double which = std::floor(per_decade * std::log10(seconds / least));
-  ++counts_[static_cast<std::size_t>(std::clamp(which, 0.0, classes - 1.0))];
+  if (total_ == most) {
+    --counts_[newest_[next_]];
+    --total_;
+  }
+  newest_[next_] = static_cast<unsigned char>(std::clamp(which, 0.0, classes - 1.0));
+  ++counts_[newest_[next_]];
   ++total_;
+  next_ = (next_ + 1) % most;
+}
+
+double TimeHistogram::within(double share) const {
+  std::uint64_t counted = 0;
+  for (int i = 0; i < classes; ++i) {
+    counted += count(i);
+    if (counted > 0 && static_cast<double>(counted) >= share * static_cast<double>(total_))
+      return begin_of(i + 1);
+  }
+  return 0.0;
 }
 
 double TimeHistogram::begin_of(int which) {

@@ -1,4 +1,4 @@
-// Data of the room's plots: the points of the last seconds, and a histogram of the ticks' computing times.
+// Data of the room's plots: the points of the last seconds, and a histogram of their ticks' computing times.
 #pragma once
 
 #include <array>
@@ -57,25 +57,30 @@ class FirstBending {
   bool begun_ = false, complete_ = false;
 };
 
-/// Histogram of the ticks' computing times, in classes of equal ratio.
+/// Histogram of the computing times of the newest ticks, in classes of equal ratio.
 class TimeHistogram {
  public:
   static constexpr int per_decade = 12, decades = 5;
   static constexpr int classes = per_decade * decades;
   static constexpr double least = 1e-7;  ///< lower end of the first class of times, s
+  /// Limit of the ticks counted, 8 s at 1 kHz: the figures of a slow scene fade within that time.
+  static constexpr std::size_t most = 8000;
 
+  /// Counts a tick's time. Beyond `most` ticks, removes the oldest.
   void add(double seconds);
-  void clear() {
-    counts_ = {};
-    total_ = 0;
-  }
+  void clear() { *this = {}; }
   std::uint64_t count(int which) const { return counts_[static_cast<std::size_t>(which)]; }
   std::uint64_t total() const { return total_; }
   static double begin_of(int which);
+  /// Returns the time (s) within which this share of the ticks computed, as the upper end of a class. 0: no
+  /// ticks.
+  double within(double share) const;
 
  private:
   std::array<std::uint64_t, classes> counts_{};
+  std::array<unsigned char, most> newest_{};  // class of each counted tick, in a ring
   std::uint64_t total_ = 0;
+  std::size_t next_ = 0;
 };
 
 }  // namespace room

@@ -271,8 +271,7 @@ static const char* title_of(const Snapshot& room) {
 }
 
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
-                  const Camera& camera, const RoomMeasures& measures, const std::string& title,
-                  const std::string& notice) {
+                  const Camera& camera, const RoomMeasures& measures, const OverlayWords& words) {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const Pen pen{draw, fonts, layout.scale};
   const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
@@ -282,15 +281,19 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
   label_arrows(pen, layout, room, camera, measures, tilt);
   label_compared(pen, layout, room, camera, measures, tilt);
   draw_glass_rim(pen, layout, room, glass, camera, tilt);
-  float y = s.y + s.height - 34 * layout.scale;  // leaves a small line below, where panels tell the rates
+  if (!words.rates.empty())
+    pen.tag(s.x + s.width - 12 * layout.scale, s.y + s.height - 12 * layout.scale, 1.0f,
+            words.rates_are_low ? colours::warning : colours::faint_text, words.rates, fonts.small);
+  float y = s.y + s.height - 38 * layout.scale;  // leaves a small line below for the rates
   const auto say = [&](const std::string& line, ImU32 colour) {
     if (line.empty()) return;
     pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
     y -= 28 * layout.scale;
   };
-  say(title.empty() ? title_of(room) : title, colours::text);
-  say(notice, colours::text);
+  say(words.title.empty() ? title_of(room) : words.title, colours::text);
+  say(words.notice, colours::text);
   say(room.message, colours::warning);
+  say(words.warning, colours::warning);
   label_floor(pen, layout, camera, measures, tilt, y + 10 * layout.scale);  // only labels above those lines
   draw.PopClipRect();
 }

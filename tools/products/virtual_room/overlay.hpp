@@ -10,10 +10,17 @@
 
 namespace room {
 
-/// Draws the overlay into ImGui's background list. `title` replaces the scene's own title unless it is empty;
-/// `notice` is a line for the user, or empty.
+/// Lines of text over the picture; empty ones are not drawn.
+struct OverlayWords {
+  std::string title;           ///< replaces the scene's own title
+  std::string notice;          ///< answer to the user
+  std::string warning;         ///< what is wrong
+  std::string rates;           ///< speed of simulation and pictures, in the lower right corner
+  bool rates_are_low = false;  ///< whether the simulation is slower than real time
+};
+
+/// Draws the overlay into ImGui's background list.
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
-                  const Camera& camera, const RoomMeasures& measures, const std::string& title,
-                  const std::string& notice);
+                  const Camera& camera, const RoomMeasures& measures, const OverlayWords& words);
 
 }  // namespace room

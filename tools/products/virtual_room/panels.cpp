@@ -210,12 +210,14 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
                               with_unit(room.bristle_stiffness, "N/m")));
 }
 
-void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
+// Shows how much of the deadline the ticks of the histogram take, and the longest as a mark.
+void deadline_bar(const Panel& panel, const TimeHistogram& times, const LoopStatistics& loop) {
   const auto of_deadline = [&](double time) {
     const double part = time / loop.deadline;
     return std::isfinite(part) && part > 0 ? part : 0.0;
   };
-  const double used = of_deadline(loop.p99), worst = of_deadline(loop.max);
+  const double p99 = times.within(0.99);
+  const double used = of_deadline(p99), worst = of_deadline(times.within(1.0));
   // Colours the computing time by the deadline only with a real clock, since other runs have no deadline.
   const bool paced = loop.period_p50 > 0;
   const ImU32 colour = !paced       ? colours::text
@@ -233,8 +235,8 @@ void deadline_bar(const Panel& panel, const LoopStatistics& loop) {
                1.5f);
   ImGui::Dummy(ImVec2(wide, high + 2));
   panel.readout(
-      "99 % of ticks take",
-      fmt::format("{} of {}: {:.1f} %", with_unit(loop.p99, "s"), with_unit(loop.deadline, "s"), 100 * used),
+      "99 % of ticks within",
+      fmt::format("{} of {}: {:.0f} %", with_unit(p99, "s"), with_unit(loop.deadline, "s"), 100 * used),
       used >= 0.7 ? colour : colours::text);
 }
 
@@ -244,7 +246,7 @@ void end_menu() {
   ImGui::EndPopup();
 }
 
-void bristles(Panel& panel, const Snapshot& room, Settings& s) {
+void bristles(Panel& panel, const Snapshot& room, const TimeHistogram& times, Settings& s) {
   panel.heading("Bristles");
   static constexpr const char* populations[] = {"a number", "infinitely many"};
   static constexpr const char* meanings[] = {"representatives, each with its own bend and snap length",
@@ -267,7 +269,7 @@ void bristles(Panel& panel, const Snapshot& room, Settings& s) {
   ImGui::EndDisabled();
   panel.readout("in all patches",
                 room.settings.infinite ? "infinitely many" : with_commas(room.bristles_total));
-  deadline_bar(panel, room.loop);
+  deadline_bar(panel, times, room.loop);
 }
 
 void hand(Panel& panel, const Snapshot& room, Settings& s) {
@@ -289,7 +291,7 @@ void hand(Panel& panel, const Snapshot& room, Settings& s) {
 }
 
 void loop_table(const Panel& panel, const LoopStatistics& loop) {
-  if (folded(panel, "Haptic loop")) return;
+  if (folded(panel, "Haptic loop since the start")) return;
   panel.readout("computing p50 / max", with_unit(loop.p50, "s") + " / " + with_unit(loop.max, "s"));
   panel.readout("period p50 / p99", loop.period_p50 > 0 ? with_unit(loop.period_p50, "s") + " / " +
                                                               with_unit(loop.period_p99, "s")
@@ -310,7 +312,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
   // Makes the bar of buttons as high as its rows need: one, two or three, by its width.
   const float bar = (w - left) / scale;
-  const float above = panels ? std::round((bar >= 940 ? 46 : bar >= 540 ? 76 : 106) * scale) : 0;
+  const float above = panels ? std::round((bar >= 880 ? 46 : bar >= 500 ? 76 : 106) * scale) : 0;
   const float below =
       panels ? std::min(std::round(std::clamp(0.26f * h, 150 * scale, 300 * scale)), 0.5f * h) : 0;
   layout.picture.width = width;
@@ -363,8 +365,16 @@ int preset_of(const Settings& settings) {
   return -1;
 }
 
-void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
-                   Wishes& wishes) {
+std::string deadline_warning(const TimeHistogram& times, const LoopStatistics& loop) {
+  const double p99 = times.within(0.99);
+  const bool known = loop.period_p50 > 0 && static_cast<double>(times.total()) * loop.deadline >= 1.0;
+  if (!known || !(p99 > loop.deadline)) return "";
+  return fmt::format("Misses the deadline of {} here: 99 % of ticks take up to {}",
+                     with_unit(loop.deadline, "s"), with_unit(p99, "s"));
+}
+
+void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, const TimeHistogram& times,
+                   GuiState& state, Wishes& wishes) {
   if (layout.settings.width < 1) return;
   begin_panel("settings", layout.settings, true);
   Panel panel{fonts, layout.scale};
@@ -403,7 +413,7 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
     undone = panel.changed = true;
   }
   surface(panel, room, s);
-  bristles(panel, room, s);
+  bristles(panel, room, times, s);
 
   panel.heading("Block and floor");
   panel.slider("mass", s.mass, 1, 0.02, 5, "%.3f kg", true, "of the block");
@@ -456,7 +466,8 @@ void draw_help(const Layout& layout, const Fonts& fonts) {
       {"K", "blocks compared: models, rubbing, slide-hold-slide, ratchet, and back"},
       {"Ctrl+Z", "undo the last change of the settings"},
       {"C, P", "record, replay"},
-      {"E, S", "plots as CSV, settings and material as scripts; drop one on the window to load it"},
+      {"E, S",
+       "plots as CSV; settings and material (not where the block is) as scripts: drop one here to load it"},
       {"F12", "picture of the window"},
       {"A", "bristles coloured by age or by bending"},
       {"G, H, F1", "glass, panels, this page"},
@@ -530,12 +541,16 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (room.recording) ImGui::PopStyleColor();
   if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
-  if (button("Save", "a picture, the plots or the settings, into the working folder", 10))
+  if (button("Save",
+             "a picture, the plots or the settings, into the working folder; not where the block is and how "
+             "bristles bend",
+             10))
     ImGui::OpenPopup("save");
   if (ImGui::BeginPopup("save")) {
     wishes.screenshot = ImGui::MenuItem("Picture of the window, PNG", "F12");
     wishes.export_plots = ImGui::MenuItem("What the plots show, CSV", "E");
-    wishes.save_scene = ImGui::MenuItem("Settings, and the material alone, TOML for 'Load'", "S");
+    wishes.save_scene =
+        ImGui::MenuItem("Settings, without where the block is, and the material: TOML for 'Load'", "S");
     end_menu();
   }
   if (button("Load", "settings or a material of a file in the working folder")) {
@@ -572,17 +587,6 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
 
-  // Shows at the lower right of the room the speed of the simulation and the pictures per second.
-  if (state.pictures > 0) {
-    const std::string rates = fmt::format("{:.2f} of real time, {:.2g} pictures a second",
-                                          state.share * room.speed, state.pictures);
-    const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, rates.c_str());
-    const Area& scene = layout.picture.scene;
-    ImGui::GetBackgroundDrawList()->AddText(
-        fonts.small, fonts.small->FontSize,
-        {scene.x + scene.width - size.x - 12 * scale, scene.y + scene.height - size.y - 6 * scale},
-        state.share < 0.9 ? colours::warning : colours::faint_text, rates.c_str());
-  }
   const std::string time = fmt::format("{:.2f} s", room.time);
   const char* what = room.device_lost ? "device lost"
                      : room.paused    ? "paused"
@@ -641,7 +645,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);
   plot_hysteresis(draw, fonts, second, history, state.first_bending, seconds, room.presliding_length, levels,
                   beside, state.ranges, elapsed);
-  if (!two) plot_deadline(draw, fonts, third, times, room.loop);
+  if (!two) plot_deadline(draw, fonts, third, times, room.loop.deadline);
   ImGui::End();
 }
 

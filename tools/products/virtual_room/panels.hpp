@@ -73,8 +73,12 @@ struct GuiState {
   float back_s = 0, back_most_s = 0;  ///< how far a pause looks back, and its limit, s
 };
 
-void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, GuiState& state,
-                   Wishes& wishes);
+/// Returns a line that says that more than one tick in a hundred exceeds the deadline on this machine. Empty
+/// if none do, without a real clock, and before a second of ticks.
+std::string deadline_warning(const TimeHistogram& times, const LoopStatistics& loop);
+
+void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, const TimeHistogram& times,
+                   GuiState& state, Wishes& wishes);
 /// Draws the slider by which a pause looks back through the last minute.
 void draw_scrubber(const Layout& layout, GuiState& state);
 /// Draws the help on keys and mouse over the picture of the room.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <iterator>
 #include <string>
 
 #include "tools/products/virtual_room/quantity_text.hpp"
@@ -37,7 +38,6 @@ class Frame {
                         plot_ground, 2);
     draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text,
                   title);
-    title_end_ = area.x + 0.2f * line + fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title).x;
     draw_.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
   }
   ~Frame() { draw_.PopClipRect(); }
@@ -49,7 +49,6 @@ class Frame {
             inner_.y + inner_.height * (1 - static_cast<float>(y_.at(y)))};
   }
   const Area& inner() const { return inner_; }
-  float title_end() const { return title_end_; }
   void clip() const {
     draw_.PushClipRect({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, true);
   }
@@ -118,24 +117,49 @@ class Frame {
   const Fonts& fonts_;
   Axis x_, y_;
   Area inner_;
-  float title_end_ = 0;
 };
 
-// Returns the first of the titles, longest first, that fits the plot's width; the last if none does.
-std::string title_for(const Fonts& fonts, const Area& area, std::initializer_list<std::string> titles) {
+// Entry of a legend: a short line in a curve's colour, and its name.
+struct LegendEntry {
+  std::string text;
+  ImU32 colour;
+};
+
+float width_of(const Fonts& fonts, const LegendEntry& entry) {
+  const float line = fonts.small->FontSize;
+  return fonts.small->CalcTextSizeA(line, 1e4f, 0, entry.text.c_str()).x + 1.7f * line;
+}
+
+// Returns the first of the titles, longest first, that fits above the plot beside `taken` pixels of a legend;
+// the last if none does.
+std::string title_for(const Fonts& fonts, const Area& area, float taken,
+                      std::initializer_list<std::string> titles) {
   const float line = fonts.small->FontSize;
   for (const std::string& title : titles) {
-    if (fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title.c_str()).x < area.width - 0.5f * line)
+    if (fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title.c_str()).x + taken < area.width - 1.4f * line)
       return title;
   }
   return *(titles.end() - 1);
 }
 
-// Returns the index, from `first` on, of the point with the highest friction against a motion along +x.
+// Draws a legend to the right of the title, where it covers no curve.
+void draw_legend(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const Area& area,
+                 const std::vector<LegendEntry>& entries) {
+  const float line = fonts.small->FontSize, middle = area.y + 0.55f * line;
+  float x = frame.inner().x + frame.inner().width;
+  for (std::size_t i = entries.size(); i-- > 0;) {
+    x -= width_of(fonts, entries[i]);
+    draw.AddLine({x + 0.3f * line, middle}, {x + 1.2f * line, middle}, entries[i].colour,
+                 1.7f * stroke(fonts));
+    frame.label(x + 1.5f * line, area.y, colours::text, entries[i].text, 0);
+  }
+}
+
+// Returns the index, from `first` on, of the point with the highest friction, in either direction.
 std::size_t find_peak(const History& history, std::size_t first) {
   std::size_t peak = first;
   for (std::size_t i = first; i < history.size(); ++i) {
-    if (history[i].friction < history[peak].friction) peak = i;
+    if (std::abs(history[i].friction) > std::abs(history[peak].friction)) peak = i;
   }
   return peak;
 }
@@ -174,10 +198,15 @@ void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, st
   if (any && last.x < in.x + in.width + 1) draw.AddCircleFilled(last, 1.8f * thickness, colour);
 }
 
-// Draws snaps per millisecond as bars on the plot's lower edge, the highest a fifth of its height.
+// Share of a plot's height, at its bottom, that is kept for the bars of snaps.
+constexpr double snaps_share = 0.18;
+
+// Draws snaps per millisecond as bars in the strip below the curves.
 void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const History& history,
                 std::size_t first, float seconds) {
   const Area& in = frame.inner();
+  const float low = in.y + in.height, high = static_cast<float>(snaps_share) * in.height - 2;
+  draw.AddLine({in.x, low - high - 1}, {in.x + in.width, low - high - 1}, colours::line);
   std::vector<float> columns(static_cast<std::size_t>(in.width) + 1, 0.0f);
   for (std::size_t i = first; i < history.size(); ++i) {
     const float x = frame.at(static_cast<double>(history[i].time), 0).x - in.x;
@@ -185,7 +214,6 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   }
   const float most = *std::max_element(columns.begin(), columns.end());
   if (!(most > 0) || !std::isfinite(most)) return;
-  const float low = in.y + in.height, high = 0.2f * in.height;
   for (std::size_t k = 0; k < columns.size(); ++k) {
     if (!(columns[k] > 0)) continue;
     const float x = in.x + static_cast<float>(k);
@@ -197,19 +225,25 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
   if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
   const float line = fonts.small->FontSize;
-  if (in.height < 8 * line) return;  // no room for this label, which would cover the legend
+  if (high < 1.1f * line) return;  // no room for this label within the strip
   const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
-  draw.AddRectFilled({in.x + 2, low - high - 1.2f * line}, {in.x + 6 + wide, low - high},
-                     (plot_ground & 0x00ffffffu) | 0xc0000000u, 2);
-  frame.label(in.x + 4, low - high - 1.15f * fonts.small->FontSize, colours::snaps, text, 0);
+  draw.AddRectFilled({in.x + 2, low - high}, {in.x + 6 + wide, low - high + 1.1f * line}, plot_ground);
+  frame.label(in.x + 4, low - high, colours::snaps, text, 0);
+}
+
+// Returns the place for an inset in a corner of the plot (0 to 3: lower right, upper left, upper right, lower
+// left).
+Area corner_of(const Area& in, int corner) {
+  const float wide = 0.41f * in.width, high = 0.44f * in.height, gap = 3;
+  const bool right = corner == 0 || corner == 2, upper = corner == 1 || corner == 2;
+  return {right ? in.x + in.width - wide - gap : in.x + gap,
+          upper ? in.y + gap : in.y + in.height - high - gap, wide, high};
 }
 
 // Draws an inset plot of friction over displacement in the first bending since the reset.
-void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const FirstBending& bending) {
-  const Area& in = frame.inner();
+void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const FirstBending& bending,
+                const Area& box) {
   const float line = fonts.small->FontSize;
-  if (bending.size() < 3 || in.width < 15 * line || in.height < 7.5f * line) return;
-  const Area box{in.x + 0.58f * in.width, in.y + 0.52f * in.height, 0.41f * in.width, 0.46f * in.height};
   draw.AddRectFilled({box.x, box.y}, {box.x + box.width, box.y + box.height}, IM_COL32(24, 28, 34, 240), 2);
   draw.AddRect({box.x, box.y}, {box.x + box.width, box.y + box.height}, colours::line, 2);
   float x_low = 0, x_high = 0, y_low = 0, y_high = 0;
@@ -231,15 +265,6 @@ void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const 
               box.width > 10 * line ? fmt::format("first bending, to {:.2f} N", static_cast<double>(most))
                                     : fmt::format("first: {:.2f} N", static_cast<double>(most)),
               0);
-}
-
-void legend(const Frame& frame, ImDrawList& draw, const Fonts& fonts, float right, float y, ImU32 colour,
-            const std::string& text, float& used) {
-  const ImVec2 size = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, text.c_str());
-  const float x = right - used - size.x, middle = y + 0.55f * fonts.small->FontSize;
-  frame.label(x, y, colours::text, text, 0);
-  draw.AddLine({x - 18, middle}, {x - 6, middle}, colour, 1.7f * stroke(fonts));
-  used += size.x + 32;
 }
 
 }  // namespace
@@ -312,9 +337,18 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   const ValueRange most = range_of_most(values, 1.3 * levels.peak);
   ranges.force.follow(std::min(-0.05, most.low), std::max({0.2, 1.1 * levels.peak, most.high}), 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
-  const std::string title = title_for(fonts, area, {"Force, N, over time, s", "N over s"});
-  const Frame frame(draw, fonts, area, title.c_str(), {end - seconds, end},
-                    {ranges.force.low, ranges.force.high});
+  std::vector<LegendEntry> entries = {{"friction", colours::friction}, {"applied", colours::applied}};
+  // Names the first block where a carriage moves all blocks: there is no hand force to draw.
+  if (beside.driven) entries = {{beside.names[0], colours::friction}};
+  float legend = 0;
+  for (const LegendEntry& entry : entries) legend += width_of(fonts, entry);
+  const std::string title =
+      title_for(fonts, area, legend,
+                {"Force along the motion, N, over time, s", "Force, N, over time, s", "N over s", "N"});
+  // Extends the range below the curves by the strip of the bars.
+  const double low =
+      ranges.force.low - snaps_share / (1 - snaps_share) * (ranges.force.high - ranges.force.low);
+  const Frame frame(draw, fonts, area, title.c_str(), {end - seconds, end}, {low, ranges.force.high});
   frame.grid_x(1, area.width < 260 ? 3 : 5);
   frame.grid_y(1, 4);
   frame.clip();
@@ -333,9 +367,9 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   draw_snaps(draw, frame, fonts, history, first, seconds);
   if (history.size() > first) {
     const PlotPoint& peak = history[find_peak(history, first)];
-    if (-peak.friction > 0.05f) {
-      const double height = static_cast<double>(-peak.friction);
-      const std::string text = fmt::format("{:.2f} N", height);
+    const double height = static_cast<double>(-peak.friction);
+    if (std::abs(height) > 0.05) {
+      const std::string text = fmt::format("{:.2f} N", std::abs(height));
       if (height <= ranges.force.high) {
         frame.mark(static_cast<double>(peak.time), height, colours::text, text);
       } else {
@@ -344,20 +378,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     }
   }
   frame.unclip();
-  // Places the legend above the plot, or inside its upper right corner if the title leaves no room.
-  float used = 0;
-  const float right = frame.inner().x + frame.inner().width;
-  const bool above = right - frame.title_end() > 14 * fonts.small->FontSize;
-  const float y = above ? area.y : frame.inner().y + frame.inner().height - 1.3f * fonts.small->FontSize;
-  if (!above)
-    draw.AddRectFilled({std::max(frame.inner().x + 1, right - 11.5f * fonts.small->FontSize), y - 2},
-                       {right, y + 1.2f * fonts.small->FontSize}, plot_ground, 2);
-  if (beside.driven) {  // blocks that a carriage moves: names in their curves' colours, no hand force
-    legend(frame, draw, fonts, right, y, colours::friction, beside.names[0], used);
-  } else {
-    legend(frame, draw, fonts, right, y, colours::applied, "applied", used);
-    legend(frame, draw, fonts, right, y, colours::friction, "friction", used);
-  }
+  draw_legend(draw, fonts, frame, area, entries);
 }
 
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
@@ -382,7 +403,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   const FollowingRange& r = ranges.displacement;
   const AxisText axis = length_axis(r.low, r.high);
   const std::string title =
-      title_for(fonts, area,
+      title_for(fonts, area, 0,
                 {fmt::format("Friction, N, over displacement, {}", axis.unit),
                  fmt::format("Friction, N, over {}", axis.unit), fmt::format("N over {}", axis.unit)});
   const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high},
@@ -391,6 +412,15 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   frame.grid_y(1, 4);
   frame.clip();
   draw_levels(frame, levels);
+  // Whether a curve runs through a corner of the plot, in which an inset would cover it.
+  bool taken[4] = {false, false, false, false};
+  const auto take = [&](const ImVec2& p) {
+    for (int corner = 0; corner < 4; ++corner) {
+      const Area box = corner_of(frame.inner(), corner);
+      taken[corner] = taken[corner] || (p.x > box.x - 4 && p.x < box.x + box.width + 4 && p.y > box.y - 4 &&
+                                        p.y < box.y + box.height + 4);
+    }
+  };
   const auto loop = [&](ImU32 colour, auto x_of, auto y_of) {
     ImVec2 last = frame.at(x_of(history[first]), y_of(history[first]));
     for (std::size_t i = first + 1; i < history.size(); ++i) {
@@ -400,6 +430,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
       const float age = (history.newest().time - history[i].time) / seconds;
       draw.AddLine(last, next, (colour & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
                    stroke(fonts));
+      take(next);
       last = next;
     }
     return last;
@@ -414,12 +445,17 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
         [](const PlotPoint& p) { return -p.friction; });
     draw.AddCircleFilled(last, 2.3f * stroke(fonts), colours::text);
   }
-  draw_inset(draw, fonts, frame, first_bending);
+  const float line = fonts.small->FontSize;
+  const bool has_room = frame.inner().width >= 15 * line && frame.inner().height >= 7.5f * line;
+  const auto* const free = std::find(std::begin(taken), std::end(taken), false);
+  if (has_room && first_bending.size() >= 3 && free != std::end(taken))
+    draw_inset(draw, fonts, frame, first_bending,
+               corner_of(frame.inner(), static_cast<int>(free - std::begin(taken))));
   frame.unclip();
 }
 
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
-                   const LoopStatistics& loop) {
+                   double deadline_s) {
   // Range of the axis of computing times, as powers of ten: 1 us to 10 ms.
   constexpr double decades_low = -6.0, decades_high = -2.0;
   double most = 1;
@@ -445,19 +481,19 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   for (int i = 0; i < TimeHistogram::classes; ++i) {
     if (!times.count(i)) continue;
     const double begin = TimeHistogram::begin_of(i), end = TimeHistogram::begin_of(i + 1);
-    const ImU32 colour = begin >= loop.deadline      ? colours::bad
-                         : end > 0.7 * loop.deadline ? colours::warning
-                                                     : colours::good;
+    const ImU32 colour = begin >= deadline_s      ? colours::bad
+                         : end > 0.7 * deadline_s ? colours::warning
+                                                  : colours::good;
     // Draws a class with one tick as a visible bar too, although its logarithm is zero.
     const double bar = std::max(0.15, std::log10(static_cast<double>(times.count(i))));
     const ImVec2 top = frame.at(std::log10(begin), bar), foot = frame.at(std::log10(end), 0);
     draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);
   }
-  const float line = frame.at(std::log10(loop.deadline), 0).x;
+  const float line = frame.at(std::log10(deadline_s), 0).x;
   draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
   frame.unclip();
   frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
-  const std::string text = fmt::format("99 % within {}", with_unit(loop.p99, "s"));
+  const std::string text = fmt::format("99 % within {}", with_unit(times.within(0.99), "s"));
   frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
 }
 

@@ -52,17 +52,19 @@ struct PlotRanges {
   FollowingRange force, displacement, loop_force;
 };
 
-/// Plots friction against a motion along x over time, with the sign of the applied force. Dashed lines are
-/// the levels, a ring marks the highest friction in the `seconds` shown, bars at the bottom are snaps per
-/// millisecond. Without a peak level it draws the bristles' friction limit as a curve over time.
+/// Plots friction along the motion over time, with the sign of the applied force. Dashed lines are the
+/// levels, a ring marks the highest friction in the `seconds` shown, bars in a strip below the curves are
+/// snaps per millisecond. Without a peak level it draws the bristles' friction limit as a curve over time.
 void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
                           float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
                           float elapsed);
-/// Plots friction over displacement; where there is room, an inset shows the first bending since the reset.
+/// Plots friction over displacement along the motion; in a corner without curves, if there is one, an inset
+/// shows the first bending since the reset.
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
                      const FirstBending& first_bending, float seconds, double presliding_length,
                      FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed);
+/// Plots the histogram of computing times with the deadline (s), and the time within which 99 % of it lie.
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
-                   const LoopStatistics& loop);
+                   double deadline_s);
 
 }  // namespace room

@@ -183,9 +183,11 @@ struct Snapshot {
   LoopStatistics loop;
 };
 
-/// Values of one tick that the plots show.
+/// Values of one tick that the plots show. Lengths and forces are along the motion (motion_axis.hpp), with
+/// the sign of x.
 struct PlotPoint {
-  /// Simulated time, s; displacement of the block, m; friction and applied force along x, N.
+  /// Simulated time, s; displacement of the block since the reset, m; friction of the floor and applied
+  /// force, N.
   float time = 0.0f, displacement = 0.0f, friction = 0.0f, applied = 0.0f;
   float step_time = 0.0f;  ///< computing time of the tick, s
   float snaps = 0.0f;      ///< number of floor bristles that snapped in this tick

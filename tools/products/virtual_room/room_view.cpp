@@ -2,6 +2,7 @@
 
 #include <backends/imgui_impl_opengl3.h>
 #include <epoxy/gl.h>
+#include <fmt/format.h>
 #include <imgui.h>
 
 #include <cmath>
@@ -45,6 +46,7 @@ void RoomView::set_scale(float scale) {
   scale_ = scale;
   fonts_ = set_style(scale_);
   ImGui_ImplOpenGL3_DestroyFontsTexture();
+  ImGui_ImplOpenGL3_CreateFontsTexture();  // builds the fonts: a picture cannot begin without
 }
 
 // Moves the magnifying glass to the other side of the picture when the block comes behind it, unless the
@@ -88,8 +90,12 @@ Wishes RoomView::draw(const Snapshot& room, int width, int height, float elapsed
   ImGui_ImplOpenGL3_NewFrame();
   ImGui::NewFrame();
   Wishes wishes;
-  draw_overlay(layout_, fonts_, room, glass_, camera, measures_, title, notice);
-  draw_settings(layout_, fonts_, room, gui, wishes);
+  OverlayWords words{title, notice, deadline_warning(times_, room.loop), "", gui.share < 0.9};
+  if (gui.pictures > 0)
+    words.rates =
+        fmt::format("{:.2f} of real time, {:.2g} pictures a second", gui.share * room.speed, gui.pictures);
+  draw_overlay(layout_, fonts_, room, glass_, camera, measures_, words);
+  draw_settings(layout_, fonts_, room, times_, gui, wishes);
   draw_bar(layout_, fonts_, room, gui, wishes);
   if (room.paused) draw_scrubber(layout_, gui);
   if (help_shown) draw_help(layout_, fonts_);

@@ -211,7 +211,6 @@ class RoomWindow {
 
   void begin_tour() {
     Settings to = settings_of(Comparison::none);
-    to.bristles = view_->gui.settings.bristles;
     to.presliding_length = 4e-3;  // mean bend at a snap, m: so long that one sees the bristles bend
     change_settings(to);
     act(Act::tour);
@@ -318,17 +317,17 @@ class RoomWindow {
     touched_ = touched_ || what == Act::slow_pull;
   }
 
-  void write_file(const std::string& name, const std::string& text) {
+  void write_file(const std::string& name, const std::string& text, const char* says = "written: ") {
     try {
       cli::OutputFile(name).write(text);
-      say("written: " + name);
+      say(says + name);
     } catch (const cli::UserError& error) {
       say(error.what());
     }
   }
 
   void export_plots() {
-    std::string text = "t,x,friction,applied\n";
+    std::string text = "t,displacement,friction,applied\n";
     const History& h = view_->history();
     for (std::size_t i = 0; i < h.size(); ++i)
       text += fmt::format("{:.6g},{:.9g},{:.6g},{:.6g}\n", h[i].time, h[i].displacement, -h[i].friction,
@@ -339,7 +338,10 @@ class RoomWindow {
   void save_settings() {
     const std::string name = dated_name(".toml");
     write_file(dated_name("-material.toml"), "[material]\n" + material_as_toml(view_->gui.settings));
-    write_file(name, "[settings]\n" + settings_as_toml(view_->gui.settings));
+    write_file(name,
+               "# Settings of the room, without where the block is and how its bristles bend.\n[settings]\n" +
+                   settings_as_toml(view_->gui.settings),
+               "settings, not where the block is, written: ");
   }
 
   // Lists the files that the button Load offers, the newest first.
@@ -371,9 +373,7 @@ class RoomWindow {
 
   // Starts a scene that compares, or the level floor with one block, from its beginning.
   void compare(Comparison scene) {
-    Settings to = settings_of(scene);
-    to.bristles = view_->gui.settings.bristles;
-    change_settings(to);
+    change_settings(settings_of(scene));
     act(Act::reset);
     say(scene_of(scene).says);
   }

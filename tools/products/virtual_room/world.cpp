@@ -105,6 +105,8 @@ void World::reset() noexcept {
   patch_used_ = {};
   contact_count_ = 0;
   device_force_.setZero();
+  axis_ = {};
+  path_ = 0.0;
   touches_.count = 0;
   find_touches(measures_, block_, tool_, found_);
 }
@@ -369,6 +371,8 @@ void World::collect_patches() noexcept {
 
 void World::move(double dt, const Velocity& mean) noexcept {
   block_.position += dt * mean.head<3>();
+  axis_.move(dt * mean[0], dt * mean[1], parameters_.settings.presliding_length);
+  path_ += axis_.along(dt * mean[0], dt * mean[1]);
   const Eigen::Vector3d turn = dt * mean.segment<3>(3);
   const double angle = turn.norm();
   if (angle > 0.0) {
@@ -387,6 +391,7 @@ void World::keep_forces(double dt, const Velocity& mean) noexcept {
     const Eigen::Vector2d way = dt * c.rows * mean;
     place.way[0] += way[0];
     place.way[1] += way[1];
+    place.axis.move(way[0], way[1], parameters_.settings.presliding_length);
     place.force = c.force[0] * place.along + c.force[1] * place.aside;
     place.limit = c.limit;
     place.torque = c.torque;
@@ -403,6 +408,20 @@ Vector3 World::friction() const noexcept {
   Vector3 sum = Vector3::Zero();
   for (std::size_t k = 0; k < surfaces * corners; ++k) sum += places_[k].force;
   return sum;
+}
+
+double World::friction_along() const noexcept {
+  double sum = 0.0;
+  for (std::size_t corner = 0; corner < corners; ++corner) {  // the corners on the floor come first
+    const Place& place = places_[corner];
+    sum += place.axis.along(place.force.dot(place.along), place.force.dot(place.aside));
+  }
+  return sum;
+}
+
+double World::applied_along() const noexcept {
+  const Vector3 force = applied();
+  return axis_.along(force.x(), force.y());
 }
 
 double World::holds() const noexcept {

@@ -9,6 +9,7 @@
 #include "tools/products/virtual_room/collision.hpp"
 #include "tools/products/virtual_room/device.hpp"
 #include "tools/products/virtual_room/friction.hpp"
+#include "tools/products/virtual_room/motion_axis.hpp"
 #include "tools/products/virtual_room/parameters.hpp"
 #include "tools/products/virtual_room/room_state.hpp"
 
@@ -46,6 +47,12 @@ class World {
   Vector3 friction() const noexcept;  ///< friction of all patches but the tool's on the block, N
   Vector3 applied() const noexcept;   ///< force of the tool on the block, N
 
+  /// Returns the floor's friction along the motion of each of its patches, summed, N: a block that turns
+  /// while it slides feels its kinetic friction too. Negative against a motion along +x.
+  double friction_along() const noexcept;
+  double applied_along() const noexcept;  ///< component of applied() along the block's motion, N
+  double path_along() const noexcept { return path_; }  ///< displacement along the motion since the reset, m
+
   /// Returns how many bristles on the floor snapped in the last tick.
   std::uint64_t snaps() const noexcept { return friction_.snaps(); }
   double holds() const noexcept;  ///< highest elastic friction of the floor at this load, N
@@ -76,6 +83,7 @@ class World {
     // Torque of the tool's pad on the block about the normal, and its highest value, N m.
     double torque = 0.0, torque_limit = 0.0;
     double way[2] = {0, 0};  // displacement along the tangent axes since the touch began, m
+    MotionAxis axis;         // axis of that displacement, in the tangent axes
   };
   struct NormalContact {
     Velocity row;  // row whose product with the nine velocities is the speed of the opening gap
@@ -121,6 +129,8 @@ class World {
   double spring_ = 0.0, damper_ = 0.0;  // hand's spring (N/m) and damper (N s/m) in this tick
   Vector3 device_force_ = Vector3::Zero();
   std::uint64_t shown_key_ = 0;
+  MotionAxis axis_;    // axis along which the block's centre moves over the floor
+  double path_ = 0.0;  // displacement of the block along axis_ since the reset, m
 };
 
 }  // namespace room
