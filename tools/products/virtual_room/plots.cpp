@@ -461,7 +461,11 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   double most = 1;
   for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
   const double high = std::ceil(std::log10(most) + 0.3);
-  const Frame frame(draw, fonts, area, "Ticks by computing time", {decades_low, decades_high}, {0, high});
+  const std::string text = fmt::format("99 % within {}", with_unit(times.within(0.99), "s"));
+  const float taken = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, text.c_str()).x;
+  const std::string title =
+      title_for(fonts, area, taken, {"Ticks by computing time", "Ticks by time", "Ticks"});
+  const Frame frame(draw, fonts, area, title.c_str(), {decades_low, decades_high}, {0, high});
   const float below = frame.inner().y + frame.inner().height;
   static constexpr const char* names[] = {"1 µs", "10 µs", "100 µs", "1 ms", "10 ms"};
   for (int d = 0; d < 5; ++d) {
@@ -493,7 +497,6 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
   draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
   frame.unclip();
   frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
-  const std::string text = fmt::format("99 % within {}", with_unit(times.within(0.99), "s"));
   frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
 }
 
