@@ -60,7 +60,7 @@ class FirstBending {
 /// Histogram of the computing times of the newest ticks, in classes of equal ratio.
 class TimeHistogram {
  public:
-  static constexpr int per_decade = 12, decades = 5;
+  static constexpr int per_decade = 12, decades = 6;
   static constexpr int classes = per_decade * decades;
   static constexpr double least = 1e-7;  ///< lower end of the first class of times, s
   /// Limit of the ticks counted, 8 s at 1 kHz: the figures of a slow scene fade within that time.

@@ -456,8 +456,8 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
 
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
                    double deadline_s) {
-  // Range of the axis of computing times, as powers of ten: 1 us to 10 ms.
-  constexpr double decades_low = -6.0, decades_high = -2.0;
+  // Range of the axis of computing times, as powers of ten: 1 us to 100 ms.
+  constexpr double decades_low = -6.0, decades_high = -1.0;
   double most = 1;
   for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
   const double high = std::ceil(std::log10(most) + 0.3);
@@ -467,11 +467,11 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
       title_for(fonts, area, taken, {"Ticks by computing time", "Ticks by time", "Ticks"});
   const Frame frame(draw, fonts, area, title.c_str(), {decades_low, decades_high}, {0, high});
   const float below = frame.inner().y + frame.inner().height;
-  static constexpr const char* names[] = {"1 µs", "10 µs", "100 µs", "1 ms", "10 ms"};
-  for (int d = 0; d < 5; ++d) {
+  static constexpr const char* names[] = {"1 µs", "", "100 µs", "", "10 ms", ""};
+  for (int d = 0; d < 6; ++d) {
     const float x = frame.at(decades_low + d, 0).x;
     draw.AddLine({x, frame.inner().y}, {x, below}, colours::faint_line);
-    frame.label(x, below + 2, colours::faint_text, names[d], d == 4 ? 0.8f : 0.5f);
+    frame.label(x, below + 2, colours::faint_text, names[d], 0.5f);
   }
   for (int d = 0; d <= static_cast<int>(high); ++d) {
     const float y = frame.at(decades_low, d).y;
