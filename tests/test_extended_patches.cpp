@@ -1035,8 +1035,10 @@ TEST_CASE("Seed and key of a reset stay with an outline and its saved state", "[
   struct Two {
     PatchBatch batch;
     ExtendedPatches pads{batch};
-    PatchId id = pads.add(plain_material(smooth, SnapRule::redraw), light_options().with_seed(2).with_key(3),
-                          Outline::disc(1e-3, Pressure::uniform, 2));
+    PatchId id =
+        pads.add(plain_material(smooth, SnapRule::redraw),
+                 PatchOptions{}.with_max_normal_load(load_n).with_bristles(500).with_seed(2).with_key(3),
+                 Outline::disc(1e-3, Pressure::uniform, 2));
     std::uint64_t reset_and_slide() {
       REQUIRE(pads.reset(id));
       slide();
