@@ -705,9 +705,15 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
     CHECK(row["quartiles"][0] <= row["time_over_bristle"]);
     CHECK(row["time_over_bristle"] <= row["quartiles"][1]);
   }
-  CHECK(
-      read_file(folder.at("capacity.csv")).rfind("motion,kernel,layout,threads,bristles,p50_us,p99_us", 0) ==
-      0);
+  const auto points = read_csv(folder.at("capacity.csv"));
+  CHECK(points[0] == std::vector<std::string>{"motion", "kernel", "layout", "threads", "bristles", "p50_us",
+                                              "p99_us", "max_us", "ns_per_bristle", "deadline_us"});
+  const json& first = report["capacities"][0]["curve"][0];
+  REQUIRE(points.size() > report["capacities"].size());
+  CHECK(points[1][0] == report["capacities"][0]["motion"]);
+  // Counts from the end of the row, because the kernel's name holds commas.
+  CHECK(std::stod(*(points[1].end() - 5)) == Approx(1e6 * first["p50_s"].get<double>()).epsilon(1e-4));
+  CHECK(points[1].back() == "20");
 }
 
 TEST_CASE("Timing ends as soon as more than a hundredth of all steps was late", "[cli]") {

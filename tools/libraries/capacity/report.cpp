@@ -195,7 +195,8 @@ std::string capacity_json(const CapacityOptions& options, const CapacityResult& 
 
 std::string capacity_csv(const CapacityOptions& options, const CapacityResult& result) {
   Json points = Json::array();
-  for (Json& row : report_of(options, result)["capacities"]) {
+  Json report = report_of(options, result);
+  for (Json& row : report["capacities"]) {
     for (Json& point : row["curve"]) {
       for (const char* key : {"motion", "kernel", "layout", "threads"}) point[key] = row[key];
       point["deadline_s"] = options.deadline_s;
