@@ -122,6 +122,27 @@ TEST_CASE("A normal that turns over carries the axes half round about the first 
   }
 }
 
+TEST_CASE("A normal that nearly turns over carries the axes by that rotation", "[frame]") {
+  const Vector3d n = Vector3d(1, -2, 0.5).normalized(), about = n.cross(Vector3d(0.3, 0.1, 1.0)).normalized();
+  for (const double rest : {0.5, 1e-2, 1e-4, 1e-6, 1e-8}) {
+    const Eigen::AngleAxisd turn(3.141592653589793 - rest, about);
+    ContactFrame frame(n);
+    const Vector3d along = frame.along(), aside = frame.aside();
+    REQUIRE(frame.carry(turn * n));
+    CHECK((frame.along() - turn * along).norm() < 2e-15 / rest + 4e-15);
+    CHECK((frame.aside() - turn * aside).norm() < 2e-15 / rest + 4e-15);
+    CHECK(off_right_angles(frame) < 4e-15);
+  }
+}
+
+TEST_CASE("Axes that two bodies carry half a turn apart follow the second body", "[frame]") {
+  const Vector3d n = Vector3d(1, -2, 0.5).normalized();
+  ContactFrame frame(n);
+  const Vector3d along = frame.along();
+  REQUIRE(frame.carry(n, 3.141592653589793 * n, Vector3d::Zero()));
+  CHECK((frame.along() - along).norm() < 1e-7);
+}
+
 TEST_CASE("Carried round a closed path on a sphere the axes turn by the solid angle", "[frame]") {
   // Moves along great arcs, in steps of any size, for which the Gauss-Bonnet theorem holds exactly.
   const std::vector<std::vector<Vector3d>> polygons = {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include <bristle/haptic_point.hpp>
 
@@ -208,6 +209,39 @@ TEST_CASE("A windowed velocity is exact on a ramp and far steadier than a differ
   }
   CHECK(window.update(1e-3, {0.0, x + 2e-4, 0.0}, 1e-9)[1] == Approx(0.2));
   CHECK(window.window() == WindowedVelocity::longest);
+}
+
+TEST_CASE("A windowed velocity is that of the longest window, however long the motion lasts", "[haptic]") {
+  constexpr int n = WindowedVelocity::longest;
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> noise(-4e-6, 4e-6);
+  WindowedVelocity window;
+  std::vector<double> x;
+  for (int i = 0; i < 4 * n; ++i) {
+    x.push_back(1e-4 * i + noise(random));  // within a band of one count, 20 um, about a ramp
+    const double v = window.update(tick, {x.back(), 0.0, 0.0}, 20e-6)[0];
+    const int ticks = std::min(i, n);
+    CHECK(window.window() == ticks);
+    if (i > 0)
+      CHECK(v == Approx((x.back() - x[x.size() - 1 - static_cast<std::size_t>(ticks)]) / (ticks * tick)));
+  }
+}
+
+TEST_CASE("After a restart a point has neither moved nor worked, and its velocity begins anew", "[haptic]") {
+  Floor floor(HapticOptions{}.with_resolution(1e-6));
+  Vector3d position(0, 0, -0.002);
+  for (int i = 0; i < 50; ++i) floor.step(position += Vector3d(1e-5, 0, 0));
+  REQUIRE(floor.step(position += Vector3d(1e-5, 0, 0)).norm() > 0.5);
+  const double taken = floor.point.taken();
+  floor.point.restart();
+  floor.step(position += Vector3d(0.3, -0.2, 0));
+  CHECK(floor.point.taken() == taken);
+  CHECK((floor.motion.displacement[0] == 0.0 && floor.motion.displacement[1] == 0.0));
+  CHECK((floor.motion.velocity[0] == 0.0 && floor.motion.velocity[1] == 0.0));
+  floor.step(position += Vector3d(1e-5, 0, 0));
+  const Vector3d along = floor.point.frame().along(), aside = floor.point.frame().aside();
+  const Vector3d velocity = floor.motion.velocity[0] * along + floor.motion.velocity[1] * aside;
+  CHECK((velocity - Vector3d(1e-5 / tick, 0, 0)).norm() < 1e-9);
 }
 
 TEST_CASE("With a windowed velocity the damper is steadier and still never works on the hand", "[haptic]") {

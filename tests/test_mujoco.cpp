@@ -544,6 +544,27 @@ TEST_CASE("In MuJoCo a frictionless contact stays so, and rolling friction is re
   CHECK(BristleFriction(*model, dims, bristle::Coefficients{}, options).discs() != nullptr);
 }
 
+TEST_CASE("In MuJoCo the geom of higher priority says what a contact resists, else the larger condim",
+          "[mujoco]") {
+  const auto slides = [](const char* floor, const char* box) {
+    std::string xml = on_floor(plate, 0.001, 0.5);
+    std::size_t at = xml.find("<geom type");
+    xml.insert(at + 5, std::string(" ") + floor);
+    for (at = xml.find("<geom type", at + 10); at != std::string::npos; at = xml.find("<geom type", at + 10))
+      xml.insert(at + 5, std::string(" ") + box);
+    World world(xml);
+    world.run(0.2);
+    world.data->qvel[0] = 0.5;
+    world.run(0.5);
+    return world.data->qvel[0] > 0.49;
+  };
+  CHECK_FALSE(slides("condim=\"1\"", "condim=\"3\""));
+  CHECK_FALSE(slides("condim=\"3\"", "condim=\"1\""));
+  CHECK(slides("condim=\"1\" priority=\"1\"", "condim=\"3\""));
+  CHECK_FALSE(slides("condim=\"1\"", "condim=\"3\" priority=\"1\""));
+  CHECK(slides("condim=\"3\"", "condim=\"1\" priority=\"1\""));
+}
+
 TEST_CASE("In MuJoCo a force in qfrc_applied counts and stays as it was", "[mujoco]") {
   World world(on_floor(plate, 0.001, 0.5));
   world.data->qfrc_applied[0] = 1.0 / 3.0;

@@ -9,7 +9,7 @@ if(NOT TARGET PkgConfig::BULLET)
 endif()
 # Compiles the adapter from a copy, without this tree among the include folders, which proves that it can be copied out.
 add_library(bristle_bullet_friction STATIC ${CMAKE_CURRENT_BINARY_DIR}/bullet_adapter/bullet_friction.cpp)
-foreach(file skyline.hpp rolling_bed.hpp bullet_friction.hpp bullet_friction.cpp)
+foreach(file rolling_bed.hpp bullet_friction.hpp bullet_friction.cpp)
   configure_file(examples/${file} bullet_adapter/${file} COPYONLY)
 endforeach()
 bristle_compile_flags(bristle_bullet_friction)

@@ -6,8 +6,6 @@
 
 #include <Eigen/LU>
 
-#include "skyline.hpp"
-
 namespace bullet_example {
 
 using bristle::Motion;
@@ -77,12 +75,12 @@ std::uint64_t pair_of(const btPersistentManifold& manifold) {
 
 /// Linear system whose unknowns are the velocity changes of a group's bodies, six for each.
 struct BristleSolver::System {
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
-  /// Jacobian of a constraint with respect to the velocities of its two bodies. A body that cannot move has
-  /// column -1.
+  using Vector12 = Eigen::Matrix<double, 12, 1>;
+  /// Jacobian of a constraint with respect to the velocities of its two bodies, six for each, and their
+  /// columns in the matrix. A body that cannot move has columns -1.
   struct Line {
-    int column[2];
-    Vector6 along[2];
+    int columns[12];
+    Vector12 along;
   };
   /// Bullet's constraint row of a normal impulse or a joint. Solved with `softness`, slightly above the row's
   /// own compliance.
@@ -98,35 +96,24 @@ struct BristleSolver::System {
   struct Friction {
     Contact* contact;
     Line lines[2];
-    Vector2d before, elastic;  // slip before the solve, m/s; elastic force of the patch, N
-    Vector2d slope;            // change of the patch's force per slip velocity along each axis, N s/m
-    double share;              // factor from force to impulse, s
-    bool clipped;
+    Vector2d before;  // slip before the solve, m/s
+    bristle::LinearFriction model;
+    double share;  // factor from force to impulse, s
   };
 
   static double velocity(const Line& l, const Eigen::VectorXd& of) {
     double sum = 0.0;
-    for (int side = 0; side < 2; ++side)
-      if (l.column[side] >= 0) sum += l.along[side].dot(of.segment<6>(l.column[side]));
+    for (int side = 0; side < 12; side += 6)
+      if (l.columns[side] >= 0) sum += l.along.segment<6>(side).dot(of.segment<6>(l.columns[side]));
     return sum;
   }
   Vector2d slip(const Friction& f) const {
     return f.before + Vector2d(velocity(f.lines[0], change), velocity(f.lines[1], change));
   }
-  void pull(const Line& l, double impulse) {
-    for (int side = 0; side < 2; ++side)
-      if (l.column[side] >= 0) right.segment<6>(l.column[side]) += impulse * l.along[side];
-  }
-  void add(const Line& l, double weight) {
-    for (int side = 0; side < 2; ++side) {
-      const int own = l.column[side], other = l.column[1 - side];
-      for (int i = 0; own >= 0 && i < 6; ++i) {
-        const double share = weight * l.along[side][i];
-        double* const to = matrix.line(own + i);
-        for (int j = 0; j <= i; ++j) to[own + j] += share * l.along[side][j];
-        if (other >= 0 && other < own) Eigen::Map<Vector6>(to + other) += share * l.along[1 - side];
-      }
-    }
+  /// Adds a constraint or friction along a line, whose impulse is `pull` less `gain` times its velocity.
+  void add(const Line& l, double gain, double pull) {
+    using One = Eigen::Matrix<double, 1, 1>;
+    matrix.add<1, 12>(l.columns, l.along.transpose(), One(gain), One(pull));
   }
   void set_shape();
   void set_masses(const btAlignedObjectArray<btSolverBody>& bodies);
@@ -136,8 +123,8 @@ struct BristleSolver::System {
   double error() const;
 
   std::vector<int> column;  // first column of each body in the solve's matrix
-  bristle_example::Skyline matrix, masses;
-  Eigen::VectorXd right, change;
+  bristle::BodySystem matrix, masses;
+  Eigen::VectorXd change;
   std::vector<Row> rows;
   std::vector<Friction> frictions;
 };
@@ -146,15 +133,9 @@ struct BristleSolver::System {
 /// joins.
 void BristleSolver::System::set_shape() {
   for (int i = 0; i < masses.size(); ++i) masses.couple(i, i - i % 6);
-  const auto couple = [&](const Line& l) {
-    if (l.column[0] < 0 || l.column[1] < 0) return;
-    const auto [low, high] = std::minmax(l.column[0], l.column[1]);
-    for (int i = high; i < high + 6; ++i) masses.couple(i, low);
-  };
-  for (const Row& row : rows) couple(row.line);
-  for (const Friction& f : frictions) couple(f.lines[0]);
+  for (const Row& row : rows) masses.couple(row.line.columns, 12);
+  for (const Friction& f : frictions) masses.couple(f.lines[0].columns, 12);
   masses.set_zero();
-  right.resize(masses.size());
 }
 
 void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>& bodies) {
@@ -179,21 +160,16 @@ void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>&
 /// Solves for the velocity changes under the active rows and friction, and for the impulses of these rows.
 void BristleSolver::System::solve() {
   matrix = masses;
-  right.setZero();
-  for (const Row& row : rows) {
-    if (row.active) add(row.line, 1.0 / row.softness);
-    pull(row.line, row.active ? row.wanted / row.softness : row.impulse - row.before);
-  }
+  for (const Row& row : rows)
+    add(row.line, row.active ? 1.0 / row.softness : 0.0,
+        row.active ? row.wanted / row.softness : row.impulse - row.before);
   for (const Friction& f : frictions) {
-    const Vector2d impulse = f.share * (f.elastic - f.slope.cwiseProduct(f.before)) - f.contact->impulse;
-    for (int a = 0; a < 2; ++a) {
-      add(f.lines[a], f.share * f.slope[a]);
-      pull(f.lines[a], impulse[a]);
-    }
+    const Vector2d impulse = f.share * f.model.force(f.before) - f.contact->impulse;
+    for (int a = 0; a < 2; ++a) add(f.lines[a], f.share * f.model.slope()[a], impulse[a]);
   }
   matrix.factor();
-  matrix.substitute(right);
-  change = right;
+  matrix.substitute();
+  change = matrix.right;
   for (Row& row : rows)
     if (row.active) row.impulse = row.before + (row.wanted - velocity(row.line, change)) / row.softness;
 }
@@ -203,12 +179,16 @@ void BristleSolver::System::refine() {
   const auto missing = [&](const Row& row) {
     return row.active ? row.wanted - velocity(row.line, change) - row.own * (row.impulse - row.before) : 0.0;
   };
-  right.setZero();
-  for (const Row& row : rows) pull(row.line, missing(row) / row.softness);
-  matrix.substitute(right);
+  matrix.right.setZero();
+  for (const Row& row : rows) {
+    const double impulse = missing(row) / row.softness;
+    for (int i = 0; i < 12; ++i)
+      if (row.line.columns[i] >= 0) matrix.right[row.line.columns[i]] += impulse * row.line.along[i];
+  }
+  matrix.substitute();
   for (Row& row : rows)
-    if (row.active) row.impulse += (missing(row) - velocity(row.line, right)) / row.softness;
-  change += right;
+    if (row.active) row.impulse += (missing(row) - velocity(row.line, matrix.right)) / row.softness;
+  change += matrix.right;
 }
 
 /// Fixes impulses beyond a limit at that limit, and removes the stiffness of patches beyond their force
@@ -224,16 +204,8 @@ bool BristleSolver::System::drop() {
     row.active = false;
     dropped = true;
   }
-  for (Friction& f : frictions) {
-    const auto& answer = f.contact->answer;
-    if (f.clipped || f.share == 0.0) continue;
-    const Vector2d damping = Vector2d::Constant(answer.damping);
-    const Vector2d elastic = f.elastic - (f.slope - damping).cwiseProduct(slip(f));
-    if (elastic.norm() <= answer.limit) continue;
-    f.elastic = answer.limit * elastic.normalized();
-    f.slope = damping;
-    f.clipped = dropped = true;
-  }
+  for (Friction& f : frictions)
+    if (f.share != 0.0) dropped = f.model.release(slip(f)) || dropped;
   return dropped;
 }
 
@@ -397,8 +369,8 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   }
   guess_answer(contact, dt_s);
   contact.impulse.setZero();
-  push(contact, dt_s * std::min(1.0, normal_impulse(contact) / (dt_s * contact.answer.at_load)) *
-                    contact.answer.steady);
+  push(contact,
+       dt_s * std::min(1.0, normal_impulse(contact) / (dt_s * contact.answer.load)) * contact.answer.steady);
   solved_.push_back(&contact);
 }
 
@@ -444,9 +416,6 @@ void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
 /// clipped at its force limit. A new contact has no load yet, so its patch is evaluated at the highest load
 /// and scaled.
 void BristleSolver::guess_answer(Contact& contact, double dt_s) {
-  Contact::Answer& answer = contact.answer;
-  answer.at_load = contact.normal_load;
-  answer.clipped = true;
   if (contact.bed) {
     // Finds stiffness by a small slip back, as a bed that rolls far in a step is softer than its tangent.
     constexpr double small = 0.05;  // share of the force limit by which the slip changes the force
@@ -457,21 +426,16 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
     const double change = dt_s * rest.stiffness * axes_of(contact).cwiseProduct(slip).norm();
     const double back = change > 0.0 ? std::min(1.0, small * limit / change) : 0.0;
     set_secant(contact, -back * slip, rest, load, dt_s);
-    answer.damping = 0.0;
-    answer.limit = contact.scale * limit;
+    contact.answer.bounded = true;
     return;
   }
+  const double load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
   if (!(contact.normal_load > 0.0)) {
-    answer.at_load = highest_load_;
     const Vector2d slip = slip_of(contact);  // slip velocity, m/s, on which the damping coefficient depends
     contact.response =
         batch_.find_force(dt_s, Motion{contact.patch, {0.0, 0.0}, highest_load_, true, {slip[0], slip[1]}});
   }
-  const Response& now = contact.response;
-  answer.steady = contact.scale * Vector2d(now.elastic[0], now.elastic[1]);
-  answer.damping = contact.scale * now.damping;
-  answer.slope.setConstant(contact.scale * dt_s * now.stiffness + answer.damping);
-  answer.limit = contact.scale * now.force_limit;
+  contact.answer = {contact.response, dt_s, load, contact.scale};
 }
 
 /// Returns the stiffness of the contact's patch or bed along each axis over the mean of both.
@@ -492,18 +456,9 @@ Response BristleSolver::find_force(const Contact& contact, const Vector2d& slip,
 /// secant from `rest`, the response to no slip under this load.
 void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, const Response& rest, double load,
                                double dt_s) {
-  const Vector2d d = dt_s * slip;
-  const Response trial = find_force(contact, slip, load, dt_s);
-  const Vector2d change = Vector2d(trial.elastic[0] - rest.elastic[0], trial.elastic[1] - rest.elastic[1]);
-  const Vector2d axes = axes_of(contact);
-  const double way = d.dot(axes.cwiseProduct(d));
-  const double stiffness =
-      way > 0.0 ? std::clamp(-change.dot(d) / way, 0.0, trial.stiffness) : trial.stiffness;
-  Contact::Answer& answer = contact.answer;
-  answer.slope = contact.scale * (dt_s * stiffness * axes + Vector2d::Constant(trial.damping));
-  answer.steady =
-      contact.scale * Vector2d(trial.end[0], trial.end[1]) + Vector2d(answer.slope).cwiseProduct(slip);
-  answer.at_load = load;
+  contact.answer = bristle::LinearFriction::through(find_force(contact, slip, load, dt_s),
+                                                    {rest.elastic[0], rest.elastic[1]}, slip, dt_s, load,
+                                                    contact.scale, axes_of(contact));
 }
 
 /// Replaces the linear model of a loaded contact by the response of its patch or bed to the present slip.
@@ -511,30 +466,13 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   const double load = normal_impulse(contact) / dt_s;
   if (!(load > 0.0)) return;
   set_secant(contact, slip_of(contact), find_force(contact, Vector2d::Zero(), load, dt_s), load, dt_s);
-  contact.answer.clipped = false;
 }
 
-/// Finds a contact's friction impulse that is consistent with the slip it leaves, other contacts fixed.
-/// Bristles lifted by a falling load lose their force; those added by a rising load are straight. Returns the
-/// squared change of slip, as Bullet's rows do.
+/// Finds a contact's friction impulse, other contacts fixed. Returns the squared change of slip, as Bullet's
+/// rows do.
 double BristleSolver::rub(Contact& contact, double dt_s) {
-  const Contact::Answer& answer = contact.answer;
-  // Normal impulse over the load of the force model, s: the time step, scaled by the change of
-  // load.
-  const double share = normal_impulse(contact) / answer.at_load;
-  const double held = std::min(share, dt_s);
   const Vector2d free = slip_of(contact) - contact.mobility * contact.impulse;
-  const auto solve = [&](const Vector2d& steady, const Vector2d& slope) -> Vector2d {
-    const Matrix2d system = Matrix2d::Identity() + (share * slope).asDiagonal() * contact.mobility;
-    return system.inverse() * (steady - (share * slope).cwiseProduct(free));
-  };
-  Vector2d impulse = solve(held * answer.steady, answer.slope);
-  if (answer.clipped) {
-    const Vector2d elastic = impulse + share * answer.damping * (free + contact.mobility * impulse);
-    const double size = elastic.norm();
-    if (size > share * answer.limit)
-      impulse = solve(share * answer.limit / size * elastic, Vector2d::Constant(answer.damping));
-  }
+  const Vector2d impulse = contact.answer.impulse(normal_impulse(contact), dt_s, contact.mobility, free);
   const double change = (contact.mobility * (impulse - contact.impulse)).squaredNorm();
   push(contact, impulse);
   return change;
@@ -579,7 +517,10 @@ void BristleSolver::list_unknowns(double dt_s) {
     unknowns += 6;
   }
   system.masses.begin(unknowns);
-  const auto column = [&](int body) { return system.column[static_cast<std::size_t>(body)]; };
+  const auto set_columns = [&](System::Line& line, int side, int body) {
+    const int first = system.column[static_cast<std::size_t>(body)];
+    for (int i = 0; i < 6; ++i) line.columns[6 * side + i] = first < 0 ? -1 : first + i;
+  };
 
   // Adds a slight softness to Bullet's rows of normal impulses, which shares the load among four corners
   // where three would carry the body.
@@ -592,13 +533,15 @@ void BristleSolver::list_unknowns(double dt_s) {
       System::Row& row = system.rows.emplace_back();
       row.constraint = &constraint;
       const int on[2] = {constraint.m_solverBodyIdA, constraint.m_solverBodyIdB};
-      row.line.along[0] << from(constraint.m_contactNormal1), from(constraint.m_relpos1CrossNormal);
-      row.line.along[1] << from(constraint.m_contactNormal2), from(constraint.m_relpos2CrossNormal);
+      row.line.along << from(constraint.m_contactNormal1), from(constraint.m_relpos1CrossNormal),
+          from(constraint.m_contactNormal2), from(constraint.m_relpos2CrossNormal);
       double moving = 0.0;
       for (int side = 0; side < 2; ++side) {
-        row.line.column[side] = column(on[side]);
-        moving += row.line.along[side].head<3>().dot(from(bodies[on[side]].getDeltaLinearVelocity())) +
-                  row.line.along[side].tail<3>().dot(from(bodies[on[side]].getDeltaAngularVelocity()));
+        set_columns(row.line, side, on[side]);
+        const btSolverBody& body = bodies[on[side]];
+        Eigen::Matrix<double, 6, 1> change;
+        change << from(body.getDeltaLinearVelocity()), from(body.getDeltaAngularVelocity());
+        moving += row.line.along.segment<6>(6 * side).dot(change);
       }
       const double mobility = 1.0 / static_cast<double>(constraint.m_jacDiagABInv);
       const btScalar applied = constraint.m_appliedImpulse;
@@ -616,14 +559,13 @@ void BristleSolver::list_unknowns(double dt_s) {
     f.contact = &contact;
     for (int a = 0; a < 2; ++a)
       for (int side = 0; side < 2; ++side) {
-        f.lines[a].column[side] = column(contact.sides[side].body);
-        f.lines[a].along[side] << from(contact.sides[side].axis[a]), from(contact.sides[side].moment[a]);
+        set_columns(f.lines[a], side, contact.sides[side].body);
+        f.lines[a].along.segment<6>(6 * side) << from(contact.sides[side].axis[a]),
+            from(contact.sides[side].moment[a]);
       }
     f.before = slip_of(contact);
-    f.elastic = contact.answer.steady;
-    f.slope = contact.answer.slope;
+    f.model = contact.answer;
     f.share = contact.normal_load > 0.0 ? dt_s : 0.0;
-    f.clipped = false;
   }
 }
 
@@ -655,7 +597,7 @@ bool BristleSolver::solve_at_once(double dt_s) {
     b.internalApplyImpulse(to.m_contactNormal2 * b.internalGetInvMass(), to.m_angularComponentB, change);
   }
   for (const System::Friction& f : system.frictions)
-    push(*f.contact, f.share * (f.elastic - f.slope.cwiseProduct(system.slip(f))));
+    push(*f.contact, f.share * f.model.force(system.slip(f)));
   // Later iterations get forces from the patches themselves, because their linear models may not
   // hold.
   const auto bends = [&](const Contact* c) {

@@ -40,6 +40,7 @@
 #include <bristle/bristle.hpp>
 #include <bristle/contact_frame.hpp>
 #include <bristle/keyed_beds.hpp>
+#include <bristle/linear_friction.hpp>
 
 #include "rolling_bed.hpp"
 
@@ -81,16 +82,6 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
 
    private:
     friend class BristleSolver;
-    // Linear model of the patch's force under the load `at_load`: at the slip velocity s (m/s) the force is
-    // steady - slope s along each axis, its elastic part at most `limit`. Under another load the impulse on A
-    // is in proportion: dt (load / at_load) (steady - slope s).
-    struct Answer {
-      Eigen::Matrix<double, 2, 1, Eigen::DontAlign> steady = Eigen::Vector2d::Zero();  // N
-      Eigen::Matrix<double, 2, 1, Eigen::DontAlign> slope = Eigen::Vector2d::Zero();   // N s/m
-      double damping = 0.0, limit = 0.0;  // damping of the linear model, N s/m; force limit, N
-      double at_load = 0.0;               // N
-      bool clipped = true;
-    };
     struct Side {
       int body = -1;
       btVector3 linear[2], angular[2];  // change of the body's velocity and spin per impulse along an axis
@@ -105,7 +96,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     // Slip velocity at the start of the step, m/s
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();  // N s
-    Answer answer;
+    bristle::LinearFriction answer;  // model of the force, made under some load
   };
 
   /// Returns the contacts of the last step, except those of sleeping islands.

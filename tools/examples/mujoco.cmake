@@ -14,7 +14,7 @@ set_target_properties(mujoco::mujoco PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "$
 add_library(bristle_mujoco_friction STATIC
   ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_friction.cpp
   ${CMAKE_CURRENT_BINARY_DIR}/mujoco_adapter/mujoco_joints.cpp)
-foreach(file skyline.hpp rolling_bed.hpp mujoco_friction.hpp mujoco_friction.cpp mujoco_joints.hpp mujoco_joints.cpp)
+foreach(file rolling_bed.hpp mujoco_friction.hpp mujoco_friction.cpp mujoco_joints.hpp mujoco_joints.cpp)
   configure_file(examples/${file} mujoco_adapter/${file} COPYONLY)
 endforeach()
 bristle_compile_flags(bristle_mujoco_friction)

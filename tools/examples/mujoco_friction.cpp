@@ -146,12 +146,14 @@ const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& dat
   match(model, data);
   begin_new_contacts(model, data);
   number_dofs(model);
-  for (Cell& cell : cells_) cell.slips = false;
+  for (const Contact& contact : contacts_)
+    for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k)
+      cells_[k].model = {cells_[k].response, model.opt.timestep, contact.normal_load, contact.scale};
   guess_beds(model, data);
   // Repeats the linear solve until no further cell slips. Cells that slip in one pass do so in later ones.
   do {
     solve(model, data);
-  } while (clip(model.opt.timestep));
+  } while (release_cells());
   find_forces(model, data);
   return friction_;
 }
@@ -376,13 +378,9 @@ void BristleFriction::number_dofs(const mjModel& model) {
     for (int above = dof; column >= 0 && above >= 0; above = model.dof_parentid[above])
       system_.couple(column, column_[static_cast<std::size_t>(above)]);
   }
-  for (const Contact& contact : contacts_) {
-    const auto first = dofs_.begin() + static_cast<std::ptrdiff_t>(contact.first_dof),
-               end = first + static_cast<std::ptrdiff_t>(contact.dofs);
-    int low = columns;
-    for (auto dof = first; dof != end; ++dof) low = std::min(low, column_[static_cast<std::size_t>(*dof)]);
-    for (auto dof = first; dof != end; ++dof) system_.couple(column_[static_cast<std::size_t>(*dof)], low);
-  }
+  columns_.clear();
+  for (const int dof : dofs_) columns_.push_back(column_[static_cast<std::size_t>(dof)]);
+  for (const Contact& contact : contacts_) system_.couple(columns_.data() + contact.first_dof, contact.dofs);
 }
 
 /// Gives every new contact the normal load that a step without friction finds. If its bodies already slide,
@@ -429,11 +427,10 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
 void BristleFriction::solve(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   system_.set_zero();
-  change_.resize(system_.size());
   for (int dof = 0; dof < model.nv; ++dof) {
     const int column = column_[static_cast<std::size_t>(dof)];
     if (column < 0) continue;
-    change_[column] = dt_s * (data.qfrc_smooth[dof] + other_constraints_[dof]);
+    system_.right[column] = dt_s * (data.qfrc_smooth[dof] + other_constraints_[dof]);
     double* const line = system_.line(column);
     visit_masses(model, data, dof,
                  [&](int other, double mass) { line[column_[static_cast<std::size_t>(other)]] = mass; });
@@ -449,49 +446,30 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
     if (contact.cells > 0 || contact.bed) {
       Eigen::Matrix3d of_cells = Eigen::Matrix3d::Zero();
       Vector3d elastic = Vector3d::Zero();
-      sum_cells(dt_s, contact, of_cells, elastic);
+      sum_cells(contact, of_cells, elastic);
       gain.bottomRightCorner<3, 3>() = dt_s * of_cells;
       pull.tail<3>() = dt_s * (elastic - of_cells * contact.start.tail<3>());
     }
+    const int* const columns = columns_.data() + contact.first_dof;
     if (contact.dofs == 6)  // a single free body has a fixed size, which halves the time
-      add_contact<6>(contact, gain, pull);
+      system_.add<4, 6>(columns, rows_of(contact), gain, pull);
     else
-      add_contact<Eigen::Dynamic>(contact, gain, pull);
+      system_.add<4, Eigen::Dynamic>(columns, rows_of(contact), gain, pull);
   }
   system_.factor();
-  system_.substitute(change_);
+  system_.substitute();
   for (Contact& contact : contacts_) {
     const Rows rows = rows_of(contact);
     contact.velocity = contact.start;
-    for (Eigen::Index i = 0; i < rows.cols(); ++i) {
-      const int dof = dofs_[contact.first_dof + static_cast<std::size_t>(i)];
-      contact.velocity += change_[column_[static_cast<std::size_t>(dof)]] * rows.col(i);
-    }
-  }
-}
-
-template <int size>
-void BristleFriction::add_contact(const Contact& contact, const Eigen::Matrix4d& gain,
-                                  const Eigen::Vector4d& pull) {
-  const auto n = static_cast<Eigen::Index>(contact.dofs);
-  const Map<const Eigen::Matrix<double, 4, size>> rows(rows_.data() + 4 * contact.first_dof, 4, n);
-  const int* const dofs = dofs_.data() + contact.first_dof;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const int column = column_[static_cast<std::size_t>(dofs[i])];
-    const Eigen::Vector4d weighted = gain * rows.col(i);
-    double* const line = system_.line(column);
-    for (Eigen::Index k = 0; k < n; ++k) {
-      const int other = column_[static_cast<std::size_t>(dofs[k])];
-      if (other <= column) line[other] += weighted.dot(rows.col(k));
-    }
-    change_[column] += pull.dot(rows.col(i));
+    for (Eigen::Index i = 0; i < rows.cols(); ++i)
+      contact.velocity +=
+          system_.right[columns_[contact.first_dof + static_cast<std::size_t>(i)]] * rows.col(i);
   }
 }
 
 /// Sums the cells' gain G (force per velocity) and elastic force E about the contact point. A slipping cell
 /// has its force limit as force and no stiffness.
-void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain,
-                                Vector3d& pull) const {
+void BristleFriction::sum_cells(const Contact& contact, Eigen::Matrix3d& gain, Vector3d& pull) const {
   if (contact.bed) {
     gain = contact.slope;
     pull = contact.steady;
@@ -499,10 +477,8 @@ void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matr
   }
   for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
     const Cell& cell = cells_[k];
-    const Response& now = cell.response;
-    const double of_cell = contact.scale * (now.damping + (cell.slips ? 0.0 : dt_s * now.stiffness));
-    const Vector2d elastic = contact.scale * (cell.slips ? Vector2d(now.force_limit * cell.way)
-                                                         : Vector2d(now.elastic[0], now.elastic[1]));
+    const double of_cell = cell.model.slope()[0];
+    const Vector2d elastic = cell.model.steady;
     gain(0, 0) += of_cell;
     pull.head<2>() += elastic;
     if (!contact.is_disc) continue;
@@ -516,23 +492,17 @@ void BristleFriction::sum_cells(double dt_s, const Contact& contact, Eigen::Matr
   gain(2, 1) = gain(1, 2);
 }
 
-/// Marks cells whose predicted force exceeds their limit as slipping. Returns false if there are none.
-bool BristleFriction::clip(double dt_s) {
-  bool clipped = false;
+/// Lets cells slip whose predicted force exceeds their limit. Returns false if there are none.
+bool BristleFriction::release_cells() {
+  bool released = false;
   for (const Contact& contact : contacts_) {
     for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k) {
-      Cell& cell = cells_[k];
-      const Response& now = cell.response;
-      if (cell.slips || now.stiffness == 0.0) continue;
       Vector2d slip(contact.velocity[1], contact.velocity[2]);
-      if (contact.is_disc) slip += contact.velocity[3] * Vector2d(-cell.at[1], cell.at[0]);
-      const Vector2d force = Vector2d(now.elastic[0], now.elastic[1]) - dt_s * now.stiffness * slip;
-      if (force.norm() <= now.force_limit) continue;
-      cell.way = force.normalized();
-      cell.slips = clipped = true;
+      if (contact.is_disc) slip += contact.velocity[3] * Vector2d(-cells_[k].at[1], cells_[k].at[0]);
+      released = cells_[k].model.release(slip) || released;
     }
   }
-  return clipped;
+  return released;
 }
 
 /// Returns the motion of a contact's bed. `moved`: slip (m) and spin (rad) of geom2's body in this step.

@@ -38,9 +38,9 @@
 #include <bristle/bristle.hpp>
 #include <bristle/contact_frame.hpp>
 #include <bristle/keyed_beds.hpp>
+#include <bristle/linear_friction.hpp>
 
 #include "rolling_bed.hpp"
-#include "skyline.hpp"
 
 namespace mujoco_example {
 
@@ -129,10 +129,9 @@ class BristleFriction {
  private:
   /// Cell of a contact's patch: a point contact has one, a disc several.
   struct Cell {
-    bristle::Response response;    ///< response of the cell's bristles to no slip, at the step's start
-    Eigen::Vector2d at = {0, 0};   ///< offset of the cell from the contact point, m
-    Eigen::Vector2d way = {0, 0};  ///< direction of the cell's friction, if the prediction has it slipping
-    bool slips = false;
+    bristle::Response response;     ///< response of the cell's bristles to no slip, at the step's start
+    Eigen::Vector2d at = {0, 0};    ///< offset of the cell from the contact point, m
+    bristle::LinearFriction model;  ///< model of the cell in the linear solve
   };
   /// Jacobian of a contact: its velocity along the normal and both axes and its spin, per unit velocity of
   /// each degree of freedom.
@@ -149,13 +148,11 @@ class BristleFriction {
   void begin_new_contacts(const mjModel& model, mjData& data);
   void number_dofs(const mjModel& model);
   void solve(const mjModel& model, const mjData& data);
-  template <int size>
-  void add_contact(const Contact& contact, const Eigen::Matrix4d& gain, const Eigen::Vector4d& pull);
-  bool clip(double dt_s);
+  bool release_cells();
   bristle::BedMotion bed_motion(const mjModel& model, const mjData& data, const Contact& contact,
                                 const Eigen::Vector3d& moved) const;
   void guess_beds(const mjModel& model, const mjData& data);
-  void sum_cells(double dt_s, const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
+  void sum_cells(const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(const mjModel& model, const mjData& data);
   void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
@@ -192,8 +189,8 @@ class BristleFriction {
   std::vector<int> trees_, column_;      // trees in contact, in the order of their columns; for each degree
                                          // of freedom, its matrix column or -1
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
-  bristle_example::Skyline system_;
-  Eigen::VectorXd change_;  // change of velocity for each matrix column
+  std::vector<int> columns_;                   // matrix column of each entry of dofs_
+  bristle::BodySystem system_;
   Eigen::VectorXd friction_, other_constraints_;
   std::vector<double> applied_;
   bool moved_ = true;  // whether bodies have moved since contacts were matched with patches

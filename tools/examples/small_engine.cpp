@@ -12,6 +12,7 @@
 
 #include <bristle/bristle.hpp>
 #include <bristle/contact_frame.hpp>
+#include <bristle/linear_friction.hpp>
 
 namespace {
 
@@ -61,14 +62,12 @@ struct Contact {
   bristle::ContactFrame frame;
   Matrix2d mobility = Matrix2d::Zero();  // velocity change per unit impulse in the plane, 1/kg
 
-  // bristles: the patch of the corner, and a linear model of its force for PGS. Under the load `at_load` (N)
-  // a slip velocity s (m/s) gives the force steady - slope s, whose elastic part is at most `limit` while
-  // `clipped` is set.
+  // bristles: the patch of the corner, a linear model of its force for PGS, and its elastic force without
+  // slip under the load of the model, N.
   bristle::PatchId patch;
   double load = 0.0;  // normal load in the step before, N
-  Vector2d elastic{0, 0}, steady{0, 0};
-  double slope = 0.0, damping = 0.0, limit = 0.0, at_load = 0.0;
-  bool clipped = true;
+  bristle::LinearFriction model;
+  Vector2d elastic{0, 0};
 };
 
 enum class Friction { coulomb, bristles };
@@ -199,13 +198,9 @@ class World {
   void begin(Contact& c, double h) {
     c.patch = patches_.find_or_add(c.key);
     // Finds the force of a new contact, whose load is unknown, at the highest load; it is scaled later.
-    c.at_load = c.load > 0.0 ? c.load : highest_load;
-    const bristle::Response now = batch_.find_force(h, {c.patch, {0.0, 0.0}, c.at_load});
-    c.steady = c.elastic = Vector2d(now.elastic[0], now.elastic[1]);
-    c.damping = now.damping;
-    c.slope = h * now.stiffness + now.damping;  // implicit: the force at the end of the step
-    c.limit = now.force_limit;
-    c.clipped = true;
+    const double load = c.load > 0.0 ? c.load : highest_load;
+    c.model = {batch_.find_force(h, {c.patch, {0.0, 0.0}, load}), h, load};
+    c.elastic = c.model.steady;
   }
 
   /// bristles: corrects the linear model by the patch's force at the present slip and load. The patch does
@@ -214,30 +209,15 @@ class World {
     if (c.normal_impulse == 0.0) return;
     const Vector2d s = slip(c), d = h * s;
     const double load = c.normal_impulse / h;
-    const bristle::Response trial = batch_.find_force(h, {c.patch, {d[0], d[1]}, load});
-    // Takes the secant as stiffness, because the tangent, which is 0 in sliding, would brake the iterations.
-    const Vector2d bent = load / c.at_load * c.elastic - Vector2d(trial.elastic[0], trial.elastic[1]);
-    const double secant = d.norm() > 0.0 ? bent.dot(d) / d.squaredNorm() : trial.stiffness;
-    c.elastic *= load / c.at_load;
-    c.at_load = load;
-    c.slope = h * std::clamp(secant, 0.0, trial.stiffness) + trial.damping;
-    c.steady = Vector2d(trial.end[0], trial.end[1]) + c.slope * s;
-    c.clipped = false;
+    c.elastic *= load / c.model.load;
+    c.model = bristle::LinearFriction::through(batch_.find_force(h, {c.patch, {d[0], d[1]}, load}), c.elastic,
+                                               s, h, load);
   }
 
   /// bristles: finds the friction impulse that is consistent with the slip it leaves.
   void rub(Contact& c, double h) {
-    const double time = c.normal_impulse / c.at_load;  // time step h times (load over the model's load),
-                                                       // s
     const Vector2d free = slip(c) - c.mobility * c.impulse;
-    const auto solve = [&](const Vector2d& steady, double slope) -> Vector2d {
-      return (Matrix2d::Identity() + time * slope * c.mobility).inverse() * (time * (steady - slope * free));
-    };
-    Vector2d impulse = solve(std::min(1.0, h / time) * c.steady, c.slope);
-    if (c.clipped) {
-      const Vector2d elastic = impulse + time * c.damping * (free + c.mobility * impulse);
-      if (elastic.norm() > time * c.limit) impulse = solve(c.limit * elastic.normalized(), c.damping);
-    }
+    const Vector2d impulse = c.model.impulse(c.normal_impulse, h, c.mobility, free);
     push(c, 0.0, impulse - c.impulse);
     c.impulse = impulse;
   }

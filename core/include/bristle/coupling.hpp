@@ -63,14 +63,16 @@ inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& ar
 /// Sets the displacements of the next step in `motions` by linear solves: stiffness and damping of every
 /// patch are implicit. If a patch's elastic force would exceed its force limit, the patch pulls with that
 /// limit instead, and the solve is repeated. `motions` contains ids and loads of the step; `external` is the
-/// force on the body over the step (N, N m; including gyroscopic torque where it matters).
+/// force on the body over the step (N, N m; including gyroscopic torque where it matters). Returns the
+/// velocity that the displacements follow, averaged over the step.
 template <int Dof>
-void predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
-                           const Given<BodyVector<Dof>>& external, Given<Span<BodyContact<Dof>>> contacts,
-                           Span<Motion> motions) noexcept {
+BodyVector<Dof> predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
+                                      const Given<BodyVector<Dof>>& external,
+                                      Given<Span<BodyContact<Dof>>> contacts, Span<Motion> motions) noexcept {
   const Eigen::Matrix<double, Dof, 1> mean =
       detail::predict_mean_velocity<Dof>(batch, dt_s, body, external, contacts, motions);
   detail::set_displacements<Dof>(dt_s, mean, contacts, motions);
+  return mean;
 }
 
 /// Sets the displacements of the next step in `motions` by the midpoint rule. `external` is the force at the

@@ -10,6 +10,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
+#include "bristle/linear_friction.hpp"
 #include "bristle/patch_batch.hpp"
 #include "bristle/span.hpp"
 
@@ -54,6 +55,7 @@ struct BodyContact {
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> force = Eigen::Vector2d::Zero(),
                                                 trial_force = Eigen::Vector2d::Zero();
   Eigen::Matrix<double, 2, 2, Eigen::DontAlign> slope = Eigen::Matrix2d::Zero();
+  LinearFriction linear;  ///< model of the patch in the predictor's linear solves
 };
 
 /// Number of evaluations and remaining error of a solution of the equation of motion.
@@ -119,24 +121,6 @@ double implicit_share(double dt_s, const MovingBody<Dof>& body,
   return 1.0 - (1.0 + c / 3.0) / (2.0 + c + c * c / 3.0);
 }
 
-// Releases the patches whose predicted elastic force exceeds their limit: they pull with the limit at any
-// velocity from this pass on. Returns whether it released any.
-template <int Dof>
-bool clip_at_limits(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
-                    Span<BodyContact<Dof>> contacts) noexcept {
-  bool clipped = false;
-  for (BodyContact<Dof>& c : contacts) {
-    if (c.stiffness == 0.0) continue;
-    const Eigen::Vector2d predicted = c.force - c.stiffness * dt_s * slip_of<Dof>(c, u);
-    const double length = predicted.norm();
-    if (!(length > c.force_limit)) continue;
-    c.force = predicted * (c.force_limit / length);
-    c.stiffness = 0.0;
-    clipped = true;
-  }
-  return clipped;
-}
-
 // Solves the equation of motion, linear in the contacts' forces, stiffnesses and dampings, and repeats while
 // a contact exceeds its force limit, with that contact's force fixed at the limit. Returns the mean (1 -
 // theta) u0 + theta u1 of the velocities before (u0) and after (u1) the step.
@@ -155,12 +139,14 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
     for (const BodyContact<Dof>& c : contacts) {
       Eigen::Matrix<double, 2, Dof> jacobian = c.jacobian;
       if (c.axes == 1) jacobian.row(1).setZero();
-      const double gain = theta * dt_s * (dt_s * c.stiffness + c.damping);
+      const double gain = theta * dt_s * c.linear.slope()[0];
       a.noalias() += gain * jacobian.transpose() * jacobian;
-      b.noalias() += jacobian.transpose() * (theta * dt_s * c.force + gain * c.ground_velocity);
+      b.noalias() += jacobian.transpose() * (theta * dt_s * c.linear.steady + gain * c.ground_velocity);
     }
     mean = a.llt().solve(b);
-    if (!clip_at_limits<Dof>(dt_s, mean, contacts)) break;
+    bool released = false;
+    for (BodyContact<Dof>& c : contacts) released = c.linear.release(slip_of<Dof>(c, mean)) || released;
+    if (!released) break;
   }
   return mean;
 }
@@ -202,7 +188,7 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
     trial.has_velocity = false;
     const Response there = batch.find_force(dt_s, trial);
     const Eigen::Vector2d force(there.elastic[0], c.axes == 2 ? there.elastic[1] : 0.0);
-    const bool clipped = c.stiffness == 0.0;
+    const bool clipped = c.linear.slips;
     double& taken = clipped ? c.force_limit : c.slope(0, 0);
     const double found =
         clipped ? force.norm() : std::max(way.dot(c.trial_force - force) / way.squaredNorm(), 0.0);
@@ -251,8 +237,11 @@ Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
   }
   const auto predict = [&] {
     for (BodyContact<Dof>& c : contacts) {
-      c.force = c.trial_force;
-      c.stiffness = c.slope(0, 0);
+      c.linear = {};
+      c.linear.steady = c.trial_force;
+      c.linear.spring.setConstant(dt_s * c.slope(0, 0));
+      c.linear.damping = c.damping;
+      c.linear.limit = c.force_limit;
     }
     return predict_velocity<Dof>(dt_s, body, external, contacts);
   };

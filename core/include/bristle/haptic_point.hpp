@@ -174,7 +174,6 @@ class HapticPoint {
   void restart() noexcept {
     started_ = false;
     missed_s_ = 0.0;
-    sent_.setZero();
     velocity_.restart();
   }
 

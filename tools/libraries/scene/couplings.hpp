@@ -11,12 +11,12 @@
   linkage template void apply_mean_forces<Dof>(double, MovingBody<Dof>&, const Given<BodyVector<Dof>>&, \
                                                Given<Span<const BodyContact<Dof>>>,                     \
                                                Span<const Response>) noexcept;
-#define BRISTLE_PREDICTED_COUPLING(linkage, Dof)                                                          \
-  linkage template void predict_displacements<Dof>(PatchBatch&, double, const MovingBody<Dof>&,           \
-                                                   const Given<BodyVector<Dof>>&,                         \
-                                                   Given<Span<BodyContact<Dof>>>, Span<Motion>) noexcept; \
-  linkage template void apply_end_forces<Dof>(double, MovingBody<Dof>&, const Given<BodyVector<Dof>>&,    \
-                                              Given<Span<const BodyContact<Dof>>>,                        \
+#define BRISTLE_PREDICTED_COUPLING(linkage, Dof)                                                       \
+  linkage template BodyVector<Dof> predict_displacements<Dof>(                                         \
+      PatchBatch&, double, const MovingBody<Dof>&, const Given<BodyVector<Dof>>&,                      \
+      Given<Span<BodyContact<Dof>>>, Span<Motion>) noexcept;                                           \
+  linkage template void apply_end_forces<Dof>(double, MovingBody<Dof>&, const Given<BodyVector<Dof>>&, \
+                                              Given<Span<const BodyContact<Dof>>>,                     \
                                               Span<const Response>) noexcept;
 #define BRISTLE_SCENE_COUPLINGS(linkage) \
   BRISTLE_MIDPOINT_COUPLING(linkage, 1)  \

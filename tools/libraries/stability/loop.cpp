@@ -199,10 +199,14 @@ void Loop::step_implicitly() {
   } else if (s_.scheme == Scheme::midpoint) {
     solve_displacements<2>(batch_, s_.dt_s, body_, none, contacts, motions);
   } else {
-    const double k = response_.stiffness, c = response_.damping, t = s_.dt_s;
+    // Never clips the spring at its limit: the fault that this scheme shows.
+    bristle::LinearFriction always_on(response_, s_.dt_s, motion_.normal_load);
+    always_on.bounded = false;
+    const Eigen::Matrix2d mobility = Eigen::Matrix2d::Identity() / s_.mass_kg;
+    const Eigen::Vector2d v(axis_[0].v, axis_[1].v);
+    const Eigen::Vector2d impulse = always_on.impulse(motion_.normal_load * s_.dt_s, s_.dt_s, mobility, v);
     for (int a = 0; a < s_.axes; ++a)
-      motion_.displacement[a] =
-          t * (s_.mass_kg * axis_[a].v + t * response_.elastic[a]) / (s_.mass_kg + t * t * k + t * c);
+      motion_.displacement[a] = s_.dt_s * (axis_[a].v + impulse[a] / s_.mass_kg);
   }
   batch_.step(s_.dt_s, motions, {&response_, 1});
   if (s_.scheme == Scheme::predictor) {

@@ -83,21 +83,8 @@ Velocity Friction::find_brush_motion(double dt_s, const Body& body, const Veloci
   }
   cells_ = on_pad != nullptr ? add_pad_feet(*on_pad, points_) : 0;
   const std::size_t n = points_ + cells_;
-  for (std::size_t p = 0; p < probes; ++p) {
-    motions_[n + p] = {};
-    feet_[n + p] = {};
-    feet_[n + p].place = n + p;
-    feet_[n + p].jacobian.setZero();
-    for (int row = 0; row < 2; ++row) {
-      const int v = 2 * static_cast<int>(p) + row;
-      if (v < velocities) feet_[n + p].jacobian(row, v) = 1.0;
-    }
-  }
-  bristle::predict_displacements<velocities>(batch_, dt_s, body, external, {feet_.data(), n + probes},
-                                             {motions_.data(), n + probes});
-  Velocity mean;
-  for (int v = 0; v < velocities; ++v)
-    mean[v] = motions_[n + static_cast<std::size_t>(v / 2)].displacement[v % 2] / dt_s;
+  const Velocity mean = bristle::predict_displacements<velocities>(batch_, dt_s, body, external,
+                                                                   {feet_.data(), n}, {motions_.data(), n});
   move_pad(dt_s, mean, contacts);
   return mean;
 }

@@ -70,10 +70,6 @@ class Friction {
                                               ///< friction model
 
  private:
-  // Frictionless contacts added to the solver. Each reports two of the nine velocities: their displacements
-  // return the motion that the solver found.
-  static constexpr std::size_t probes = (velocities + 1) / 2;
-
   Velocity find_brush_motion(double dt_s, const Body& body, const Velocity& external,
                              bristle::Span<const PatchContact> contacts) noexcept;
   void step_brush(double dt_s, Body& body, const Velocity& external,
@@ -89,8 +85,8 @@ class Friction {
   FrictionModel model_ = FrictionModel::brush;
   PatchIds ids_{};
   std::array<rivals::Rival, patch_count> rivals_{};
-  // Largest number of the solver's contacts: points, cells of the tool's pad, and frictionless probes.
-  static constexpr std::size_t most_feet = patch_count + pad_cells + probes;
+  // Largest number of the solver's contacts: points, and cells of the tool's pad.
+  static constexpr std::size_t most_feet = patch_count + pad_cells;
   std::array<bristle::BodyContact<velocities>, most_feet> feet_{};
   std::array<bristle::Motion, most_feet> motions_{};
   std::array<bristle::Response, most_feet> responses_{};
