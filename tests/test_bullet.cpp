@@ -392,6 +392,17 @@ TEST_CASE("In Bullet friction between two moving bodies keeps their momentum", "
   CHECK(plank.getLinearVelocity().x() == Approx(0.2).epsilon(1e-3));
 }
 
+TEST_CASE("In Bullet contacts without room are counted", "[bullet]") {
+  for (const std::uint32_t room : {4u, 3u}) {
+    FrictionOptions options;
+    options.contacts = room;
+    OnFloor floor(0.5, 1.0 / 240.0, options);
+    floor.world.add_box(btVector3(0.05, 0.05, 0.02), btVector3(0, 0, 0.02), 0.2, 0.5);
+    floor.run(0.1);
+    CHECK((floor.world.bristles()->refused() > 0) == (room < 4));
+  }
+}
+
 TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact is lost", "[bullet]") {
   const Scene scene = tapped_block();
   World world(Friction::bristle, scene.gravity, scene.law, scene.options);

@@ -575,6 +575,53 @@ TEST_CASE("In MuJoCo a force in qfrc_applied counts and stays as it was", "[mujo
   CHECK(world.force()[0] == Approx(-1.0 / 3.0).epsilon(1e-6));
 }
 
+TEST_CASE("In MuJoCo a hundred boxes hold on 15 degrees, and contacts without room are refused aloud",
+          "[mujoco]") {
+  std::string xml =
+      R"(<mujoco><option timestep="0.002" gravity="2.539 0 -9.476"/><size nconmax="1000" njmax="2000"/>
+<default><geom solref="0.01 1" friction="0.6 0.005 0.0001"/></default><worldbody><geom type="plane" size="50 50 1"/>)";
+  const auto place = [](int i) { return 0.2 * (i % 10); };
+  for (int i = 0; i < 100; ++i)
+    xml += "<body pos=\"" + std::to_string(place(i)) + " " + std::to_string(0.2 * (i / 10)) +
+           " 0.02\"><freejoint/><geom type=\"box\" size=\"0.05 0.05 0.02\" mass=\"0.2\"/></body>";
+  xml += "</worldbody></mujoco>";
+  World all(xml, World::law(), FrictionOptions{}.contacts);
+  all.run(0.4);
+  for (int i = 0; i < 100; ++i) CHECK(std::abs(all.data->qpos[7 * i] - place(i)) < 2e-5);
+  CHECK((all.friction->points().size() == 400 && all.friction->refused() == 0));
+
+  static int warnings;  // set by the handler, which is a plain function
+  warnings = 0;
+  mju_user_warning = [](const char* text) {
+    warnings += std::string(text).find("room for 256") != std::string::npos;
+  };
+  World few(xml, World::law(), 256);
+  few.run(0.01);
+  mju_user_warning = nullptr;
+  CHECK(warnings == 1);
+  CHECK(few.friction->refused() >= 400 - 256);
+}
+
+TEST_CASE("In MuJoCo a box rests on a turntable, in a minute of 1.5 rad/s at 1 m", "[mujoco]") {
+  World world(
+      R"(<mujoco><option timestep="0.002"/><default><geom solref="0.01 1" friction="0.6 0.005 0.0001"/></default>
+<worldbody><body><joint type="hinge" axis="0 0 1"/><geom type="box" size="1.5 1.5 0.05" mass="1e4"/></body>
+<body pos="1 0 0.07"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.5"/></body></worldbody></mujoco>)");
+  double speed = 0.0;
+  world.drive = [&](const mjModel&, mjData& data) { data.qvel[0] = speed = std::min(speed + 1e-3, 1.5); };
+  const auto place = [&] {  // in the table's frame, m
+    const double angle = world.data->qpos[0], x = world.data->qpos[1], y = world.data->qpos[2];
+    return Eigen::Vector2d(std::cos(angle) * x + std::sin(angle) * y,
+                           std::cos(angle) * y - std::sin(angle) * x);
+  };
+  world.run(5.0);
+  const Eigen::Vector2d begin = place();
+  world.run(55.0);
+  // Stepped by velocities alone the box would drift outwards by w^2 r dt / 2, 2.25 mm/s.
+  CHECK((place() - begin).norm() < 1e-8);
+  CHECK(begin.norm() == Approx(1.0).epsilon(1e-3));
+}
+
 TEST_CASE("In MuJoCo patches go back when contacts are lost and come again when they are found", "[mujoco]") {
   World world(on_floor(plate, 0.001, 0.5));
   for (int hop = 0; hop < 20; ++hop) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 
 #include <Eigen/LU>
@@ -289,6 +290,14 @@ void BristleSolver::match() {
   }
   keys_.resize(points_.size());
   matcher_.match(points_, keys_);
+  if (points_.size() > patches_.capacity()) {
+    if (refused_ == 0)
+      std::fprintf(stderr,
+                   "bristle: %zu contacts, and room for %u: the others have no friction; raise the option "
+                   "contacts\n",
+                   points_.size(), patches_.capacity());
+    refused_ += points_.size() - patches_.capacity();
+  }
 
   before_.swap(known_);
   known_.clear();

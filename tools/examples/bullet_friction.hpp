@@ -102,6 +102,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   /// Returns the contacts of the last step, except those of sleeping islands.
   const std::vector<const Contact*>& contacts() const { return listed_; }
   const bristle::KeyedPatches& patches() const { return patches_; }
+  /// Returns how often a contact had no friction for want of room (FrictionOptions::contacts), so far.
+  std::uint64_t refused() const { return refused_ + patches_.refused() + (beds_ ? beds_->refused() : 0); }
 
   /// Treats every contact as new, with straight bristles. Call it when bodies were moved by hand; reset()
   /// does this too.
@@ -166,6 +168,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<bristle::BedMotion> bed_motions_;
   std::vector<bristle::BedResponse> bed_responses_;
   std::vector<btScalar> coefficients_;
+  std::uint64_t refused_ = 0;
   std::unique_ptr<System> system_;
 };
 

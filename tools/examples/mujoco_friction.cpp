@@ -79,6 +79,10 @@ Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& con
   return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom).transpose() * arm;
 }
 
+Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation_of(const mjData& data, int body) {
+  return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.xmat + 9 * body);
+}
+
 /// Returns the last degree of freedom that moves a body, or -1.
 int last_dof(const mjModel& model, int body) {
   while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
@@ -143,6 +147,7 @@ void BristleFriction::step(const mjModel& model, mjData& data) {
 }
 
 const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& data) {
+  if (slipped_) step_patches(model, data);
   match(model, data);
   begin_new_contacts(model, data);
   number_dofs(model);
@@ -165,6 +170,7 @@ void BristleFriction::forget_contacts() {
   if (beds_) beds_->clear();
   contacts_.clear();
   cells_.clear();
+  slipped_ = false;
   other_constraints_.setZero();
 }
 
@@ -208,10 +214,21 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
     if (keys_[i] != bristle::no_contact_key)
       take_over(model, data, *found_[i], keys_[i], dim_of(model, *found_[i]));
   }
+  if (found_.size() > points_.capacity()) refuse(found_.size());
   points_.end_step();
   if (discs_) discs_->end_step();
   if (beds_) beds_->end_step();
   moved_ = false;
+}
+
+/// Counts the contacts for which there is no room, and warns of the first.
+void BristleFriction::refuse(std::size_t contacts) {
+  if (refused_ == 0)
+    mju_warning(("bristle: " + std::to_string(contacts) + " contacts, and room for " +
+                 std::to_string(points_.capacity()) +
+                 ": the others have no friction; raise the option contacts")
+                    .c_str());
+  refused_ += contacts - points_.capacity();
 }
 
 /// Finds a contact of the previous step by its key, or null. Tries the next in order first, as MuJoCo mostly
@@ -248,6 +265,17 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
     contact.frame = bristle::ContactFrame(normal, along);
   }
   contact.point = Map<const Vector3d>(found.pos);
+  const bool rounds[2] = {is_round(model, found.geom1), is_round(model, found.geom2)};
+  contact.rider = rounds[0] && rounds[1] ? -1
+                  : rounds[0]            ? found.geom1
+                  : rounds[1]            ? found.geom2
+                                         : smaller_geom(model, found);
+  if (contact.rider >= 0) {
+    const int base = contact.bodies[contact.rider == found.geom1 ? 1 : 0];
+    const Map<const Vector3d> centre(data.geom_xpos + 3 * contact.rider);
+    contact.held = rotation_of(data, base).transpose() * (centre - Map<const Vector3d>(data.xpos + 3 * base));
+    contact.arm = contact.point - centre;
+  }
   contact.scale = found.friction[0] / (rolls ? bed_friction_ : kinetic_);
   contact.row = found.efc_address;
   contact.patch = {};
@@ -332,6 +360,7 @@ void BristleFriction::set_rows(const mjModel& model, const mjData& data, const C
   contact.start.setZero();
   for (std::size_t k = 0; k < contact.dofs; ++k)
     contact.start += data.qvel[dofs_[contact.first_dof + k]] * rows.col(static_cast<Eigen::Index>(k));
+  contact.start.segment<2>(1) += contact.arc;
 }
 
 BristleFriction::Rows BristleFriction::rows_of(const Contact& contact) {
@@ -577,12 +606,10 @@ void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Steps all patches in one call, by the actual slip of the contacts, under the normal loads of this step.
+/// Records each contact's load and slip of this step, and steps the beds.
 void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
-  motions_.assign(cells_.size(), Motion{});
-  responses_.resize(cells_.size());
   bed_motions_.clear();
   for (Contact& contact : contacts_) {
     const double load = data.efc_force[contact.row];
@@ -595,16 +622,48 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
       moved += dt_s * data.qvel[dof] * rows.col(i).tail<3>();
       other_constraints_[dof] -= load * rows(0, i);
     }
-    if (contact.patch) set_motions(contact, moved);
+    contact.moved_by_velocity = moved;
     if (contact.bed) bed_motions_.push_back(bed_motion(model, data, contact, moved));
   }
-  batch_.step(dt_s, motions_, responses_);
   bed_responses_.resize(bed_motions_.size());
   bed_batch_.step(bed_motions_, bed_responses_);
+  moved_ = slipped_ = true;
+}
+
+/// Returns by how much the surface of geom2 has slipped against that of geom1, m: the way of the rider's
+/// centre in the frame of the other body, and its turn against that body times its arm. The turn is small:
+/// taken as a chord it would make a wheel slip that rolls.
+Vector3d BristleFriction::slip_by_places(const mjModel& model, const mjData& data,
+                                         const Contact& contact) const {
+  const int body = model.geom_bodyid[contact.rider];
+  const bool first = body == contact.bodies[0];
+  const int base = contact.bodies[first ? 1 : 0];
+  const Vector3d way = Map<const Vector3d>(data.geom_xpos + 3 * contact.rider) -
+                       Map<const Vector3d>(data.xpos + 3 * base) - rotation_of(data, base) * contact.held;
+  const Vector3d turn = model.opt.timestep * (Map<const Vector3d>(data.cvel + 6 * body) -
+                                              Map<const Vector3d>(data.cvel + 6 * base));
+  return (first ? -1.0 : 1.0) * (way + turn.cross(contact.arm));
+}
+
+/// Steps all patches in one call, by the actual slip of the contacts, under the normal loads of that step.
+void BristleFriction::step_patches(const mjModel& model, const mjData& data) {
+  motions_.assign(cells_.size(), Motion{});
+  responses_.resize(cells_.size());
+  for (Contact& contact : contacts_) {
+    if (!contact.patch) continue;
+    Vector3d moved = contact.moved_by_velocity;
+    if (contact.rider >= 0) {
+      const Vector3d slip = slip_by_places(model, data, contact);
+      moved.head<2>() = Vector2d(contact.frame.along().dot(slip), contact.frame.aside().dot(slip));
+      contact.arc = (moved - contact.moved_by_velocity).head<2>() / model.opt.timestep;
+    }
+    set_motions(contact, moved);
+  }
+  batch_.step(model.opt.timestep, motions_, responses_);
   for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = responses_[k];
   for (const Contact& contact : contacts_)
     if (contact.is_disc && contact.patch) turn_disc(contact);
-  moved_ = true;
+  slipped_ = false;
 }
 
 /// Sets the motion of each cell of a contact for the next step of the patches.

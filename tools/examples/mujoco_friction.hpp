@@ -21,9 +21,11 @@
 //
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
 // contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force
-// how its patch will answer; that goes to qfrc_applied for the time of mj_step2. Then the patches step by
-// what the contacts really slipped: they follow the bodies, and nothing drifts. Normal loads are those of the
-// step before, of a new contact those of the step without friction.
+// how its patch will answer; that goes to qfrc_applied for the time of mj_step2. Once the next mj_step1 has
+// placed the bodies, the patches step by what the contacts really slipped, seen from one of the two bodies:
+// they follow the bodies, and nothing drifts, on turning surfaces neither. (Between two round geoms and on a
+// bed the slip is taken from velocities.) Normal loads are those of the step before, of a new contact those
+// of the step without friction.
 //
 // Not covered: rolling friction, RK4 (mj_step2 has none).
 #pragma once
@@ -74,7 +76,8 @@ class BristleFriction {
   /// program with a step of its own: call it after mj_fwdAcceleration and add the result to the forces before
   /// mj_fwdConstraint. Further calls in the same step have no effect.
   const Eigen::VectorXd& find_friction(const mjModel& model, mjData& data);
-  /// Steps the patches by the slip of the contacts. Call it once MuJoCo has advanced the velocities.
+  /// Records loads and velocities of the step. Call it once MuJoCo has advanced the velocities. The patches
+  /// step when the next find_friction() sees where the bodies are.
   void end_step(const mjModel& model, const mjData& data);
   /// Treats every contact as new, with straight bristles. Call it after mj_resetData, or when bodies were
   /// moved by hand.
@@ -112,6 +115,16 @@ class BristleFriction {
    private:
     friend class BristleFriction;
     int round = -1;  // geom whose surface rolls through the bed
+    // Geom whose motion is taken in the frame of the other geom's body, so that bodies which turn together do
+    // not slip; -1 if both are round, which may roll on each other.
+    int rider = -1;
+    Eigen::Vector3d held = Eigen::Vector3d::Zero(),
+                    arm = Eigen::Vector3d::Zero();  // centre of the rider in that body's frame, m; from
+                                                    // the centre to the contact in the world, m
+    Eigen::Vector3d moved_by_velocity = Eigen::Vector3d::Zero();  // slip (m) and spin (rad) of the last step
+    // Slip of the last step over its time beyond the slip velocity, m/s, which this step will repeat: bodies
+    // that turn move along arcs, and MuJoCo moves them along tangents.
+    Eigen::Vector2d arc = Eigen::Vector2d::Zero();
     // Linear model of the bed's force at the velocity v of slip and spin: steady - slope v.
     Eigen::Vector3d steady = Eigen::Vector3d::Zero();
     Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
@@ -121,6 +134,10 @@ class BristleFriction {
                                                       // of `velocity`
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
+  /// Returns how often a contact had no friction for want of room (FrictionOptions::contacts), so far.
+  std::uint64_t refused() const {
+    return refused_ + points_.refused() + (discs_ ? discs_->refused() : 0) + (beds_ ? beds_->refused() : 0);
+  }
   const bristle::KeyedPatches& points() const { return points_; }
   const bristle::KeyedPatches* discs() const {
     return discs_ ? &*discs_ : nullptr;
@@ -138,6 +155,7 @@ class BristleFriction {
   using Rows = Eigen::Map<Eigen::Matrix<double, 4, Eigen::Dynamic>>;
 
   void match(const mjModel& model, const mjData& data);
+  void refuse(std::size_t contacts);
   const Contact* find_before(std::uint64_t key);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
                  int dim);
@@ -154,6 +172,8 @@ class BristleFriction {
   void guess_beds(const mjModel& model, const mjData& data);
   void sum_cells(const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(const mjModel& model, const mjData& data);
+  void step_patches(const mjModel& model, const mjData& data);
+  Eigen::Vector3d slip_by_places(const mjModel& model, const mjData& data, const Contact& contact) const;
   void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
 
@@ -194,6 +214,8 @@ class BristleFriction {
   Eigen::VectorXd friction_, other_constraints_;
   std::vector<double> applied_;
   bool moved_ = true;  // whether bodies have moved since contacts were matched with patches
+  std::uint64_t refused_ = 0;
+  bool slipped_ = false;  // whether patches have yet to step by the slip of the last step
 };
 
 }  // namespace mujoco_example

@@ -21,8 +21,8 @@ namespace {
 
 using mujoco_example::BristleFriction;
 
-constexpr const char* attributes[] = {"presliding_length", "peak_over_kinetic", "damping_per_newton",
-                                      "max_normal_load", "condim"};
+constexpr const char* attributes[] = {
+    "presliding_length", "peak_over_kinetic", "damping_per_newton", "max_normal_load", "condim", "contacts"};
 
 /// Returns a number from the plugin configuration in the model, or `otherwise` if it is missing.
 double number(const mjModel& model, int instance, const char* attribute, double otherwise) {
@@ -53,6 +53,7 @@ BristleFriction* make(const mjModel& model, int instance) {
   mujoco_example::FrictionOptions options;
   options.patch.with_max_normal_load(get(3, 60.0));
   const int dim = static_cast<int>(get(4, 3.0));
+  options.contacts = static_cast<std::uint32_t>(std::clamp(get(5, options.contacts), 1.0, 1048576.0));
   return new BristleFriction(model,
                              {std::vector<int>(static_cast<std::size_t>(model.ngeom), dim),
                               std::vector<int>(static_cast<std::size_t>(model.npair), dim)},
