@@ -71,7 +71,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
         if (k % 37 == 0) angle = 6.283185307179586 * unit();
         if (k % 211 == 0) load = unit() < 0.15 ? 0.0 : 2.4 * unit();  // 0 (no contact) to above the maximum
         double dx = speed * std::cos(angle);
-        double dy = axes == 2 ? speed * std::sin(angle) : 0.0;
+        double dy = speed * std::sin(angle);
         switch (k % 10) {
           case 3:  // the patch moves exactly back
             dx = -back_x;
