@@ -151,6 +151,7 @@ int main(int argc, char** argv) {
     register_cohorts();
     register_joints();
     register_keys();
+    register_lanes();
     register_long_motion();
     register_presliding();
     register_threads();

@@ -497,6 +497,81 @@ Bristle PlainLoop::get(std::size_t i) const noexcept {
 }
 
 // ---------------------------------------------------------------------------------------------------------
+// Bristles that slide at their limit
+
+namespace {
+
+/// Returns exp(-y) for y >= 0, to 1e-7.
+inline float shrink(float y) {
+  const float x = smaller(y, 80.0f) * 1.44269504f;
+  const float k = std::floor(x + 0.5f);
+  const float f = k - x;
+  const float series =
+      1.0f +
+      f * (0.693147182f + f * (0.240226462f + f * (0.0555032864f + f * (0.00961835f + f * 0.00133947f))));
+  const std::int32_t bits = (127 - static_cast<std::int32_t>(k)) * (1 << 23);
+  float scale;
+  std::memcpy(&scale, &bits, sizeof scale);
+  return series * scale;
+}
+
+}  // namespace
+
+LanesLoop::LanesLoop(std::size_t contacts, std::size_t springs, double mean_limit_m)
+    : contacts_(contacts),
+      springs_(springs),
+      mean_m_(mean_limit_m),
+      limit_(static_cast<float*>(take(springs * sizeof(float)))),
+      springs_xy_(static_cast<float*>(take(2 * contacts * springs * sizeof(float)))) {
+  for (std::size_t i = 0; i < springs; ++i) limit_[i] = static_cast<float>(first_length(i));
+}
+
+LanesLoop::~LanesLoop() {
+  give_back(limit_);
+  give_back(springs_xy_);
+}
+
+void LanesLoop::step(const double* dx_m, const double* dy_m, const double* load, double* fx,
+                     double* fy) noexcept {
+  const double per_m = 1.0 / mean_m_;
+  for (std::size_t first = 0; first < contacts_; first += lanes) {
+    float dx[lanes], dy[lanes], h[lanes], ex[lanes], ey[lanes], sum_x[lanes] = {}, sum_y[lanes] = {};
+    for (std::size_t k = 0; k < lanes; ++k) {
+      dx[k] = static_cast<float>(dx_m[first + k] * per_m);
+      dy[k] = static_cast<float>(dy_m[first + k] * per_m);
+      h[k] = std::sqrt(dx[k] * dx[k] + dy[k] * dy[k]);
+      const float per_length = 1.0f / larger(h[k], 1e-30f);
+      ex[k] = dx[k] * per_length;
+      ey[k] = dy[k] * per_length;
+    }
+    for (std::size_t i = 0; i < springs_; ++i) {
+      float* __restrict zx = springs_xy_ + 2 * (first * springs_ + i * lanes);
+      float* __restrict zy = zx + lanes;
+      const float l = limit_[i], per_l = 1.0f / l;
+      for (std::size_t k = 0; k < lanes; ++k) {
+        const float along = zx[k] * ex[k] + zy[k] * ey[k];
+        const float aside = zx[k] * ey[k] - zy[k] * ex[k];
+        const float tau = larger(std::sqrt(larger(l * l - aside * aside, 0.0f)) - along, 0.0f);
+        const float p = l + along + tau;
+        const float w = aside * shrink(larger(h[k] - tau, 0.0f) * per_l);
+        const float scale = l / (p * p + w * w);
+        const float new_along = (p * p - w * w) * scale;
+        const float new_aside = 2.0f * p * w * scale;
+        zx[k] = tau < h[k] ? new_along * ex[k] + new_aside * ey[k] : zx[k] + dx[k];
+        zy[k] = tau < h[k] ? new_along * ey[k] - new_aside * ex[k] : zy[k] + dy[k];
+        sum_x[k] += zx[k];
+        sum_y[k] += zy[k];
+      }
+    }
+    const double unit = -mean_m_ / static_cast<double>(springs_);
+    for (std::size_t k = 0; k < lanes; ++k) {
+      fx[first + k] = unit * load[first + k] * static_cast<double>(sum_x[k]);
+      fy[first + k] = unit * load[first + k] * static_cast<double>(sum_y[k]);
+    }
+  }
+}
+
+// ---------------------------------------------------------------------------------------------------------
 // Joints
 
 JointLoop::JointLoop(std::size_t n, double stiffness, double base, double by_motor)

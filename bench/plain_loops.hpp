@@ -115,6 +115,29 @@ class PlainLoop {
   Step step_;
 };
 
+/// Plain loop for contacts whose bristles slide at their limit (SnapRule::slide), sixteen at a time: two
+/// axes, single precision, end force, equal weights, a polynomial for exp. Limits are uniform on 0.5 to 1.5
+/// means. A load scales the force only: the loop does not follow its changes.
+class LanesLoop {
+ public:
+  static constexpr std::size_t lanes = 16;
+
+  LanesLoop(std::size_t contacts, std::size_t springs, double mean_limit_m);  ///< contacts: a multiple of 16
+  ~LanesLoop();
+  LanesLoop(const LanesLoop&) = delete;
+  LanesLoop& operator=(const LanesLoop&) = delete;
+
+  /// Moves every contact by its own displacement, m. Fills the force for a stiffness of 1 N/m per newton of
+  /// load.
+  void step(const double* dx, const double* dy, const double* load, double* fx, double* fy) noexcept;
+
+ private:
+  std::size_t contacts_, springs_;
+  double mean_m_;
+  float* limit_;       ///< in units of the mean limit
+  float* springs_xy_;  ///< for each block of 16 contacts and each spring 16 deflections along x, then y
+};
+
 /// Plain loop for joints of 8 bristles that slide at load-dependent limits: a clamp per bristle, double
 /// precision. Limits are evenly spread on 0.5 to 1.5 of base + by_motor |motor|.
 class JointLoop {

@@ -212,36 +212,6 @@ struct RenewalTotals {
   std::uint32_t tail_changed;
 };
 
-/// A block of 256 bristles that slide (SnapRule::slide). One cache line.
-struct alignas(64) SlideBlock {
-  std::int64_t position[2];  ///< patch position to which the stored deflections are relative, fixed point
-  std::int64_t stored[2];    ///< sum of weight x stored deflection, fixed point
-  double weight;             ///< sum of the weights of the block's bristles
-
-  // Cache: no bristle of the block slides while the patch stays within `reach` of the place where the block
-  // was last visited.
-  double reach;  ///< path within which no bristle slides or snaps, scaled; < 0 = unknown
-};
-
-/// Columns of a patch with SnapRule::slide. The present deflection is the stored one plus the motion of the
-/// patch since the `position` of the block, so a bristle that sticks is not written. Rows are padded with
-/// copies of the last bristle, of weight 0.
-template <class T>
-struct SlideView {
-  T* zx;
-  T* zy;               ///< deflections along y; null with one axis
-  const T* limit;      ///< deflection at which the bristle slides, under the load that determines the patch's
-                       ///< stiffness
-  const T* per_limit;  ///< one over `limit`
-  const T* weight;     ///< share of the bristle in the stiffness of the patch; the shares sum to 1
-  double* since;       ///< time of the patch at the end of the bristle's last slide, s; null without drop and
-                       ///< ageing
-  SlideBlock* blocks;
-  std::uint32_t rows;  ///< number of bristles, with the padding
-  T share;             ///< factor by which the present load lowers all limits: 1 unless the load has fallen
-  T kinetic;           ///< deflection of a sliding bristle over its limit: 1 - drop
-};
-
 /// Returns the index of a step kernel in KernelSet::step.
 constexpr int variant_index(int axes, bool redraw, bool mean, bool energy, bool residual) {
   return (axes - 1) | (redraw ? 2 : 0) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
@@ -287,16 +257,6 @@ struct KernelSet {
   Foresee foresee_aged[2][2];  ///< variant of `foresee` for bristles that age
   Renew renew_aged[2][2];
 
-  /// Advances the blocks [first, last) of bristles with SnapRule::slide. In Totals, `stored` and `twice_mean`
-  /// are weighted sums of deflections at the end of the step and twice their mean over the step; `squares` is
-  /// dissipated energy over stiffness, divided by the length of the step if that is above 1;
-  /// `blocks_rewritten` counts blocks in which a bristle slid, `snaps` the bristles that slid. Index: axes -
-  /// 1, then mean + 2 energy.
-  using Slide = void (*)(const SlideView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
-                         Totals&);
-  Slide slide[2][4];
-  Slide slide_aged[2];  ///< variant of `slide` for drop or ageing, one for all outputs
-
   /// Rewrites block b with the patch at `at`: adds the displacement since the last rewrite to the deflections
   /// of bristles in contact, sets the others to 0, and recomputes the block's sums.
   void (*rewrite)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
@@ -308,10 +268,12 @@ struct KernelSet {
 struct CohortKernels;
 struct BedKernels;
 struct JointKernels;
+struct LaneTable;
 
 struct KernelTable {
   const char* name;
   const CohortKernels* cohorts;  ///< table of cohort_table.hpp
+  const LaneTable* lanes;        ///< table of lane_table.hpp
   const BedKernels* beds;        ///< table of bed_table.hpp; null in a build without beds
   const JointKernels* joints;    ///< table of joint_table.hpp; null in a build without joints
   KernelSet<float> f32;

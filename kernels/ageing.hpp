@@ -20,10 +20,10 @@ namespace {
 
 constexpr double oldest = 1e30;  ///< largest age, in ageing times, and largest age gained per length of path
 
-template <class T>
+template <class T, class V = T>
 struct AgeingLaw {
   T strength;
-  T per_length;  ///< age (in ageing times) gained per length of path
+  V per_length;  ///< age (in ageing times) gained per length of path
   bool saturates;
 };
 
@@ -34,16 +34,16 @@ struct Growth {
   V factor, rate, turn;
 };
 
-template <class T, class V>
-inline V growth(const AgeingLaw<T>& law, V age) {
+template <class T, class V, class P>
+inline V growth(const AgeingLaw<T, P>& law, V age) {
   const V one(T(1));
   const V strength(law.strength);
   if (law.saturates) return one + strength * (one - exponential<T>(V(T(0)) - least(age, V(T(79)))));
   return one + strength * natural_log<T>(one + age);
 }
 
-template <class T, class V>
-inline Growth<V> growth_and_rate(const AgeingLaw<T>& law, V age) {
+template <class T, class V, class P>
+inline Growth<V> growth_and_rate(const AgeingLaw<T, P>& law, V age) {
   const V one(T(1));
   const V strength(law.strength);
   if (law.saturates) {
@@ -88,8 +88,9 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
 
 /// Returns the path after which an ageing bristle snaps, for the lanes of `open`, by Newton's method from
 /// `way`, a path at or beyond the snap. `delta` is the fresh snap length, `age` the age at the start.
-template <class T, int axes, class V, class M>
-inline V aged_way(const AgeingLaw<T>& law, const Bent<V>& bent, V residual, V delta, V age, V way, M open) {
+template <class T, int axes, class V, class M, class P>
+inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V delta, V age, V way,
+                  M open) {
   const V none(T(0));
   const V one(T(1));
   const V per_length(law.per_length);

@@ -1,7 +1,6 @@
 // The kernel table of one instruction set, compiled once for each set (CMakeLists.txt). Everything but the
 // table has internal linkage.
 #include "renew.hpp"
-#include "slide_step.hpp"
 #include "step.hpp"
 
 namespace bristle::detail {

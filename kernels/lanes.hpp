@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 #include <xsimd/xsimd.hpp>
@@ -159,6 +160,14 @@ inline Lanes<T> mantissa_of(Lanes<T> x) {
   constexpr U low = (U(1) << BitsOf<T>::mantissa) - 1;
   const Bits<T> one = bits_of<T>(Lanes<T>(T(1)));
   return from_bits<T>((bits_of<T>(x) & Bits<T>(low)) | one);
+}
+
+template <class T>
+inline Lanes<T> spacing(Lanes<T> x) {
+  using B = BitsOf<T>;
+  using U = typename B::Type;
+  constexpr U exponent = (U(2) * B::exponent_bias + 1) << B::mantissa;
+  return from_bits<T>(bits_of<T>(x) & Bits<T>(exponent)) * Lanes<T>(std::numeric_limits<T>::epsilon());
 }
 
 template <class T>

@@ -7,7 +7,6 @@
 #include "invariants.hpp"
 #include "law.hpp"
 #include "scalar_lanes.hpp"
-#include "slide_reference.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -1,6 +1,6 @@
 // The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. For one
 // bristle or a vector of bristles, each with its own direction and length (core/MODEL.md, section 30, with
-// the symbols).
+// the symbols). Beds and joints take whole steps from here; contacts in lanes (lane_slide.hpp) the parts.
 //
 // A step moves the root of a bristle by `length` along the unit vector e. The tip sticks over the distance
 // tau, until |z| is the limit. From there it follows the tractrix: the angle theta between z and e shrinks as
@@ -115,37 +115,31 @@ template <class T, int axes, class V>
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
 }
 
-/// Whether a bristle within `limit` slides before the end of the step, that is, would end beyond the limit if
-/// it did not slide: the disc of deflections within the limit is convex.
-template <class T, int axes, class V>
-[[gnu::always_inline]] inline auto slides_within(const SlideStart<V>& start, V limit, V length) {
-  const V ahead = start.along + length;
-  if constexpr (axes == 1) return ahead > limit;
-  return ahead * ahead + start.aside * start.aside > limit * limit;
-}
+/// A tip that slides along its tractrix over the distance s. With p = l + l cos(theta) and a = l sin(theta),
+/// both times the same number, half the angle has the tangent a / p at the start and w / p at the end, w = a
+/// exp(-s / l).
+template <class V>
+struct Tractrix {
+  V a, p, w, p2, both;  ///< both: p^2 + w^2
+  Decay<V> turn;        ///< of s / l
 
-/// Whether the tip of a bristle that slides in this step sticks first. A bristle at its limit,
-/// to a relative 16 eps, slides at once unless it unloads.
-template <class T, class V, class Which>
-[[gnu::always_inline]] inline Which sticks_first(const SlideStart<V>& start, V limit, Which slides) {
-  constexpr T inside = T(1) - 32 * std::numeric_limits<T>::epsilon();
-  const V bent2 = start.along * start.along + start.aside * start.aside;
-  return slides & ((bent2 < limit * limit * V(inside)) | (start.along < V(T(0))));
-}
+  Tractrix(V the_a, V the_p, const Decay<V>& the_turn)
+      : a(the_a), p(the_p), w(a * the_turn.left), p2(p * p), both(p2 + w * w), turn(the_turn) {}
 
-/// Returns the distance over which tips stick before they slide; `length` for bristles that do not slide.
-template <class T, int axes, class V, class Which>
-[[gnu::always_inline]] inline V way_that_sticks(const SlideStart<V>& start, V limit, Which slides, V length) {
-  if constexpr (axes == 1) {
-    return select_lanes(slides, least(way_to_slide<T, axes>(start, limit), length), length);
-  } else {
-    V path = select_lanes(slides, V(T(0)), length);
-    const auto sticks = sticks_first<T>(start, limit, slides);
-    if (any_lane(sticks))
-      path = select_lanes(sticks, least(way_to_slide<T, axes>(start, limit), length), path);
-    return path;
+  /// Returns the logarithm in the integral of the deflection along the motion, l s - l^2 ln((1 + t^2) / (1 +
+  /// t'^2)): the quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2), E = exp(-s / l).
+  template <class T>
+  V log_of_turn() const {
+    return log_of_one_plus<T>((a * a) * (turn.lost * (V(T(1)) + turn.left)), both);
   }
-}
+  /// Returns theta - theta', which times l^2 is the integral of the deflection across the motion. Half of it
+  /// has the tangent (t - t') / (1 + t t').
+  template <class T>
+  V angle() const {
+    const V half = arc_tangent<T>(divide((a * p) * turn.lost, p2 + a * w));
+    return half + half;
+  }
+};
 
 /// State of a bristle after a step. The integrals and the dissipated energy are filled only if asked for.
 template <class V>
@@ -157,20 +151,20 @@ struct Slid {
   V dissipated = {};  ///< dissipated energy over stiffness (only with `energy`)
 };
 
-/// Advances bristles that stick over `path` <= length; those of `slides` then slide at `limit`, and only
-/// their z' is filled. `holds` is |z| at the start of sliding; a bristle that holds more than its limit drops
-/// to it there. decay_over(s) gives the Decay of s / limit. `at_once`: every bristle that slides does so from
-/// the start, so that the path slid is known before any comparison is.
-template <class T, int axes, bool mean, bool energy, bool at_once, class V, class Which, class DecayOver>
-[[gnu::always_inline]] inline Slid<V> slide_on(const SlideStart<V>& start, Which slides, V path, V holds,
-                                               V limit, V ex, V ey, V length, DecayOver&& decay_over) {
+/// Advances bristles that stick over `path` <= length; those for which it is shorter than the step then slide
+/// at `limit`. `holds` is |z| at the start of sliding; a bristle that holds more than its limit drops to it
+/// there.
+template <class T, int axes, bool mean, bool energy, class V>
+[[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
+                                                  V ey, V length) {
   const V none(T(0));
   const V half(T(0.5));
+  const auto slides = path < length;
   Slid<V> end;
   end.path = path;
   end.x = limit * ex;
   end.y = limit * ey;
-  const V s = at_once ? length : length - path;
+  const V s = length - path;
   // Integrals of the deflection, along the motion and across it, over the path on which the tip slides.
   V along_integral = limit * s;
   V aside_integral = none;
@@ -182,34 +176,25 @@ template <class T, int axes, bool mean, bool energy, bool at_once, class V, clas
     const V rounds = least(s, limit) * V(few);
     const auto turns = slides & (a * a > rounds * rounds);
     if (any_lane(turns)) {
-      // With p = l + l cos(theta) and a = l sin(theta), t = tan(theta/2) = a / p, so no quotient is needed
-      // until the end. The tip begins to slide where z along the motion is l cos(theta).
-      const V p = most(holds + (at_once ? start.along : start.along + path), V(T(1e-15)));
-      const Decay<V> turn = decay_over(s);
-      const V w = a * turn.left;
-      const V p2 = p * p;
-      const V w2 = w * w;
-      const V both = p2 + w2;
-      const V scale = divide(limit, both);
-      const V along = (p2 - w2) * scale;
+      // The tip begins to slide where z along the motion is l cos(theta). No quotient is needed until the
+      // end.
+      const Tractrix<V> path_of_tip(a, most(holds + (start.along + path), V(T(1e-15))),
+                                    decay<T>(divide(s, most(limit, V(T(1e-30))))));
+      const V p = path_of_tip.p, p2 = path_of_tip.p2, w = path_of_tip.w;
+      const V scale = divide(limit, path_of_tip.both);
+      const V along = (p2 - w * w) * scale;
       const V aside = ((p + p) * w) * scale;
       end.x = select_lanes(turns, along * ex + aside * ey, end.x);
       end.y = select_lanes(turns, along * ey - aside * ex, end.y);
-      if constexpr (mean || energy) {
-        // Integral along the motion: l s - l^2 ln((1 + t^2) / (1 + t'^2)), t' = E t, E = exp(-s / l). The
-        // quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2), w = E a.
-        const V grown = (a * a) * (turn.lost * (V(T(1)) + turn.left));
-        const V lost = limit * log_of_one_plus<T>(grown, both);
-        along_integral = select_lanes(turns, limit * (s - lost), along_integral);
-      }
-      if constexpr (mean) {
-        // Integral across the motion: l^2 (theta - theta'), where half the angle has the tangent (t - t') /
-        // (1 + t t').
-        const V angle = arc_tangent<T>(divide((a * p) * turn.lost, p2 + a * w));
-        aside_integral = select_lanes(turns, (limit * limit) * (angle + angle), none);
-      }
+      if constexpr (mean || energy)
+        along_integral =
+            select_lanes(turns, limit * (s - limit * path_of_tip.template log_of_turn<T>()), along_integral);
+      if constexpr (mean)
+        aside_integral = select_lanes(turns, (limit * limit) * path_of_tip.template angle<T>(), none);
     }
   }
+  end.x = select_lanes(slides, end.x, start.x + ex * length);
+  end.y = select_lanes(slides, end.y, start.y + ey * length);
   if constexpr (energy)
     end.dissipated = select_lanes(slides, along_integral + half * ((holds - limit) * (holds + limit)), none);
   if constexpr (mean) {
@@ -222,30 +207,6 @@ template <class T, int axes, bool mean, bool energy, bool at_once, class V, clas
     }
   }
   return end;
-}
-
-/// Advances bristles as slide_on(). A bristle slides if `path`, over which it sticks, is shorter than the
-/// step. Also fills z' (the deflection at the end) of those that stick.
-template <class T, int axes, bool mean, bool energy, class V>
-[[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
-                                                  V ey, V length) {
-  const auto slides = path < length;
-  const auto decay_over = [limit](V s) { return decay<T>(divide(s, most(limit, V(T(1e-30))))); };
-  Slid<V> end =
-      slide_on<T, axes, mean, energy, false>(start, slides, path, holds, limit, ex, ey, length, decay_over);
-  end.x = select_lanes(slides, end.x, start.x + ex * length);
-  end.y = select_lanes(slides, end.y, start.y + ey * length);
-  return end;
-}
-
-/// Advances bristles that slide at the limit they hold, because there is no drop and no ageing. Their
-/// deflection is within the limit at the start.
-template <class T, int axes, bool mean, bool energy, class V>
-[[gnu::always_inline]] inline Slid<V> slide(V x, V y, V limit, V ex, V ey, V length) {
-  const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
-  const auto slides = slides_within<T, axes>(start, limit, length);
-  const V path = way_that_sticks<T, axes>(start, limit, slides, length);
-  return slide_after<T, axes, mean, energy>(start, path, limit, limit, ex, ey, length);
 }
 
 /// Returns the share (0 to 1) of the motion d over which the tip sticks before it slides: the root of |z +

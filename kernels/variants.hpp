@@ -2,7 +2,7 @@
 // are left out here and nowhere else.
 //
 // Included last by kernels.cpp and by reference.cpp, whose step_blocks, foresee_blocks and FreshLengths it
-// lists; SlideOf comes from slide_step.hpp or slide_reference.hpp.
+// lists.
 #pragma once
 
 #include "blocks.hpp"
@@ -41,17 +41,6 @@ constexpr void fill_steps(KernelSet<T>& set) {
   set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true, FreshLengths<T>>;
 }
 
-/// Fills the table of sliding kernels. `SlideOf` comes from slide_step.hpp or slide_reference.hpp.
-template <class T, int axes>
-constexpr void fill_slide(KernelSet<T>& set) {
-  auto& slide = set.slide[axes - 1];
-  slide[0] = &SlideOf<T, axes, false, false, false>::run;
-  slide[1] = &SlideOf<T, axes, true, false, false>::run;
-  slide[2] = &SlideOf<T, axes, false, true, false>::run;
-  slide[3] = &SlideOf<T, axes, true, true, false>::run;
-  set.slide_aged[axes - 1] = &SlideOf<T, axes, true, true, true>::run;
-}
-
 template <class T>
 constexpr KernelSet<T> make_kernel_set() {
   KernelSet<T> set{};
@@ -61,8 +50,6 @@ constexpr KernelSet<T> make_kernel_set() {
   fill_steps<T, 2, true>(set);
   set.carry[0] = &carry_blocks<T, false>;
   set.carry[1] = &carry_blocks<T, true>;
-  fill_slide<T, 1>(set);
-  fill_slide<T, 2>(set);
   set.rewrite = &rewrite_block<T>;
   set.squares = &block_squares<T>;
   return set;
@@ -71,6 +58,7 @@ constexpr KernelSet<T> make_kernel_set() {
 }  // namespace
 
 extern const CohortKernels BRISTLE_TABLE(cohort_kernels_);
+extern const LaneTable BRISTLE_TABLE(lane_kernels_);
 #if BRISTLE_WITH_BEDS
 extern const BedKernels BRISTLE_TABLE(bed_kernels_);
 #endif
@@ -81,6 +69,7 @@ extern const KernelTable BRISTLE_TABLE(kernels_);
 constinit const KernelTable BRISTLE_TABLE(kernels_) = {
     .name = BRISTLE_TEXT(BRISTLE_TABLE()),
     .cohorts = &BRISTLE_TABLE(cohort_kernels_),
+    .lanes = &BRISTLE_TABLE(lane_kernels_),
 #if BRISTLE_WITH_BEDS
     .beds = &BRISTLE_TABLE(bed_kernels_),
 #else

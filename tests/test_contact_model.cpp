@@ -8,10 +8,10 @@
 #include "core/common/hashing.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/columns.hpp"
+#include "core/patches/lanes/slide_block.hpp"
 #include "core/patches/patch_step.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
-#include "core/patches/sliders/sliders.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/patch_pool.hpp"
@@ -290,13 +290,21 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
     const KernelEntry* kernels = kernel_entries(&count);
     while (!kernels->usable()) ++kernels;
     Patch p = make_patch(compile_material(plain_material(law, rule)), options, *kernels->table);
+    const auto places = std::make_shared<LanePlaces>();
+    if (p.in_lane) {
+      p.model->take_lane(p, *places);
+      enter_lane(p);
+    }
     std::vector<std::byte> room(saved_size_of(p));
     Motion motion;
     Response response;
     for (int k = 0; k < 40; ++k) {
       motion.displacement[k % 2] = 0.3 * dbar;
       motion.normal_load = 7.3 + 0.1 * (k % 7);
-      step_patch(p, motion, tick, response);
+      if (p.in_lane)
+        step_lane(p, motion, tick, true, response);
+      else
+        step_patch(p, motion, tick, response);
       if (find_present_fault(p, room.data()) != nullptr) return std::string("a false alarm");
     }
     corrupt(p);
@@ -325,8 +333,13 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
   CHECK(of_cohorts([](Patch& p) { entry(cohorts(p).rows, 0, cohort_x) += 1e4; }) == "a cohort's place");
   CHECK(of_cohorts([](Patch& p) { cohorts(p).open[0] = cohorts(p).count; }) == "open");
   CHECK(of_sliders([](Patch&) {}) == "nothing");
-  CHECK(of_sliders([](Patch& p) { sliders<float>(p).zx[0] = 1e4f; }) == "a deflection");
-  CHECK(of_sliders([](Patch& p) { sliders<float>(p).stiff_zeta = 0.5 * p.zeta; }) == "stiffness");
+  const auto state = [](Patch& p) -> LaneState& { return lane_of(p).block->state; };
+  CHECK(of_sliders([&](Patch& p) { state(p).base[0].lane[0] = 1e4; }) == "the sum");
+  CHECK(of_sliders([&](Patch& p) { state(p).phase.lane[0] = 1.5; }) == "phase");
+  CHECK(of_sliders([&](Patch& p) { state(p).stiffness.lane[0] *= 0.5; }) == "stiffness");
+  CHECK(of_sliders([](Patch& p) {
+          static_cast<SlideBlock<float>&>(*lane_of(p).block).columns.x[31].lane[0] = 1e4f;
+        }) == "a deflection");
 }
 
 }  // namespace bristle_test::test_contact_model

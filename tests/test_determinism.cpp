@@ -173,9 +173,10 @@ TEST_CASE("Every kernel steps wherever its thread's stack begins", "[determinism
 
 TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bristle", "[determinism]") {
   std::vector<PatchCase> cases;  // cases whose blocks can be skipped: no infinite brush (no blocks), no
-                                 // literal rule (visits all)
+                                 // literal rule and no contact in a lane (both visit all)
   for (PatchCase& c : every_variant(test_size(1500)))
-    if (c.options.population != bristle::Population::infinite && !c.options.compared.literal)
+    if (c.options.population != bristle::Population::infinite && !c.options.compared.literal &&
+        c.material.snap_rule != SnapRule::slide)
       cases.push_back(std::move(c));
   // After sliding: tremor, creep and wandering, in which most blocks come close to a snap but do not snap in
   // most steps.
@@ -236,7 +237,7 @@ TEST_CASE("Outputs that a patch does not compute are left untouched and change n
       motions[i].id = i % 2 == 0 ? ids[c] : twins[c];
       responses[i].mean[0] = responses[i].mean[1] = 123.0;
       responses[i].dissipated = responses[i].contact_loss = responses[i].damper_work = 456.0;
-      responses[i].snaps = 789;
+      responses[i].snaps = 987654321;
     }
     batch.step(tick, motions, responses);
     for (std::size_t i = 0; i < responses.size(); ++i) {
@@ -246,7 +247,7 @@ TEST_CASE("Outputs that a patch does not compute are left untouched and change n
       expect((responses[i].dissipated == 456.0) == !energy, "dissipated is touched where computed");
       expect((responses[i].contact_loss == 456.0) == !energy, "contact_loss is touched where computed");
       expect((responses[i].damper_work == 456.0) == !energy, "damper_work is touched where computed");
-      expect((responses[i].snaps == 789) == !energy, "snaps is touched where computed");
+      expect((responses[i].snaps == 987654321) == !energy, "snaps is touched where computed");
     }
   }
   for (std::size_t i = 0; i < cases.size(); ++i) {

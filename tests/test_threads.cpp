@@ -223,29 +223,6 @@ TEST_CASE("However many threads step a patch that renews, bits and responses sta
   unsetenv("BRISTLE_SHARING");
 }
 
-TEST_CASE("Threads share every step of a large patch whose bristles slide, with the bits of one thread",
-          "[determinism][threads][slide]") {
-  const Material material = plain_material(SnapLength::lognormal(dbar, 0.4), SnapRule::slide);
-  const std::uint32_t n = 70000;
-  const auto turn = [&](OnePatch& patch) {
-    patch.step(3.0 * dbar, 0.0, 0.97 * n);
-    patch.step(0.0, 3.0 * dbar, 0.97 * n);
-    return patch.hash();
-  };
-  setenv("BRISTLE_SHARING", "0,4096,100", 1);
-  OnePatch alone(material, plain_options(n, 2), BatchOptions{}.with_threads(1));
-  const std::uint64_t expected = turn(alone);
-  // Looks at a step after the first. Tries several patches, because a caller that was held up steps alone.
-  std::uint32_t tasks = 0;
-  for (int tries = 0; tries < 50 && tasks < 2; ++tries) {
-    OnePatch patch(material, plain_options(n, 2), BatchOptions{}.with_threads(2));
-    CHECK(turn(patch) == expected);
-    tasks = patch.report.tasks;
-  }
-  CHECK(tasks > 1);
-  unsetenv("BRISTLE_SHARING");
-}
-
 TEST_CASE("A small step wakes no worker", "[threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
   const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw);

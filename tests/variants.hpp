@@ -192,7 +192,7 @@ inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bris
     PatchCase large = cases.back();
     large.name = "large, slide";
     large.material = large.later = Material(large.material).with_drop(drop);
-    large.options.with_bristles(40000).with_outputs(Outputs::all);
+    large.options.with_bristles(4096).with_outputs(Outputs::all);
     cases.push_back(large);
   }
 }

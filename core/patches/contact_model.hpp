@@ -23,6 +23,8 @@ struct SharedStep {
   void (*finish)(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;
 };
 
+class LanePlaces;
+
 struct ContactModel {
   const char* name;  ///< name of the contact model, which is hashed into the signature of saved states
 
@@ -41,6 +43,11 @@ struct ContactModel {
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   const SharedStep* shared = nullptr;  ///< operations that divide a step among several threads; null: one
                                        ///< thread takes the whole step
+
+  /// Takes a lane for a patch whose state is in a block of sixteen contacts (lanes/lane_block.hpp), for the
+  /// thread that adds patches. Null: the state is in the patch's record. Blocks step their patches; a model
+  /// with lanes has no apply_load, advance and copy. Throws std::bad_alloc.
+  void (*take_lane)(Patch&, LanePlaces&) = nullptr;
 
   /// Resets the patch to its initial state, with a new seed of random numbers and a new key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;

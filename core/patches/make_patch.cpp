@@ -8,8 +8,8 @@
 #include "core/common/range_check.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/contact_model.hpp"
+#include "core/patches/lanes/slide_block.hpp"
 #include "core/patches/representatives/representatives.hpp"
-#include "core/patches/sliders/sliders.hpp"
 
 namespace bristle::detail {
 namespace {

@@ -92,13 +92,13 @@ struct alignas(64) Patch {
                                       ///< trial is made on a copy
   bool laid : 1 = false;              ///< whether friction depends on direction (a lay), so that motions and
                                       ///< forces are mapped
-  bool strata : 1 = false;            ///< whether a step that slides visits all rows, whatever the load
-                                      ///< (SnapRule::slide); `whole` and `part` then count no bristles
-  std::uint8_t fetched_lines = 0;     ///< number of the record's cache lines that are worth prefetching
-                                      ///< before a step
-  double part = 0.0;                  ///< weight of the bristles in contact beyond the `whole` ones; with
-                                      ///< representatives a real number of bristles
-  double newtons_per_unit = 0.0;      ///< elastic force, N, of one unit of the sum of deflections
+  bool in_lane : 1 = false;        ///< whether the patch's state is in a lane (lanes/lane_block.hpp); bound,
+                                   ///< position and sums of this struct are then not used
+  std::uint8_t fetched_lines = 0;  ///< number of the record's cache lines that are worth prefetching
+                                   ///< before a step
+  double part = 0.0;               ///< weight of the bristles in contact beyond the `whole` ones; with
+                                   ///< representatives a real number of bristles
+  double newtons_per_unit = 0.0;   ///< elastic force, N, of one unit of the sum of deflections
 
   // --- cache line 3: sums of deflections, fixed point
   Int128 sum[2] = {0, 0};
@@ -119,13 +119,9 @@ struct alignas(64) Patch {
   PatchRecord* record = nullptr;  ///< record of the contact model, owned by the batch
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
-  /// Returns the number of representatives in contact, one in part included. Strata count about 1, an
+  /// Returns the number of representatives in contact, one in part included. A contact in a lane counts 0, an
   /// infinite brush 256 at full load.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
-  /// Returns the largest number of bristles that a step under the present load visits.
-  std::uint32_t most_visited() const noexcept {
-    return strata && part > 0.0 ? record->largest_work : in_contact();
-  }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);

@@ -130,15 +130,6 @@ template <bool plain, class Asked>
 [[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
-  if (lay.lean != 0.0 && p.newtons_per_unit > 0.0) {
-    // Adds `lean` times the bristles' limits to their deflections. In isotropic axes a deflection is counted
-    // from the centre of its limits, which lies that far from the bristle's root.
-    const CompiledMaterial& m = p.material();
-    const double units = lay.lean * m.material.bristle_stiffness * m.kinetic * m.metres_per_length * p.zeta /
-                         p.newtons_per_unit;
-    sums.end[0] += units;
-    sums.twice_mean[0] += 2.0 * units;
-  }
   lay.to_real_force(sums.end);
   lay.to_real_force(sums.twice_mean);
   if (held || !books_work(p)) return;
@@ -200,7 +191,7 @@ template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
                                                   const PatchStep& step, bool held, StepSums& sums,
                                                   Answer& out) noexcept {
-  if (!plain && p.laid) map_sums(p, motion.displacement, step, held, sums);
+  if (!plain && p.laid && !p.in_lane) map_sums(p, motion.displacement, step, held, sums);
   double elastic[2];  // copied, because a read of the response just written would wait for its stores
 
   // Subtracts from 0, so that the force of a straight patch is +0, never a negative zero.
@@ -306,6 +297,48 @@ template <bool plain, class Asked, class Answer>
   return 0;
 }
 
+/// Writes a motion to a lane of `to`.
+template <class Asked>
+[[gnu::always_inline]] inline void place(const Patch& p, const Asked& motion, double load, double dt_s,
+                                         std::uint32_t lane, LaneMotions& to) noexcept {
+  to.displacement[0].lane[lane] = motion.displacement[0];
+  to.displacement[1].lane[lane] = motion.displacement[1];
+  to.load.lane[lane] = load;
+  to.duration = dt_s;
+  if (p.ages) {
+    PatchStep step;
+    read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
+    to.start.lane[lane] = step.begins;
+    to.duration = step.advance.duration;
+  }
+  to.named |= 1u << lane;
+}
+
+/// Writes the response to a motion under the load that has been placed with it.
+template <bool plain, class Asked, class Answer>
+[[gnu::always_inline]] inline void answer(Patch& p, const Asked& motion, double dt_s, bool commit,
+                                          const LaneAnswers& answers, Answer& out) noexcept {
+  const std::uint32_t lane = lane_of(p).lane;
+  PatchStep step;
+  if constexpr (plain) {
+    step.advance.commit = commit ? 1 : 0;
+    step.creeps = false;
+  } else {
+    read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, commit, step);
+  }
+  StepSums sums;
+  for (int axis = 0; axis < p.axes; ++axis) sums.end[axis] = 0.0 - answers.end[axis].lane[lane];
+  if (p.outputs != Outputs::end) {
+    for (int axis = 0; axis < p.axes; ++axis) sums.twice_mean[axis] = -2.0 * answers.mean[axis].lane[lane];
+    step.contact_loss = answers.contact_loss.lane[lane];
+    sums.dissipated = answers.dissipated.lane[lane];
+    sums.snaps = static_cast<std::uint64_t>(answers.slid.lane[lane]);
+  }
+  p.stiffness = answers.stiffness.lane[lane];
+  if (p.laid) p.stiffness *= p.record->lay.stiffest;
+  write_response<plain>(p, motion, dt_s, step, false, sums, out);
+}
+
 double apply_load(Patch& p, const Motion& motion) noexcept {
   return motion.normal_load != p.normal_load ? p.model->apply_load(p, motion.normal_load) : 0.0;
 }
@@ -338,6 +371,34 @@ void try_step(Patch& p, const Motion& motion, double dt_s, double contact_loss, 
 std::uint64_t step_patch(Patch& p, CellMotion& motion, double dt_s) noexcept {
   if (is_plain(p)) return take_step<true>(p, motion, dt_s, true, 0.0, motion);
   return take_step<false>(p, motion, dt_s, true, 0.0, motion);
+}
+
+void place_motion(const Patch& p, const Motion& motion, double dt_s) noexcept {
+  place(p, motion, motion.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
+}
+void place_motion(const Patch& p, const CellMotion& motion, double dt_s) noexcept {
+  place(p, motion, p.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
+}
+
+void answer_motion(Patch& p, const Motion& motion, double dt_s, const LaneAnswers& answers,
+                   Response& out) noexcept {
+  if (motion.normal_load != p.normal_load) set_load(p, motion.normal_load);
+  if (is_plain(p)) return answer<true>(p, motion, dt_s, true, answers, out);
+  answer<false>(p, motion, dt_s, true, answers, out);
+}
+void answer_motion(Patch& p, CellMotion& motion, double dt_s, const LaneAnswers& answers) noexcept {
+  if (is_plain(p)) return answer<true>(p, motion, dt_s, true, answers, motion);
+  answer<false>(p, motion, dt_s, true, answers, motion);
+}
+
+void step_lane(Patch& p, const Motion& motion, double dt_s, bool commit, Response& out) noexcept {
+  const LaneRecord& r = lane_of(p);
+  LaneMotions alone;
+  place(p, motion, motion.normal_load, dt_s, r.lane, alone);
+  LaneAnswers answers;
+  r.block->run(*r.block, alone.input(commit), answers.columns());
+  if (motion.normal_load != p.normal_load) set_load(p, motion.normal_load);
+  answer<false>(p, motion, dt_s, commit, answers, out);
 }
 
 std::uint32_t begin_step(Patch& p, const Motion& motion, double dt_s, PatchStep& step) noexcept {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/patches/contact_model.hpp"
+#include "core/patches/lanes/lane_block.hpp"
 
 namespace bristle::detail {
 
@@ -63,6 +64,19 @@ std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Respon
 /// for motions that needs_copy(). `contact_loss`: energy that applying the load took, for the response.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
+
+// --- contacts in lanes (Patch::in_lane): a step places all motions, runs the blocks, then answers
+
+/// Places a motion in the patch's block.
+void place_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;
+void place_motion(const Patch& patch, const CellMotion& motion, double dt_s) noexcept;
+/// Writes the response to a motion from the answers of the patch's block.
+void answer_motion(Patch& patch, const Motion& motion, double dt_s, const LaneAnswers& answers,
+                   Response& out) noexcept;
+void answer_motion(Patch& patch, CellMotion& motion, double dt_s, const LaneAnswers& answers) noexcept;
+/// Steps the contact of one lane alone. `commit`: false for a trial, which changes neither block nor record,
+/// only `patch`, a copy.
+void step_lane(Patch& patch, const Motion& motion, double dt_s, bool commit, Response& out) noexcept;
 
 /// Begins a step that threads share. The caller then runs SharedStep::run for all blocks and calls
 /// end_step(). Returns the number of blocks; 0 = no bristle has to be stepped.

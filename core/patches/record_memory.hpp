@@ -15,10 +15,15 @@ constexpr std::size_t aligned(std::size_t bytes) noexcept {
   return (bytes + column_alignment - 1) / column_alignment * column_alignment;
 }
 
-/// Owner of the material, in memory before a record, so that the record is plain data, copied as bytes.
+/// Owner of what a record shares with others, in memory before it, so that the record is plain data, copied
+/// as bytes.
 struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
+  std::shared_ptr<void> place = nullptr;  ///< lane of a contact in lanes (lanes/lane_block.hpp)
 };
+inline RecordHead& head_of(PatchRecord& record) noexcept {
+  return *(reinterpret_cast<RecordHead*>(&record) - 1);
+}
 
 /// Returns the address just behind a record, where the memory of its columns begins.
 template <class Record>
@@ -29,7 +34,7 @@ std::byte* column_memory(Record* record) noexcept {
 /// Frees a contact model's record with its columns; does nothing for null.
 inline void release(PatchRecord* record) noexcept {
   if (record == nullptr) return;
-  RecordHead* head = reinterpret_cast<RecordHead*>(record) - 1;
+  RecordHead* head = &head_of(*record);
   head->~RecordHead();
   ::operator delete (head, std::align_val_t{column_alignment});
 }

@@ -40,7 +40,11 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
       c.patch.record->clock = &clock;
       c.patch.record->epoch = clock;
       pool.patch(c.slot) = c.patch;
-      pool.outlook(c.slot) = {-1.0, c.patch.record->largest_work, 0};
+      pool.outlook(c.slot) = {-1.0, c.patch.in_lane ? Outlook::in_lane : c.patch.record->largest_work, 0};
+      if (c.patch.in_lane) {
+        enter_lane(pool.patch(c.slot));
+        ++scheduler.patches_in_lanes;
+      }
       c.patch.record = nullptr;
       ++patches;
       break;
@@ -53,15 +57,18 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
       c.patch.pending_snaps = p.pending_snaps;
       c.patch.pending_dissipated = p.pending_dissipated;
       c.patch.pending_loss = p.pending_loss;
+      if (c.patch.in_lane) enter_lane(c.patch);
       p.model->take_over(c.patch, p);
       take_hold_over(c.patch, p);
       keep_place(c.patch, p);
       std::swap(p, c.patch);
+      if (p.in_lane) lane_of(p).block->patch[lane_of(p).lane] = &p;
       break;
     }
     case Command::Kind::remove: {
       Patch& p = pool.patch(c.slot);
       c.removed = std::exchange(p.record, nullptr);
+      if (p.in_lane) --scheduler.patches_in_lanes;
       p.generation = 0;
       --patches;
       break;
@@ -77,16 +84,18 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
   }
 }
 
-void PatchBatch::Impl::attach_scratch(Command& command) {
+void PatchBatch::Impl::prepare(Command& command) {
   std::size_t bytes = command.patch.record->bytes;
 #if BRISTLE_ASSERTS
   bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into the scratch
                                                           // memory
 #endif
-  if (bytes <= scratch_bytes) return;
-  command.scratch.memory.reset(
-      static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
-  command.scratch.bytes = bytes;
+  if (bytes > scratch_bytes) {
+    command.scratch.memory.reset(
+        static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
+    command.scratch.bytes = bytes;
+  }
+  if (command.patch.in_lane) command.patch.model->take_lane(command.patch, *lanes);
 }
 
 void PatchBatch::Impl::send(std::unique_ptr<Command> command) noexcept {
@@ -100,7 +109,7 @@ PatchId PatchBatch::Impl::add(const Patch& made) {
   auto command = std::make_unique<Command>();
   command->patch = made;
   owner.release();  // the command owns the patch's record from here on
-  attach_scratch(*command);
+  prepare(*command);
   return add_to(slots.take(), std::move(command));
 }
 
@@ -162,7 +171,7 @@ void PatchBatch::set_material(PatchId id, const Material& material) {
     throw Error(
         "PatchBatch::set_material: the patch and the new material are not of one kind: bristles that slide "
         "(SnapRule::slide) and bristles that snap have other states; remove the patch and add another");
-  impl.attach_scratch(*command);
+  impl.prepare(*command);
   impl.send(std::move(command));
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bristle/patch_batch.hpp"
+#include "core/patches/lanes/lane_block.hpp"
 #include "core/runtime/command_list.hpp"
 #include "core/runtime/scheduler.hpp"
 #include "core/runtime/stepping_side.hpp"
@@ -35,6 +36,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
                                                                            ///< recently used first
   int chunks = 1;
   std::size_t scratch_bytes = 0;
+  const std::shared_ptr<detail::LanePlaces> lanes = std::make_shared<detail::LanePlaces>();
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
   // Functions of the adding side. All but send() throw std::bad_alloc.
@@ -44,7 +46,8 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
   void grow_pool();  ///< adds the next chunk of slots
-  void attach_scratch(detail::Command& command);
+  /// Takes a lane for the patch that `command` holds, if it is one in a lane, and scratch memory if it needs it.
+  void prepare(detail::Command& command);
   /// Pushes a command. No failure can follow, so the size of its scratch memory is noted only here.
   void send(std::unique_ptr<detail::Command> command) noexcept;
 

@@ -10,7 +10,6 @@
 #include "core/common/why_missing.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
-#include "core/patches/sliders/sliders.hpp"
 #include "core/runtime/batch_impl.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
@@ -134,6 +133,15 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   }
   if (!is_good_time(dt_s) || !is_good_motion(*p, motion)) {
     write_refusal(p, Status::bad_input, response);
+    return response;
+  }
+  if (p->in_lane && find_bound(*p, motion) == Bound::rest) {
+    answer_at_rest(*p, response);
+    return response;
+  }
+  if (p->in_lane) {
+    Patch copy = *p;
+    step_lane(copy, motion, dt_s, false, response);
     return response;
   }
   if (motion.normal_load == p->normal_load && !needs_copy(*p, motion)) {

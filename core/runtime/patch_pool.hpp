@@ -32,8 +32,11 @@ inline void keep_place(Patch& made, const Patch& before) noexcept {
 
 /// Estimated cost of the next step of a slot's patch, by which work is shared out without reading patches.
 struct Outlook {
+  /// Value of `bristles` for a contact in a lane: its block has the cost.
+  static constexpr std::uint32_t in_lane = ~std::uint32_t{0};
+
   double normal_load = -1.0;   ///< N, load of the last step
-  std::uint32_t bristles = 0;  ///< Patch::most_visited() under this load
+  std::uint32_t bristles = 0;  ///< Patch::in_contact() under this load
   std::uint32_t last_counted =
       0;  ///< low bits of the number of the last step that named the slot; detects repeated ids
 };

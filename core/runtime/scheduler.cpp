@@ -1,6 +1,7 @@
 #include "core/runtime/scheduler.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
 #include "bristle/deadline_monitor.hpp"
@@ -56,6 +57,10 @@ struct Scheduler::Motions {
     status = status | why;
     return nullptr;
   }
+  void answer(Patch& p, std::size_t i, const LaneAnswers& answers, Status& status) const noexcept {
+    answer_motion(p, in[i], dt, answers, out[i]);
+    status = status | out[i].status;
+  }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     out[i].id = in[i].id;
     answer_at_rest(p, out[i]);
@@ -95,6 +100,10 @@ struct Scheduler::Cells {
     status = status | Status::unknown_id;
     return nullptr;
   }
+  void answer(Patch& p, std::size_t i, const LaneAnswers& answers, Status& status) const noexcept {
+    answer_motion(p, cells[i], dt, answers);
+    status = status | status_of(p);
+  }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     std::copy_n(p.elastic, 2, cells[i].force);
     return status_of(p);
@@ -129,22 +138,115 @@ class Scheduler::Step {
   Step(Scheduler& scheduler, const Items& items) noexcept : s(scheduler), items_(items) {}
 
   void run(StepReport& report) noexcept {
+    std::size_t others = items_.size();
+    LaneBlock* blocks = nullptr;
+    if (s.patches_in_lanes > 0) blocks = place_motions(others, report);
+    if (others > 0) run_patches(report);
+    if (blocks != nullptr) run_blocks(blocks, report);
+  }
+
+ private:
+  /// Places the motions of contacts in lanes. Sets `others` to the number of items of other patches. Returns
+  /// the first of the blocks that the step has to run, null if there is none.
+  LaneBlock* place_motions(std::size_t& others, StepReport& report) noexcept {
+    Outcome outcome;
+    LaneBlock *first = nullptr, *last = nullptr;
+    others = 0;
+    lane_cost_ = 0;
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      if (Items::fetches) fetch_ahead(items_, i, items_.size());
+      Patch* p = s.pool.find(items_.id(i));
+      if (p == nullptr || !p->in_lane) {
+        ++others;
+        continue;
+      }
+      if (p->last_step != s.step_number_ && find_bound(*p, items_.motion(i)) == Bound::rest) {
+        p->last_step = s.step_number_;
+        outcome.status = outcome.status | items_.rest(*p, i);
+        ++outcome.stepped;
+        continue;
+      }
+      if (items_.admit(p, i, s.step_number_, outcome.status) == nullptr) continue;
+      const LaneRecord& record = lane_of(*p);
+      LaneBlock& block = *record.block;
+      if (block.motions.named == 0) {
+        (first == nullptr ? first : last->next) = &block;
+        last = &block;
+        block.next = nullptr;
+        lane_cost_ += block.work;
+      }
+      place_motion(*p, items_.motion(i), items_.dt);
+      block.motions.item[record.lane] = static_cast<std::uint32_t>(i);
+      outcome.visited += record.largest_work;
+      ++outcome.stepped;
+    }
+    add_to(report, outcome);
+    return first;
+  }
+
+  /// Runs `count` blocks from `block` on, and answers the motions placed in them.
+  void step_blocks(LaneBlock* block, std::uint32_t count, Outcome& outcome) const noexcept {
+    LaneAnswers answers;
+    for (; block != nullptr && count > 0; block = block->next, --count) {
+      block->run(*block, block->motions.input(true), answers.columns());
+      for (std::uint32_t named = block->motions.named; named != 0; named &= named - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(named));
+        items_.answer(*block->patch[lane], block->motions.item[lane], answers, outcome.status);
+      }
+      block->motions.named = 0;
+    }
+  }
+
+  void run_blocks(LaneBlock* first, StepReport& report) noexcept {
+    if (!pays(lane_cost_)) {
+      Outcome outcome;
+      step_blocks(first, ~0u, outcome);
+      add_to(report, outcome);
+    } else {
+      const std::uint64_t piece = piece_of(lane_cost_);
+      int task_count = 0;
+      for (LaneBlock* block = first; block != nullptr;) {
+        Task& task = s.tasks_[static_cast<std::size_t>(task_count++)] = Task{};
+        task.blocks = block;
+        const bool is_last = task_count == max_tasks;
+        for (std::uint64_t cost = 0; block != nullptr && (cost < piece || is_last); block = block->next) {
+          cost += block->work;
+          ++task.block_count;
+        }
+      }
+      run_tasks(task_count, report);
+    }
+    note_sizable(lane_cost_);
+  }
+
+  /// Whether a step of this cost, in bristles, is worth sharing among threads.
+  bool pays(std::uint64_t cost) noexcept {
+    if (s.workers.count() <= 1 || cost < s.sharing_.parallel_from) return false;
+    const bool awake = DeadlineMonitor::wall_now() - s.last_sizable_step_ < s.sharing_.awake;
+    return (cost >= s.sharing_.parallel_from_paused || awake) && s.retreat_.is_over();
+  }
+  void note_sizable(std::uint64_t cost) noexcept {
+    if (s.workers.count() > 1 && cost >= s.sharing_.parallel_from)
+      s.last_sizable_step_ = DeadlineMonitor::wall_now();
+  }
+  std::uint64_t piece_of(std::uint64_t cost) const noexcept {
+    return std::max<std::uint64_t>(cost / (static_cast<std::uint64_t>(s.workers.count()) * 4),
+                                   s.sharing_.smallest_piece);
+  }
+
+  void run_patches(StepReport& report) noexcept {
     s.split_count_ = 0;
     const std::uint64_t cost = s.workers.count() > 1 ? count_cost() : 0;
-    const bool sizable = cost >= s.sharing_.parallel_from;
-    const bool pays = sizable && (cost >= s.sharing_.parallel_from_paused ||
-                                  DeadlineMonitor::wall_now() - s.last_sizable_step_ < s.sharing_.awake);
-    if (pays && s.retreat_.is_over()) {
+    if (pays(cost)) {
       split_and_run(cost, report);
     } else {
       Outcome outcome;
       step_range({0, static_cast<std::uint32_t>(items_.size()), 0}, outcome);
       add_to(report, outcome);
     }
-    if (sizable) s.last_sizable_step_ = DeadlineMonitor::wall_now();
+    note_sizable(cost);
   }
 
- private:
   /// Prefetches the memory of the next motions before `last`. Patches out of cache then take half the time
   /// (core/decisions/007-memory-and-threads.md).
   [[gnu::always_inline]] void fetch_ahead(const Items& items, std::size_t i,
@@ -180,6 +282,7 @@ class Scheduler::Step {
       // fast.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = patches.find(items.id(i));
+      if (p != nullptr && p->in_lane) continue;
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
         p->last_step = step_number;
         outcome.status = outcome.status | items.rest(*p, i);
@@ -201,7 +304,9 @@ class Scheduler::Step {
     Task& task = s.tasks_[static_cast<std::size_t>(index)];
     task.thread = &this_thread;
     FloatModeScope mode;
-    if (task.split >= 0) {
+    if (task.blocks != nullptr) {
+      step.step_blocks(task.blocks, task.block_count, task.outcome);
+    } else if (task.split >= 0) {
       const Split& split = s.splits_[static_cast<std::size_t>(task.split)];
       Totals totals{};  // kept out of `task`, whose neighbours in memory belong to other threads
       split.patch->model->shared->run(*split.patch, split.step, task.range.first, task.range.last, totals);
@@ -218,6 +323,7 @@ class Scheduler::Step {
     const std::uint32_t slot = slot_of(items_.id(i));
     if (slot >= s.pool.capacity()) return 0;
     const Outlook& outlook = s.pool.outlook(slot);
+    if (outlook.bristles == Outlook::in_lane) return 0;
     const auto& motion = items_.motion(i);
     const bool works = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0 ||
                        items_.load(i, outlook.normal_load) != outlook.normal_load;
@@ -281,8 +387,7 @@ class Scheduler::Step {
 
   void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
     const auto n = static_cast<std::uint32_t>(items_.size());
-    const std::uint64_t piece = std::max<std::uint64_t>(
-        cost / (static_cast<std::uint64_t>(s.workers.count()) * 4), s.sharing_.smallest_piece);
+    const std::uint64_t piece = piece_of(cost);
     int task_count = 0;
     Range group;
     std::uint64_t group_cost = 0;
@@ -306,6 +411,11 @@ class Scheduler::Step {
       group_cost = 0;
       group_size = 0;
     }
+    run_tasks(task_count, report);
+    for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
+  }
+
+  void run_tasks(int task_count, StepReport& report) noexcept {
     const double start = DeadlineMonitor::wall_now();
     s.workers.run(task_count, &run_task, this);
     double own_end = start;
@@ -315,7 +425,6 @@ class Scheduler::Step {
       add_to(report, task.outcome);
     }
     s.retreat_.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
-    for (int k = 0; k < s.split_count_; ++k) finish_split(s.splits_[static_cast<std::size_t>(k)], report);
     // Keeps the larger numbers of the two runs, of cells and of motions. Both stay 1 if there was no task,
     // because the calling thread then did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
@@ -324,6 +433,7 @@ class Scheduler::Step {
 
   Scheduler& s;
   const Items& items_;
+  std::uint64_t lane_cost_ = 0;
 };
 
 StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const Motion> in,
@@ -344,7 +454,7 @@ StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const Motio
 void Scheduler::note_outlook(const Patch& p, PatchId id) const noexcept {
   Outlook& outlook = pool.outlook(slot_of(id));
   outlook.normal_load = p.normal_load;
-  outlook.bristles = p.most_visited();
+  outlook.bristles = p.in_contact();
 }
 
 void Scheduler::add_to(StepReport& report, const Outcome& outcome) noexcept {

@@ -25,6 +25,8 @@ class Scheduler {
 
   std::uint64_t step_number() const noexcept { return step_number_; }
 
+  std::size_t patches_in_lanes = 0;  ///< number of patches of the pool whose state is in a lane
+
  private:
   static constexpr int max_tasks = 512;
   static constexpr int max_split = 64;
@@ -40,8 +42,11 @@ class Scheduler {
     std::uint32_t stepped = 0;
     Status status = Status::ok;
   };
-  /// A task of a shared step: a range of blocks of one large patch, or a range of motions.
+  /// A task of a shared step: blocks of contacts in lanes, a range of blocks of one large patch, or a range
+  /// of motions.
   struct Task {
+    LaneBlock* blocks = nullptr;  ///< first of `block_count` blocks in lanes
+    std::uint32_t block_count = 0;
     int split = -1;
     Range range;
     Totals totals;

@@ -62,7 +62,6 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
 #endif
   }
   add(Regime::sliding, SnapRule::keep, Outputs::mean, 2, Precision::single, 100);
-  if (!quick) add(Regime::turning, SnapRule::slide, Outputs::end);
   if (first_thread_count || !quick)
     add(Regime::turning, SnapRule::slide, Outputs::end, 2, Precision::single, 32);
   if (!quick) {

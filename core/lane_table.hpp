@@ -1,0 +1,97 @@
+// The interface between core and kernels for contacts in lanes: sixteen contacts of equal material and
+// options form a block, one contact in each lane. Every quantity is a column of sixteen numbers, one for each
+// lane. No lane reads another, so neither instruction set, nor company, nor number of threads can change a
+// bit.
+#pragma once
+
+#include <cstdint>
+
+#include "core/kernel_table.hpp"
+
+namespace bristle::detail {
+
+/// A column of a block: one number for each of its sixteen contacts.
+template <class Number>
+struct alignas(64) LaneColumn {
+  Number lane[lane_count];
+};
+
+/// Constants that all contacts of a block share: the law of their springs, and constants of material and
+/// options.
+template <class T>
+struct SlideLaw {
+  const T* limit;      ///< of each spring: deflection at which it slides, scaled lengths
+  const T* per_limit;  ///< of each spring: one over `limit`
+  const T* weight;     ///< of each spring: share in the stiffness of the contact; the shares sum to 1
+  double stiffness_per_newton;  ///< stiffness of a contact, N per scaled length, for each N of its load
+  double mean_limit;            ///< sum of weight x limit
+  double metres_per_length;     ///< m per scaled length
+  double to[2][2];            ///< displacement, m, to isotropic scaled lengths (rows: along the lay, across)
+  double from[2][2];          ///< isotropic force to the force in the axes of the contact
+  double energy;              ///< LayMap::energy
+  double lean;                ///< LayMap::lean
+  double least_loss;          ///< LayMap::least_loss()
+  double kinetic;             ///< limit of a spring that slides over its limit before: 1 - drop
+  double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
+  double ageing_strength;     ///< Material::ageing_strength
+  std::uint32_t ageing_form;  ///< 1: saturating, 0: logarithmic
+  std::uint32_t springs;
+};
+
+/// Numbers of a contact that belong to no single spring. The force of a spring is its column x + `base`.
+struct LaneState {
+  LaneColumn<double> base[2];    ///< part of every spring's force that it gained since it was written, N
+  LaneColumn<double> stiffness;  ///< N per scaled length; 0 = no contact. That of the load, or of a higher
+                                 ///< load before a fall, until sliding has lowered it
+  LaneColumn<double> phase;      ///< place in the sequence by which rounding is spread evenly, in [0, 1)
+};
+
+/// State of sixteen contacts. `x`, `y` and `since` have one column for each spring.
+template <class T>
+struct SlideColumns {
+  LaneState* state;
+  LaneColumn<T>* x;           ///< stored force along x over the spring's weight, N
+  LaneColumn<T>* y;           ///< stored force along y; null with one axis
+  LaneColumn<double>* since;  ///< end of the spring's last slide, s of the contact's time; null without drop
+                              ///< and ageing
+};
+
+/// Input of a step: columns, which may be a caller's own arrays.
+struct LaneInput {
+  const double* displacement[2];  ///< m, in the axes of the contact; the second is not read with one axis
+  const double* load;             ///< N, 0 to 1e15
+  const double* start;            ///< time of the contact at the start, s (SlideColumns::since)
+  double duration;                ///< s
+  std::uint32_t named;            ///< bits of the lanes that the step moves; other contacts keep their state
+  bool stores;                    ///< false: a trial, which changes no state
+};
+
+/// Output of a step; columns of contacts that are not named hold no valid numbers. Null: not asked for.
+struct LaneOutput {
+  double* end[2];        ///< elastic force on the body at the end of the step, N
+  double* mean[2];       ///< elastic force on the body, mean over the step, N
+  double* stiffness;     ///< N/m
+  double* dissipated;    ///< J
+  double* contact_loss;  ///< elastic energy that the change of load took, J
+  double* slid;          ///< number of springs that slid
+};
+
+template <class T>
+struct LaneKernels {
+  using Slide = void (*)(const SlideLaw<T>&, const SlideColumns<T>&, const LaneInput&, const LaneOutput&);
+  Slide slide[2][3];  ///< index: axes - 1, then 0: end and stiffness, 1: all outputs, 2: with drop or ageing
+};
+
+struct LaneTable {
+  LaneKernels<float> f32;
+  LaneKernels<double> f64;  ///< null in a build without double precision
+};
+template <class T>
+const LaneKernels<T>& lane_kernels_of(const LaneTable& table) {
+  if constexpr (sizeof(T) == sizeof(double))
+    return table.f64;
+  else
+    return table.f32;
+}
+
+}  // namespace bristle::detail

@@ -1,0 +1,26 @@
+// The contact model of springs that slide at their limit instead of snapping (SnapRule::slide; core/MODEL.md,
+// section 30), a contact in each lane. kernels/lane_slide.hpp moves the springs.
+#pragma once
+
+#include <memory>
+
+#include "core/patches/contact_model.hpp"
+#include "core/patches/lanes/lane_block.hpp"
+
+namespace bristle::detail {
+
+constexpr std::uint32_t default_sliders = 32;
+constexpr std::uint32_t most_sliders = 4096;
+
+template <class T>
+struct SlideBlock : LaneBlock {
+  SlideLaw<T> law{};
+  SlideColumns<T> columns{};
+  typename LaneKernels<T>::Slide kernel = nullptr;
+};
+
+/// Makes a patch of springs that slide at their limit, without a lane. Throws bristle::Error.
+Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
+                   const KernelTable& kernels, double weight);
+
+}  // namespace bristle::detail

@@ -1,0 +1,28 @@
+// The kernels of contacts in lanes for one instruction set or, one contact at a time, for the scalar
+// reference. Everything but the table has internal linkage.
+#include "lane_slide.hpp"
+#include "tables.hpp"
+
+namespace bristle::detail {
+namespace {
+
+template <class T>
+constexpr LaneKernels<T> make_lane_kernels() {
+  return {
+      {{&slide_lanes<T, 1, false, false>, &slide_lanes<T, 1, true, false>, &slide_lanes<T, 1, true, true>},
+       {&slide_lanes<T, 2, false, false>, &slide_lanes<T, 2, true, false>, &slide_lanes<T, 2, true, true>}}};
+}
+
+}  // namespace
+
+extern const LaneTable BRISTLE_TABLE(lane_kernels_);
+constinit const LaneTable BRISTLE_TABLE(lane_kernels_) = {
+    make_lane_kernels<float>(),
+#if BRISTLE_WITH_DOUBLE
+    make_lane_kernels<double>(),
+#else
+    {},
+#endif
+};
+
+}  // namespace bristle::detail
