@@ -383,7 +383,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   SlideRecord made;
   made.material = material.get();
   made.options = options;
-  if (made.options.bristles == 0) made.options.bristles = default_sliders;
+  made.options.bristles = options.bristles == 0 ? default_sliders : std::min(options.bristles, most_sliders);
   made.first_seed = options.seed;
   made.largest_work = made.springs();
   made.full_weight = weight > 0.0
@@ -403,9 +403,6 @@ Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const Patch
         "its law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
   if (options.compared.literal)
     throw Error("PatchOptions: the literal rule is the paper's loop of snaps; SnapRule::slide has none");
-  if (options.bristles > most_sliders)
-    refuse("PatchOptions", "bristles", options.bristles,
-           "0 (automatic) to 4096 with SnapRule::slide, whose error falls with the square of their number");
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels, weight);
