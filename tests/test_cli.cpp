@@ -614,17 +614,6 @@ TEST_CASE("bristle alone lists its commands, each with an example", "[cli]") {
     CHECK_THAT(outcome.out, Contains(std::string("\n    bristle ") + command + ' '));
 }
 
-TEST_CASE("Completion offers models, instruction sets and the keys of a scene", "[cli]") {
-  const Folder folder;
-  const std::string scene = "'" + folder.write("small.toml", SmallScene{}.text()) + "'";
-  CHECK_THAT(run_cli(folder, "--complete experiment drift --models coulomb,lu").out,
-             Contains("coulomb,lugre\t"));
-  CHECK_THAT(run_cli(folder, "--complete run --isa ''").out, Contains("scalar\t"));
-  const std::string keys = run_cli(folder, "--complete sweep " + scene + " --vary material.").out;
-  CHECK_THAT(keys, Contains("material.wood.presliding_length=\t"));
-  CHECK_FALSE(Contains("scene.dt").match(keys));
-}
-
 TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
   const Folder folder;
   const json body = run_report(folder, "run " + scene_path("block_on_floor"))["bodies"][0];

@@ -140,7 +140,7 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   CHECK(log.speed[7] == Approx((log.angle[8] - log.angle[6]) / 0.002));  // at a jump: angles restart at 0
   // Names and units of columns are given by the caller, for logs that other programs write.
   cli::FitReading reading;
-  reading.columns = {{"angle", "q"}, {"motor", "3"}};
+  reading.columns = {{"t", "time"}, {"angle", "q"}, {"motor", "u"}};
   reading.units = {{"t", "ms"}, {"angle", "deg"}, {"motor", "mN m"}};
   const JointLog named = cli::parse_joint_log("time, q, u\n" + rows, "log", reading, {}, 3.0);
   CHECK(named.t == log.t);

@@ -86,7 +86,7 @@ TEST_CASE("A record is the same in any separator, names, units and place of its 
       {"tabs, other names, units in round brackets",
        "Time (s)\tPosition (mm)\tNormal force (mN)\tFriction force (uN)\n" +
            rows("{}\t{}\t{}\t{}\n", 1, 1e3, 1e3, 1e6),
-       {},
+       {{"t", "Time"}, {"x", "Position"}, {"load", "Normal force"}, {"force", "Friction force"}},
        {},
        "x = 'Position (mm)' in mm"},
       {"lines before the header and units below it",
@@ -95,11 +95,6 @@ TEST_CASE("A record is the same in any separator, names, units and place of its 
        {},
        {},
        "lines before the header skipped; units from the row below the header; cells between semicolons"},
-      {"no header",
-       rows("{},{},{},{}\n", 1, 1e3, 1, 1),
-       {{"t", "1"}, {"x", "2"}, {"load", "3"}, {"force", "4"}},
-       {{"x", "mm"}},
-       "no header: columns by place"},
       {"a byte order mark and quotes",
        "\xEF\xBB\xBF\"t\",\"x\",\"load\",\"force\"\n" + rows("\"{}\",\"{}\",\"{}\",\"{}\"\n", 1, 1, 1, 1),
        {},
@@ -112,10 +107,10 @@ TEST_CASE("A record is the same in any separator, names, units and place of its 
        {{"t", "ms"}, {"x", "um"}, {"force", "gf"}},
        "t in ms, x in um, load, force in gf"},
       {"units after an underscore",
-       "time_ms,position_um,load_N,force_N\n" + rows("{},{},{},{}\n", 1e3, 1e6, 1, 1),
+       "t_ms,position_um,load_N,force_N\n" + rows("{},{},{},{}\n", 1e3, 1e6, 1, 1),
+       {{"x", "position"}},
        {},
-       {},
-       "t = 'time_ms' in ms"},
+       "x = 'position_um' in um"},
   };
   for (const auto& c : cases) {
     CAPTURE(c.what);
@@ -138,12 +133,13 @@ TEST_CASE("A record is the same in any separator, names, units and place of its 
 TEST_CASE("Each common mistake in a file has a message that says what to do", "[fit][files]") {
   const std::string row = "0,0,1,1\n";
   CHECK_THAT(refused("0,0,1,1\n1,1,1,1\n"),
-             Contains("data.csv:1") && Contains("holds numbers") && Contains("--columns t=1,x=2"));
+             Contains("data.csv:1") && Contains("holds numbers") && Contains("add a header"));
   CHECK_THAT(refused("t,x,load,force\n0,5,0,1,1,0,1\n"),
              Contains("data.csv:2") && Contains("decimal commas?"));
   CHECK_THAT(refused("t,x,load,force\n12:30:01.5,0,1,1\n"),
              Contains("data.csv:2") && Contains("'12:30:01.5' is a time of day"));
   CHECK_THAT(refused("t,place,load,force\n" + row), Contains("no column x") && Contains("--columns x=NAME"));
+  CHECK_THAT(refused("Time,x,load,force\n" + row), Contains("no column t") && Contains("--columns t=NAME"));
   cli::FitReading named;
   named.columns = {{"x", "Posn"}};
   CHECK_THAT(refused("t,Position,load,force\n" + row, named),
@@ -195,8 +191,11 @@ TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[
     CHECK_THAT(refused(text, reading), Contains("allowed: -0.005 N or more (--clip-load)"));
   }
   SECTION("a tribometer's names and grams") {
+    cli::FitReading reading;
+    reading.columns = {{"t", "Time"}, {"load", "Normal"}, {"x", "Position"}, {"force", "Friction"}};
     const cli::FitColumns read = cli::parse_fit_columns(
-        "Time [s]\tNormal [uN]\tPosition [mm]\tFriction [g]\n0\t5e6\t1\t50\n1\t5e6\t2\t60\n", "data.txt");
+        "Time [s]\tNormal [uN]\tPosition [mm]\tFriction [g]\n0\t5e6\t1\t50\n1\t5e6\t2\t60\n", "data.txt",
+        reading);
     CHECK(read.load[0] == Approx(5.0));
     CHECK(read.force[1] == Approx(60e-3 * 9.80665));
     CHECK_THAT(joined(read.understood), Contains("column Friction [g]: g is taken as gram-force"));

@@ -9,15 +9,25 @@
 #include <future>
 #include <iterator>
 #include <string>
+#include <vector>
 
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include <fmt/format.h>
 
 #include "expect.hpp"
 #include "temporary_folder.hpp"
 #include "test_paths.hpp"
+#include "tools/libraries/files/gnuplot.hpp"
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/one_line.hpp"
+#include "tools/libraries/files/toml_table.hpp"
+#include "tools/libraries/files/toml_text.hpp"
+#include "tools/libraries/files/user_error.hpp"
 
 namespace bristle_test::test_hostile_files {
 
@@ -34,8 +44,40 @@ const std::string limits = "ulimit -v 600000; ";
 
 struct Outcome {
   int code = -1;
-  std::string err;
+  std::string err, out;
 };
+
+std::size_t files_in(const std::filesystem::path& folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder), {}));
+}
+
+bool has_gnuplot() { return std::system("command -v gnuplot >/dev/null") == 0; }
+
+/// Runs a program with these words, no shell between, in the folder. `temporary`: its TMPDIR;
+/// `variable`: another variable of its environment.
+Outcome run_here(const TemporaryFolder& folder, std::vector<std::string> words,
+                 const std::string& temporary = {}, const std::string& program = BRISTLE_CLI,
+                 std::string variable = "BRISTLE_TEST=1") {
+  const TemporaryFolder said;
+  words.insert(words.begin(), program);
+  const pid_t child = fork();
+  REQUIRE(child >= 0);
+  if (child == 0) {
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    if (!temporary.empty()) ::setenv("TMPDIR", temporary.c_str(), 1);
+    ::putenv(variable.data());
+    if (::chdir(folder.path.c_str()) != 0 || !std::freopen(said.at("out").c_str(), "wb", stdout) ||
+        !std::freopen(said.at("err").c_str(), "wb", stderr))
+      ::_exit(126);
+    ::execv(program.c_str(), pointers.data());
+    ::_exit(127);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(said.at("err")), read_file(said.at("out"))};
+}
 
 /// Runs `bristle ARGUMENTS` under limits, with the output of the command `input` as its input, if given.
 Outcome run_limited(const TemporaryFolder& folder, const std::string& arguments,
@@ -267,6 +309,156 @@ TEST_CASE("A scene does not show what stands in a file that is no motion", "[hos
                             "\"p\"\ntype = \"trace\"\nfile = \"secret\"\n"));
   check_one_line(outcome, "secret:1: names no column of a motion file");
   CHECK(outcome.err.find("root") == std::string::npos);
+}
+
+TEST_CASE("A report keeps its lines and colours, and no other control character", "[hostile]") {
+  CHECK(cli::masked("a\nb\x1b[31mc\x1b[0m\x1b]0;t\x07") == "a\nb?[31mc?[0m?]0;t?");
+  CHECK(cli::masked("a\nb\x1b[1;31mc\x1b[0m\x1b]0;t\x07\x1b[2J\x1b[3", true) ==
+        "a\nb\x1b[1;31mc\x1b[0m?]0;t??[2J?[3");
+}
+
+// ------------------------------------------------------------------------------------ names and commands
+
+TEST_CASE("gnuplot gets a name byte by byte", "[hostile]") {
+  if (!has_gnuplot()) return;
+  const TemporaryFolder folder;
+  std::string every;
+  for (int byte = 1; byte < 256; ++byte) every += static_cast<char>(byte);
+  const std::string out = folder.at("bytes");
+  cli::run_gnuplot("set print " + cli::gnuplot_file(out) + "\nprint " + cli::gnuplot_string(every) + '\n',
+                   "x");
+  CHECK(read_file(out) == every + '\n');
+  CHECK(message_of<cli::UserError>([] { cli::run_gnuplot("no command\n", "--plot"); }) ==
+        "--plot: gnuplot failed");
+}
+
+TEST_CASE("No name is a command, of a shell or of gnuplot", "[cli][hostile]") {
+  if (!has_gnuplot()) return;
+  const TemporaryFolder folder;
+  const std::string names[] = {"$(touch executed)",
+                               "`touch executed`",
+                               "x'\n!touch executed\n'",
+                               "x\n!touch executed",
+                               "|touch executed;",
+                               "<touch executed;",
+                               "x\";!touch executed",
+                               "a' 'b\"c\\d",
+                               "-e system('touch executed')",
+                               "$samples",
+                               "\x1b]0;title\x07 %s",
+                               "~"};
+  std::string record = "t,x,load,force\n";
+  for (int i = 0; i < 120; ++i)
+    record += fmt::format("{},{},1,{}\n", i * 1e-3, 1e-6 * (i < 60 ? i : 120 - i), i < 60 ? 0.4 : -0.4);
+  for (const std::string& name : names) {
+    CAPTURE(name);
+    // Names after "./", so that "-e" is no option; gnuplot must not see a name that begins with '|' either.
+    const std::string picture = "./" + name + ".svg", data = "./" + name + ".csv";
+    const Outcome drawn = run_here(folder, {"experiment", "drift", "--models", "coulomb", "--plot", picture});
+    CHECK(drawn.err == "");
+    CHECK(drawn.code == 0);
+    CHECK_THAT(read_file(folder.at(name + ".svg")), Contains("</svg>"));
+    folder.write(name + ".csv", record);
+    std::filesystem::create_directory(folder.at("TMP" + name));
+    const Outcome below =
+        run_here(folder, {"experiment", "drift", "--models", "coulomb", "--plot", "below.svg"}, "TMP" + name);
+    CHECK(below.err == "");
+    CHECK(below.code == 0);
+    const Outcome fitted = run_here(folder, {"fit", data, "--plot", "fit.svg"});
+    CAPTURE(fitted.err);
+    CHECK(fitted.code == 0);
+    CHECK_THAT(read_file(folder.at("fit.svg")), Contains("</svg>"));
+    CHECK(std::none_of(fitted.out.begin(), fitted.out.end(),
+                       [](char c) { return c >= 0 && c < ' ' && c != '\n'; }));
+    CHECK_FALSE(std::filesystem::exists(folder.at("executed")));
+    CHECK_FALSE(std::filesystem::exists(folder.at("TMP" + name) + "/executed"));
+    CHECK(std::filesystem::is_empty(folder.at("TMP" + name)));
+  }
+}
+
+// ------------------------------------------------------------------------------------------------ numbers
+
+TEST_CASE("A number that cannot be held is refused, and one that can is taken whole", "[hostile]") {
+  const auto number = [](const std::string& text) {
+    const toml::table table = cli::parse_toml("x = " + text + "\n", "f.toml");
+    return cli::TomlTable("f.toml", table, "[scene]").number("x", {-1e300, 1e300});
+  };
+  CHECK(number("9007199254740992") == 0x1p53);
+  CHECK(number("-9007199254740992") == -0x1p53);
+  CHECK(number("9007199254740994.0") == 9007199254740994.0);
+  for (const char* text : {"9007199254740993", "-9007199254740993", "9223372036854775807",
+                           "-9223372036854775808", "inf", "-inf", "nan"}) {
+    CAPTURE(text);
+    CHECK_THAT(message_of<cli::UserError>([&] { number(text); }), Contains("f.toml:1: [scene]: x is"));
+  }
+  CHECK(cli::number_in<double>("+2.5") == 2.5);
+  CHECK(cli::number_in<int>("-7") == -7);
+  for (const char* text : {"", "+", "+-1", "1e400", "inf", "nan", "0x10", " 1", "1 ", "1junk", "1,5"}) {
+    CAPTURE(text);
+    CHECK_FALSE(cli::number_in<double>(text));
+  }
+  CHECK_FALSE(cli::number_in<std::uint32_t>("-1"));
+  CHECK_FALSE(cli::number_in<std::uint32_t>("4294967296"));
+  CHECK_FALSE(cli::number_in<int>("1.5"));
+}
+
+TEST_CASE("Scenes with numbers, names and files that are none are refused with file, line and key",
+          "[cli][hostile]") {
+  const TemporaryFolder folder;
+  folder.write("motion.csv", "t,x,load\n0,0,1\n0.01,1e-5,1\n");
+  const std::string trace = "type = \"trace\"\nfile = \"";
+  const auto refused = [&](const std::string& text, const std::string& part) {
+    check_one_line(run_here(folder, {"run", folder.write("s.toml", text)}), part);
+  };
+  const std::string scene = scene_with("bristles = 10");
+  for (const char* const text : {"inf", "-inf", "nan", "9007199254740993", "10000000000000000000000000"}) {
+    const std::string number = text;
+    CAPTURE(number);
+    refused("[scene]\nname = \"s\"\ndt = " + number + "\n", "s.toml:3");
+    refused("[scene]\nname = \"s\"\ndt = 1e-3\nduration = " + number + "\n", "s.toml:4");
+    refused(scene_with("bristles = " + number), "s.toml:");
+    refused(scene_with("max_normal_load = " + number), "s.toml:");
+  }
+  for (const std::string name : {"", "motion.csv\\u0000.png", "\\u0000"}) {
+    CAPTURE(name);
+    std::string with_trace = scene.substr(0, scene.find("[[motion]]"));
+    with_trace += "[[motion]]\npatch = \"tip\"\n" + trace + name + "\"\n";
+    refused(with_trace, "file is '");
+  }
+  refused("x = " + std::string(300, '[') + std::string(300, ']') + "\n", "s.toml:1: not TOML");
+  CHECK_THAT(run_here(folder, {"run", folder.at("s.toml")}).err, !Contains("TOML_"));
+}
+
+// --------------------------------------------------------------------------------------- limits of the
+// system
+
+TEST_CASE("Limits of the system end in one line and leave nothing", "[cli][hostile]") {
+  const TemporaryFolder folder;
+  const std::string scene = folder.write("s.toml", scene_with("bristles = 10"));
+  const std::string run = "'" BRISTLE_CLI "' run '" + scene + "' ";
+  const auto shell = [&](const std::string& text) { return run_here(folder, {"-c", text}, {}, "/bin/sh"); };
+  const std::size_t files = files_in(folder.path);
+  // A limit of no block, of regular files: messages go through a pipe.
+  const Outcome limited =
+      shell("( ulimit -f 0; " + run + "--out forces.csv; echo code $? >&2 ) 2>&1 >/dev/null | cat >&2");
+  CHECK_THAT(limited.err, Contains("forces.csv") && Contains("File too large\ncode 2\n"));
+  CHECK(std::count(limited.err.begin(), limited.err.end(), '\n') == 2);
+  CHECK(files_in(folder.path) == files);
+  const Outcome removed = shell("mkdir gone; cd gone; rmdir ../gone; " + run + "--out forces.csv");
+  check_one_line(removed, "No such file");
+  check_one_line(shell("mkdir gone; cd gone; rmdir ../gone; exec '" BRISTLE_CLI "' sweep '" + scene +
+                       "' --vary scene.dt=1e-3 --out t.csv"),
+                 "t.csv");
+  check_one_line(run_here(folder, {"run", BRISTLE_SCENES "/wheel.toml", "--isa", "z80"}), "z80");
+  check_one_line(run_here(folder, {"--version"}, {}, BRISTLE_CLI, "BRISTLE_ISA=z80"), "z80");
+  const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  folder.at("socket").copy(address.sun_path, sizeof address.sun_path - 1);
+  REQUIRE(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  check_one_line(run_here(folder, {"run", scene, "--out", "socket"}), "socket: cannot be written");
+  check_one_line(run_here(folder, {"run", "socket"}), "socket: cannot be read");
+  ::close(socket);
 }
 
 }  // namespace bristle_test::test_hostile_files

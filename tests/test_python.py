@@ -779,7 +779,7 @@ class Fit(unittest.TestCase):
             t, x, force = self.t[::4], self.x[::4], self.force[::4]
             rows = np.column_stack([1e3 * t, 1e6 * x, force])
             np.savetxt(file, rows, "%.17g", ";", header="Zeit;Weg;Kraft", comments="")
-            found = bristle.fit([file], load=LOAD, columns={"t": "Zeit", "x": 2, "force": "Kraft"},
+            found = bristle.fit([file], load=LOAD, columns={"t": "Zeit", "x": "Weg", "force": "Kraft"},
                                 units={"t": "ms", "x": "um"}, **held)
         of_arrays = bristle.fit(t, x, force, LOAD, **held)
         self.assertAlmostEqual(found.parameters["kinetic"].value, of_arrays.parameters["kinetic"].value, places=6)
@@ -1425,19 +1425,18 @@ class Sweeps(unittest.TestCase):
     def test_a_sweep_takes_the_options_of_the_command_line(self):
         with tempfile.TemporaryDirectory() as folder:
             report = pathlib.Path(folder) / "report.json"
-            command_line("sweep", SCENES / "two_surfaces.toml", "--vary", "material.rubber.kinetic=0.6:0.9",
-                         "--vary", "patch.steel_pad.bristles=50,100", "--sample", "latin", "3", "--seed", "5",
+            command_line("sweep", SCENES / "two_surfaces.toml", "--vary", "material.rubber.kinetic=0.6:0.9:2",
+                         "--vary", "patch.steel_pad.bristles=50,100", "--seed", "5",
                          "--set", "patch.rubber_pad.bristles=70", "--reference", "patch.rubber_pad.bristles=300",
                          "--window", "0.01:0.03", "--steps", "60", "--report", "error,window_mean", "--json", report)
             said = json.loads(report.read_text())
-        table = bristle.sweep(SCENES / "two_surfaces.toml", ["material.rubber.kinetic=0.6:0.9",
-                                                             "patch.steel_pad.bristles=50,100"],
-                              sample="latin", points=3, seed=5, set={"patch.rubber_pad.bristles": 70},
+        table = bristle.sweep(SCENES / "two_surfaces.toml", ["material.rubber.kinetic=0.6:0.9:2",
+                                                             "patch.steel_pad.bristles=50,100"], seed=5, set={"patch.rubber_pad.bristles": 70},
                               reference={"patch.rubber_pad.bristles": 300}, window=(0.01, 0.03), steps=60,
                               report=["error", "window_mean"])
         self.assertEqual((table.hash, table.study), (said["table_hash"], said["study"]))
 
-    def test_a_journal_lies_beside_the_table_and_is_left_free(self):
+    def test_an_unfinished_table_lies_beside_the_table_and_is_left_free(self):
         with tempfile.TemporaryDirectory() as folder:
             out = pathlib.Path(folder) / "table.csv"
             arguments = dict(steps=5, report="fx_mean", out=out)
@@ -1445,7 +1444,7 @@ class Sweeps(unittest.TestCase):
                 bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, client=object(), **arguments)
             except (TypeError, ImportError) as error:
                 held = error  # its traceback keeps the sweep's variables alive
-            self.assertEqual(os.listdir(folder), ["table.csv.journal"])
+            self.assertEqual(os.listdir(folder), ["table.csv.part"])
             table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, **arguments)
             self.assertEqual((len(table), os.listdir(folder)), (4, ["table.csv"]))
             del held
@@ -1453,8 +1452,7 @@ class Sweeps(unittest.TestCase):
     def test_a_worker_keeps_one_study_and_gets_half_a_second_of_rows(self):
         code = bristle._sweep
         for steps in (5, 6):
-            study = bristle._bristle._SweepStudy(SCENES / "two_surfaces.toml", ["scene.dt=1e-3"], sample="grid", points=0,
-                                                 repeat=1, seed=None, set=[], reference=[], report=[], window="", steps=steps)
+            study = bristle._bristle._SweepStudy(SCENES / "two_surfaces.toml", ["scene.dt=1e-3"], repeat=1, seed=None, set=[], reference=[], report=[], window="", steps=steps)
             self.assertEqual(code._study_here(study.recipe()).hash, study.hash)
         self.assertEqual(len(code._studies), 1)
         sizes = code._Sizes(types.SimpleNamespace(nthreads=lambda: {"a": 2}), 1000)
@@ -1488,13 +1486,11 @@ class Sweeps(unittest.TestCase):
 
     def test_columns_have_the_types_of_their_results_also_where_a_row_was_refused(self):
         with tempfile.TemporaryDirectory() as folder:
-            outs = [pathlib.Path(folder) / name for name in ("first.csv", "second.csv")]
-            table = bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetic": [0.6, -1.0]}, out=outs, steps=60,
+            out = pathlib.Path(folder) / "table.csv"
+            table = bristle.sweep(SCENES / "two_surfaces.toml", {"material.rubber.kinetic": [0.6, -1.0]}, out=out, steps=60,
                                   report=["window_mean", "sliding_steps", "state_hash"], window=(0.01, 0.05))
-            # Checks that without the argument `journal` no journal is left behind.
-            self.assertEqual(sorted(os.listdir(folder)), ["first.csv", "second.csv"])
-            self.assertEqual(outs[0].read_bytes(), outs[1].read_bytes())
-            with open(outs[1], newline="") as file:
+            self.assertEqual(os.listdir(folder), ["table.csv"])
+            with open(out, newline="") as file:
                 rows = list(csv.DictReader(file))
         hashes = table["state_hash"]
         self.assertEqual((hashes.dtype, int(hashes[0]), int(hashes[1])), (np.uint64, int(rows[0]["state_hash"], 16), 0))
@@ -1508,13 +1504,10 @@ class Sweeps(unittest.TestCase):
                             ({"law": "uniform", "min": 1e-6}, '{law="uniform",min=1e-06}'), ("as it is", "as it is")):
             self.assertEqual(bristle._sweep._text(value), text)
 
-    def test_a_sweep_writes_tables_and_keeps_a_journal_that_is_named(self):
+    def test_a_sweep_writes_the_table_that_it_returns(self):
         with tempfile.TemporaryDirectory() as folder:
-            out, journal = pathlib.Path(folder) / "table.csv", pathlib.Path(folder) / "journal"
-            for _ in range(2):  # the second run finds all rows in the journal
-                table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, report="fx_mean", steps=50, out=out,
-                                      journal=journal, threads=2)
-                self.assertEqual(journal.read_bytes().count(b"\n"), 5)
+            out = pathlib.Path(folder) / "table.csv"
+            table = bristle.sweep(SCENES / "two_surfaces.toml", self.VARY, report="fx_mean", steps=50, out=out, threads=2)
             with open(out, newline="") as file:
                 rows = list(csv.DictReader(file))
             written = [float(row["steel_pad.fx_mean[N]"]) for row in rows]

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "tools/libraries/files/gnuplot.hpp"
 #include "tools/libraries/files/output_file.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
@@ -42,13 +43,6 @@ Settings settings_for(const Experiment& experiment, const ExperimentOptions& opt
   return settings;
 }
 
-// Quotes a path. Shell and gnuplot quote single quotes differently, so names with one are refused.
-std::string quoted(const std::string& path) {
-  if (path.find_first_of("'\"\n\\") != std::string::npos)
-    throw UserError(fmt::format("{}: gnuplot cannot take quotes or backslashes in a file name", path));
-  return "'" + path + "'";
-}
-
 // Returns the folder of gnuplot scripts: as installed beside the program, else in the build. Its path is
 // relative to the program, so that both may be moved.
 fs::path plots_folder() {
@@ -69,26 +63,28 @@ void check_plot(const ExperimentOptions& options) {
   if (options.plot.empty()) return;
   check_picture_name("--plot", options.plot);
   if (options.name == "all") throw UserError("--plot: one experiment at a time");
-  if (!platform::has_gnuplot())
-    throw UserError("--plot: gnuplot is not installed (Debian: gnuplot-nox); --csv works without");
+  run_gnuplot("", "--plot");  // says before the experiment if gnuplot is not there
   const std::string script = plot_script(options.name);
   if (!fs::exists(script))
     throw UserError(
         fmt::format("--plot: {} does not exist; set BRISTLE_PLOTS to the folder of the scripts", script));
-  quoted(options.plot);
-  quoted(script);
 }
 
 void draw(const ExperimentOptions& options, const ExperimentReport& report, OutputFile& picture) {
-  OutputFile data(
-      (fs::temp_directory_path() / fmt::format("bristle_{}.csv", platform::process_number())).string());
+  std::error_code error;
+  const fs::path folder = fs::temp_directory_path(error);
+  if (error) throw UserError(fmt::format("--plot: the folder of TMPDIR: {}", error.message()));
+  OutputFile data((folder / fmt::format("bristle_{}.csv", platform::process_number())).string());
   data.append(experiment_csv(report));
   data.flush();
-  const std::string arguments = fmt::format(
-      "-e \"csv={}; png={}; svg={}; folder={}\" {}", quoted(data.place()), quoted(picture.place()),
-      is_vector_picture(options.plot) ? 1 : 0,
-      quoted(fs::path(plot_script(options.name)).parent_path().string()), quoted(plot_script(options.name)));
-  if (!platform::run_gnuplot(arguments)) throw UserError("--plot: gnuplot failed; its message is above");
+  // The scripts give awk the name of the data, which is digits and letters, within the folder of TMPDIR.
+  const std::string script = plot_script(options.name);
+  run_gnuplot(
+      fmt::format("folder = {}\npng = {}\nsvg = {}\ncd {}\ncsv = {}\nload {}\n",
+                  gnuplot_file(fs::path(script).parent_path().string()), gnuplot_file(picture.place()),
+                  is_vector_picture(options.plot) ? 1 : 0, gnuplot_file(folder.string()),
+                  gnuplot_string(fs::path(data.place()).filename().string()), gnuplot_file(script)),
+      "--plot");
   picture.finish();
 }
 

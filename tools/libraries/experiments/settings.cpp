@@ -1,12 +1,11 @@
 #include "tools/libraries/experiments/settings.hpp"
 
-#include <charconv>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
 #include "tools/libraries/files/csv_columns.hpp"
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/toml_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
@@ -16,11 +15,8 @@ namespace cli {
 namespace {
 
 double parse_number(std::string_view text, const std::string& where) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size())
-    throw UserError(fmt::format("{}: '{}' is not a number", where, text));
-  return value;
+  if (const std::optional<double> value = number_in<double>(text)) return *value;
+  throw UserError(fmt::format("{}: '{}' is not a finite number", where, text));
 }
 
 std::vector<double> parse_numbers(std::string_view text, const std::string& where) {

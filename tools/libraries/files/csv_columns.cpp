@@ -1,11 +1,11 @@
 #include "tools/libraries/files/csv_columns.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
 
 namespace cli {
@@ -79,15 +79,14 @@ const Unit* find_unit(std::span<const Unit> units, std::string_view name) {
 
 double parse_quantity(std::string_view text, std::span<const Unit> units, const std::string& what) {
   text = trim(text);
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  const std::string_view unit = trim({rest, static_cast<std::size_t>(end - rest)});
+  std::string_view unit = text;
+  const std::optional<double> value = take_number<double>(unit);
+  unit = trim(unit);
   const Unit* const known = unit.empty() ? &units.front() : find_unit(units, unit);
-  if (error != std::errc() || !std::isfinite(value) || !known)
+  if (!value || !known)
     throw UserError(fmt::format("{} is '{}'; allowed: a number, alone ({}) or with a unit: {}", what, text,
                                 units.front().name, unit_names(units)));
-  return value / known->per_si;
+  return *value / known->per_si;
 }
 
 std::string_view trim(std::string_view text) {
@@ -152,18 +151,15 @@ void require_load(double load_n, std::string_view cell, const std::string& where
 }
 
 double parse_number(std::string_view cell, std::string_view column, const std::string& where) {
-  const auto fail = [&](std::string_view why) -> double {
-    throw UserError(fmt::format("{}: column {}: '{}' {}", where, column, cell, why));
-  };
-  std::string_view digits = cell;
-  if (digits.size() > 1 && digits[0] == '+' && digits[1] != '-') digits.remove_prefix(1);
+  if (const std::optional<double> value = number_in<double>(cell)) return *value;
   double value = 0.0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error == std::errc::result_out_of_range) return fail("is out of the range of a number");
-  if (error != std::errc() || end != digits.data() + digits.size())
-    return fail(cell.empty() ? "is empty: a number is needed" : "is not a number");
-  if (!std::isfinite(value)) return fail("is not finite");
-  return value;
+  const char* const last = cell.data() + cell.size();
+  const auto [end, error] = std::from_chars(cell.data(), last, value);
+  throw UserError(fmt::format("{}: column {}: '{}' {}", where, column, cell,
+                              cell.empty()                              ? "is empty: a number is needed"
+                              : error == std::errc::result_out_of_range ? "is out of the range of a number"
+                              : error == std::errc() && end == last     ? "is not finite"
+                                                                        : "is not a number"));
 }
 
 }  // namespace cli

@@ -38,8 +38,6 @@ struct ColumnKind {
   std::span<const Unit> units;
   /// Largest magnitude allowed for a value in this column, SI units.
   double most = std::numeric_limits<double>::max();
-  /// Other names under which files may have this column, in lower case.
-  std::span<const std::string_view> aliases = {};
 };
 
 struct CsvHeader {

@@ -1,12 +1,12 @@
 #include "tools/libraries/files/foreign_csv.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "tools/libraries/files/number_text.hpp"
+#include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/user_error.hpp"
 
 namespace cli {
@@ -19,12 +19,6 @@ struct Line {
   std::string_view text;
   std::size_t number;  // number of the line in its file, from 1
 };
-
-std::string lower(std::string_view text) {
-  std::string small(text);
-  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return small;
-}
 
 std::string_view unquoted(std::string_view cell) {
   cell = trim(cell);
@@ -58,13 +52,7 @@ std::string with_point(std::string_view cell) {
   return number;
 }
 
-bool is_number(std::string_view cell) {
-  std::string number = with_point(cell);
-  if (number.starts_with('+')) number.erase(0, 1);
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
-  return error == std::errc() && end == number.data() + number.size();
-}
+bool is_number(std::string_view cell) { return number_in<double>(with_point(cell)).has_value(); }
 
 bool all_numbers(const std::vector<std::string_view>& cells) {
   return std::all_of(cells.begin(), cells.end(), is_number);
@@ -107,8 +95,6 @@ class Header {
       if (k < wishes.size() && !wishes[k].name.empty()) of_[k] = wished(k, wishes[k].name);
     for (std::size_t k = 0; k < kinds.size(); ++k)
       if (!of_[k] && (k >= wishes.size() || wishes[k].name.empty())) of_[k] = own(k);
-    for (std::size_t k = 0; k < kinds.size(); ++k)
-      if (!of_[k] && (k >= wishes.size() || wishes[k].name.empty())) of_[k] = alias(k);
   }
 
   std::vector<bool> present() const {
@@ -132,36 +118,19 @@ class Header {
     return std::any_of(of_.begin(), of_.end(), [&](const auto& p) { return p && *p == place; });
   }
   std::optional<std::size_t> wished(std::size_t kind, const std::string& name) const {
-    for (std::size_t i = 0; i < cells_.size() && !all_numbers(cells_); ++i)
+    for (std::size_t i = 0; i < cells_.size(); ++i)
       if (cells_[i] == name || split_unit(cells_[i], kinds_[kind].units).name == name) return i;
-    std::size_t place = 0;
-    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), place);
-    if (error == std::errc() && end == name.data() + name.size() && place >= 1 && place <= cells_.size())
-      return place - 1;
     return std::nullopt;
   }
   std::optional<std::size_t> own(std::size_t kind) const {
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      const std::string_view name = trim(cells_[i].substr(0, cells_[i].find('[')));
-      if (name == kinds_[kind].name && !taken(i)) return i;
+      // Takes a header with an unclosed bracket too, so that the reader refuses it.
+      const std::string_view before = trim(cells_[i].substr(0, cells_[i].find('[')));
+      const std::string_view name = split_unit(cells_[i], kinds_[kind].units).name;
+      if ((name == kinds_[kind].name || before == kinds_[kind].name) && !taken(i)) return i;
     }
     return std::nullopt;
   }
-  /// Returns the file's column whose name is an alias of this kind of column and of no other.
-  std::optional<std::size_t> alias(std::size_t kind) const {
-    std::optional<std::size_t> found;
-    for (std::size_t i = 0; i < cells_.size(); ++i) {
-      if (taken(i)) continue;
-      const std::string name = lower(split_unit(cells_[i], kinds_[kind].units).name);
-      const auto& names = kinds_[kind].aliases;
-      const bool same = std::find(names.begin(), names.end(), name) != names.end() ||
-                        (name == kinds_[kind].name && !names.empty());
-      if (same && found) return std::nullopt;
-      if (same) found = i;
-    }
-    return found;
-  }
-
   std::vector<std::string_view> cells_;
   std::span<const ColumnKind> kinds_;
   std::vector<std::optional<std::size_t>> of_;
@@ -214,10 +183,10 @@ class Converter {
     const Header header(split(lines_[at_].text, separator_), kinds_, wishes_);
     settle_wishes(header);
     out_.header = std::string(trim(lines_[at_].text));
-    std::size_t first = by_place_ ? at_ : at_ + 1;
+    std::size_t first = at_ + 1;
     while (first < lines_.size() && !is_text(lines_[first])) ++first;
     std::vector<std::string_view> units;
-    if (!by_place_ && first < lines_.size()) {
+    if (first < lines_.size()) {
       units = split(lines_[first].text, separator_);
       if (is_unit_row(units, header, kinds_)) {
         out_.notes.push_back("units from the row below the header");
@@ -226,10 +195,10 @@ class Converter {
         units.clear();
       }
     }
-    out_.header_line = by_place_ ? lines_[at_].number - 1 : lines_[at_].number;
+    out_.header_line = lines_[at_].number;
     note_dialect(first);
     write_header(header, units);
-    for (std::size_t i = by_place_ ? at_ : at_ + 1; i < lines_.size(); ++i) write_row(lines_[i].text);
+    for (std::size_t i = at_ + 1; i < lines_.size(); ++i) write_row(lines_[i].text);
     return std::move(out_);
   }
 
@@ -240,8 +209,8 @@ class Converter {
     return {};
   }
 
-  /// Finds the header of a CSV file: the first line that names enough known columns. If there is none: no
-  /// header if the user gave column numbers, else the first line.
+  /// Finds the header of a CSV file: the first line that names enough known columns, else the first line,
+  /// for the caller to refuse.
   void find_header() {
     std::optional<std::size_t> first;
     std::size_t seen = 0, passed = 0;
@@ -251,20 +220,13 @@ class Converter {
       if (!first) first = i;
       const char separator = separator_of(lines_[i].text, row_after(i));
       const std::vector<std::string_view> cells = split(lines_[i].text, separator);
-      const char of_numbers = separator_of(lines_[i].text, lines_[i].text);
-      const std::vector<std::string_view> row = split(lines_[i].text, of_numbers);
-      const bool numbers = row.size() > 1 && all_numbers(row);
-      if (numbers ? !enough_(Header(row, kinds_, wishes_).present())
-                  : !enough_(Header(cells, kinds_, wishes_).present())) {
+      if (!enough_(Header(cells, kinds_, wishes_).present())) {
         ++passed;
         continue;
       }
       at_ = i;
-      by_place_ = numbers;
-      separator_ = numbers ? of_numbers : separator;
-      if (passed > 0 && !numbers)
-        out_.notes.push_back(fmt::format("{} lines before the header skipped", passed));
-      if (numbers) out_.notes.push_back("no header: columns by place");
+      separator_ = separator;
+      if (passed > 0) out_.notes.push_back(fmt::format("{} lines before the header skipped", passed));
       return;
     }
     at_ = first.value_or(0);
@@ -273,9 +235,8 @@ class Converter {
         split(lines_[at_].text, separator_of(lines_[at_].text, lines_[at_].text));
     if (cells.size() > 1 && all_numbers(cells))
       throw UserError(fmt::format(
-          "{}:{}: the line holds numbers where the names of the columns are expected: add a header, or give "
-          "the columns by place (--columns t=1,x=2,...)",
-          name_, lines_[at_].number));
+          "{}:{}: the line holds numbers where the names of the columns are expected: add a header", name_,
+          lines_[at_].number));
   }
 
   void settle_wishes(const Header& header) const {
@@ -321,7 +282,7 @@ class Converter {
     for (std::size_t k = 0; k < kinds_.size(); ++k) {
       const auto place = header.place(k);
       if (!place) continue;
-      std::string unit(by_place_ ? std::string_view() : header.unit(k));
+      std::string unit(header.unit(k));
       if (*place < units.size()) {
         const NameAndUnit below = split_unit(units[*place], kinds_[k].units);
         unit = below.unit.empty() ? below.name : below.unit;
@@ -329,10 +290,10 @@ class Converter {
       if (k < wishes_.size() && wishes_[k].unit) unit = wishes_[k].unit->name;
       const std::string_view cell = header.cells()[*place];
       renamed = renamed || header.renamed(k);
-      out_.headers[k] = by_place_ ? fmt::format("column {}", *place + 1) : std::string(cell);
+      out_.headers[k] = one_line(cell);
       out_.units[k] = unit;
       // Keeps a header cell that has an unclosed bracket as it is, so that the reader refuses it.
-      const bool broken = !by_place_ && unit.empty() && cell.find('[') != std::string_view::npos;
+      const bool broken = unit.empty() && cell.find('[') != std::string_view::npos;
       names[*place] = broken         ? std::string(cell)
                       : unit.empty() ? std::string(kinds_[k].name)
                                      : fmt::format("{} [{}]", kinds_[k].name, unit);
@@ -371,7 +332,7 @@ class Converter {
   PlainCsv out_;
   std::size_t at_ = 0;
   char separator_ = ',';
-  bool by_place_ = false, decimal_comma_ = false;
+  bool decimal_comma_ = false;
 };
 
 }  // namespace
@@ -390,9 +351,6 @@ std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const C
       if (kinds[k].name == word) return k;
       known += fmt::format("{}{}", k > 0 ? ", " : "", kinds[k].name);
     }
-    for (std::size_t k = 0; k < kinds.size(); ++k)
-      if (std::find(kinds[k].aliases.begin(), kinds[k].aliases.end(), word) != kinds[k].aliases.end())
-        return k;
     throw UserError(fmt::format("{}: '{}' is no column of a record; allowed: {}", option, word, known));
   };
   std::vector<ColumnWish> wishes(kinds.size());

@@ -1,5 +1,5 @@
-// Converts other programs' CSV (semicolons, tabs, decimal commas, lines before the header, units below it,
-// other column names) line by line to the CSV that csv_columns.hpp and csv_rows.hpp read.
+// Converts other programs' CSV (semicolons, tabs, decimal commas, lines before the header, units below it)
+// line by line to the CSV that csv_columns.hpp and csv_rows.hpp read.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace cli {
 
 /// Header and unit that the user states for one kind of column (time, position, force ...).
 struct ColumnWish {
-  /// Column's header in the file, or its number from 1. Empty: found by standard name or alias.
+  /// Column's header in the file. Empty: the standard name.
   std::string name;
   const Unit* unit = nullptr;  ///< unit of the column; null: as in the file's header, else SI
 };
@@ -30,7 +30,7 @@ std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const C
 
 struct PlainCsv {
   std::string text;                  ///< converted text from the header on; line numbers stay
-  std::size_t header_line = 1;       ///< line number of the header in the file; 0: none
+  std::size_t header_line = 1;       ///< line number of the header in the file
   std::string header;                ///< header line of the CSV file as it stands there
   std::vector<std::string> headers;  ///< for each kind of column, its header in the file; empty: none
                                      ///< there
@@ -42,7 +42,7 @@ struct PlainCsv {
 /// Converts another program's CSV text; `first_line` is its first line's number in the file. `enough` decides
 /// from the kinds of column that a line names whether it can be the header; if no line can, the first counts
 /// as header, for the caller to refuse. Throws UserError if a column stated by the user is missing, and where
-/// numbers stand in place of names unless the user chose the columns by place.
+/// numbers stand in place of names.
 PlainCsv plain_csv(std::string_view text, const std::string& name, std::size_t first_line,
                    std::span<const ColumnKind> kinds, const std::vector<ColumnWish>& wishes,
                    const std::function<bool(const std::vector<bool>&)>& enough);

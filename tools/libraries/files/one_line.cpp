@@ -1,5 +1,6 @@
 #include "tools/libraries/files/one_line.hpp"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace cli {
@@ -24,6 +25,14 @@ std::size_t printable(std::string_view text, std::size_t at) {
   return first == 0xC2 && byte_at(text, at + 1) < 0xA0 ? 0 : size;
 }
 
+/// Returns the length of the sequence at `at` that only colours a text, such as "\x1B[31m"; 0 if there is
+/// none.
+std::size_t colour_at(std::string_view text, std::size_t at) {
+  if (!text.substr(at).starts_with("\x1B[")) return 0;
+  const std::size_t end = text.find_first_not_of("0123456789;", at + 2);
+  return end < text.size() && text[end] == 'm' ? end + 1 - at : 0;
+}
+
 }  // namespace
 
 std::string one_line(std::string_view text) {
@@ -34,17 +43,24 @@ std::string one_line(std::string_view text) {
         .append(text.substr(text.size() - tail_bytes));
     text = shortened;
   }
-  std::string line;
+  std::string line = masked(text);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return line;
+}
+
+std::string masked(std::string_view text, bool colours) {
+  std::string safe;
   for (std::size_t at = 0; at < text.size();) {
-    const std::size_t size = printable(text, at);
+    std::size_t size = text[at] == '\n' ? 1 : printable(text, at);
+    if (colours && size == 0) size = colour_at(text, at);
     if (size > 0) {
-      line += text.substr(at, size);
+      safe += text.substr(at, size);
     } else {
-      line += text[at] == '\n' ? ' ' : '?';
+      safe += '?';
     }
     at += size > 0 ? size : 1;
   }
-  return line;
+  return safe;
 }
 
 }  // namespace cli

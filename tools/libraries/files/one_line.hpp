@@ -1,4 +1,4 @@
-// Turns any text into one short line that a terminal prints safely.
+// Turns any text into one that a terminal prints safely.
 #pragma once
 
 #include <string>
@@ -9,5 +9,9 @@ namespace cli {
 /// Makes a text safe to quote in a message, since a file may hold anything: control characters and invalid
 /// UTF-8 become '?', ends of lines become spaces, and the middle of a long text is left out.
 std::string one_line(std::string_view text);
+
+/// Makes a text of several lines safe to print: control characters other than line ends, and invalid UTF-8,
+/// become '?'. With `colours` those sequences stay that only colour a text.
+std::string masked(std::string_view text, bool colours = false);
 
 }  // namespace cli

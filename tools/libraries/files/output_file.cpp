@@ -64,7 +64,7 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
 void OutputFile::open_beside() {
   static std::atomic<unsigned> count{0};
   std::error_code error;
-  const fs::path real = fs::canonical(platform::path_of(path_), error);
+  const fs::path real = fs::canonical(fs::path(path_), error);
   const std::string target = error ? path_ : real.string();
   const bool there = !error && platform::kind_of(target) != platform::Kind::nothing;
   if (there && !platform::is_writable(target)) fail();
@@ -130,13 +130,11 @@ void OutputFile::finish() {
 bool is_vector_picture(const std::string& path) { return path.ends_with(".svg"); }
 
 void check_picture_name(const char* option, const std::string& path) {
-  const std::string why_not = path.empty() ? std::string() : platform::why_no_pictures();
-  if (!why_not.empty()) throw UserError(fmt::format("{}: {}", option, why_not));
   if (!path.empty() && path != "-" && !path.ends_with(".png") && !is_vector_picture(path))
     throw UserError(
         fmt::format("{} {}: pictures are PNG or SVG; let its name end in .png or .svg", option, path));
   std::error_code none;
-  if (fs::is_character_file(platform::path_of(path), none))
+  if (fs::is_character_file(fs::path(path), none))
     throw UserError(
         fmt::format("{} {}: is a device; gnuplot does not say when it is full. Take a file", option, path));
 }

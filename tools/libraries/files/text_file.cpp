@@ -6,6 +6,7 @@
 #include <memory>
 #include <string_view>
 
+#include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/platform/platform.hpp"
 
@@ -53,7 +54,7 @@ std::string read_text_file(const std::string& path, std::size_t most_bytes, bool
   return text;
 }
 
-void print_note(const std::string& text) noexcept { std::fputs(text.c_str(), stderr); }
+void print_note(const std::string& text) { std::fputs(masked(text).c_str(), stderr); }
 
 void print_text(const std::string& text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)

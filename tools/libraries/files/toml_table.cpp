@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/libraries/files/nearest_name.hpp"
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
 
 namespace cli {
@@ -80,7 +81,11 @@ const toml::node& TomlTable::need(std::string_view key) const {
 double TomlTable::checked(const toml::node& node, std::string_view key, const Range& range) const {
   if (!node.is_number())
     fail(key, fmt::format("is {}; a number is needed, {}", spell(node), describe(range)));
-  const double value = *node.value<double>();
+  // toml++ itself has no value for a whole number that double precision cannot hold.
+  const toml::value<std::int64_t>* const whole = node.as_integer();
+  if (whole && (whole->get() > most_whole_double || whole->get() < -most_whole_double))
+    fail(key, fmt::format("is {}; allowed: whole numbers up to 2^53, {}", spell(node), describe(range)));
+  const double value = whole ? static_cast<double>(whole->get()) : node.as_floating_point()->get();
   const bool inside =
       std::isfinite(value) && value <= range.max && (range.above ? value > range.min : value >= range.min);
   if (!inside) fail(key, fmt::format("is {}; allowed: {}", spell(node), describe(range)));
@@ -114,6 +119,14 @@ std::string TomlTable::text(std::string_view key) const {
 
 std::string TomlTable::text(std::string_view key, std::string otherwise) const {
   return has(key) ? text(key) : std::move(otherwise);
+}
+
+std::string TomlTable::file(std::string_view key) const {
+  const std::string name = text(key);
+  if (name.empty() || name.find('\0') != std::string::npos)
+    fail(key,
+         fmt::format("is '{}'; the name of a file is needed, at least one character and no zero byte", name));
+  return name;
 }
 
 std::size_t TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> names,

@@ -39,6 +39,8 @@ class TomlTable {
                        std::int64_t otherwise) const;
   std::string text(std::string_view key) const;
   std::string text(std::string_view key, std::string otherwise) const;
+  /// Reads the name of a file, which must not be empty nor hold a zero byte.
+  std::string file(std::string_view key) const;
   /// Reads a word that must be one of `names`. Returns its index.
   std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
                      std::size_t otherwise) const;

@@ -29,14 +29,6 @@ enum Column : unsigned {
   column_torque,
   column_count
 };
-constexpr std::string_view names_t[] = {"time", "timestamp", "elapsed time"};
-constexpr std::string_view names_x[] = {"position", "displacement", "pos"};
-constexpr std::string_view names_v[] = {"velocity", "speed"};
-constexpr std::string_view names_load[] = {"normal load",  "normal_load", "normal force",
-                                           "normal_force", "normal",      "fn"};
-constexpr std::string_view names_force[] = {"friction force", "friction_force", "tangential force",
-                                            "tangential_force"};
-constexpr std::string_view no_other[] = {""};
 /// Name of the unit g of a load: files of tribometers mean by it the weight of a gram, not a mass.
 constexpr std::string_view grams = "g";
 constexpr Unit weighed_units[] = {{"N", 1.0},
@@ -46,18 +38,13 @@ constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {"gf", 1e3 / 9.80665},
                                   {"kgf", 1.0 / 9.80665},
                                   {grams, 1e3 / 9.80665}};
-constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time, names_t},
-                                            {"x", length_units, most_length, names_x},
-                                            {"v", speed_units, most_speed, names_v},
-                                            {"vx", speed_units, most_speed},
-                                            {"load", weighed_units, most_force, names_load},
-                                            {"force", weighed_units, most_force, names_force},
-                                            {"fx", weighed_units, most_force, no_other},
-                                            {"friction", weighed_units, most_force, no_other},
-                                            {"y", length_units, most_length},
-                                            {"fy", weighed_units, most_force},
-                                            {"angle", angle_units, most_length, no_other},
-                                            {"torque", torque_units, most_force, no_other}};
+constexpr ColumnKind kinds[column_count] = {
+    {"t", time_units, most_time},        {"x", length_units, most_length},
+    {"v", speed_units, most_speed},      {"vx", speed_units, most_speed},
+    {"load", weighed_units, most_force}, {"force", weighed_units, most_force},
+    {"fx", weighed_units, most_force},   {"friction", weighed_units, most_force},
+    {"y", length_units, most_length},    {"fy", weighed_units, most_force},
+    {"angle", angle_units, most_length}, {"torque", torque_units, most_force}};
 constexpr const char* expected = "t,x,load,force";
 
 /// What a file has of a measured record: all of it, only the force, or only the motion.

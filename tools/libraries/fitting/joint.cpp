@@ -37,14 +37,10 @@ enum Column : unsigned {
   column_outside,
   column_count
 };
-constexpr std::string_view names_t[] = {"time", "timestamp"};
-constexpr std::string_view names_angle[] = {"position", "pos"};
-constexpr std::string_view names_speed[] = {"velocity"};
-constexpr std::string_view names_motor[] = {"torque"};
 constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units, most_time, names_t},   {"angle", angle_units, 1e6, names_angle},
-    {"speed", rate_units, 1e9, names_speed}, {"motor", torque_units, most_force, names_motor},
-    {"current", current_units, 1e9},         {"outside", torque_units, most_force}};
+    {"t", time_units, most_time},    {"angle", angle_units, 1e6},
+    {"speed", rate_units, 1e9},      {"motor", torque_units, most_force},
+    {"current", current_units, 1e9}, {"outside", torque_units, most_force}};
 
 /// Time over which torque residuals are averaged, s; over less, accelerations from differences are noise.
 constexpr double block_time = 0.01;

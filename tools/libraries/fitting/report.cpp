@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "tools/libraries/files/gnuplot.hpp"
+#include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/output_file.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
@@ -15,7 +17,6 @@
 #include "tools/libraries/fitting/fit_plot_script.hpp"  // made by CMake from tools/plots/fit.gp
 #include "tools/libraries/fitting/joint.hpp"
 #include "tools/libraries/fitting/judge.hpp"
-#include "tools/libraries/platform/platform.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/numbers.hpp"
 #include "tools/libraries/reports/table.hpp"
@@ -79,14 +80,6 @@ std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
 }
 
-std::string quoted(const std::string& text) {
-  return "'" + [&] {
-    std::string out;
-    for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
-    return out;
-  }() + "'";
-}
-
 /// Draws measured and fitted force into a file: runs gnuplot on a built-in script that contains the samples.
 void draw(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside, bool vectors,
           const std::string& place, const char* option) {
@@ -97,13 +90,9 @@ void draw(const FitData& data, const FitResult& result, const std::vector<ModelF
   }();
   const std::string script =
       fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\nrivals={}\n{}",
-                  fit_csv(data, result, beside), quoted(place), vectors ? 1 : 0, quoted(data.columns.name),
-                  quoted(names), fit_plot_script);
-  const std::optional<int> status = platform::feed_gnuplot(script);
-  if (status == 0) return;
-  throw UserError(
-      fmt::format("{}: gnuplot {}", option,
-                  status == 127 ? "is not installed; install the package gnuplot-nox" : "failed"));
+                  fit_csv(data, result, beside), gnuplot_file(place), vectors ? 1 : 0,
+                  gnuplot_string(one_line(data.columns.name)), gnuplot_string(names), fit_plot_script);
+  run_gnuplot(script, option);
 }
 
 /// Returns a page that loads nothing from outside: reports as text, and for a record of one axis the picture.
@@ -112,7 +101,7 @@ std::string page(const FitData& data, const FitResult& result, const std::vector
                  const std::string& reports, const std::string& unfinished) {
   const auto escaped = [](const std::string& text) {
     std::string out;
-    for (const char c : text)
+    for (const char c : masked(text))
       out += c == '&' ? std::string("&amp;") : c == '<' ? std::string("&lt;") : std::string(1, c);
     return out;
   };
@@ -125,7 +114,7 @@ std::string page(const FitData& data, const FitResult& result, const std::vector
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{0}</title>\n<h1>{0}</h1>\n"
       "<pre>{1}</pre>\n{2}</html>\n",
-      escaped(data.columns.name), escaped(reports), picture);
+      escaped(one_line(data.columns.name)), escaped(reports), picture);
 }
 
 }  // namespace
@@ -363,7 +352,7 @@ namespace {
 /// empty if the scene is not written to disk.
 std::string motion_file(const FitOptions& options) {
   if (options.write.empty() || options.write == "-") return {};
-  return platform::path_of(options.write).replace_extension().string() + "_motion.csv";
+  return std::filesystem::path(options.write).replace_extension().string() + "_motion.csv";
 }
 
 }  // namespace
@@ -435,7 +424,7 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
   std::string text = fmt::format(
       "# A material fitted to {}: copy [[material]] into a scene, or replay the measurement with\n"
       "# `bristle run` on this file. Values with their 95 % intervals:\n",
-      platform::path_of(data.columns.name).filename().string());
+      std::filesystem::path(data.columns.name).filename().string());
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     if (!concerns(data, r, i)) continue;
     const FitEstimate& e = report_estimate(r, i);
@@ -466,11 +455,9 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
   if (replays) {
     namespace fs = std::filesystem;
     std::error_code error;
-    const fs::path folder =
-        options.write == "-" ? fs::path(".") : platform::path_of(options.write).parent_path();
+    const fs::path folder = options.write == "-" ? fs::path(".") : fs::path(options.write).parent_path();
     const std::string motion = own_file ? motion_file(options) : data.columns.name;
-    const fs::path file =
-        fs::proximate(platform::path_of(motion), folder.empty() ? fs::path(".") : folder, error);
+    const fs::path file = fs::proximate(fs::path(motion), folder.empty() ? fs::path(".") : folder, error);
     text += fmt::format("type = \"trace\"\nfile = '{}'\n", error ? motion : file.string());
   } else {
     text += fmt::format("type = \"ramp\"\nvelocity = {}  # m/s\n", data.fast);

@@ -1,7 +1,6 @@
 // All services of the operating system that the tools need besides threads and those of
-// core/runtime/platform. Sources: windows.cpp for Windows; posix.cpp for the rest, with linux.cpp or, for
-// other systems, plain.cpp, which does without. Paths and texts are UTF-8. After a failure `errno` says why,
-// unless a text does.
+// core/runtime/platform: posix.cpp has those of POSIX, linux.cpp the others. After a failure `errno` says
+// why, unless a text does.
 #pragma once
 
 #include <cstdint>
@@ -19,21 +18,14 @@ namespace cli::platform {
 // ------------------------------------------------------------------------------------------ program and
 // terminal
 
-/// Returns the words of the command line.
-std::vector<std::string> arguments(int argc, char** argv);
-
 /// Opens stdin, stdout and stderr if the caller left them closed: otherwise the next opened file would get
-/// such a number, and printed text would go into that file. A closed stdout still refuses output. On Windows,
-/// makes stdout keep line ends as they are and consoles show UTF-8 and colours. Call it first in main().
+/// such a number, and printed text would go into that file. A closed stdout still refuses output. Also makes
+/// a write beyond the size limit of files fail instead of ending the program. Call it first in main().
 void hold_standard_streams() noexcept;
 
 bool is_terminal(std::FILE* stream) noexcept;
 /// Whether stdout is a terminal that shows colours.
 bool shows_colours() noexcept;
-
-/// Returns the path of a UTF-8 text, from which mingw's std::filesystem would take byte by byte. Its string()
-/// is UTF-8.
-std::filesystem::path path_of(std::string_view text);
 
 /// Returns the folder of the running program; empty if unknown.
 std::filesystem::path program_folder();
@@ -46,14 +38,9 @@ std::string cpu_model();
 /// number if neither is known.
 std::uint64_t free_memory();
 
-/// Returns why this system cannot draw pictures by gnuplot; empty if it can.
-std::string why_no_pictures();
-bool has_gnuplot();
-/// Runs gnuplot with these arguments, quoted for the shell. Returns whether it succeeded.
-bool run_gnuplot(const std::string& arguments);
-/// Runs gnuplot on a script. Returns its exit code: 0 after success, 127 if it is not installed; empty if it
-/// could not be started or was killed.
-std::optional<int> feed_gnuplot(std::string_view script);
+/// Runs a program found by PATH, without a shell and without arguments, and writes `input` to its stdin.
+/// Returns its exit code, 127 if it is not installed; empty if it could not be started or was killed.
+std::optional<int> feed_program(const char* name, std::string_view input);
 
 // -------------------------------------------------------------------------------------------------------
 // signals

@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
+#include <spawn.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -12,6 +13,7 @@
 #include <cstdlib>
 #include <system_error>
 
+#include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/platform/platform.hpp"
 
 namespace cli::platform {
@@ -36,6 +38,24 @@ std::FILE* stream_of(int file, const char* mode) noexcept {
   return stream;
 }
 
+/// Writes a text to its end. Returns false if that fails.
+bool write_all(int file, std::string_view text) noexcept {
+  while (!text.empty()) {
+    const ssize_t wrote = ::write(file, text.data(), text.size());
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(wrote));
+  }
+  return true;
+}
+
+/// Returns whether a path holds a zero byte, at which the system would end it and take another file.
+bool is_cut(const std::string& path) noexcept {
+  if (path.find('\0') == std::string::npos) return false;
+  errno = EINVAL;
+  return true;
+}
+
 /// Waits until the FIFO has data, or its writer has closed it.
 bool wait_for_writer(int file, const std::string& path) noexcept {
   constexpr int patience_ms = 1000;  // ms, wait for a writer before a message says so
@@ -43,7 +63,7 @@ bool wait_for_writer(int file, const std::string& path) noexcept {
   int ready = ::poll(&wanted, 1, patience_ms);
   if (ready == 0) {
     std::fprintf(stderr, "bristle: %s: a FIFO that nobody writes to yet; waiting (Ctrl-C ends it)\n",
-                 path.c_str());
+                 one_line(path).c_str());
     ready = ::poll(&wanted, 1, -1);
   }
   return ready >= 0;
@@ -51,11 +71,9 @@ bool wait_for_writer(int file, const std::string& path) noexcept {
 
 }  // namespace
 
-fs::path path_of(std::string_view text) { return text; }
-
-std::vector<std::string> arguments(int argc, char** argv) { return {argv, argv + argc}; }
-
 void hold_standard_streams() noexcept {
+  // A write beyond the limit of `ulimit -f` then fails instead of ending the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   for (const int number : {0, 1, 2})
     if (::fcntl(number, F_GETFD) < 0 && errno == EBADF)
       static_cast<void>(::open("/dev/null", number == 2 ? O_WRONLY : O_RDONLY));
@@ -76,20 +94,30 @@ std::tm utc(std::time_t time) noexcept {
   return utc;
 }
 
-std::string why_no_pictures() { return {}; }
-
-bool has_gnuplot() { return std::system("command -v gnuplot >/dev/null 2>&1") == 0; }
-
-bool run_gnuplot(const std::string& arguments) { return std::system(("gnuplot " + arguments).c_str()) == 0; }
-
-std::optional<int> feed_gnuplot(std::string_view script) {
-  std::FILE* const pipe = ::popen("command -v gnuplot > /dev/null || exit 127; exec gnuplot", "w");
-  if (pipe == nullptr) return {};
+std::optional<int> feed_program(const char* name, std::string_view input) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) return {};
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
+  std::string word = name;
+  char* const words[] = {word.data(), nullptr};
+  pid_t child = 0;
+  const int error = ::posix_spawnp(&child, name, &actions, nullptr, words, environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(ends[0]);
+  if (error != 0) {
+    ::close(ends[1]);
+    return error == ENOENT ? std::optional(127) : std::nullopt;
+  }
   // Ignores SIGPIPE, so that a write to a pipe without reader fails instead of ending this program.
   const auto before = std::signal(SIGPIPE, SIG_IGN);
-  std::fwrite(script.data(), 1, script.size(), pipe);
-  const int status = ::pclose(pipe);
+  write_all(ends[1], input);
   std::signal(SIGPIPE, before);
+  ::close(ends[1]);
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
   return WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt;
 }
 
@@ -121,6 +149,7 @@ HeldSignals::HeldSignals() : before_(std::make_unique<Mask>()) {
 HeldSignals::~HeldSignals() { ::pthread_sigmask(SIG_SETMASK, &before_->signals, nullptr); }
 
 std::FILE* open_to_read(const std::string& path) noexcept {
+  if (is_cut(path)) return nullptr;
   // Opens without blocking, because opening a FIFO without a writer would hang without a message.
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return nullptr;
@@ -134,6 +163,12 @@ std::FILE* open_to_read(const std::string& path) noexcept {
 }
 
 std::FILE* open_special(const std::string& path) noexcept {
+  struct stat there;
+  if (is_cut(path) || ::stat(path.c_str(), &there) != 0) return nullptr;
+  if (S_ISSOCK(there.st_mode)) {  // cannot be opened: the system says ENXIO, as of a FIFO without a reader
+    errno = ENOTSUP;
+    return nullptr;
+  }
   constexpr int pause_ms = 20, patience_ms = 1000;  // ms between trials; ms until a message says so
   int file = -1;
   // The error ENXIO means a FIFO without a reader.
@@ -144,7 +179,7 @@ std::FILE* open_special(const std::string& path) noexcept {
   }
   if (file < 0 && errno == ENXIO) {
     std::fprintf(stderr, "bristle: %s: a FIFO that nobody reads yet; waiting (Ctrl-C ends it)\n",
-                 path.c_str());
+                 one_line(path).c_str());
     file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
   }
   if (file >= 0 && ::fcntl(file, F_SETFL, O_WRONLY) != 0) {
@@ -155,6 +190,7 @@ std::FILE* open_special(const std::string& path) noexcept {
 }
 
 std::FILE* create_file(const std::string& path) noexcept {
+  if (is_cut(path)) return nullptr;
   return stream_of(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666), "wb");
 }
 
@@ -189,6 +225,7 @@ bool replace_file(const std::string& from, const std::string& to) noexcept {
 void remove_file(const char* path) noexcept { ::unlink(path); }
 
 bool LockedFile::open(const std::string& path) noexcept {
+  if (is_cut(path)) return false;
   file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0666);
   return is_open();
 }
@@ -199,15 +236,7 @@ std::int64_t LockedFile::size() noexcept { return ::lseek(file_, 0, SEEK_END); }
 
 bool LockedFile::cut(std::int64_t size) noexcept { return ::ftruncate(file_, size) == 0; }
 
-bool LockedFile::append(std::string_view text) noexcept {
-  while (!text.empty()) {
-    const ssize_t wrote = ::write(file_, text.data(), text.size());
-    if (wrote < 0 && errno == EINTR) continue;
-    if (wrote < 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(wrote));
-  }
-  return true;
-}
+bool LockedFile::append(std::string_view text) noexcept { return write_all(file_, text); }
 
 void LockedFile::close() noexcept {
   if (file_ >= 0) ::close(file_);

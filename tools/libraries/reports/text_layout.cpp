@@ -5,6 +5,7 @@
 
 #include <fmt/color.h>
 
+#include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/platform/platform.hpp"
 
@@ -90,7 +91,8 @@ std::string filled(std::string_view text) {
   return out;
 }
 
-void print_report(const std::string& text) {
+void print_report(const std::string& report) {
+  const std::string text = masked(report, text_layout().colour);
   const std::size_t end = std::min(text.find("\n\n"), text.size());
   const std::string answer = filled(std::string_view(text).substr(0, end));
   print_text((text_layout().colour ? fmt::format(fmt::emphasis::bold, "{}", answer) : answer) +

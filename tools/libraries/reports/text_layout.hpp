@@ -28,7 +28,8 @@ std::vector<std::string> broken_lines(std::string_view text, std::size_t columns
 std::string filled(std::string_view text);
 
 /// Prints a command's report to stdout, broken by filled(). Its first paragraph, the answer in words, is bold
-/// on a terminal. Throws UserError if that fails.
-void print_report(const std::string& text);
+/// on a terminal. Control characters, which names of files may hold, are masked. Throws UserError if printing
+/// fails.
+void print_report(const std::string& report);
 
 }  // namespace cli

@@ -423,7 +423,7 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
     case MotionType::trace: {
       allow({"file", "clip_load"});
       const std::filesystem::path path =
-          platform::path_of(scene_path).parent_path() / platform::path_of(table.text("file"));
+          std::filesystem::path(scene_path).parent_path() / std::filesystem::path(table.file("file"));
       const double clip_load = table.number("clip_load", load_range, 0.0);
       Trace& trace = traces[{path.string(), clip_load}];
       if (!trace) trace = read_trace(path.string(), clip_load);

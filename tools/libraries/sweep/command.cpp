@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 
 #include <fmt/format.h>
 
 #include <bristle/deadline_monitor.hpp>
 
+#include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/output_file.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
@@ -19,7 +19,6 @@
 #include "tools/libraries/reports/text_layout.hpp"
 #include "tools/libraries/run/paced_clock.hpp"
 #include "tools/libraries/sweep/sweep.hpp"
-#include "tools/libraries/sweep/table_file.hpp"
 
 namespace cli {
 namespace {
@@ -50,17 +49,6 @@ class RowProgress {
   double start_ = bristle::DeadlineMonitor::wall_now();
   Progress line_;
 };
-
-std::string journal_path(const SweepOptions& options) {
-  if (!options.journal.empty()) return options.journal;
-  // Keeps no journal if a table goes to a device or a FIFO, beside which there is no folder for it.
-  const auto file = std::find_if(options.out.begin(), options.out.end(), [](const std::string& o) {
-    std::error_code error;
-    const std::filesystem::file_status status = std::filesystem::status(platform::path_of(o), error);
-    return o != "-" && (std::filesystem::is_regular_file(status) || !std::filesystem::exists(status));
-  });
-  return file == options.out.end() ? std::string() : *file + ".journal";
-}
 
 /// Range of a column of the table: lowest and highest value, sum and number of values.
 struct Spread {
@@ -155,21 +143,20 @@ std::string rows_table(const SweepRows& rows, const Overview& overview) {
   return columns == 0 || table.natural_width() <= columns ? table.text() : std::string();
 }
 
-std::string report_json(const SweepRows& rows, const std::vector<std::string>& out, double seconds) {
+std::string report_json(const SweepRows& rows, const std::string& out, double seconds) {
   const Overview overview = overview_of(rows);
   Json report = {{"schema", "bristle-sweep-1"}};
   report["conditions"] = to_json(conditions());
   report["study"] = rows.header()["study"];
   report["scene"] = rows.header()["scene"];
   report["vary"] = rows.header()["vary"];
-  report["sample"] = rows.header()["sample"];
   report["rows"] = rows.rows().size();
   report["done"] = rows.done();
   report["failures"] = overview.failures;
   report["first_failure"] = overview.failures ? Json(overview.first_failure) : Json();
   report["table_hash"] = rows.table_hash();
   report["wall_s"] = seconds;
-  report["tables"] = out;
+  report["table"] = out.empty() ? Json() : Json(out);
   report["columns"] = Json::array();
   for (std::size_t c = 0; c < overview.columns.size(); ++c) {
     Json column = to_json(overview.columns[c]);
@@ -184,45 +171,26 @@ std::string report_json(const SweepRows& rows, const std::vector<std::string>& o
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-/// Checks that no output file is also an input. Returns whether a table or the report goes to stdout, where
-/// the summary for people would mix with it.
-bool check_files(const std::vector<FileOption>& inputs, const std::vector<std::string>& out,
-                 const std::string& json, const std::string& journal) {
-  std::vector<FileOption> outputs = {{"--json", json}, {"--journal", journal}};
-  for (const std::string& path : out) {
-    check_table_file(path);
-    outputs.push_back({"--out", path});
-  }
-  return check_files(inputs, outputs);
-}
-
 void refuse_if_all_failed(const SweepRows& rows) {
   const Overview overview = overview_of(rows);
   if (overview.failures == rows.rows().size() && overview.failures > 0)
     throw UserError("every row was refused; " + overview.first_failure);
 }
 
-std::string resume_text(const std::string& journal, const SweepRows& rows) {
-  if (journal.empty())
+std::string resume_text(const std::string& unfinished, const SweepRows& rows) {
+  if (unfinished.empty())
     return "bristle: stopped; no row is kept: with --out FILE the next sweep can be resumed\n";
   return fmt::format("bristle: stopped after {} of {} rows, which are in {}; resume by the same command\n",
-                     count_text(rows.done()), count_text(rows.rows().size()), journal);
-}
-
-void write_scene_of_row(const Study& study, const SweepOptions& options) {
-  if (options.out.size() > 1) throw UserError("--row writes one scene; give one --out SCENE.toml, or none");
-  const std::string path = options.out.empty() ? "-" : options.out[0];
-  check_files(study.inputs(), {{"--out", path}});
-  OutputFile(path).write(study.scene_text(*options.row));
+                     count_text(rows.done()), count_text(rows.rows().size()), unfinished);
 }
 
 }  // namespace
 
-std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out) {
+std::string sweep_summary(const SweepRows& rows, const std::string& out) {
   const Overview overview = overview_of(rows);
-  std::string text = fmt::format("{} rows of scene {}{}\n", count_text(rows.done()),
-                                 rows.header()["scene"].get<std::string>(),
-                                 out.empty() ? "" : fmt::format(", in {}", fmt::join(out, " and ")));
+  std::string text =
+      fmt::format("{} rows of scene {}{}\n", count_text(rows.done()),
+                  rows.header()["scene"].get<std::string>(), out.empty() ? "" : ", in " + one_line(out));
   if (overview.failures)
     text += fmt::format("{} of them refused by the scene (column failure); {}\n",
                         count_text(overview.failures), overview.first_failure);
@@ -236,17 +204,16 @@ std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>&
 
 int sweep_command(const SweepOptions& options) {
   const Study study(options.study);
-  if (options.row) {
-    write_scene_of_row(study, options);
-    return 0;
-  }
-  const std::string journal = journal_path(options);
-  const bool quiet_stdout = check_files(study.inputs(), options.out, options.json, journal);
+  const std::string unfinished = unfinished_table(options.out);
+  check_table_file(options.out);
+  // Whether a table or the report goes to stdout, where the summary for people would mix with it.
+  const bool quiet_stdout = check_files(
+      study.inputs(), {{"--json", options.json}, {"--out", options.out}, {"its rows", unfinished}});
   OutputFile json(options.json);
-  SweepRows rows(study, journal);
+  SweepRows rows(study, unfinished);
   if (rows.found() > 0)
     print_note(fmt::format("bristle: {} of {} rows are in {} already\n", count_text(rows.found()),
-                           count_text(study.rows()), journal));
+                           count_text(study.rows()), unfinished));
   const std::vector<std::uint64_t> to_do = rows.missing();
   const double start = bristle::DeadlineMonitor::wall_now();
   stop_on_signals();
@@ -261,13 +228,13 @@ int sweep_command(const SweepOptions& options) {
     };
     run_rows(study, to_do, options.threads, options.isa, done, check);
   } catch (const SweepStopped&) {
-    print_note(resume_text(journal, rows));
+    print_note(resume_text(unfinished, rows));
     return 130;
   }
-  for (const std::string& path : options.out) write_table_file(rows, path);
+  if (!options.out.empty()) rows.write(options.out);
   if (json) json.write(report_json(rows, options.out, bristle::DeadlineMonitor::wall_now() - start));
   if (!quiet_stdout) print_report(sweep_summary(rows, options.out));
-  if (options.journal.empty()) rows.remove();
+  rows.remove();
   refuse_if_all_failed(rows);
   return 0;
 }

@@ -1,11 +1,11 @@
 #include "tools/libraries/sweep/override.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <sstream>
 
 #include <fmt/format.h>
 
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/toml_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
 
@@ -47,12 +47,11 @@ void unknown(const std::string& path, const std::string& what, const std::string
 }
 
 std::size_t index_of(const toml::array& array, const std::string& part, const std::string& path) {
-  std::size_t index = 0;
-  const auto [rest, error] = std::from_chars(part.data(), part.data() + part.size(), index);
-  if (error != std::errc() || rest != part.data() + part.size() || index >= array.size())
+  const std::optional<std::size_t> index = number_in<std::size_t>(part);
+  if (!index || *index >= array.size())
     fail(path, fmt::format("'{}' is no place in an array of {}; allowed: 0 to {}", part, array.size(),
                            array.empty() ? 0 : array.size() - 1));
-  return index;
+  return *index;
 }
 
 /// Returns a TOML table that holds the value under a key "v", from which it can be copied as a TOML node.

@@ -1,6 +1,5 @@
 #include "tools/libraries/sweep/range.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -9,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "tools/libraries/files/csv_columns.hpp"
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
 
 namespace cli {
@@ -16,23 +16,9 @@ namespace {
 
 constexpr std::uint64_t most_values = 10'000'000;
 
-template <class T>
-std::optional<T> whole_text_as(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  T value{};
-  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || rest != text.data() + text.size() || text.empty()) return std::nullopt;
-  return value;
-}
-
-std::optional<double> finite_number(std::string_view text) {
-  const std::optional<double> value = whole_text_as<double>(text);
-  return value && std::isfinite(*value) ? value : std::nullopt;
-}
-
 SweepValue value_of(std::string_view text) {
-  if (const auto whole = whole_text_as<std::int64_t>(text)) return *whole;
-  if (const auto number = finite_number(text)) return *number;
+  if (const auto whole = number_in<std::int64_t>(text)) return *whole;
+  if (const auto number = number_in<double>(text)) return *number;
   return std::string(text);
 }
 
@@ -75,17 +61,11 @@ double rounded(long double value) {
   return std::strtod(fmt::format("{:.12g}", static_cast<double>(value)).c_str(), nullptr);
 }
 
-double between(const VariedKey& varied, long double share) {
-  const long double from = varied.from, to = varied.to;
-  if (share == 0.0L) return varied.from;
-  if (share == 1.0L) return varied.to;
-  return rounded(varied.logarithmic ? from * std::pow(to / from, share) : from + share * (to - from));
-}
-
-SweepValue range_value(const VariedKey& varied, long double share) {
-  const double value = between(varied, share);
-  if (!varied.whole) return value;
-  return static_cast<std::int64_t>(std::llround(value));
+double between(double first, double last, bool logarithmic, long double share) {
+  const long double from = first, to = last;
+  if (share == 0.0L) return first;
+  if (share == 1.0L) return last;
+  return rounded(logarithmic ? from * std::pow(to / from, share) : from + share * (to - from));
 }
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
@@ -93,53 +73,46 @@ SweepValue range_value(const VariedKey& varied, long double share) {
 }
 
 constexpr const char* forms =
-    "allowed: KEY=FROM:TO:NUMBER, with :log and :int behind it, or KEY=VALUE,VALUE,... "
-    "(with --sample latin or sobol also KEY=FROM:TO)";
+    "allowed: KEY=FROM:TO:NUMBER, with :log and :int behind it, or KEY=VALUE,VALUE,...";
 
 VariedKey parse_range(VariedKey varied, const std::vector<std::string_view>& parts, const std::string& text) {
-  varied.from = *finite_number(parts[0]);
-  varied.to = *finite_number(parts[1]);
+  const double from = *number_in<double>(parts[0]), to = *number_in<double>(parts[1]);
+  bool logarithmic = false, rounded_to_whole = false;
   std::optional<std::uint64_t> count;
   for (std::size_t i = 2; i < parts.size(); ++i) {
     if (parts[i] == "log") {
-      varied.logarithmic = true;
+      logarithmic = true;
     } else if (parts[i] == "int") {
-      varied.whole = true;
-    } else if (i == 2 && whole_text_as<std::uint64_t>(parts[i])) {
-      count = *whole_text_as<std::uint64_t>(parts[i]);
+      rounded_to_whole = true;
+    } else if (i == 2 && number_in<std::uint64_t>(parts[i])) {
+      count = *number_in<std::uint64_t>(parts[i]);
     } else {
       refuse(text, fmt::format("'{}' is none of a number of values, log, int; {}", parts[i], forms));
     }
   }
-  if (varied.logarithmic && !(varied.from > 0.0 && varied.to > 0.0))
-    refuse(text, "a logarithmic range needs both ends above 0");
-  if (varied.whole && !(std::abs(varied.from) <= 9e15 && std::abs(varied.to) <= 9e15))
+  if (logarithmic && !(from > 0.0 && to > 0.0)) refuse(text, "a logarithmic range needs both ends above 0");
+  if (rounded_to_whole && !(std::abs(from) <= 9e15 && std::abs(to) <= 9e15))
     refuse(text, "whole numbers go from -9e15 to 9e15");
-  if (!count) return varied;
+  if (!count) refuse(text, fmt::format("has no number of values; {}", forms));
   if (*count < 1 || *count > most_values)
     refuse(text, fmt::format("the number of values is {}; allowed: 1 to {}", *count, most_values));
   // Makes the values whole if both ends of the range and the step between values are whole numbers.
-  const bool whole_ends = whole_text_as<std::int64_t>(parts[0]) && whole_text_as<std::int64_t>(parts[1]);
+  const bool whole_ends = number_in<std::int64_t>(parts[0]) && number_in<std::int64_t>(parts[1]);
   bool whole = whole_ends;
   for (std::uint64_t i = 0; i < *count; ++i) {
     const long double share =
         *count == 1 ? 0.0L : static_cast<long double>(i) / static_cast<long double>(*count - 1);
-    varied.values.push_back(range_value(varied, share));
-    if (!varied.whole)
-      whole = whole && std::rint(varied.values.back().get<double>()) == varied.values.back().get<double>();
+    const double value = between(from, to, logarithmic, share);
+    varied.values.push_back(value);
+    whole = whole && std::rint(value) == value;
   }
-  if (whole && !varied.whole)
-    for (SweepValue& value : varied.values) value = static_cast<std::int64_t>(value.get<double>());
+  if (whole || rounded_to_whole)
+    for (SweepValue& value : varied.values)
+      value = static_cast<std::int64_t>(std::llround(value.get<double>()));
   return varied;
 }
 
 }  // namespace
-
-SweepValue VariedKey::at(double share) const {
-  if (values.empty()) return range_value(*this, share);
-  const auto size = static_cast<double>(values.size());
-  return values[std::min(static_cast<std::size_t>(share * size), values.size() - 1)];
-}
 
 VariedKey parse_varied(const std::string& text) {
   const std::size_t equals = text.find('=');
@@ -151,10 +124,10 @@ VariedKey parse_varied(const std::string& text) {
   const std::string_view range = trim(std::string_view(text).substr(equals + 1));
   varied.range = std::string(range);
   const std::vector<std::string_view> parts = split_range(range);
-  if (parts.size() >= 2 && finite_number(parts[0]) && finite_number(parts[1]))
+  if (parts.size() >= 2 && number_in<double>(parts[0]) && number_in<double>(parts[1]))
     return parse_range(std::move(varied), parts, text);
   const std::size_t dots = range.find("..");
-  if (dots != std::string_view::npos && finite_number(range.substr(0, dots)))
+  if (dots != std::string_view::npos && number_in<double>(range.substr(0, dots)))
     refuse(text, fmt::format("'..' makes no range; {}", forms));
   for (const std::string_view item : split_list(range)) {
     if (item.empty()) refuse(text, "has an empty value in its list");

@@ -15,18 +15,12 @@ using SweepValue = nlohmann::json;
 struct VariedKey {
   std::string key;                 ///< path of the key in the scene, such as "scene.dt" (override.hpp)
   std::string range;               ///< range as written by the user
-  std::vector<SweepValue> values;  ///< values of a list or of "a:b:n"; empty for "a:b"
-  double from = 0.0, to = 0.0;     ///< ends of a range "a:b", between which values are sampled
-  bool logarithmic = false;
-  bool whole = false;  ///< whether sampled values are rounded to whole numbers
-
-  /// Returns the value at `share` (0 to below 1) of the way from one end of the range, or list, to the other.
-  SweepValue at(double share) const;
+  std::vector<SweepValue> values;  ///< values of a list or of "a:b:n", at least one
 };
 
-/// Parses an argument of --vary: "KEY=a:b:n" (n values), "KEY=a:b" (to be sampled), both optionally followed
-/// by ":log" and ":int"; or "KEY=v1,v2,...". Rounds the values of a range to twelve digits, which are the
-/// same with every machine's libm. Throws UserError.
+/// Parses an argument of --vary: "KEY=a:b:n" (n values), optionally followed by ":log" and ":int", or
+/// "KEY=v1,v2,...". Rounds the values of a range to twelve digits, which are the same with every machine's
+/// libm. Throws UserError.
 VariedKey parse_varied(const std::string& text);
 
 /// Parses a fixed setting "KEY=VALUE". Throws a UserError that names `option`.

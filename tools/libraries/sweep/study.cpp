@@ -1,7 +1,6 @@
 #include "tools/libraries/sweep/study.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <bristle/error.hpp>
 #include <bristle/version.hpp>
 
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/toml_text.hpp"
@@ -30,7 +30,17 @@ using Json = nlohmann::json;
 
 constexpr std::uint64_t most_reference_numbers = 100'000'000;
 
-constexpr const char* sampling_names[] = {"grid", "latin", "sobol"};
+/// Returns 64 random bits from a seed and two counters, by the finaliser of SplitMix64 (Steele, Lea and Flood
+/// 2014). All random numbers of a sweep come from it, so that each depends only on its place in the study.
+std::uint64_t counted_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) noexcept {
+  constexpr std::uint64_t golden = 0x9e3779b97f4a7c15u;
+  const auto mixed = [](std::uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  };
+  return mixed(mixed(mixed(seed + golden) + stream + golden) + index + golden);
+}
 
 /// Returns the unit of a varied key by the last part of its path; empty for keys that are pure numbers or not
 /// listed here.
@@ -63,7 +73,6 @@ std::string unit_of(const VariedKey& varied) {
 }
 
 ColumnType type_of(const VariedKey& varied) {
-  if (varied.values.empty()) return varied.whole ? ColumnType::whole : ColumnType::number;
   const auto all = [&](bool (*is)(const Json&)) {
     return std::all_of(varied.values.begin(), varied.values.end(), is);
   };
@@ -97,11 +106,10 @@ void parse_window(const std::string& text, double& from, double& until) {
   const std::size_t colon = text.find(':');
   const auto seconds = [&](const std::string& part, double otherwise) {
     if (part.empty()) return otherwise;
-    double value = 0.0;
-    const auto [rest, error] = std::from_chars(part.data(), part.data() + part.size(), value);
-    if (error != std::errc() || rest != part.data() + part.size() || !std::isfinite(value))
+    const std::optional<double> value = number_in<double>(part);
+    if (!value)
       throw UserError(fmt::format("--window is '{}'; allowed: FROM:UNTIL in s, either may be missing", text));
-    return value;
+    return *value;
   };
   if (colon == std::string::npos)
     throw UserError(fmt::format("--window is '{}'; allowed: FROM:UNTIL in s, either may be missing", text));
@@ -213,8 +221,8 @@ Forces forces_of(const Scene& scene, const RunOptions& options, const StepCheck&
 std::string stamp_of(const std::string& path) {
   std::error_code error;
   const auto time =
-      std::filesystem::last_write_time(platform::path_of(path), error).time_since_epoch().count();
-  const auto size = std::filesystem::file_size(platform::path_of(path), error);
+      std::filesystem::last_write_time(std::filesystem::path(path), error).time_since_epoch().count();
+  const auto size = std::filesystem::file_size(std::filesystem::path(path), error);
   return error ? std::string("gone") : fmt::format("{} {}", time, size);
 }
 
@@ -233,7 +241,7 @@ std::string text_hash(std::string_view text) {
 
 Study::Study(const StudyOptions& options) : options_(options) {
   scene_text_ = read_text_file(options.scene, most_scene_bytes);
-  scene_file_ = platform::path_of(options.scene).filename().string();
+  scene_file_ = std::filesystem::path(options.scene).filename().string();
   if (scene_file_.empty()) scene_file_ = "scene.toml";
   varied_.reserve(options.vary.size());
   for (const std::string& text : options.vary) varied_.push_back(parse_varied(text));
@@ -249,8 +257,6 @@ Study::Study(const std::string& recipe, const std::string& folder) {
   scene_text_ = json.at("scene").get<std::string>();
   files_ = json.at("files").get<std::map<std::string, std::string>>();
   options_.vary = json.at("vary").get<std::vector<std::string>>();
-  options_.sampling = static_cast<SweepSampling>(json.at("sample").get<int>());
-  options_.points = json.at("points").get<std::uint64_t>();
   options_.repeat = json.at("repeat").get<std::uint64_t>();
   if (!json.at("seed").is_null()) options_.seed = json.at("seed").get<std::uint32_t>();
   options_.set = json.at("set").get<std::vector<std::string>>();
@@ -262,8 +268,8 @@ Study::Study(const std::string& recipe, const std::string& folder) {
   set_ = settings_of(options_.set, "--set");
   reference_ = settings_of(options_.reference, "--reference");
   for (const auto& [name, text] : files_) {
-    const std::string path = (platform::path_of(folder) / fmt::format("{}.csv", paths_.size())).string();
-    std::ofstream(platform::path_of(path), std::ios::binary) << text;
+    const std::string path = (std::filesystem::path(folder) / fmt::format("{}.csv", paths_.size())).string();
+    std::ofstream(std::filesystem::path(path), std::ios::binary) << text;
     paths_[name] = path;
   }
   prepare();
@@ -274,8 +280,6 @@ std::string Study::recipe() const {
                      {"scene", scene_text_},
                      {"files", files_},
                      {"vary", options_.vary},
-                     {"sample", static_cast<int>(options_.sampling)},
-                     {"points", options_.points},
                      {"repeat", options_.repeat},
                      {"seed", options_.seed ? Json(*options_.seed) : Json()},
                      {"set", options_.set},
@@ -295,10 +299,10 @@ std::vector<FileOption> Study::inputs() const {
 // Reads every motion file that a row may need: those named in the scene, in settings, and as values of a
 // varied key `file`.
 void Study::collect_files() {
-  const std::filesystem::path folder = platform::path_of(options_.scene).parent_path();
+  const std::filesystem::path folder = std::filesystem::path(options_.scene).parent_path();
   const auto add = [&](const std::string& name) {
     if (files_.contains(name)) return;
-    const std::string path = std::filesystem::absolute(folder / platform::path_of(name)).string();
+    const std::string path = std::filesystem::absolute(folder / std::filesystem::path(name)).string();
     stamps_[path] = stamp_of(path);
     files_[name] = read_text_file(path);
     paths_[name] = path;
@@ -341,35 +345,18 @@ void Study::find_points() {
     for (std::size_t j = 0; j < i; ++j)
       if (varied_[i].key == varied_[j].key)
         throw UserError(fmt::format("--vary {}: is given twice", varied_[i].key));
-  if (options_.sampling == SweepSampling::grid) {
-    points_ = 1;
-    for (const VariedKey& varied : varied_) {
-      if (varied.values.empty())
-        throw UserError(
-            fmt::format("--vary {}={}: a grid needs the number of values, {}={}:{}:NUMBER; or take "
-                        "--sample latin or sobol",
-                        varied.key, varied.range, varied.key, varied.from, varied.to));
-      points_ *= varied.values.size();
-      if (points_ > most_rows) break;
-    }
-  } else {
-    points_ = options_.points;
-    if (varied_.empty()) throw UserError("--sample needs keys that vary: --vary KEY=FROM:TO");
-    if (points_ < 1)
-      throw UserError("--sample latin and sobol need the number of points, e.g. --sample sobol 64");
+  points_ = 1;
+  for (const VariedKey& varied : varied_) {
+    points_ *= varied.values.size();
+    if (points_ > most_rows) break;
   }
   if (points_ > most_rows || options_.repeat > most_rows || points_ * options_.repeat > most_rows)
     throw UserError(fmt::format("the study has more than {} rows", most_rows));
-  const std::uint64_t seed = options_.seed.value_or(0);
-  if (options_.sampling == SweepSampling::latin) shares_ = latin_points(varied_.size(), points_, seed);
-  if (options_.sampling == SweepSampling::sobol) shares_ = sobol_points(varied_.size(), points_, seed);
 }
 
 std::string Study::study_hash() const {
   Json json = {{"version", bristle::library_version()},
                {"scene", canonical_text(parse_toml(scene_text_, scene_file_))},
-               {"sample", sampling_names[static_cast<int>(options_.sampling)]},
-               {"points", points_},
                {"repeat", options_.repeat},
                {"seed", options_.seed ? Json(*options_.seed) : Json()},
                {"set", options_.set},
@@ -377,8 +364,7 @@ std::string Study::study_hash() const {
                {"window", {window_from_, window_until_}},
                {"steps", options_.steps ? Json(*options_.steps) : Json()}};
   for (const auto& [name, text] : files_) json["files"][name] = text_hash(text);
-  for (const VariedKey& v : varied_)
-    json["vary"].push_back({v.key, v.values, v.from, v.to, v.logarithmic, v.whole});
+  for (const VariedKey& v : varied_) json["vary"].push_back({v.key, v.values});
   for (const SweepColumn& column : columns_) json["columns"].push_back(to_json(column));
   return text_hash(json.dump());
 }
@@ -387,12 +373,10 @@ Json Study::header() const {
   Json columns = Json::array(), vary = Json::array();
   for (const SweepColumn& column : columns_) columns.push_back(to_json(column));
   for (const VariedKey& varied : varied_) vary.push_back(varied.key + '=' + varied.range);
-  return {{"schema", "bristle-sweep-journal-1"},
-          {"study", hash_},
+  return {{"study", hash_},
           {"scene", scene_name_},
           {"rows", rows()},
           {"vary", vary},
-          {"sample", sampling_names[static_cast<int>(options_.sampling)]},
           {"repeat", options_.repeat},
           {"set", options_.set},
           {"reference", options_.reference},
@@ -425,13 +409,7 @@ void Study::set_seeds(toml::table& root, std::uint32_t seed) const {
 std::vector<SweepValue> Study::values_of(std::uint64_t index) const {
   std::vector<SweepValue> values(varied_.size());
   std::uint64_t point = index / options_.repeat;
-  if (options_.sampling != SweepSampling::grid) {
-    for (std::size_t v = 0; v < varied_.size(); ++v)
-      values[v] = varied_[v].at(shares_[point * varied_.size() + v]);
-    return values;
-  }
-  for (std::size_t v = varied_.size(); v-- > 0;) {  // goes from the last key, which varies
-                                                    // fastest
+  for (std::size_t v = varied_.size(); v-- > 0;) {  // goes from the last key, which varies fastest
     values[v] = varied_[v].values[point % varied_[v].values.size()];
     point /= varied_[v].values.size();
   }
@@ -473,7 +451,7 @@ void Study::check_keys() const {
         try {
           toml::table root =
               attempt == 0 ? document() : row_document(attempt == 1 ? 0 : rows() - 1, keys == &reference_);
-          if (attempt == 0) set_key(root, varied.key, varied.at(0.0));
+          if (attempt == 0) set_key(root, varied.key, varied.values[0]);
           scene_from(std::move(root));
           known.clear();
           break;
@@ -573,21 +551,6 @@ std::string Study::run_row(std::uint64_t index, const std::string& isa, const St
   for (Json& cell : results) row.push_back(std::move(cell));
   row.push_back(std::move(failure));
   return row.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string Study::scene_text(std::uint64_t index) const {
-  if (index >= rows())
-    throw UserError(fmt::format("--row is {}; the study has rows 0 to {}", index, rows() - 1));
-  toml::table root = row_document(index, false);
-  for_each_motion_file(root, [&](std::string& name) {
-    const auto found = paths_.find(name);
-    if (found != paths_.end()) name = found->second;
-  });
-  std::string values;
-  const std::vector<SweepValue> all = values_of(index);
-  for (std::size_t v = 0; v < all.size(); ++v)
-    values += fmt::format("# {} = {}\n", varied_[v].key, all[v].dump());
-  return fmt::format("# Row {} of study {}.\n{}", index, hash_, values) + canonical_text(root);
 }
 
 }  // namespace cli

@@ -14,18 +14,15 @@
 
 #include "tools/libraries/sweep/range.hpp"
 #include "tools/libraries/sweep/results.hpp"
-#include "tools/libraries/sweep/sample.hpp"
 
 namespace cli {
 
 struct StudyOptions {
   std::string scene;              ///< name of the scene file
   std::vector<std::string> vary;  ///< keys that vary, each as KEY=RANGE
-  SweepSampling sampling = SweepSampling::grid;
-  std::uint64_t points = 0;  ///< number of sampled points; a grid has its own number
-  std::uint64_t repeat = 1;  ///< number of rows at each point, which differ in their seeds
+  std::uint64_t repeat = 1;       ///< number of rows at each point, which differ in their seeds
 
-  /// Seed of the sample and of the rows' scenes. If unset, and without repeats, rows keep the scene's own
+  /// Seed of the rows' scenes. If unset, and without repeats, rows keep the scene's own
   /// seeds.
   std::optional<std::uint32_t> seed;
   std::vector<std::string> set;  ///< settings that hold in every row, each as KEY=VALUE
@@ -60,7 +57,7 @@ class Study {
   const std::vector<SweepColumn>& columns() const { return columns_; }
   const std::vector<VariedKey>& varied() const { return varied_; }
   const StudyOptions& options() const { return options_; }
-  /// Returns a description of the study, for the first line of a journal and the attributes of a table.
+  /// Returns a description of the study, for the first line of an unfinished table and for reports.
   nlohmann::json header() const;
 
   /// Runs a row. Returns it as a JSON array with a cell for each column; if the row's values make its scene
@@ -70,9 +67,6 @@ class Study {
 
   /// Lists the files that the study read, which outputs must not overwrite.
   std::vector<FileOption> inputs() const;
-
-  /// Returns a row's scene as the text of a scene file that `bristle run` accepts.
-  std::string scene_text(std::uint64_t index) const;
 
  private:
   void prepare();
@@ -103,7 +97,6 @@ class Study {
   double window_from_ = 0.0, window_until_ = 1e300;  ///< time window in which results are taken, s: beginning
                                                      ///< and end
   std::uint64_t points_ = 0;
-  std::vector<double> shares_;  ///< sampled points as coordinates in [0, 1), point by point
   std::vector<SweepResult> results_;
   std::vector<SweepColumn> columns_;
   std::string hash_;

@@ -1,22 +1,20 @@
-// Runs a scene over a grid or sample of parameters: the command `bristle sweep`.
+// Runs a scene over a grid of parameters: the command `bristle sweep`.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-#include "tools/libraries/sweep/journal.hpp"
 #include "tools/libraries/sweep/study.hpp"
+#include "tools/libraries/sweep/table_file.hpp"
 
 namespace cli {
 
 struct SweepOptions {
   StudyOptions study;
-  std::vector<std::string> out;      ///< CSV tables to write; "-": stdout
-  std::string journal;               ///< journal of finished rows; empty: beside the first table
-  std::string json;                  ///< JSON report to write; empty: none, "-": stdout
-  std::optional<std::uint64_t> row;  ///< row whose scene is printed instead of running the study
-  int threads = 0;                   ///< number of rows run at a time; 0: one per core
+  std::string out;   ///< CSV table to write; empty: none, "-": stdout
+  std::string json;  ///< JSON report to write; empty: none, "-": stdout
+  int threads = 0;   ///< number of rows run at a time; 0: one per core
   std::string isa;
 };
 
@@ -33,7 +31,7 @@ using RowDone = std::function<void(const std::string& row)>;
 void run_rows(const Study& study, const std::vector<std::uint64_t>& indices, int threads,
               const std::string& isa, const RowDone& done, const StepCheck& check = {});
 
-std::string sweep_summary(const SweepRows& rows, const std::vector<std::string>& out);
+std::string sweep_summary(const SweepRows& rows, const std::string& out);
 
 /// Runs the command `bristle sweep`. Returns its exit code: 0, or 130 after Ctrl-C.
 int sweep_command(const SweepOptions& options);

@@ -38,27 +38,27 @@ std::vector<Command> commands_of(const CLI::App& program) {
   return all;
 }
 
+OptionWords words_of(const CLI::Option& option) {
+  OptionWords words;
+  words.positional = option.get_positional();
+  words.name = words.positional ? option.get_name(true) : "--" + option.get_lnames().front();
+  if (!words.positional && !option.get_snames().empty()) words.also = "-" + option.get_snames().front();
+  if (option.get_items_expected_max() == 0 || option.get_type_size_max() == 0) return words;
+  // CLI11 joins the type and the checks of an option: "FLOAT:NUMBER in [0 to 1]".
+  const std::string kind = option.get_type_name();
+  words.value = kind.substr(0, kind.find(':'));
+  if (words.value == "FLOAT" || words.value == "INT" || words.value == "UINT") words.value = "NUMBER";
+  const std::size_t from = kind.find('['), until = kind.find(']');
+  if (from != std::string::npos && until != std::string::npos)
+    words.range = kind.substr(from + 1, until - from - 1);
+  if (words.value.find('|') != std::string::npos) words.choices = split(words.value, '|');
+  return words;
+}
+
 std::vector<OptionWords> options_of(const CLI::App& command) {
   std::vector<OptionWords> all;
-  for (const CLI::Option* option : command.get_options([](const CLI::Option*) { return true; })) {
-    OptionWords words;
-    words.positional = option->get_positional();
-    words.name = words.positional ? option->get_name(true) : "--" + option->get_lnames().front();
-    if (!words.positional && !option->get_snames().empty()) words.also = "-" + option->get_snames().front();
-    words.description = option->get_description();
-    if (option->get_items_expected_max() > 0 && option->get_type_size_max() > 0) {
-      // Splits the type of a CLI11 option, such as "FLOAT:FLOAT in [0 - 1]", into kind of value and range.
-      const std::string kind = option->get_type_name();
-      words.value = kind.substr(0, kind.find(':'));
-      const std::size_t from = kind.find('['), until = kind.find(']');
-      if (from != std::string::npos && until != std::string::npos)
-        words.description += " (" + kind.substr(from + 1, until - from - 1) + ")";
-      if (words.value.find('|') != std::string::npos) words.choices = split(words.value, '|');
-      words.takes_file =
-          words.value.find(file_value) != std::string::npos || (words.positional && words.choices.empty());
-    }
-    all.push_back(std::move(words));
-  }
+  for (const CLI::Option* option : command.get_options([](const CLI::Option*) { return true; }))
+    all.push_back(words_of(*option));
   return all;
 }
 

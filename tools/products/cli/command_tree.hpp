@@ -1,4 +1,4 @@
-// Lists commands and options from the definition of the command line, for shell completion and the manual.
+// Lists commands and options from the definition of the command line, for help, completion and messages.
 #pragma once
 
 #include <string>
@@ -22,10 +22,11 @@ struct OptionWords {
   /// Names of an option, such as "--help" and "-h". For a positional argument: "SCENE" and an empty text.
   std::string name, also;
   std::string value;                 ///< kind of value, such as "FILE"; empty: the option is a flag
+  std::string range;                 ///< numbers allowed, such as "0 to 1"; empty: none stated
   std::vector<std::string> choices;  ///< words allowed as value; empty: any
-  std::string description;
-  bool takes_file = false, positional = false;
+  bool positional = false;
 };
+OptionWords words_of(const CLI::Option& option);
 std::vector<OptionWords> options_of(const CLI::App& command);
 std::vector<const CLI::App*> subcommands_of(const CLI::App& command);
 

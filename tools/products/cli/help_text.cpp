@@ -1,6 +1,7 @@
 #include "tools/products/cli/help_text.hpp"
 
 #include "tools/libraries/reports/text_layout.hpp"
+#include "tools/products/cli/command_tree.hpp"
 
 namespace cli {
 namespace {
@@ -25,6 +26,22 @@ HelpText::HelpText() { column_width(names); }
 
 std::string HelpText::make_option(const CLI::Option* option, bool is_positional) const {
   return entry(make_option_name(option, is_positional) + make_option_opts(option), make_option_desc(option));
+}
+
+/// Returns what stands behind an option's name: its value, the value's default, and what the option needs.
+std::string HelpText::make_option_opts(const CLI::Option* option) const {
+  const OptionWords words = words_of(*option);
+  std::string text = option->get_option_text().empty() ? words.value : option->get_option_text();
+  if (!option->get_default_str().empty()) text += '=' + option->get_default_str();
+  if (option->get_required()) text += " REQUIRED";
+  for (const CLI::Option* other : option->get_needs()) text += " Needs: " + other->get_name();
+  for (const CLI::Option* other : option->get_excludes()) text += " Excludes: " + other->get_name();
+  return text.empty() || text.front() == ' ' ? text : ' ' + text;
+}
+
+std::string HelpText::make_option_desc(const CLI::Option* option) const {
+  const std::string range = words_of(*option).range;
+  return option->get_description() + (range.empty() ? "" : " (" + range + ")");
 }
 
 std::string HelpText::make_subcommand(const CLI::App* command) const {

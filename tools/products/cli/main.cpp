@@ -1,14 +1,16 @@
 // Runs the command line `bristle`. Exit codes: 0 done, 1 an internal failure, 2 bad input (one line on
 // stderr).
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <new>
+#include <optional>
 #include <span>
 #include <sstream>
 #include <string>
@@ -27,6 +29,7 @@
 #include "tools/libraries/experiments/command.hpp"
 #include "tools/libraries/files/csv_columns.hpp"
 #include "tools/libraries/files/nearest_name.hpp"
+#include "tools/libraries/files/number_text.hpp"
 #include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
@@ -40,7 +43,6 @@
 #include "tools/products/cli/command_tree.hpp"
 #include "tools/products/cli/completion.hpp"
 #include "tools/products/cli/help_text.hpp"
-#include "tools/products/cli/manual.hpp"
 #include "tools/products/cli/option_checks.hpp"
 
 namespace {
@@ -69,12 +71,7 @@ std::string version_text() {
   const cli::Conditions c = cli::conditions();
   std::string text =
       fmt::format("bristle {}\ncommit   {}\nbuild    {}\nkernels  ", c.version, c.commit, c.flags);
-  std::string chosen;
-  try {
-    chosen = bristle::PatchBatch().isa();
-  } catch (const bristle::Error& error) {
-    throw cli::UserError(error.what());  // BRISTLE_ISA names an instruction set that the machine lacks
-  }
+  const std::string chosen = bristle::PatchBatch().isa();
   const char* separator = "";
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
     text += fmt::format("{}{}{}", separator, isa.name,
@@ -91,12 +88,9 @@ std::string version_text() {
 }
 
 /// Splits a text into a number (NaN if there is none) and the unit behind it.
-std::pair<double, std::string> number_and_unit(const std::string& text) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  auto [rest, error] = std::from_chars(text.data(), end, value);
-  while (rest != end && *rest == ' ') ++rest;
-  return {error == std::errc() ? value : std::nan(""), {rest, end}};
+std::pair<double, std::string> number_and_unit(std::string_view text) {
+  const double value = cli::take_number<double>(text).value_or(std::nan(""));
+  return {value, std::string(cli::trim(text))};
 }
 
 /// Parses a time such as "1ms" or "500 us". Refuses a bare number, as 1 would be a second.
@@ -133,16 +127,13 @@ double parse_share(const std::string& text) {
 /// Parses numbers of threads such as "1,2".
 std::vector<int> parse_threads(const std::string& text) {
   std::vector<int> counts;
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (bool more = true; more;) {
-    int count = 0;
-    const auto [rest, error] = std::from_chars(at, end, count);
-    more = rest != end && *rest == ',';
-    if (error != std::errc() || (rest != end && !more) || count < 1 || count > 1024)
+  std::istringstream words(text +
+                           ',');  // the comma shows an empty last count, which getline() would leave out
+  for (std::string word; std::getline(words, word, ',');) {
+    const std::optional<int> count = cli::number_in<int>(word);
+    if (!count || *count < 1 || *count > 1024)
       throw cli::UserError(fmt::format("--threads is '{}'; allowed: counts from 1 to 1024, as 1,2,4", text));
-    counts.push_back(count);
-    at = rest + 1;
+    counts.push_back(*count);
   }
   return counts;
 }
@@ -291,6 +282,10 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
   for (const cli::OptionWords& option : cli::options_of(*called.app))
     if (!option.positional) known.push_back(option.name);
   std::string text = error.what();
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr)
+    for (const std::string type : {"FLOAT", "UINT", "INT"})  // the library's words for kinds of number
+      if (const std::size_t at = text.find(type); at != std::string::npos)
+        text.replace(at, type.size(), "NUMBER");
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
     for (const std::string& word : words) {
       const std::string name = word.substr(0, word.find('='));
@@ -372,10 +367,10 @@ void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options
       ->check(cli::within(1.0, 1e5))
       ->needs(realtime);
   run_app->add_option("--fifo", options.thread.fifo_priority, "Real-time priority (SCHED_FIFO), if permitted")
-      ->check(CLI::Range(1, 99))
+      ->check(cli::within(1, 99))
       ->needs(realtime);
   run_app->add_option("--core", options.thread.core, "Bind the loop to this core")
-      ->check(CLI::Range(0, 1023))
+      ->check(cli::within(0, 1023))
       ->needs(realtime);
   run_app
       ->add_option_function<double>(
@@ -410,30 +405,10 @@ Action add_sweep(CLI::App* sweep) {
   add_list("--vary", options.study.vary, "KEY=VALUES",
            "KEY=FROM:TO:NUMBER (with :log, :int) or KEY=V1,V2,...; a key as material.wood.kinetic; may be "
            "repeated");
-  sweep
-      ->add_option_function<std::vector<std::string>>(
-          "--sample",
-          [&options](const std::vector<std::string>& words) {
-            const std::vector<std::string> names = {"grid", "latin", "sobol"};
-            const auto found = std::find(names.begin(), names.end(), words[0]);
-            if (found == names.end())
-              throw cli::UserError(
-                  fmt::format("--sample is '{}'; allowed: grid, latin NUMBER, sobol NUMBER", words[0]));
-            options.study.sampling = static_cast<cli::SweepSampling>(found - names.begin());
-            if (words.size() < 2) return;
-            const std::string& count = words[1];
-            const auto [rest, error] =
-                std::from_chars(count.data(), count.data() + count.size(), options.study.points);
-            if (error != std::errc() || rest != count.data() + count.size() || words[0] == "grid")
-              throw cli::UserError(fmt::format(
-                  "--sample is '{} {}'; allowed: grid, latin NUMBER, sobol NUMBER", words[0], count));
-          },
-          "grid (default), latin NUMBER (hypercube), sobol NUMBER of points")
-      ->type_name("KIND")
-      ->expected(1, 2);
   sweep->add_option("--repeat", options.study.repeat, "Rows at each point, each with seeds by its index")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}));
-  sweep->add_option("--seed", options.study.seed, "Of the rows' seeds and of the sample");
+      ->check(cli::within(std::uint64_t{1}, std::uint64_t{10'000'000}));
+  sweep->add_option("--seed", options.study.seed, "Of the rows' seeds")
+      ->check(cli::within(std::uint32_t{0}, std::numeric_limits<std::uint32_t>::max()));
   add_list("--set", options.study.set, "KEY=VALUE", "KEY=VALUE in every row; may be repeated");
   add_list("--reference", options.study.reference, "KEY=VALUE",
            "KEY=VALUE of a second run of each row, to which its forces are compared (result error); may be "
@@ -451,16 +426,13 @@ Action add_sweep(CLI::App* sweep) {
                    "FROM:UNTIL, s: results window_peak and window_mean, and the time of error")
       ->type_name("FROM:UNTIL");
   sweep->add_option("--steps", options.study.steps, "Steps, instead of the scene's duration")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
-  add_list("--out", options.out, cli::file_value, "Table: CSV with units; - for stdout; may be repeated");
-  add_file(sweep, "--journal", options.journal,
-           "Rows as they are done (default: beside the table), kept at the end");
+      ->check(cli::within(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
+  add_file(sweep, "--out", options.out,
+           "Write the table to this CSV file (- for stdout), until it is done to FILE.part");
   add_report_file(sweep, options.json);
   sweep->add_option("--threads", options.threads, "Rows at a time; 0 = one per core")
-      ->check(CLI::Range(0, 1024));
+      ->check(cli::within(0, 1024));
   add_isa(sweep, options.isa);
-  sweep->add_option("--row", options.row,
-                    "Run nothing: write the scene of this row (--out SCENE.toml, else stdout)");
   sweep->footer("A sweep that was stopped or killed is resumed by the same command.");
   return [kept] { return cli::sweep_command(*kept); };
 }
@@ -486,14 +458,14 @@ Action add_run(CLI::App* command) {
   add_file(command, "--out", options.out, "Write forces to this CSV file (- for stdout)");
   add_report_file(command, options.json);
   command->add_option("--threads", options.threads, "Threads that step; 0 = one per core")
-      ->check(CLI::Range(0, 1024));
+      ->check(cli::within(0, 1024));
   add_isa(command, options.isa);
   command->add_option("--steps", options.steps, "Steps, instead of the scene's duration")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
+      ->check(cli::within(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
   command
       ->add_option("--bristles", options.bristles,
                    "Representative bristles of each patch, instead of the scene's")
-      ->check(CLI::Range(std::uint32_t{1}, bristle::max_bristles_per_patch));
+      ->check(cli::within(std::uint32_t{1}, bristle::max_bristles_per_patch));
   add_realtime(command, realtime->wanted, realtime->options);
   command
       ->add_option_function<std::string>(
@@ -619,7 +591,7 @@ Action add_stability(CLI::App* command) {
   cli::StabilityOptions& options = *kept;
   command->add_flag("--quick", options.quick, "A coarser map, shorter runs");
   command->add_option("--threads", options.threads, "Threads that simulate; 0 = one per core")
-      ->check(CLI::Range(0, 1024));
+      ->check(cli::within(0, 1024));
   add_choice(command, "--population",
              {{"representatives", bristle::Population::representatives},
               {"infinite", bristle::Population::infinite}},
@@ -649,26 +621,9 @@ Action add_accuracy(CLI::App* command) {
 }
 
 Action add_completion(CLI::App* command) {
-  const auto shell = std::make_shared<std::string>();
-  command->add_option("SHELL", *shell, "Shell that the script is for")
-      ->type_name("bash|zsh|fish")
-      ->required();
-  command->footer(
-      "In fish: bristle completion fish | source. The packages install the scripts of all three shells.");
-  return [shell] {
-    cli::print_text(cli::completion_script(*shell));
-    return exit_done;
-  };
-}
-
-Action add_manual(CLI::App* command) {
-  const auto page = std::make_shared<std::string>();
-  const auto folder = std::make_shared<std::string>();
-  add_names(command->add_option("COMMAND", *page, "Command (default: the program itself)"),
-            command_names(*command->get_parent()), "NAME");
-  command->add_option("--out", *folder, "Write all pages into this folder")->type_name("FILE");
-  return [page, folder, command] {
-    cli::manual_command(*command->get_parent(), *page, *folder);
+  command->footer("The package installs it where bash looks.");
+  return [command] {
+    cli::print_text(cli::completion_script(*command->get_parent()));
     return exit_done;
   };
 }
@@ -682,8 +637,7 @@ struct CommandEntry {
   bool prints_figures = true;  ///< whether the command prints figures, and so has the option --wide
 };
 
-/// Commands in the order in which --help lists them. The manual comes last, since it needs the names of the
-/// others.
+/// Commands in the order in which --help lists them.
 constexpr CommandEntry entries[] = {
     {"run", "Step a scene and report forces, step times and the state hash",
      "bristle run tools/scenes/block_on_floor.toml", add_run},
@@ -695,13 +649,12 @@ constexpr CommandEntry entries[] = {
      add_fit},
     {"stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory",
      "bristle stability --quick", add_stability},
-    {"sweep", "A scene over a grid or sample of parameters, as one table",
+    {"sweep", "A scene over a grid of parameters, as one table",
      "bristle sweep tools/scenes/stroke.toml --vary material.skin.peak=0.5:0.7:5", add_sweep},
     {"accuracy", "Error against run time of a scene, the cheapest setting for an error",
      "bristle accuracy tools/scenes/fingertip.toml --quick --error 1%", add_accuracy},
-    {"completion", "Print what a shell needs to complete words of this command line",
-     "source <(bristle completion bash)", add_completion, false},
-    {"manual", "Print a page of the manual", "bristle manual run | man -l -", add_manual, false}};
+    {"completion", "Print what bash needs to complete words of this command line",
+     "source <(bristle completion)", add_completion, false}};
 
 int run(const std::vector<std::string>& words) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
@@ -716,8 +669,6 @@ int run(const std::vector<std::string>& words) {
       },
       "Version, commit, and the instruction sets of this build");
 
-  // Allows only one command, because the word after `manual` or `completion` is an argument and not another
-  // command.
   app.require_subcommand(0, 1);
 
   bool wide = false;
@@ -729,10 +680,6 @@ int run(const std::vector<std::string>& words) {
     if (entry.prints_figures) add_wide(*command, wide);
   }
   cli::refuse_empty_files(app, cli::file_value);
-  if (!words.empty() && words[0] == "--complete") {
-    cli::print_text(cli::completions(app, {words.begin() + 1, words.end()}));
-    return exit_done;
-  }
   if (!words.empty() && !words[0].starts_with('-')) check_command(app, words[0]);
   if (words.size() > 1 && words[0] == "experiment" && !words[1].starts_with('-')) {
     const std::string& name = words[1];
@@ -764,11 +711,16 @@ int run(const std::vector<std::string>& words) {
 int main(int argc, char** argv) {
   cli::platform::hold_standard_streams();
   try {
-    std::vector<std::string> words = cli::platform::arguments(argc, argv);
-    if (!words.empty()) words.erase(words.begin());
-    return run(words);
+    return run(std::vector<std::string>(argv + std::min(argc, 1), argv + argc));
   } catch (const cli::UserError& error) {
     return complain(error.what(), exit_bad_input);
+  } catch (const bristle::Error& error) {  // such as an instruction set that the machine lacks
+    return complain(error.what(), exit_bad_input);
+  } catch (const std::filesystem::filesystem_error& error) {  // such as a working folder that was removed
+    return complain(
+        fmt::format("{}: {}", error.path1().empty() ? "the working folder" : error.path1().string(),
+                    error.code().message()),
+        exit_bad_input);
   } catch (const std::bad_alloc&) {
     return complain("out of memory", exit_failure);
   } catch (const std::exception& error) {

@@ -1,25 +1,27 @@
 // Checks values of command-line options in ways that the library CLI11 lacks.
 #pragma once
 
-#include <cstdlib>
 #include <string>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "tools/libraries/files/number_text.hpp"
+
 namespace cli {
 
-/// Accepts only numbers within a range. (CLI11's own CLI::Range lets "nan" pass.)
-inline CLI::Validator within(double low, double high) {
+/// Accepts only numbers within a range, whole ones if the range is. (CLI11's own CLI::Range lets "nan" pass,
+/// and reads "-1" as the largest unsigned number.)
+template <class T>
+CLI::Validator within(T low, T high) {
   const auto check = [low, high](const std::string& text) {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    const bool is_number = !text.empty() && *end == 0;
-    return is_number && value >= low && value <= high
+    const std::optional<T> value = number_in<T>(text);
+    return value && *value >= low && *value <= high
                ? std::string()
-               : fmt::format("Value {} not in range {} to {}", text, low, high);
+               : fmt::format("'{}'; allowed: {}{} to {}", text,
+                             std::is_integral_v<T> ? "whole numbers, " : "", low, high);
   };
-  return CLI::Validator(check, fmt::format("FLOAT in [{} - {}]", low, high));
+  return CLI::Validator(check, fmt::format("NUMBER in [{} to {}]", low, high));
 }
 
 /// Refuses an empty file name, in every option of `app` and its commands whose value is a file.

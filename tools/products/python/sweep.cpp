@@ -1,4 +1,4 @@
-// Binds what bristle.sweep (package/_sweep.py) needs: a study, and rows with their journal and tables.
+// Binds what bristle.sweep (package/_sweep.py) needs: a study, and rows with their table.
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -9,8 +9,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "tools/libraries/sweep/sweep.hpp"
-#include "tools/libraries/sweep/table_file.hpp"
-#include "tools/products/python/material_names.hpp"
 #include "tools/products/python/tools.hpp"
 
 namespace bristle_python {
@@ -23,19 +21,13 @@ using cli::Study;
 using Path = std::filesystem::path;
 using Texts = std::vector<std::string>;
 
-std::unique_ptr<Study> make_study(const Path& scene, const Texts& vary, const std::string& sample,
-                                  std::uint64_t points, std::uint64_t repeat,
+std::unique_ptr<Study> make_study(const Path& scene, const Texts& vary, std::uint64_t repeat,
                                   const std::optional<std::uint32_t>& seed, const Texts& set,
                                   const Texts& reference, const Texts& report, const std::string& window,
                                   const std::optional<std::uint64_t>& steps) {
-  const Names<cli::SweepSampling> samples = {{"grid", cli::SweepSampling::grid},
-                                             {"latin", cli::SweepSampling::latin},
-                                             {"sobol", cli::SweepSampling::sobol}};
   cli::StudyOptions options;
   options.scene = scene.string();
   options.vary = vary;
-  options.sampling = value_of(samples, "sample", sample);
-  options.points = points;
   options.repeat = repeat;
   options.seed = seed;
   options.set = set;
@@ -78,9 +70,9 @@ py::object columns_of(const Study& study) { return report_of(study.header().at("
 
 void define_sweep(py::module_& module) {
   py::class_<Study>(module, "_SweepStudy")
-      .def(py::init(&make_study), py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("sample"),
-           py::arg("points"), py::arg("repeat"), py::arg("seed"), py::arg("set"), py::arg("reference"),
-           py::arg("report"), py::arg("window"), py::arg("steps"))
+      .def(py::init(&make_study), py::arg("scene"), py::arg("vary"), py::kw_only(), py::arg("repeat"),
+           py::arg("seed"), py::arg("set"), py::arg("reference"), py::arg("report"), py::arg("window"),
+           py::arg("steps"))
       .def_static("from_recipe",
                   [](const std::string& recipe, const Path& folder) {
                     return std::make_unique<Study>(recipe, folder.string());
@@ -91,8 +83,8 @@ void define_sweep(py::module_& module) {
       .def_property_readonly("columns", &columns_of)
       .def("run_row", &run_row, py::arg("index"), py::arg("isa"));
   py::class_<Rows>(module, "_SweepRows")
-      .def(py::init([](const Study& study, const std::string& journal) {
-        return std::make_unique<Rows>(study, journal);
+      .def(py::init([](const Study& study, const std::string& out) {
+        return std::make_unique<Rows>(study, cli::unfinished_table(out));
       }))
       .def("add", &Rows::add)
       .def("remove", &Rows::remove)
@@ -100,7 +92,7 @@ void define_sweep(py::module_& module) {
       .def("missing", &Rows::missing)
       .def("lines", &Rows::rows)
       .def("table_hash", &Rows::table_hash)
-      .def("write", &cli::write_table_file)
+      .def("write", &Rows::write)
       .def("summary", [](const Rows& rows) { return cli::sweep_summary(rows, {}); })
       .def("run_on_threads", &run_on_threads);
   module.def("_check_table_file", &cli::check_table_file);

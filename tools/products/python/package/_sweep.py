@@ -1,4 +1,4 @@
-"""bristle.sweep: runs a scene over a grid or sample of parameters, on threads here or on a Dask cluster."""
+"""bristle.sweep: runs a scene over a grid of parameters, on threads here or on a Dask cluster."""
 
 import atexit
 import collections
@@ -126,40 +126,36 @@ def _settings(values):
 
 
 @checked
-def sweep(scene: "os.PathLike", vary: "Union[Dict, List[str]]", *, sample: "str" = "grid", points: "int" = 0,
-          repeat: "int" = 1, seed: "Optional[int]" = None, set: "Optional[Dict]" = None,
+def sweep(scene: "os.PathLike", vary: "Union[Dict, List[str]]", *, repeat: "int" = 1, seed: "Optional[int]" = None, set: "Optional[Dict]" = None,
           reference: "Optional[Dict]" = None, report: "Union[str, List[str]]" = (),
           window: "Optional[List[float]]" = None, steps: "Optional[int]" = None,
-          out: "Optional[Union[os.PathLike, List[os.PathLike]]]" = None, journal: "Optional[os.PathLike]" = None,
-          threads: "int" = 0, isa: "Optional[str]" = None, client: "Optional[distributed.Client]" = None) -> "bristle.SweepTable":
+          out: "Optional[os.PathLike]" = None, threads: "int" = 0, isa: "Optional[str]" = None,
+          client: "Optional[distributed.Client]" = None) -> "bristle.SweepTable":
     """Runs a scene once for every point of the ranges and returns a SweepTable, as `bristle sweep` does.
 
     vary: {"material.wood.kinetic": "0.2:0.6:5", "patch.tip.bristles": [100, 1000]}, or a list of such texts KEY=RANGE.
-    sample: "grid", "latin" or "sobol"; with these, `points` of them. repeat: rows at each point, with seeds by index.
-    set, reference: {key: value}. report: names of results. window: (from, until), s. out: table files, CSV.
-    journal: a file that keeps rows as they are done; the same call resumes it. Default: beside the first of `out`.
+    repeat: rows at each point, with seeds by index.
+    set, reference: {key: value}. report: names of results. window: (from, until), s. out: table file, CSV;
+    until it is done its rows stand in `out`.part, from which the same call goes on.
     threads: rows at a time, 0 = one per core. client: a distributed.Client; its workers run the rows, may come and go
     meanwhile, and need this module but no common disk. The table is the same bit for bit either way.
     Raises bristle.Error.
     """
-    tables = [] if out is None else [os.fspath(o) for o in (out if isinstance(out, (list, tuple)) else [out])]
-    for table in tables:
-        _check_table_file(table)
-    study = _SweepStudy(scene, _ranges(vary), sample=sample, points=points, repeat=repeat, seed=seed, set=_settings(set),
+    table = "" if out is None else os.fspath(out)
+    _check_table_file(table)
+    study = _SweepStudy(scene, _ranges(vary), repeat=repeat, seed=seed, set=_settings(set),
                         reference=_settings(reference), report=[report] if isinstance(report, str) else list(report),
                         window="" if window is None else f"{_text(window[0])}:{_text(window[1])}", steps=steps)
-    kept = os.fspath(journal) if journal is not None else tables[0] + ".journal" if tables else ""
-    rows = _SweepRows(study, kept)
+    rows = _SweepRows(study, table)
     try:
         if client is None:
             rows.run_on_threads(study, threads, isa or "")
         else:
             for row in _rows_by_dask(client, study.recipe(), rows.missing(), isa or ""):
                 rows.add(row)
-        for table in tables:
+        if table:
             rows.write(table)
-        if journal is None:
-            rows.remove()
+        rows.remove()
     finally:
         rows.close()
     return SweepTable(study, rows)
