@@ -19,7 +19,7 @@ void register_presliding() {
         what.rule = rule;
         what.outputs = Outputs::end;
         what.bristles = 262144;
-        what.batch.compared.eager = eager;
+        what.eager = eager;
         add_one_patch_benchmark(
             std::string("presliding/") + name_of(rule) + (eager ? "/eager/" : "/skipping/") + text, what);
       }

@@ -69,7 +69,8 @@ constexpr Settling usual_settling = {0.37, 54, 16};
 /// Batch of patches in steady motion, with the benchmarks' step time and settling.
 class MeasuredScene : public SteadyScene {
  public:
-  explicit MeasuredScene(const BatchOptions& options = {}) : SteadyScene(options, tick, usual_settling) {}
+  explicit MeasuredScene(const BatchOptions& options = {}, bool eager = false)
+      : SteadyScene(options, tick, usual_settling, eager) {}
 
   bristle::StepReport step() {
     const bristle::StepReport report = SteadyScene::step();
@@ -149,13 +150,13 @@ struct OnePatchCase {
   Outputs outputs = usual_outputs();
   Precision precision = Precision::single;
   SnapLength law = usual_law();
-  BatchOptions batch = {};
+  bool eager = false;  ///< whether steps visit every bristle
 };
 
 inline void add_one_patch_benchmark(const std::string& name, const OnePatchCase& what) {
   add_benchmark(name, [name, what](benchmark::State& state) {
     auto& scene = keep_while_named<MeasuredScene>(name, [&] {
-      auto made = std::make_shared<MeasuredScene>(what.batch);
+      auto made = std::make_shared<MeasuredScene>(BatchOptions{}, what.eager);
       made->add(plain_material(what.law, what.rule),
                 plain_options(what.bristles, what.axes, what.precision, what.outputs), what.regime);
       made->settle();

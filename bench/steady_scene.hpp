@@ -9,6 +9,8 @@
 
 #include <bristle/patch_batch.hpp>
 
+#include "core/runtime/visit_all.hpp"
+
 namespace bristle_bench {
 
 /// Periodic motion that keeps the share of snapping bristles constant.
@@ -33,8 +35,11 @@ void bring_to_steady_state(const Settling& settling, Slide slide, Move move) {
 
 class SteadyScene {
  public:
-  SteadyScene(const bristle::BatchOptions& options, double dt_s, const Settling& settling)
-      : batch_(options), dt_s_(dt_s), settling_(settling) {}
+  /// `eager`: whether steps visit every bristle.
+  SteadyScene(const bristle::BatchOptions& options, double dt_s, const Settling& settling, bool eager = false)
+      : batch_(options), dt_s_(dt_s), settling_(settling) {
+    if (eager) bristle::detail::visit_all(batch_);
+  }
 
   /// Adds a patch that moves along (0.8, 0.6), with `zigzag` across it in every other step, or along x with
   /// one axis, under full load.

@@ -214,17 +214,12 @@ struct RenewalTotals {
 
 /// Returns the index of a step kernel in KernelSet::step.
 constexpr int variant_index(int axes, bool redraw, bool mean, bool energy, bool residual) {
-  return (axes - 1) | (redraw ? 2 : 0) | (mean ? 8 : 0) | (energy ? 16 : 0) | (residual ? 32 : 0);
-}
-/// Returns the index of the kernel with the paper's literal loop, kept for comparison; only the scalar
-/// reference has it.
-constexpr int literal_variant_index(int axes, bool redraw) {
-  return 4 | variant_index(axes, redraw, false, true, false);
+  return (axes - 1) | (redraw ? 2 : 0) | (mean ? 4 : 0) | (energy ? 8 : 0) | (residual ? 16 : 0);
 }
 /// Returns the index of the kernel for bristles that age, which computes all outputs, with and without a
 /// residual.
-constexpr int aged_variant_index(int axes, bool redraw) { return 64 | (axes - 1) | (redraw ? 2 : 0); }
-constexpr int variant_count = 68;
+constexpr int aged_variant_index(int axes, bool redraw) { return 32 | (axes - 1) | (redraw ? 2 : 0); }
+constexpr int variant_count = 36;
 
 template <class T>
 struct KernelSet {
@@ -286,7 +281,5 @@ struct KernelEntry {
   bool (*usable)();
 };
 const KernelEntry* kernel_entries(int* count) noexcept;
-const KernelTable& scalar_kernels() noexcept;  ///< the table of the scalar reference, which every build
-                                               ///< contains
 
 }  // namespace bristle::detail

@@ -171,7 +171,7 @@ AfterSnaps<T> after_keep_aged(const AgeingLaw<T>& ageing, T rest, T delta) {
   return after;
 }
 
-template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages, bool literal>
+template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages>
 void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t b, Totals& totals) {
   Block& block = patch.blocks[b];
   const std::uint32_t start = b * block_size;
@@ -234,7 +234,7 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     totals.snaps += to_count(far.snaps);
   } else {
     LaneSum<T> stored_sum[2], passed[2], along_sum, squares_sum, further, jumped, variance, snaps;
-    const bool jumps = redraw && !literal && (mean || energy) && advance.length > patch.law->jump_from;
+    const bool jumps = redraw && (mean || energy) && advance.length > patch.law->jump_from;
     const std::uint32_t key = jumps ? noise_key(patch.draw + start) : 0u;
     for (std::uint32_t i = start; i < end; ++i) {
       const T w = weight_of(patch, i);
@@ -245,71 +245,59 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
       T limit = patch.delta[i];  // deflection at which the bristle snaps, residual + snap length
       std::uint32_t state = redraw ? patch.draw[i] : 0u;
       [[maybe_unused]] T next_age{};
-      if constexpr (literal) {  // the paper's literal loop: z += v dt; if |z| > delta then z = 0
-        if (beyond_at(i)) {
-          squares_sum.add(i, (axes == 2 ? next_x * next_x + next_y * next_y : next_x * next_x) * w);
-          snaps.add(i, T(1));
-          next_x = next_y = T(0);
-          if constexpr (redraw) {
-            state += draw_stride;
-            limit = length_at<T>(*patch.law, share_of<T>(mix(state)));
-          }
-        }
-      } else {
-        T along = start_x * ex;
-        T aside = T(0);
-        if constexpr (axes == 2) {
-          along = start_x * ex + start_y * ey;
-          aside = start_x * ey - start_y * ex;
-        }
-        const Bent<T> start_bent{along, aside * aside};
-        // Path to the first snap. With ageing the limit at the end of the step gives a path that is too long,
-        // from which aged_way() starts.
-        T tau = way_to_circle<T, axes>(start_bent, ages ? end_limit(i) : limit);
-        if constexpr (ages) {
-          const T age = patch.age[i] + static_cast<T>(since.before);
-          tau = aged_way<T, axes>(ageing, start_bent, left, limit - left, age, tau, tau < length);
-        }
-        const T path = least(tau, length);  // path up to the first snap, or the whole step
-        BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
-        BRISTLE_ASSERT(path >= T(0) && path <= length);
-        AfterSnaps<T> after;
-        if constexpr (ages) next_age = end_age(i);
-        if (tau < length) {
-          T delta = residual ? limit - left : limit;
-          if constexpr (ages) {
-            const T reached = along + path;
-            squares_sum.add(i, ((reached * reached + start_bent.aside2) - left * left) * w);
-          } else {
-            squares_sum.add(i, (residual ? (limit - left) * (limit + left) : limit * limit) * w);
-          }
-          if constexpr (redraw)
-            after = after_redraw<T, ages>(*patch.law, {ageing, static_cast<T>(advance.largest_growth)},
-                                          length - path, delta, state);
-          else if constexpr (ages)
-            after = after_keep_aged<T>(ageing, length - path, delta);
-          else
-            after = after_keep<T>(length - path, delta);
-          BRISTLE_ASSERT(after.deflection >= T(0) && (ages || after.deflection <= delta));
-          if constexpr (ages) next_age = ageing.per_length * after.deflection;
-          if constexpr (redraw) limit = residual ? left + delta : delta;
-          BRISTLE_ASSERT(after.count >= T(0) && after.squares >= T(0) && after.variance >= T(0));
-          const T bent = residual ? left + after.deflection : after.deflection;
-          next_x = bent * ex;
-          next_y = bent * ey;
-          snaps.add(i, T(1) + after.count);
-          T slipped = after.squares;
-          if constexpr (residual) slipped += (left + left) * ((length - path) - after.deflection);
-          further.add(i, slipped * w);
-          jumped.add(i, after.squares * w);
-          variance.add(i, after.variance * w * w);
-        }
-        T twice_integral = (path * path + after.squares) + after.deflection * after.deflection;
-        if constexpr (residual) twice_integral += (left + left) * (length - path);
-        along_sum.add(i, twice_integral * w);
-        passed[0].add(i, start_x * path * w);
-        passed[1].add(i, start_y * path * w);
+      T along = start_x * ex;
+      T aside = T(0);
+      if constexpr (axes == 2) {
+        along = start_x * ex + start_y * ey;
+        aside = start_x * ey - start_y * ex;
       }
+      const Bent<T> start_bent{along, aside * aside};
+      // Path to the first snap. With ageing the limit at the end of the step gives a path that is too long,
+      // from which aged_way() starts.
+      T tau = way_to_circle<T, axes>(start_bent, ages ? end_limit(i) : limit);
+      if constexpr (ages) {
+        const T age = patch.age[i] + static_cast<T>(since.before);
+        tau = aged_way<T, axes>(ageing, start_bent, left, limit - left, age, tau, tau < length);
+      }
+      const T path = least(tau, length);  // path up to the first snap, or the whole step
+      BRISTLE_ASSERT(redraw ? limit >= left : limit > left);
+      BRISTLE_ASSERT(path >= T(0) && path <= length);
+      AfterSnaps<T> after;
+      if constexpr (ages) next_age = end_age(i);
+      if (tau < length) {
+        T delta = residual ? limit - left : limit;
+        if constexpr (ages) {
+          const T reached = along + path;
+          squares_sum.add(i, ((reached * reached + start_bent.aside2) - left * left) * w);
+        } else {
+          squares_sum.add(i, (residual ? (limit - left) * (limit + left) : limit * limit) * w);
+        }
+        if constexpr (redraw)
+          after = after_redraw<T, ages>(*patch.law, {ageing, static_cast<T>(advance.largest_growth)},
+                                        length - path, delta, state);
+        else if constexpr (ages)
+          after = after_keep_aged<T>(ageing, length - path, delta);
+        else
+          after = after_keep<T>(length - path, delta);
+        BRISTLE_ASSERT(after.deflection >= T(0) && (ages || after.deflection <= delta));
+        if constexpr (ages) next_age = ageing.per_length * after.deflection;
+        if constexpr (redraw) limit = residual ? left + delta : delta;
+        BRISTLE_ASSERT(after.count >= T(0) && after.squares >= T(0) && after.variance >= T(0));
+        const T bent = residual ? left + after.deflection : after.deflection;
+        next_x = bent * ex;
+        next_y = bent * ey;
+        snaps.add(i, T(1) + after.count);
+        T slipped = after.squares;
+        if constexpr (residual) slipped += (left + left) * ((length - path) - after.deflection);
+        further.add(i, slipped * w);
+        jumped.add(i, after.squares * w);
+        variance.add(i, after.variance * w * w);
+      }
+      T twice_integral = (path * path + after.squares) + after.deflection * after.deflection;
+      if constexpr (residual) twice_integral += (left + left) * (length - path);
+      along_sum.add(i, twice_integral * w);
+      passed[0].add(i, start_x * path * w);
+      passed[1].add(i, start_y * path * w);
       if (advance.commit) {
         patch.zx[i] = next_x;
         if constexpr (axes == 2) patch.zy[i] = next_y;
@@ -364,13 +352,12 @@ void step_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t
     if (advance.commit) patch.since[b] = advance.start + advance.duration;
 }
 
-template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages,
-          bool literal = false>
+template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages>
 void step_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
                  Totals& totals) {
   assert_step(patch, advance, first, last, axes, redraw);
   for (std::uint32_t b = first; b < last; ++b)
-    step_block<T, axes, redraw, mean, energy, residual, ages, literal>(patch, advance, b, totals);
+    step_block<T, axes, redraw, mean, energy, residual, ages>(patch, advance, b, totals);
 }
 
 /// Counts the bristles in the blocks [first, last) that a step would carry beyond their snap length.

@@ -56,6 +56,4 @@ const KernelEntry* kernel_entries(int* count) noexcept {
   return entries;
 }
 
-const KernelTable& scalar_kernels() noexcept { return kernels_scalar; }
-
 }  // namespace bristle::detail

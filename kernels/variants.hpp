@@ -31,10 +31,6 @@ constexpr void fill_steps(KernelSet<T>& set) {
   at(false, false, true) = at(false, true, true) = &step_blocks<T, axes, redraw, false, true, true, false>;
   at(true, false, true) = at(true, true, true) = &step_blocks<T, axes, redraw, true, true, true, false>;
   set.step[aged_variant_index(axes, redraw)] = &step_blocks<T, axes, redraw, true, true, true, true>;
-#if !defined(BRISTLE_KERNEL_ISA)
-  set.step[literal_variant_index(axes, redraw)] =
-      &step_blocks<T, axes, redraw, false, true, false, false, true>;
-#endif
   set.foresee[axes - 1][redraw] = &foresee_blocks<T, axes, redraw, false>;
   set.foresee_aged[axes - 1][redraw] = &foresee_blocks<T, axes, redraw, true>;
   set.renew[axes - 1][redraw] = &renew_bristles<T, axes, redraw, false, FreshLengths<T>>;

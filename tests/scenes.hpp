@@ -6,9 +6,12 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <bristle/bristle.hpp>
+
+#include "core/runtime/visit_all.hpp"
 
 #ifndef BRISTLE_WITH_DOUBLE
 #define BRISTLE_WITH_DOUBLE 1
@@ -58,17 +61,11 @@ inline Material plain_material(const SnapLength& law, SnapRule rule) {
       .with_snap_rule(rule);
 }
 
-inline PatchOptions with_literal_rule(PatchOptions options, bool literal = true) {
-  options.compared.literal = literal;
-  return options;
-}
-inline PatchOptions with_random_lengths(PatchOptions options, bool random = true) {
-  options.compared.random_lengths = random;
-  return options;
-}
-inline bristle::BatchOptions stepped_eagerly(bristle::BatchOptions options = {}, bool eager = true) {
-  options.compared.eager = eager;
-  return options;
+/// Returns a batch whose steps visit every bristle: the same bits as those of a batch that skips.
+inline PatchBatch stepped_eagerly(const BatchOptions& options = {}, bool eager = true) {
+  PatchBatch batch(options);
+  if (eager) bristle::detail::visit_all(batch);
+  return batch;
 }
 
 /// Returns options for plain_material: `bristles` representatives of weight 1, all in contact at a load of
@@ -131,7 +128,9 @@ auto step_one(Patches& patches, const AnyMotion& motion, double dt_s = tick) {
 class OnePatch {
  public:
   OnePatch(const Material& material, const PatchOptions& options, const BatchOptions& batch_options = {})
-      : batch(batch_options), id(batch.add(material, options)) {
+      : OnePatch(material, options, PatchBatch(batch_options)) {}
+  OnePatch(const Material& material, const PatchOptions& options, PatchBatch its_batch)
+      : batch(std::move(its_batch)), id(batch.add(material, options)) {
     batch.warm_up();
   }
 

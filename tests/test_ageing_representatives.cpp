@@ -522,16 +522,6 @@ TEST_CASE("a material may begin to age, age otherwise and cease to while it slid
   }
 }
 
-TEST_CASE("the literal step rule refuses ageing", "[ageing]") {
-  const Material material =
-      plain_material(uniform, SnapRule::keep).with_ageing(Ageing::logarithmic(0.2, tau));
-  const std::string message = message_of([&] {
-    PatchBatch batch;
-    batch.add(material, with_literal_rule(plain_options(100)));
-  });
-  CHECK(names(message, {"ageing_strength", "0.2", "literal rule"}));
-}
-
 TEST_CASE("the rest of a patch that ages is over after a slide in any direction", "[ageing]") {
   // A bristle moves with the patch over at most twice its aged length (1.5 mean lengths x g) before it snaps.
   // After 18 lengths the oldest has been stuck for less than 0.05 s, and the force limit shows it.

@@ -314,10 +314,9 @@ TEST_CASE("A sweep's first lines say what goes from where to where", "[answers]"
 }
 
 TEST_CASE("Answers of an accuracy report name the choice and the fast setting", "[answers]") {
-  const json setting = {{"as_scene", false},       {"bristles", 300},       {"dt_s", 1e-3},
-                        {"step_rule", "exact"},    {"precision", "single"}, {"sampling", "stratified"},
-                        {"force", "end"},          {"pareto", true},        {"scene_step_s", 2e-6},
-                        {"error", {{"rms", 0.07}}}};
+  const json setting = {{"as_scene", false},    {"bristles", 300},       {"dt_s", 1e-3},
+                        {"step_rule", "exact"}, {"precision", "single"}, {"force", "end"},
+                        {"pareto", true},       {"scene_step_s", 2e-6},  {"error", {{"rms", 0.07}}}};
   json own = setting;
   own["as_scene"] = true;
   own["scene_step_s"] = 9e-6;

@@ -171,7 +171,6 @@ TEST_CASE("A patch that names no number of bristles is the infinite brush where 
       {too_wide, PatchOptions{}, Population::infinite},
       {smooth, PatchOptions{}.with_precision(bristle::Precision::double_), Population::infinite},
       {smooth, PatchOptions{}.with_bristles(100), Population::representatives},
-      {smooth, with_random_lengths(PatchOptions{}), Population::representatives},
       {one_length, PatchOptions{}, Population::representatives},
       {keeping, PatchOptions{}, Population::representatives},
       {smooth, PatchOptions{}.with_population(Population::representatives), Population::representatives},
@@ -183,8 +182,6 @@ TEST_CASE("A patch that names no number of bristles is the infinite brush where 
     const std::string kernel = batch.info(batch.add(c.material, c.options)).kernel;
     CHECK((kernel.find("infinite") != std::string::npos) == (c.chosen == Population::infinite));
   }
-  const Material paper = Material::from_coefficients(bristle::Coefficients::paper());
-  CHECK(bristle::choose_population(paper, with_literal_rule({})) == Population::representatives);
 }
 
 TEST_CASE("info tells what a patch is and uses", "[batch]") {

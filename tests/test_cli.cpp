@@ -411,7 +411,6 @@ patch    | bristles = 100        | population = "infinite"; resolution = 0.5 | :
 patch    | bristles = 100        | population = "infinite"; cohorts = 513 | :13: [[patch]] 'tip': cohorts is 513 | 0 to 512
 patch    | bristles = 100        | population = "infinite"; cohorts = 7 | :13: [[patch]] 'tip': cohorts is 7; allowed: 0 (automatic), or 8 to 512
 patch    | bristles = 100        | population = "representatives"; resolution = 8 | :13: [[patch]] 'tip': resolution is for population = "infinite"
-patch    | bristles = 100        | population = "infinite"; step_rule = "literal" | :13: [[patch]] 'tip': step_rule is 'literal' | exact
 scene    | dt = 1e-3             | dt = 0              | :3: [scene] 'small': dt is 0 | more than 0
 scene    | dt = 1e-3             | dt = -1.0           | :3: | dt is -1
 scene    | dt = 1e-3             |                     | [scene] 'small': key 'dt' is missing

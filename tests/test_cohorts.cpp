@@ -397,8 +397,6 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
                     Catch::Contains("SnapRule::redraw"));
   CHECK_THROWS_WITH(batch.add(plain_material(SnapLength::single(dbar), SnapRule::redraw), infinite_options()),
                     Catch::Contains("snap_length.cv = 0") && Catch::Contains("representatives"));
-  CHECK_THROWS_WITH(batch.add(redraw, with_literal_rule(infinite_options())),
-                    Catch::Contains("literal rule"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
   // Checks that the infinite brush accepts a law wider than representatives accept.

@@ -65,8 +65,11 @@ double line_mean(Pressure pressure, int k) {
 /// One extended patch in a batch of its own, which checks the energy of every step.
 struct Pad {
   Pad(const Material& material, const PatchOptions& options, const Outline& outline, double its_load,
-      const BatchOptions& batch_options = {})
-      : batch(batch_options), pads(batch), id(pads.add(material, options, outline)), load(its_load) {}
+      PatchBatch its_batch = PatchBatch())
+      : batch(std::move(its_batch)),
+        pads(batch),
+        id(pads.add(material, options, outline)),
+        load(its_load) {}
 
   const ExtendedResponse& step(double dx, double dy, double spin, double seconds = tick) {
     const ExtendedMotion motion{id, {dx, dy, spin}, load};

@@ -532,7 +532,6 @@ TEST_CASE("a lay that a patch cannot have is refused by name", "[lay]") {
   CHECK(names(message(slide.material, Lay{0, 2, 0, 1}, one), {"axes = 1"}));
   CHECK(names(message(slide.material, Lay{0.1, 1, 0, 2}, one), {"axes = 1"}));
   CHECK(message(slide.material, Lay{0, 1, 0, 2}, one) == "(no error)");
-  CHECK(names(message(redraw, Lay{0, 2, 0, 1}, with_literal_rule(PatchOptions{})), {"literal"}));
   CHECK(names(message(redraw, Lay{0, 2, 1, 1}), {"lay.stiffness_ratio = 1", "infinite"}));
   const PatchOptions some = PatchOptions{}.with_bristles(10);
   CHECK(names(message(Material(redraw).with_residual_length(1e-7), Lay{0, 2, 1, 1}, some),

@@ -519,15 +519,6 @@ TEST_CASE("A material without residual lets bristles beyond its lengths slip alo
   CHECK(r.dissipated == Approx(0.5 * 100.0 * (4.0 - 0.25) * dbar * dbar));
 }
 
-TEST_CASE("The literal rule refuses a residual and shared renewal by name", "[rubbing]") {
-  PatchBatch batch;
-  const auto options = with_literal_rule(plain_options(10, 1));
-  CHECK(names(message_of([&] { batch.add(rubbed(uniform, SnapRule::redraw, 0.4, 0.0), options); }),
-              {"residual_length", "literal rule"}));
-  CHECK(names(message_of([&] { batch.add(rubbed(uniform, SnapRule::redraw, 0.0, 1.0), options); }),
-              {"shared_renewal", "literal rule"}));
-}
-
 TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") {
   OnePatch patch(rubbed(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw, 0.4, 1.0),
                  plain_options(2000, 1));

@@ -575,7 +575,6 @@ TEST_CASE("a patch that cannot slide is refused by name", "[slide]") {
   };
   CHECK_THAT(message(PatchOptions{}.with_population(bristle::Population::infinite)),
              Catch::Contains("SnapRule::slide"));
-  CHECK_THAT(message(with_literal_rule(PatchOptions{})), Catch::Contains("literal rule"));
   const PatchId id = batch.add(material, PatchOptions{});
   CHECK(batch.info(id).representatives == 32);
   CHECK(std::string(batch.info(id).kernel) == "2 axes, slide, end, single");

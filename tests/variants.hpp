@@ -197,7 +197,7 @@ inline void add_slide_variants(std::vector<PatchCase>& cases, std::uint32_t bris
   }
 }
 
-/// Returns patches of every combination of axes, rule, outputs, precision, step rule and law; also large
+/// Returns patches of every combination of axes, rule, outputs, precision and law; also large
 /// ones, split over workers, infinite brushes, patches with rubbing (residual, renewal), and ageing ones.
 inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
   std::vector<PatchCase> cases;
@@ -206,24 +206,21 @@ inline std::vector<PatchCase> every_variant(std::uint32_t bristles) {
     for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
       for (Outputs outputs : {Outputs::end, Outputs::mean, Outputs::energy, Outputs::all}) {
         for (Precision precision : precisions()) {
-          for (bool literal : {false, true}) {
-            for (const SnapLength& law : all_laws()) {
-              std::ostringstream name;
-              name << axes << " axes, " << table_name(rule) << ", outputs " << static_cast<int>(outputs)
-                   << ", " << name_of(precision) << (literal ? ", literal, " : ", exact, ")
-                   << to_string(law.law());
-              Material material = plain_material(law, rule)
-                                      .with_bristle_stiffness(80.0)
-                                      .with_bristle_damping(0.01)
-                                      .with_viscous_friction(0.3);
-              Material later = Material(material).with_bristle_stiffness(95.0).with_snap_length(
-                  law.law() == bristle::SnapLaw::uniform ? SnapLength::uniform(0.3 * dbar, 1.1 * dbar) : law);
-              const PatchOptions options = plain_options(bristles + seed % 7, axes, precision, outputs)
-                                               .with_max_normal_load(2.0)
-                                               .with_seed(seed);
-              ++seed;
-              cases.push_back({name.str(), material, later, with_literal_rule(options, literal)});
-            }
+          for (const SnapLength& law : all_laws()) {
+            std::ostringstream name;
+            name << axes << " axes, " << table_name(rule) << ", outputs " << static_cast<int>(outputs) << ", "
+                 << name_of(precision) << ", " << to_string(law.law());
+            Material material = plain_material(law, rule)
+                                    .with_bristle_stiffness(80.0)
+                                    .with_bristle_damping(0.01)
+                                    .with_viscous_friction(0.3);
+            Material later = Material(material).with_bristle_stiffness(95.0).with_snap_length(
+                law.law() == bristle::SnapLaw::uniform ? SnapLength::uniform(0.3 * dbar, 1.1 * dbar) : law);
+            const PatchOptions options = plain_options(bristles + seed % 7, axes, precision, outputs)
+                                             .with_max_normal_load(2.0)
+                                             .with_seed(seed);
+            ++seed;
+            cases.push_back({name.str(), material, later, options});
           }
         }
       }

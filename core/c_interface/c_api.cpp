@@ -262,13 +262,6 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
 template <class C>
 struct Mirror;
 
-/// Number of fields of a C++ struct that the C interface leaves out: 1 if it has a field `compared`, else 0.
-template <class Cpp>
-constexpr std::size_t compared_modes = requires {
-  &Cpp::compared;
-}
-? 1 : 0;
-
 /// Pairs the fields of a C struct with those of the C++ struct that it mirrors, for conversion in both
 /// directions. Counts the pairs, so that none is forgotten. `unused`: number of reserved fields in C.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
@@ -278,7 +271,7 @@ constexpr std::size_t compared_modes = requires {
     using Cpp = cpp_type;                                                                                 \
     static constexpr const char* name = #c_type;                                                          \
     static constexpr auto fields = std::make_tuple(__VA_ARGS__);                                          \
-    static_assert(detail::field_count<Cpp> == std::tuple_size_v<decltype(fields)> + compared_modes<Cpp>,  \
+    static_assert(detail::field_count<Cpp> == std::tuple_size_v<decltype(fields)>,                        \
                   "a field of " #cpp_type " is missing in " #c_type);                                     \
     static_assert(detail::field_count<C> == 1 + std::tuple_size_v<decltype(fields)> + (unused),           \
                   "a field of " #c_type " is missing in its list of fields: struct_size, these, " #unused \

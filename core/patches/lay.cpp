@@ -52,8 +52,6 @@ void check_lay(const Material& m, const PatchOptions& chosen) {
   if (map.is_isotropic()) return;
   if (chosen.axes == 1 && (lay.angle != 0.0 || map.limit != 1.0 || map.stretch != 1.0))
     refuse(where, "axes", chosen.axes, "2 with a lay, but for lay.to_over_fro, which one axis along it has");
-  if (chosen.compared.literal)
-    throw Error("PatchOptions: the literal rule is the paper's loop, which knows no lay");
   if (map.energy != 1.0) {
     if (chosen.population == Population::infinite)
       refuse(where, "lay.stiffness_ratio", lay.stiffness_ratio,

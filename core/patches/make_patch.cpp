@@ -16,20 +16,20 @@ namespace {
 
 struct KindNames {
   const char* kind;
-  const char* features[4];
+  const char* features[3];
 };
-constexpr KindNames kind_names[4] = {{", keep", {", literal", ", residual", ", renewal", ", ageing"}},
-                                     {", redraw", {", literal", ", residual", ", renewal", ", ageing"}},
+constexpr KindNames kind_names[4] = {{", keep", {", residual", ", renewal", ", ageing"}},
+                                     {", redraw", {", residual", ", renewal", ", ageing"}},
                                      {", slide", {", timed"}},
                                      {", infinite", {}}};
 
-const std::array<std::string, 1024>& kernel_names() {
-  static const std::array<std::string, 1024> names = [] {
-    std::array<std::string, 1024> all;
+const std::array<std::string, 512>& kernel_names() {
+  static const std::array<std::string, 512> names = [] {
+    std::array<std::string, 512> all;
     for (unsigned i = 0; i < all.size(); ++i) {
       const KindNames& words = kind_names[i >> 4 & 3];
       all[i] = std::string(i & 1 ? "2 axes" : "1 axis") + words.kind;
-      for (unsigned f = 0; f < 4; ++f)
+      for (unsigned f = 0; f < 3; ++f)
         if ((i >> (6 + f) & 1) != 0 && words.features[f] != nullptr) all[i] += words.features[f];
       all[i] += i & 2 ? ", end + mean" : ", end";
       if (i & 4) all[i] += ", energy";
@@ -80,10 +80,8 @@ namespace bristle {
 
 Population choose_population(const Material& material, const PatchOptions& options) noexcept {
   if (options.population != Population::automatic) return options.population;
-  const bool wants_bristles =
-      options.bristles != 0 || options.compared.literal || options.compared.random_lengths;
-  return wants_bristles || !detail::allows_cohorts(material) ? Population::representatives
-                                                             : Population::infinite;
+  return options.bristles != 0 || !detail::allows_cohorts(material) ? Population::representatives
+                                                                    : Population::infinite;
 }
 
 }  // namespace bristle

@@ -11,7 +11,6 @@ Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept 
   p.axes = static_cast<std::uint8_t>(record.options.axes);
   p.outputs = record.options.outputs;
   p.ages = record.material->material.ageing_strength != 0.0 || record.material->material.drop != 0.0;
-  p.literal = record.options.compared.literal;
   record.lay = map_of(record.options.lay);
   p.laid = !record.lay.is_isotropic();
   p.lengths_per_metre = record.material->lengths_per_metre;

@@ -84,8 +84,6 @@ struct alignas(64) Patch {
   bool skips : 1 = true;              ///< whether steps skip blocks whose bound shows that no bristle snaps
   bool tracks : 1 = true;             ///< whether bounds are recomputed, which pays only while a step
                                       ///< rewrites few blocks (fewer than an eighth)
-  bool literal : 1 = false;           ///< whether the patch follows the paper's loop to the letter
-                                      ///< (ComparisonModes::literal)
   bool damps : 1 = false;             ///< whether the damping depends on the velocity
   bool ages : 1 = false;              ///< whether limits change by holding or sliding (ageing, drop)
   bool renews : 1 = false;            ///< whether even a trial step would change the patch, so that the

@@ -82,7 +82,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   constexpr double farthest = 1e290;
   for (double& x : step.scaled) x = std::clamp(x, -farthest, farthest);
   const double largest = std::max(std::abs(step.scaled[0]), std::abs(step.scaled[1]));
-  if (largest > far_length && !p.literal) {
+  if (largest > far_length) {
     const double rx = step.scaled[0] / largest;
     const double ry = step.scaled[1] / largest;
     const double norm = std::sqrt(rx * rx + ry * ry);
@@ -94,9 +94,6 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
     step.moves = true;
     return;
   }
-  // Cuts longer steps to far_length under the paper's literal loop: that length resets every bristle.
-  if (largest > far_length)
-    for (double& x : step.scaled) x *= far_length / largest;
   for (int axis = 0; axis < 2; ++axis) {
     double wanted = step.scaled[axis] * fixed_per_length;
     const bool creeps = std::abs(step.scaled[axis]) < creep_length && step.scaled[axis] != 0.0;
@@ -109,9 +106,9 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
 }
 
 /// Whether time, velocity and direction do not matter for the patch: it neither ages nor damps, has no lay
-/// (grain), does not follow the paper's literal loop, and skips blocks within their bounds.
+/// (grain), and skips blocks within their bounds.
 bool is_plain(const Patch& p) noexcept {
-  return p.skips && !p.ages && !p.damps && !p.literal && !p.laid && p.rest_damping == 0.0;
+  return p.skips && !p.ages && !p.damps && !p.laid && p.rest_damping == 0.0;
 }
 
 /// Displacement of a step, m, in the axes in which friction does not depend on direction.
@@ -215,10 +212,7 @@ template <bool plain, class Asked, class Answer>
       out.damper[axis] = 0.0 - damping * velocity[axis];
       out.elastic[axis] = elastic[axis];
       out.end[axis] = elastic[axis] + out.damper[axis];
-      if (mean)
-        out.mean[axis] = !plain && p.literal
-                             ? out.end[axis]
-                             : 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
+      if (mean) out.mean[axis] = 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
       if (!plain)
         work -= std::clamp(out.damper[axis] * motion.displacement[axis], -highest_energy, highest_energy);
     }

@@ -11,6 +11,8 @@
 namespace bristle::detail {
 
 struct BatchAccess {
+  static PatchBatch::Impl& inside(PatchBatch& batch) noexcept { return *batch.impl_; }
+
   /// Adds a finished patch, out of contact; the batch owns its record from then on. Same thread rule as
   /// PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);

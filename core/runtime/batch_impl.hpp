@@ -18,7 +18,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   ~Impl();
 
   const detail::KernelTable& kernels;
-  const bool skips;
+  bool skips = true;  ///< whether patches that are added skip bristles that cannot snap
   detail::CommandList commands;
 
   // --- the adding thread's side
@@ -99,7 +99,8 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Applies a change of the adding thread. Neither allocates nor frees.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches. `cells`: as in Scheduler::step.
+  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches. `cells`: as in
+  /// Scheduler::step.
   StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
                   Span<Response> responses) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;

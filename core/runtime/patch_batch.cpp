@@ -30,7 +30,6 @@ bool is_good_time(double dt_s) noexcept {
 
 PatchBatch::Impl::Impl(const BatchOptions& options)
     : kernels(choose_kernels(options.isa)),
-      skips(!options.compared.eager),
       scheduler(check_threads(options.threads)) {
   name_kernels();
   pool.put(0, std::make_unique<PatchChunk>(PatchPool::first_slots));

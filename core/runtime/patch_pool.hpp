@@ -42,8 +42,7 @@ struct Outlook {
 };
 
 struct PatchChunk {
-  explicit PatchChunk(std::uint32_t slots)
-      : patches(new Patch[slots]), outlooks(new Outlook[slots]) {}
+  explicit PatchChunk(std::uint32_t slots) : patches(new Patch[slots]), outlooks(new Outlook[slots]) {}
   std::unique_ptr<Patch[]> patches;
   std::unique_ptr<Outlook[]> outlooks;
 };

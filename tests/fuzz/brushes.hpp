@@ -85,7 +85,6 @@ inline bristle::Material any_brush(Input& input, Brush brush) {
 /// Returns patch options as any_options() does, but with `infinite` mostly those of the infinite brush.
 inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_bristles, bool infinite) {
   bristle::PatchOptions o = any_options(input, most_bristles);
-  o.compared.literal = false;
   if (input.choice(16) == (infinite ? 15u : 0u)) infinite = !infinite;
   if (!infinite) return o;
   o.population = bristle::Population::infinite;

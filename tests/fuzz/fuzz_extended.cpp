@@ -15,13 +15,15 @@ using bristle::PatchId;
 struct Twin {
   bristle::PatchBatch batch;
   bristle::ExtendedPatches patches;
-  explicit Twin(const bristle::BatchOptions& options) : batch(options), patches(batch) {}
+  explicit Twin(bristle::PatchBatch its_batch) : batch(std::move(its_batch)), patches(batch) {}
 };
 
 std::vector<std::unique_ptr<Twin>> make_twins() {
   std::vector<std::unique_ptr<Twin>> twins;
   for (const bristle::IsaInfo& isa : bristle::instruction_sets())
-    if (isa.usable) twins.push_back(std::make_unique<Twin>(bristle::BatchOptions{}.with_isa(isa.name)));
+    if (isa.usable)
+      twins.push_back(
+          std::make_unique<Twin>(bristle::PatchBatch(bristle::BatchOptions{}.with_isa(isa.name))));
   twins.push_back(std::make_unique<Twin>(stepped_eagerly()));
   return twins;
 }

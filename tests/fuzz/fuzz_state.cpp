@@ -22,13 +22,11 @@ struct Batch {
     const auto add = [this](const SnapLength& law, bristle::SnapRule rule, const PatchOptions& options) {
       ids.push_back(batch.add(bristle::Material{}.with_snap_length(law).with_snap_rule(rule), options));
     };
-    auto literal = PatchOptions{}.with_bristles(270);
-    literal.compared.literal = true;
     add(SnapLength::exponential(1e-5), bristle::SnapRule::redraw,
         PatchOptions{}.with_bristles(20).with_outputs(bristle::Outputs::all));
     add(SnapLength::uniform(5e-6, 15e-6), bristle::SnapRule::keep,
         PatchOptions{}.with_bristles(7).with_axes(1).with_precision(bristle::Precision::double_));
-    add(SnapLength::lognormal(1e-5, 0.3), bristle::SnapRule::keep, literal);
+    add(SnapLength::lognormal(1e-5, 0.3), bristle::SnapRule::keep, PatchOptions{}.with_bristles(270));
     step(0.7e-5, 0.9);
     step(0.4e-5, 0.45);
     bent = saved_state(batch);

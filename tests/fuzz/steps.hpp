@@ -8,13 +8,16 @@
 #include <bristle/bristle.hpp>
 
 #include "check.hpp"
+#include "core/runtime/visit_all.hpp"
 #include "input.hpp"
 
 namespace fuzz {
 
-inline bristle::BatchOptions stepped_eagerly(bristle::BatchOptions options = {}, bool eager = true) {
-  options.compared.eager = eager;
-  return options;
+/// Returns a batch whose steps visit every bristle.
+inline bristle::PatchBatch stepped_eagerly(const bristle::BatchOptions& options = {}, bool eager = true) {
+  bristle::PatchBatch batch(options);
+  if (eager) bristle::detail::visit_all(batch);
+  return batch;
 }
 
 /// Returns a random snap-length law. Throws bristle::Error if its parameters are out of range.
@@ -73,8 +76,6 @@ inline bristle::PatchOptions any_options(Input& input, unsigned most_bristles) {
   o.bristles = 1 + static_cast<std::uint32_t>(input.bits(2)) % most_bristles;
   o.outputs = static_cast<bristle::Outputs>(input.choice(4));
   o.precision = input.flag() ? bristle::Precision::double_ : bristle::Precision::single;
-  o.compared.literal = input.choice(8) == 7;
-  o.compared.random_lengths = input.choice(8) == 7;
   o.seed = input.byte();
   o.max_normal_load = input.choice(8) == 7 ? input.number(1.0) : 1.0;
   return o;

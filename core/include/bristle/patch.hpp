@@ -22,14 +22,6 @@ struct PatchId {
 
 enum class Precision : unsigned char { single, double_ };
 
-namespace detail {
-/// Switches by which tests and studies compare variants of the brush model. Not part of the interface.
-struct ComparisonModes {
-  bool literal = false;         ///< whether deflection beyond the snap length is lost, as in the paper's loop
-  bool random_lengths = false;  ///< whether first snap lengths are drawn at random: error of order n^-1/2
-};
-}  // namespace detail
-
 /// Kind of population that stands for the bristles of a patch.
 enum class Population : unsigned char {
   automatic,        ///< `infinite` where the law allows it and no number of bristles is asked for, else
@@ -112,7 +104,6 @@ struct PatchOptions {
   /// changes at random the rms error is below 2 % (lognormal, cv 0.3), 6 % (cv 1): test_random_laws.
   double resolution = automatic;
   Lay lay;  ///< direction of the surface, in the patch's axes (for an outline in those of the surface); fixed
-  detail::ComparisonModes compared;
 
   PatchOptions& with_max_normal_load(double newtons) { return detail::set(*this, max_normal_load, newtons); }
   PatchOptions& with_bristles(std::uint32_t count) { return detail::set(*this, bristles, count); }

@@ -16,18 +16,12 @@ namespace bristle {
 struct BuildSignature;
 namespace detail {
 struct BatchAccess;
-
-/// Switches by which tests compare ways of stepping a batch. Not part of the interface.
-struct SteppingModes {
-  bool eager = false;  ///< Whether every bristle is visited in every step: slower, the same bits.
-};
 }  // namespace detail
 
 struct BatchOptions {
   int threads = 1;  ///< number of threads that may step, the caller included; `automatic`: one per core
   const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: that of the
                               ///< environment variable BRISTLE_ISA, or the best available
-  detail::SteppingModes compared;
 
   BatchOptions& with_threads(int count) { return detail::set(*this, threads, count); }
   BatchOptions& with_isa(const char* name) { return detail::set(*this, isa, name); }

@@ -76,8 +76,6 @@ void check(const Material& material, const PatchOptions& options) {
   if (cv < least_cohort_spread)
     refuse(where, "snap_length.cv", cv,
            "at least 0.05: bristles of nearly one length snap in step (or use Population::representatives)");
-  if (options.compared.literal)
-    throw Error(std::string(where) + ": the literal rule is for Population::representatives");
   if (options.resolution != 0.0)
     require_within(where, "resolution", options.resolution, 1.0, highest_resolution,
                    "pieces per mean snap length; 0 = automatic");

@@ -47,7 +47,6 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
 /// is taken, because only such kernels count snaps.
 int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
   if (ages) return aged_variant_index(options.axes, redraws);
-  if (options.compared.literal) return literal_variant_index(options.axes, redraws);
   return variant_index(options.axes, redraws, has(options.outputs, Outputs::mean),
                        renews || has(options.outputs, Outputs::energy), residual);
 }
@@ -102,8 +101,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
 
 template <class T>
 void fill_first(Representatives<T>& r) noexcept {
-  fill_first_lengths(*r.material, r.options.compared.random_lengths, r.options.seed,
-                     Span<T>(r.first, r.padded()));
+  fill_first_lengths(*r.material, r.options.seed, Span<T>(r.first, r.padded()));
   for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].shortest = shortest_first(r, b);
 }
 
@@ -162,32 +160,21 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
       bytes += sizeof *column;
   });
   info.bytes_per_representative = static_cast<std::uint32_t>(bytes);
-  const unsigned features = (p.literal ? 1u : 0u) | (p.material().residual > 0.0 ? 2u : 0u) |
-                            (r.renews() ? 4u : 0u) | (r.ages() ? 8u : 0u);
+  const unsigned features =
+      (p.material().residual > 0.0 ? 1u : 0u) | (r.renews() ? 2u : 0u) | (r.ages() ? 4u : 0u);
   info.kernel = kernel_name(p, r.redraws() ? BristleKind::redraw : BristleKind::keep, features,
                             sizeof(T) == sizeof(double));
 }
 
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight) {
-  const Material& m = material->material;
-  m.validate_for_representatives();
+  material->material.validate_for_representatives();
   material->make_draws();
-  if (options.compared.literal) {
-    const auto refuse_if = [](double value, const char* name) {
-      if (value != 0.0) refuse("Material", name, value, "0 with the literal rule, the paper's loop");
-    };
-    refuse_if(m.ageing_strength, "ageing_strength");
-    refuse_if(m.residual_length, "residual_length");
-    refuse_if(m.shared_renewal, "shared_renewal");
-  }
-  // Uses the scalar kernels for the paper's literal loop, because no others have it.
-  const KernelTable& table = options.compared.literal ? scalar_kernels() : kernels;
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
-    return make_typed<double>(std::move(material), options, table.f64, weight);
+    return make_typed<double>(std::move(material), options, kernels.f64, weight);
 #endif
-  return make_typed<float>(std::move(material), options, table.f32, weight);
+  return make_typed<float>(std::move(material), options, kernels.f32, weight);
 }
 
 BRISTLE_INSTANTIATE(fill_first, fill_columns, change_seed, reset, copy_patch, describe)

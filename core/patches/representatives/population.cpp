@@ -20,12 +20,11 @@ constexpr std::uint64_t reversed_nibble[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 
 double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12) + 0.5) * 0x1p-52; }
 
 template <class T>
-void fill(const CompiledMaterial& material, bool random, std::uint32_t seed, Span<T> lengths) {
+void fill(const CompiledMaterial& material, std::uint32_t seed, Span<T> lengths) {
   const SnapLength& law = material.material.snap_length;
-  const auto share = random ? random_share : stratified_share;
   const double shortest = shortest_beyond_residual<T>(material);
   for (std::size_t i = 0; i < lengths.size(); ++i) {
-    const double u = share(seed, static_cast<std::uint32_t>(i));
+    const double u = stratified_share(seed, static_cast<std::uint32_t>(i));
     const double scaled = law.quantile(u) * material.lengths_per_metre;
     lengths[i] = static_cast<T>(material.residual + std::clamp(scaled, shortest, material.longest));
   }
@@ -47,18 +46,11 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
   return to_share(share | random >> 32);
 }
 
-double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // Samples by the generator SplitMix64; the seed selects one of its streams of numbers.
-  return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
+void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths) {
+  fill(material, seed, lengths);
 }
-
-void fill_first_lengths(const CompiledMaterial& material, bool random, std::uint32_t seed,
-                        Span<float> lengths) {
-  fill(material, random, seed, lengths);
-}
-void fill_first_lengths(const CompiledMaterial& material, bool random, std::uint32_t seed,
-                        Span<double> lengths) {
-  fill(material, random, seed, lengths);
+void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths) {
+  fill(material, seed, lengths);
 }
 
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept {

@@ -1,5 +1,5 @@
 // First snap lengths and random states of a patch's representatives. For every k the first k lengths are a
-// stratified (or, on demand, a random) sample of the law.
+// stratified sample of the law.
 #pragma once
 
 #include <cstdint>
@@ -20,9 +20,6 @@ constexpr std::uint32_t plain_seed = 1;
 /// the seed (core/MODEL.md, section 5); for plain_seed golden ratio.
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept;
 
-/// Returns u_i in (0, 1), the quantile of bristle i's first length, as a random number: a hash of seed and i.
-double random_share(std::uint32_t seed, std::uint32_t i) noexcept;
-
 /// Returns the smallest snap length beyond the residual, scaled, in the number type T. A smaller one would be
 /// lost in the rounding of residual + length, and divisions by it would fail.
 template <class T>
@@ -31,11 +28,9 @@ double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
   return least > material.shortest ? least : material.shortest;
 }
 
-/// Fills the first snap lengths, scaled: quantiles of the law at stratified or random values in (0, 1).
-void fill_first_lengths(const CompiledMaterial& material, bool random, std::uint32_t seed,
-                        Span<float> lengths);
-void fill_first_lengths(const CompiledMaterial& material, bool random, std::uint32_t seed,
-                        Span<double> lengths);
+/// Fills the first snap lengths, scaled: quantiles of the law at stratified values in (0, 1).
+void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths);
+void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths);
 
 /// Fills the first random state of each bristle: all different, computed from bristle number and seed.
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;

@@ -197,8 +197,7 @@ std::uint64_t signature(const Patch& p) noexcept {
   hasher.add(r.full_weight);
   hasher.add(r.options.max_normal_load);
   hasher.add(std::uint64_t{r.bristles} << 32 | r.first_seed);
-  hasher.add(static_cast<std::uint64_t>(r.variant) << 8 | static_cast<std::uint64_t>(p.outputs) << 4 |
-             (r.options.compared.random_lengths ? 2u : 0u));
+  hasher.add(static_cast<std::uint64_t>(r.variant) << 8 | static_cast<std::uint64_t>(p.outputs) << 4);
   return hasher.value();
 }
 

@@ -11,11 +11,10 @@ namespace {
 
 /// Returns the fixed-point unit of energies, a power of two with which the sum of squared deflections over
 /// the snaps of a block fits 62 bits.
-double energy_unit(double length, double longest, bool literal) noexcept {
-  // Bounds the sum over a block's snaps. The literal rule adds the square of a deflection before its reset;
-  // the other rules add, for each bristle, at most path x longest snap length.
+double energy_unit(double length, double longest) noexcept {
+  // Bounds the sum over a block's snaps: each bristle adds at most path x longest snap length.
   const double path = length + 2.0 * longest;
-  const double most = 4.0 * block_size * path * (literal ? path : longest);
+  const double most = 4.0 * block_size * path * longest;
   int exponent = 0;
   std::frexp(most, &exponent);
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
@@ -84,14 +83,14 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
     // not), or if the square of the step overflows a float.
     a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
-  } else if (m.single_length && sizeof(T) < sizeof(double) && !p.literal) {
+  } else if (m.single_length && sizeof(T) < sizeof(double)) {
     a.in_double = 1;
   }
   if (p.ages) prepare_ageing<T>(p, a);
   // Sets a unit of energy also where nobody asks for energies, because kernels with a residual compute them.
-  if (p.literal || p.renews || p.ages || m.residual > 0.0 || has(p.outputs, Outputs::energy)) {
+  if (p.renews || p.ages || m.residual > 0.0 || has(p.outputs, Outputs::energy)) {
     const double longest = p.ages ? m.longest * largest_ageing_factor(m.material) : m.longest;
-    a.energy_unit = energy_unit(a.length, longest + 2.0 * m.residual, p.literal);
+    a.energy_unit = energy_unit(a.length, longest + 2.0 * m.residual);
   }
   a.renews_bounds = a.skips_blocks && p.tracks ? 1 : 0;
 }

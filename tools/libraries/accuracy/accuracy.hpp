@@ -105,9 +105,9 @@ struct AccuracyResult {
   std::vector<std::string> not_run;  ///< names of settings left out as too slow for the given time
   std::vector<SlopeResult> slopes;
   Recommendation recommendation;
-  /// Reason why the paper's literal rule (snapped bristles lose their overshoot) is not among the settings;
-  /// empty if it is.
-  std::string no_literal;
+  /// Reason why the paper's loop (snapped bristles lose their overshoot) is not among the settings; empty if
+  /// it is.
+  std::string no_paper_loop;
   /// Reason why the infinite brush is not among the settings; empty if it is.
   std::string no_infinite;
   std::vector<CheapestOf> cheapest;  ///< cheapest representatives and cheapest infinite brush
@@ -169,7 +169,7 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
 /// Returns the CPU seconds that a setting takes for one step of the scene.
 double scene_step_s(const AccuracyResult& result, const SettingResult& setting);
 /// Returns whether the scene could use this setting: its time step divides the scene's, it records the force
-/// that the scene uses (mean over a step, or at its end), and it stratifies the snap lengths.
+/// that the scene uses (mean over a step, or at its end), and the library steps the patches.
 bool is_usable(const AccuracyResult& result, const Setting& setting);
 /// Returns the number of representatives in all patches under a setting; an infinite patch has none.
 std::uint64_t total_bristles(const Scene& scene, const Setting& setting);

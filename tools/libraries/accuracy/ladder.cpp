@@ -26,6 +26,8 @@ constexpr std::uint32_t most_reference_bristles = 1'000'000;
 // Estimated ratio of the time of a step in double precision to one in single precision. Only single precision
 // is timed in advance, and the estimate is on the high side.
 constexpr double double_costs = 2.0;
+// Estimated ratio of the time of a step of the paper's loop (plain arrays) to one of as many representatives.
+constexpr double paper_loop_costs = 5.0;
 // Number of representatives whose step takes as long as that of an infinite patch with one piece per mean
 // snap length. An infinite patch of resolution r costs r times as much. For planning only.
 constexpr double bristles_a_piece = 150.0;
@@ -116,14 +118,18 @@ std::string infinite_obstacle(const Scene& scene) {
   return {};
 }
 
-/// Returns the reason why a scene cannot run with the paper's rule (a snap loses its overshoot), or "".
-std::string literal_obstacle(const Scene& scene) {
+/// Returns the reason why a scene cannot run with the paper's loop (a snap loses its overshoot), or "".
+std::string paper_loop_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
     if (m.snap_rule == bristle::SnapRule::slide)
       return fmt::format("the bristles of patch '{}' slide, they do not snap", patch.name);
-    if (m.residual_length != 0.0 || m.shared_renewal != 0.0 || m.ageing_strength != 0.0)
-      return fmt::format("the material of patch '{}' has residual, shared renewal or ageing", patch.name);
+    if (m.residual_length != 0.0 || m.shared_renewal != 0.0 || m.ageing_strength != 0.0 ||
+        m.speed_strengthening != 0.0)
+      return fmt::format("the material of patch '{}' has residual, shared renewal, ageing or strengthening",
+                         patch.name);
+    if (!(patch.options.lay == bristle::Lay{})) return fmt::format("patch '{}' has a lay", patch.name);
+    if (patch.is_carried()) return fmt::format("a body moves patch '{}'", patch.name);
   }
   return {};
 }
@@ -156,7 +162,9 @@ double AccuracyStudy::predict(const Setting& setting) const {
   const double n = setting.as_scene        ? scene_bristles()
                    : setting.is_infinite() ? bristles_a_piece * setting.resolution
                                            : setting.bristles;
-  const double factor = setting.precision == bristle::Precision::double_ ? double_costs : 1.0;
+  const double factor = setting.paper_loop                                 ? paper_loop_costs
+                        : setting.precision == bristle::Precision::double_ ? double_costs
+                                                                           : 1.0;
   // Adds as second term the time for making the patches, about 60 ns for the snap length of each bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
          60e-9 * n * static_cast<double>(cut.patch_count());
@@ -259,11 +267,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
     const double p = over * r.scene_parts;
     if (p >= 1.0 && over <= 5.0) parts.push_back(static_cast<std::uint32_t>(std::lround(p)));
   }
-  study.result.no_literal = literal_obstacle(study.scene);
-  const bool draws_lengths =
-      std::any_of(study.scene.patches.begin(), study.scene.patches.end(), [&](const ScenePatch& patch) {
-        return study.scene.materials[patch.material].material.snap_rule != bristle::SnapRule::slide;
-      });
+  study.result.no_paper_loop = paper_loop_obstacle(study.scene);
   for (const std::uint32_t n : counts) {
     const bool paired = n == r.pair_bristles;
     for (const std::uint32_t p : parts) {
@@ -272,18 +276,13 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       s.bristles = n;
       s.parts = p;
       add(s, paired);
-      if (study.result.no_literal.empty() && (n == 300 || paired)) {
-        s.compared.literal = true;
-        add(s, paired);
+      if (study.result.no_paper_loop.empty() && (n == 300 || paired)) {
+        s.paper_loop = true;
+        add(s);
       }
     }
     Setting s = plain;
     s.bristles = n;
-    if (draws_lengths) {
-      s.compared.random_lengths = true;
-      add(s);
-      s.compared.random_lengths = false;
-    }
     if (study.scene.bodies.empty() && (!quick || n == 1000 || n == 10'000)) {
       s.mean = !plain.mean;
       add(s);
@@ -313,7 +312,8 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
 void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, double most_s) {
   const Setting& s = to.setting;
   const AccuracyResult& r = study.result;
-  SettingRun run = run_setting(apply(study.cut, s, study.dt(s.parts), round), 1, study.options.isa, true);
+  SettingRun run = run_setting(apply(study.cut, s, study.dt(s.parts), round), 1, study.options.isa, true,
+                               ~std::uint64_t{0}, s.paper_loop);
   to.errors.push_back(compare(run.record, study.fine.mean(), s.parts, s.mean));
   if (s.parts == r.scene_parts)
     to.same_steps.push_back(compare(run.record, study.same_steps.mean(), 1, s.mean));
@@ -327,7 +327,7 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
     const Scene full = apply(study.scene, s, study.dt(s.parts), round);
     const auto steps = static_cast<double>(step_count(full));
     const auto some = static_cast<std::uint64_t>(std::clamp(steps * most_s / whole_s, 10.0, steps));
-    run.time = run_setting(full, 1, study.options.isa, false, some).time;
+    run.time = run_setting(full, 1, study.options.isa, false, some, s.paper_loop).time;
   }
   to.times.push_back(run.time);
   study.spend("settings");
@@ -368,9 +368,11 @@ std::string setting_name(const Setting& s, double dt_s) {
   if (s.is_infinite())
     return fmt::format("infinite brush at resolution {}, {}, {}", s.resolution, time_text(dt_s),
                        s.mean ? "mean" : "end");
-  return fmt::format("{} bristles, {}, {}, {}, {}, {}", count_text(s.bristles), time_text(dt_s),
-                     rule_name(s.compared), s.precision == bristle::Precision::single ? "single" : "double",
-                     sampling_name(s.compared), s.mean ? "mean" : "end");
+  if (s.paper_loop)
+    return fmt::format("the paper's loop, {} bristles, {}", count_text(s.bristles), time_text(dt_s));
+  return fmt::format("{} bristles, {}, {}, {}", count_text(s.bristles), time_text(dt_s),
+                     s.precision == bristle::Precision::single ? "single" : "double",
+                     s.mean ? "mean" : "end");
 }
 
 }  // namespace cli

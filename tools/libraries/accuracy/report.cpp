@@ -28,15 +28,15 @@ const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 
 // Names of a setting's options in the report. The row of the unchanged scene shows its first patch.
 struct Shown {
-  const char *population, *rule, *precision, *sampling;
+  const char *population, *rule, *precision;
   double resolution;  // pieces of path per mean snap length, for an infinite patch
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
   if (o.population == bristle::Population::infinite)
-    return {"infinite", "exact", "double", "-", o.resolution > 0.0 ? o.resolution : default_resolution};
-  return {"representatives", rule_name(o.compared),
-          o.precision == bristle::Precision::single ? "single" : "double", sampling_name(o.compared), 0.0};
+    return {"infinite", "exact", "double", o.resolution > 0.0 ? o.resolution : default_resolution};
+  if (s.paper_loop) return {"the paper's loop", "paper", "double", 0.0};
+  return {"representatives", "exact", o.precision == bristle::Precision::single ? "single" : "double", 0.0};
 }
 
 // Returns the time of a step divided by the number of representatives, ns; unset if all patches are infinite.
@@ -111,8 +111,8 @@ std::string head(const Scene& scene, const AccuracyResult& r) {
       "patch that is worst; the scatter that a patch with so many real bristles would have is part of it. "
       "Times: one thread's CPU, median over rounds. A scene step is one dt of the scene, in however many "
       "steps.\n";
-  if (!r.no_literal.empty())
-    text += fmt::format("The literal rule, the paper's loop, is not among the settings: {}.\n", r.no_literal);
+  if (!r.no_paper_loop.empty())
+    text += fmt::format("The paper's loop is not among the settings: {}.\n", r.no_paper_loop);
   if (!scene.bodies.empty()) {
     text +=
         "Bodies: forces are compared at equal times. Breaking away or stopping a little earlier or later "
@@ -166,7 +166,6 @@ Json setting_fields(const Scene& scene, const AccuracyResult& r, const Setting& 
           {"dt_s", r.reference_dt_s * s.parts},
           {"step_rule", show.rule},
           {"precision", show.precision},
-          {"sampling", show.sampling},
           {"force", output_name(s)}};
 }
 
@@ -284,11 +283,9 @@ std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
       text += fmt::format("[[patch]]\nname = \"{}\"\npopulation = \"infinite\"\nresolution = {}\n",
                           scene.patches[p].name, o.resolution);
     } else {
-      text += fmt::format(
-          "[[patch]]\nname = \"{}\"\nbristles = {}\nprecision = \"{}\"\nstep_rule = \"{}\"\nsampling = "
-          "\"{}\"\n",
-          scene.patches[p].name, o.bristles, o.precision == bristle::Precision::single ? "single" : "double",
-          rule_name(o.compared), sampling_name(o.compared));
+      text +=
+          fmt::format("[[patch]]\nname = \"{}\"\nbristles = {}\nprecision = \"{}\"\n", scene.patches[p].name,
+                      o.bristles, o.precision == bristle::Precision::single ? "single" : "double");
     }
     if (p + 1 < scene.patches.size()) text += '\n';
   }
@@ -364,7 +361,6 @@ std::string accuracy_csv(const Scene& scene, const AccuracyResult& r) {
                                           {"dt_s", "/dt_s"},
                                           {"step_rule", "/step_rule"},
                                           {"precision", "/precision"},
-                                          {"sampling", "/sampling"},
                                           {"force", "/force"},
                                           {"as_scene", "/as_scene"},
                                           {"usable", "/usable"},

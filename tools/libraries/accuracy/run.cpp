@@ -4,6 +4,7 @@
 
 #include <bristle/deadline_monitor.hpp>
 
+#include "tools/libraries/rivals/paper_loop.hpp"
 #include "tools/libraries/scene/scene_stepper.hpp"
 
 namespace cli {
@@ -18,7 +19,8 @@ constexpr std::size_t few_copies = 64;
 
 class RecordedRun {
  public:
-  RecordedRun(const Scene& scene, int threads, const std::string& isa, bool keep, std::uint64_t steps)
+  RecordedRun(const Scene& scene, int threads, const std::string& isa, bool keep, std::uint64_t steps,
+              bool paper_loop)
       : scene_(scene),
         stepper_(scene,
                  bristle::BatchOptions{}.with_threads(threads).with_isa(isa.empty() ? nullptr : isa.c_str())),
@@ -26,6 +28,7 @@ class RecordedRun {
         steps_(std::min(step_count(scene), steps)) {
     copies_ = stepper_.copies().size();
     chunk_ = copies_ > few_copies ? 1 : steps_per_chunk;
+    if (paper_loop) make_loops();
     plan_.resize(chunk_ * copies_);
     answers_.resize(chunk_ * copies_);
     if (keep_) prepare_record();
@@ -73,7 +76,10 @@ class RecordedRun {
     const double cpu = DeadlineMonitor::cpu_now(), wall = DeadlineMonitor::wall_now();
     for (std::uint64_t i = 0; i < count; ++i) {
       if (chunk_ > 1) std::copy_n(at(plan_, i), copies_, stepper_.motions().begin());
-      stepper_.step(time_of(first + i));
+      if (loops_.empty())
+        stepper_.step(time_of(first + i));
+      else
+        step_loops();
       if (chunk_ > 1) {
         std::copy(stepper_.responses().begin(), stepper_.responses().end(), at(answers_, i));
         if (!scene_.bodies.empty()) std::copy_n(stepper_.motions().begin(), copies_, at(plan_, i));
@@ -123,6 +129,27 @@ class RecordedRun {
     }
   }
 
+  void make_loops() {
+    for (const SceneCopy& copy : stepper_.copies()) {
+      const bristle::PatchOptions& o = scene_.patches[copy.patch].options;
+      loops_.emplace_back(scene_.materials[scene_.patches[copy.patch].material].material, o.bristles,
+                          o.max_normal_load, o.seed + static_cast<std::uint32_t>(loops_.size()));
+    }
+  }
+
+  /// Steps the paper's loops in place of the stepper's patches.
+  void step_loops() {
+    for (std::size_t c = 0; c < copies_; ++c) {
+      const bristle::Motion& motion = stepper_.motions()[c];
+      const rivals::Force force =
+          loops_[c].step({motion.displacement[0], motion.displacement[1]}, scene_.dt, motion.normal_load);
+      bristle::Response& response = stepper_.responses()[c];
+      const double own[2] = {force.end.x, force.end.y};
+      std::copy_n(own, 2, response.end);
+      std::copy_n(own, 2, response.mean);
+    }
+  }
+
   template <class T>
   typename std::vector<T>::iterator at(std::vector<T>& rows, std::uint64_t i) const {
     return rows.begin() + static_cast<std::ptrdiff_t>(i * copies_);
@@ -130,6 +157,7 @@ class RecordedRun {
 
   const Scene& scene_;
   SceneStepper stepper_;
+  std::vector<rivals::PaperLoop> loops_;  ///< one per copy of a patch; empty: the library steps
   bool keep_;
   std::uint64_t steps_;
   std::uint64_t chunk_ = 1;
@@ -156,7 +184,6 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
     const bool energy = has(o.outputs, Outputs::energy);
     o.bristles = setting.bristles;
     o.precision = setting.precision;
-    o.compared = setting.compared;
     o.population =
         setting.is_infinite() ? bristle::Population::infinite : bristle::Population::representatives;
     o.resolution = setting.resolution;
@@ -178,8 +205,8 @@ Scene cut_copies(const Scene& scene, std::uint32_t most) {
 }
 
 SettingRun run_setting(const Scene& scene, int threads, const std::string& isa, bool keep,
-                       std::uint64_t steps) {
-  return RecordedRun(scene, threads, isa, keep, steps).run();
+                       std::uint64_t steps, bool paper_loop) {
+  return RecordedRun(scene, threads, isa, keep, steps, paper_loop).run();
 }
 
 }  // namespace cli

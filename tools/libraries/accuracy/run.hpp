@@ -21,20 +21,12 @@ struct Setting {
   double resolution = 0.0;
   std::uint32_t parts = 1;  ///< length of a time step, in steps of the reference run
   bristle::Precision precision = bristle::Precision::single;
-  bristle::detail::ComparisonModes compared;
+  bool paper_loop =
+      false;          ///< whether the paper's loop (rivals/paper_loop.hpp) steps the patches, not the library
   bool mean = false;  ///< whether forces are recorded as means over a step; if not, at its end
 
   bool is_infinite() const noexcept { return resolution > 0.0; }
 };
-
-/// Returns the word by which scene files name the treatment of snaps (`rule`: exact or literal) or the choice
-/// of snap lengths (`sampling`: stratified or random).
-inline const char* rule_name(const bristle::detail::ComparisonModes& modes) {
-  return modes.literal ? "literal" : "exact";
-}
-inline const char* sampling_name(const bristle::detail::ComparisonModes& modes) {
-  return modes.random_lengths ? "random" : "stratified";
-}
 
 /// Returns the scene with steps of `dt_s` and the setting applied to every patch. `round` selects the seeds;
 /// 0 keeps the scene's own.
@@ -66,8 +58,9 @@ struct SettingRun {
   RunTime time;
 };
 
-/// Runs the whole scene, or only its first `steps` steps. Records forces only if `keep` is set.
+/// Runs the whole scene, or only its first `steps` steps. Records forces only if `keep` is set. `paper_loop`:
+/// as in Setting; the scene's patches then have prescribed motions.
 SettingRun run_setting(const Scene& scene, int threads, const std::string& isa, bool keep,
-                       std::uint64_t steps = ~std::uint64_t{0});
+                       std::uint64_t steps = ~std::uint64_t{0}, bool paper_loop = false);
 
 }  // namespace cli

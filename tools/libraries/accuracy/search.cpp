@@ -26,7 +26,7 @@ constexpr double front_gain = 0.02;
 constexpr double above_floor = 3.0;  // error of a fitted point must exceed the reference's own error by this
                                      // factor
 constexpr double single_rounding = 1e-6;  // relative error of forces in single precision
-constexpr double literal_limit = 0.7;     // step, in mean snap lengths, up to which the paper's rule has an
+constexpr double paper_limit = 0.7;       // step, in mean snap lengths, up to which the paper's loop has an
                                           // error that is a power of the step
 
 // Numbers of the first rounds of seeds for the search and for its reported errors; earlier runs count from 0.
@@ -34,9 +34,8 @@ constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 
 // Returns the order at which the error falls with the number of bristles, by theory. Stratified snap lengths
 // raise the order until the bristles have redrawn their lengths.
-std::string count_theory(const bristle::Material& m, double snaps_slid, bool random) {
+std::string count_theory(const bristle::Material& m, double snaps_slid) {
   if (m.snap_rule == bristle::SnapRule::slide) return "-2: strata, each with the mean length of its part";
-  if (random) return "-1/2: independent bristles";
   if (m.snap_rule == bristle::SnapRule::redraw)
     return snaps_slid > 1.0 ? "-1/2: redrawn at random once they have snapped" : "-1: nearly nothing snaps";
   return fmt::format("near -1 from {:.0f} bristles on (as many as mean snap lengths moved), less below",
@@ -63,20 +62,15 @@ void find_count_slopes(AccuracyStudy& study, std::size_t p) {
   const bristle::Material& m = study.scene.materials[study.scene.patches[p].material].material;
   const double floor = std::max(above_floor * study.same_steps.floor()[p], single_rounding);
   const double snaps_slid = r.way[p] / m.snap_length.mean();
-  for (const bool random : {false, true}) {
-    if (random && m.snap_rule == bristle::SnapRule::slide) continue;
-    Points points;
-    for (const SettingResult& s : r.settings) {
-      const Setting& set = s.setting;
-      if (set.as_scene || set.is_infinite() || set.parts != r.scene_parts || set.compared.literal ||
-          set.precision != bristle::Precision::single || set.mean != r.own_mean ||
-          set.compared.random_lengths != random)
-        continue;
-      points.add(set.bristles, SettingResult::over_runs(s.same_steps, p).rms, floor);
-    }
-    add_slope(study, p, random ? "bristles, random" : "bristles, stratified", points,
-              count_theory(m, snaps_slid, random));
+  Points points;
+  for (const SettingResult& s : r.settings) {
+    const Setting& set = s.setting;
+    if (set.as_scene || set.is_infinite() || set.parts != r.scene_parts || set.paper_loop ||
+        set.precision != bristle::Precision::single || set.mean != r.own_mean)
+      continue;
+    points.add(set.bristles, SettingResult::over_runs(s.same_steps, p).rms, floor);
   }
+  add_slope(study, p, "bristles", points, count_theory(m, snaps_slid));
   Points pieces;
   for (const SettingResult& s : r.settings) {
     if (s.setting.is_infinite() && s.setting.parts == r.scene_parts)
@@ -91,36 +85,34 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
   const AccuracyResult& r = study.result;
   double rounding = 0.0;
   for (const SettingResult& s : r.settings) {
-    if (s.paired && s.setting.parts == 1 && !s.setting.compared.literal)
+    if (s.paired && s.setting.parts == 1)
       rounding = std::max(rounding, above_floor * SettingResult::over_runs(s.pairs, p).rms);
   }
-  Points exact, literal;
+  Points exact, paper;
   for (const SettingResult& s : r.settings) {
     const Setting& set = s.setting;
-    if (!s.paired || set.precision != bristle::Precision::single) continue;
-    const double error = SettingResult::over_runs(s.pairs, p).rms;
     const double reach = r.step_over_snap[p] * set.parts / r.scene_parts;
-    if (!set.compared.literal) {
-      // Leaves out the finest time step: it is compared with an equal step, so its error is rounding.
-      if (set.parts > 1) exact.add(study.dt(set.parts), error, rounding);
-    } else if (reach < literal_limit) {
-      // Fits the error of the friction work for the paper's rule, which loses the overshoot of a snap and so
+    if (set.paper_loop && set.bristles == r.pair_bristles && reach < paper_limit) {
+      // Fits the error of the friction work for the paper's loop, which loses the overshoot of a snap and so
       // friction. Force errors would add the scatter between different bristles.
-      literal.add(study.dt(set.parts), SettingResult::over_runs(s.pairs, p).energy, 0.0);
+      paper.add(study.dt(set.parts), SettingResult::over_runs(s.errors, p).energy, 0.0);
     }
+    // Leaves out the finest time step: it is compared with an equal step, so its error is rounding.
+    if (s.paired && set.precision == bristle::Precision::single && set.parts > 1)
+      exact.add(study.dt(set.parts), SettingResult::over_runs(s.pairs, p).rms, rounding);
   }
   const bool carried = !study.scene.patches[p].motion.has_value();
   const bool redraw =
       study.scene.materials[study.scene.patches[p].material].material.snap_rule == bristle::SnapRule::redraw;
-  add_slope(study, p, "step length, exact rule", exact,
+  add_slope(study, p, "step length", exact,
             std::string(carried ? "2 in smooth motion (midpoint rule), 1 through break-away and stops"
                                 : "none while straight under constant load within a step; else 2 (mean, "
                                   "smooth) or 1 (turning back, load)") +
                 (redraw ? "; the scatter of other draws hides it" : ""));
-  if (r.no_literal.empty())
-    add_slope(study, p, "step length, literal rule (work)", literal,
+  if (r.no_paper_loop.empty())
+    add_slope(study, p, "step length, the paper's loop (work)", paper,
               fmt::format("1: loses about v dt / (2 delta); fitted below {} mean snap lengths a step",
-                          literal_limit));
+                          paper_limit));
 }
 
 SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uint32_t first_round,
@@ -148,8 +140,7 @@ Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, 
   for (const SettingResult& s : study.result.settings) {
     const Setting& like = s.setting;
     const bool alike = !like.as_scene && !like.is_infinite() && like.parts == best.parts &&
-                       like.compared.literal == best.compared.literal && like.precision == best.precision &&
-                       like.compared.random_lengths == best.compared.random_lengths && like.mean == best.mean;
+                       !like.paper_loop && like.precision == best.precision && like.mean == best.mean;
     if (!alike || like.bristles >= best.bristles || like.bristles < low || s.worst().rms <= wanted) continue;
     low = like.bristles;
     low_error = s.worst().rms;
@@ -207,8 +198,7 @@ bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
 }  // namespace
 
 bool is_usable(const AccuracyResult& r, const Setting& s) {
-  return s.parts <= r.scene_parts && r.scene_parts % s.parts == 0 && s.mean == r.own_mean &&
-         !s.compared.random_lengths;
+  return s.parts <= r.scene_parts && r.scene_parts % s.parts == 0 && s.mean == r.own_mean && !s.paper_loop;
 }
 
 double scene_step_s(const AccuracyResult& r, const SettingResult& s) {

@@ -21,10 +21,9 @@ bristle_bench::Settling settling_of(const CapacityCase& what) {
 
 bristle_bench::SteadyScene make_scene(const CapacityCase& what, const std::string& isa) {
   try {
-    auto options =
+    const auto options =
         bristle::BatchOptions{}.with_threads(what.threads).with_isa(isa.empty() ? nullptr : isa.c_str());
-    options.compared.eager = what.eager;
-    return {options, capacity_dt_s, settling_of(what)};
+    return {options, capacity_dt_s, settling_of(what), what.eager};
   } catch (const bristle::Error& error) {
     throw UserError(error.what());
   }

@@ -30,7 +30,6 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   std::vector<bristle::Response> responses(motions.size());
   bristle::PatchOptions options;
   options.with_axes(static_cast<int>(data.axes)).with_max_normal_load(most_load);
-  options.compared.random_lengths = true;
   for (std::size_t i = 0; i < motions.size(); ++i) {
     const double here = rings[i / brushes].share * bristles_of_each;
     options.with_bristles(std::max(static_cast<std::uint32_t>(std::lround(here)), 1u));

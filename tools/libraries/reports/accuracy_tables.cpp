@@ -27,7 +27,6 @@ Table settings_table(const Json& accuracy, bool front_only) {
       {"dt", [](const Json& s) { return Cell(time_text(s.at("dt_s").get<double>())); }},
       text_column("<rule", "step_rule"),
       text_column("<precision", "precision"),
-      text_column("<sampling", "sampling"),
       text_column("<force", "force"),
       error_column("error rms %", "rms"),
       error_column("+-", "rms_standard_error", wide),

@@ -37,9 +37,9 @@ std::string setting_in_words(const Json& setting) {
   if (setting.value("population", "") == "infinite")
     return fmt::format("the infinite brush at resolution {}, steps of {}, {} force",
                        number_text(setting.at("resolution")), step, text_of(setting, "force"));
-  return fmt::format("{} bristles a patch, steps of {}, {} rule, {} precision, {} sampling, {} force",
+  return fmt::format("{} bristles a patch, steps of {}, {} rule, {} precision, {} force",
                      setting_bristles(setting), step, text_of(setting, "step_rule"),
-                     text_of(setting, "precision"), text_of(setting, "sampling"), text_of(setting, "force"));
+                     text_of(setting, "precision"), text_of(setting, "force"));
 }
 
 std::string how_wrong_is_fast(const Json& accuracy) {

@@ -362,7 +362,6 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
   if (o.precision == bristle::Precision::single && !infinite) features.emplace_back("double precision");
   if (material.bristle_damping == 0.0 || material.stribeck_velocity == 0.0) features.emplace_back("dampers");
   if (material.viscous_friction == 0.0) features.emplace_back("lubricant");
-  if (o.compared.literal) features.emplace_back("exact events");
   return features;
 }
 

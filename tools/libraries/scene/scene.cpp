@@ -242,9 +242,6 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
         "population",
         "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
         "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
-  if (o.compared.literal)
-    table.fail("step_rule",
-               "is 'literal', which is for bristles; allowed with population = \"infinite\": exact");
   // A resolution of 0 means automatic, as a missing key does.
   o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
   if (o.resolution > 0.0 && o.resolution < 1.0)
@@ -293,8 +290,8 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   ScenePatch patch;
   patch.name = table.name();
   patch.where = table.where();
-  table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "step_rule",
-               "sampling", "seed", "count", "population", "resolution", "cohorts", "lay"});
+  table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "seed",
+               "count", "population", "resolution", "cohorts", "lay"});
   patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
@@ -310,8 +307,6 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
     }
   }
   o.precision = static_cast<bristle::Precision>(table.choice("precision", {"single", "double"}, 0));
-  o.compared.literal = table.choice("step_rule", {"exact", "literal"}, 0) == 1;
-  o.compared.random_lengths = table.choice("sampling", {"stratified", "random"}, 0) == 1;
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   read_population(table, materials[patch.material].material, o);
   check_material(patch, materials[patch.material]);

@@ -52,6 +52,7 @@ class SceneStepper {
   const std::vector<bristle::Motion>& motions() const { return motions_; }
   std::vector<bristle::Motion>& motions() { return motions_; }
   const std::vector<bristle::Response>& responses() const { return responses_; }
+  std::vector<bristle::Response>& responses() { return responses_; }
   const std::vector<BodyMotion>& bodies() const { return bodies_; }
   const bristle::StepReport& report() const { return report_; }  ///< returns the batch's report of last step
 
