@@ -401,8 +401,6 @@ Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const Patch
     throw Error(
         "PatchOptions: population = infinite: the material has SnapRule::slide, whose bristles are strata of "
         "its law already: take Population::representatives (32 are within 0.05 % of infinitely many)");
-  if (options.compared.literal)
-    throw Error("PatchOptions: the literal rule is the paper's loop of snaps; SnapRule::slide has none");
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels, weight);
