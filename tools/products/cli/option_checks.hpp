@@ -1,9 +1,13 @@
 // Checks values of command-line options in ways that the library CLI11 lacks.
 #pragma once
 
+#include <algorithm>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
 #include "tools/libraries/files/number_text.hpp"
@@ -22,6 +26,16 @@ CLI::Validator within(T low, T high) {
                              std::is_integral_v<T> ? "whole numbers, " : "", low, high);
   };
   return CLI::Validator(check, fmt::format("NUMBER in [{} to {}]", low, high));
+}
+
+/// Accepts only one of these words.
+inline CLI::Validator one_of(std::vector<std::string> words) {
+  const std::string allowed = fmt::format("{}", fmt::join(words, ", "));
+  const auto check = [words = std::move(words), allowed](const std::string& text) {
+    const bool known = std::find(words.begin(), words.end(), text) != words.end();
+    return known ? std::string() : fmt::format("'{}'; allowed: {}", text, allowed);
+  };
+  return CLI::Validator(check, fmt::format("{{{}}}", allowed));
 }
 
 /// Refuses an empty file name, in every option of `app` and its commands whose value is a file.

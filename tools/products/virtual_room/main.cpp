@@ -30,30 +30,27 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
                                                            {"script", room::DeviceKind::script},
                                                            {"file", room::DeviceKind::file},
                                                            {"udp", room::DeviceKind::udp}};
-  const std::map<std::string, bool> clocks = {{"real", false}, {"virtual", true}};
-  // Describes the choices of options in words, since --help would print their enumerators as bytes.
-  CLI::CheckedTransformer to_device(devices, CLI::ignore_case), to_clock(clocks, CLI::ignore_case);
-  to_device.description("{mouse,script,file,udp}");
-  to_clock.description("{real,virtual}");
   app.set_version_flag("--version", std::string("bristle-room ") + bristle::library_version());
   app.add_flag("--headless", o.headless, "no window");
   app.add_flag("--tour", o.tour, "begin with a tour of 20 seconds");
   app.add_option("--script", o.script, "TOML: settings and the motion of a scripted hand")
       ->check(CLI::ExistingFile);
   CLI::Option* device =
-      app.add_option("--device", o.device, "what moves the tool: mouse, script, file or udp")
-          ->transform(to_device)
-          ->type_name("TEXT");
+      app.add_option_function<std::string>(
+             "--device", [&o, devices](const std::string& name) { o.device = devices.at(name); },
+             "what moves the tool")
+          ->check(cli::one_of({"mouse", "script", "file", "udp"}));
   app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
   app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
-      ->check(CLI::Range(1, 65535))
+      ->check(cli::within(1, 65535))
       ->capture_default_str();
-  app.add_option("--clock", o.virtual_clock, "real, or virtual: step without waiting (headless)")
-      ->transform(to_clock)
-      ->type_name("TEXT");
+  app.add_option_function<std::string>(
+         "--clock", [&o](const std::string& name) { o.virtual_clock = name == "virtual"; },
+         "real, or virtual: step without waiting (headless)")
+      ->check(cli::one_of({"real", "virtual"}));
   app.add_option("--rate", o.loop.rate_hz, "ticks a second")->check(cli::within(1000.0, 10000.0));
   app.add_option("--seconds", o.seconds, "of the simulation; 0 = to the end of the script")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(cli::within(0.0, 1e6));
   app.add_option("--csv", o.csv, "forces, position and loads, a row per tick and patch");
   app.add_option("--record", o.loop.record_to, "name of the files that the button 'record' writes, no ending")
       ->capture_default_str();
@@ -66,9 +63,11 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
 
 void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--width", o.picture.width, "of window and pictures, pixels")
-      ->check(CLI::Range(320, 7680))
+      ->check(cli::within(320, 7680))
       ->capture_default_str();
-  app.add_option("--height", o.picture.height, "pixels")->check(CLI::Range(240, 4320))->capture_default_str();
+  app.add_option("--height", o.picture.height, "pixels")
+      ->check(cli::within(240, 4320))
+      ->capture_default_str();
   app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
       ->check(cli::within(0.0, 4.0));
   app.add_option("--eye", o.picture.eye,
