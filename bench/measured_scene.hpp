@@ -151,12 +151,13 @@ struct OnePatchCase {
   Precision precision = Precision::single;
   SnapLength law = usual_law();
   bool eager = false;  ///< whether steps visit every bristle
+  BatchOptions batch;
 };
 
 inline void add_one_patch_benchmark(const std::string& name, const OnePatchCase& what) {
   add_benchmark(name, [name, what](benchmark::State& state) {
     auto& scene = keep_while_named<MeasuredScene>(name, [&] {
-      auto made = std::make_shared<MeasuredScene>(BatchOptions{}, what.eager);
+      auto made = std::make_shared<MeasuredScene>(what.batch, what.eager);
       made->add(plain_material(what.law, what.rule),
                 plain_options(what.bristles, what.axes, what.precision, what.outputs), what.regime);
       made->settle();
