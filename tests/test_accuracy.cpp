@@ -49,12 +49,6 @@ std::vector<double> snap_lengths(std::uint32_t n, std::uint32_t seed) {
   return delta;
 }
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
-
 // Returns, for a patch's first bristles, the share of the law (uniform, 5 to 15 um) below each length.
 std::vector<double> shares(std::uint32_t n, std::uint32_t seed) {
   std::vector<double> found = snap_lengths(n, seed);

@@ -22,6 +22,7 @@
 #include "tools/libraries/files/force_file.hpp"
 #include "tools/libraries/run/run.hpp"
 #include "tools/libraries/scene/scene.hpp"
+#include "tools/libraries/scene/scene_stepper.hpp"
 
 namespace bristle_test::test_scene_hash {
 

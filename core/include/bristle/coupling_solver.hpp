@@ -300,10 +300,10 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
     double x, residual;
   };
   const auto at = [&](double x) { return Point{x, residual_at(x)}; };
-  constexpr double infinity = std::numeric_limits<double>::infinity();
+  constexpr double no_end = std::numeric_limits<double>::infinity();
   Point last = at(start), best = last;
-  Point low{-infinity, infinity}, high{infinity, -infinity};  // ends of the bracket: residual > 0 at low, < 0
-                                                              // at high
+  Point low{-no_end, no_end}, high{no_end, -no_end};  // ends of the bracket: residual > 0 at low, < 0
+                                                      // at high
   double slope = slope_bound_so_far();
   int slow = 0;  // number of steps in a row that did not halve the bracket
   while (effort.unsolved(std::fabs(best.residual))) {

@@ -54,7 +54,7 @@ py::dict experiment(const std::string& name, const std::optional<std::vector<std
   }
   const py::dict series = series_of(result);
   const cli::ExperimentReport report{&experiment, settings, input.models, std::move(result)};
-  const py::dict found = report_of(cli::experiment_json({report}, {}))["experiments"][py::int_(0)];
+  const py::dict found = report_of(cli::experiment_json({report}))["experiments"][py::int_(0)];
   found["title"] = experiment.title;
   found["columns"] = experiment.columns;
   found["series"] = series;
