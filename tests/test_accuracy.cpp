@@ -334,7 +334,7 @@ void check_populations(const json& r, const std::string& table, const std::strin
   double coarse = 0.0, fine = 0.0;
   for (const json& s : r["settings"]) {
     if (s["population"] != "infinite") {
-      CHECK(s["population"] == "representatives");
+      CHECK(s["population"] == (s["step_rule"] == "paper" ? "the paper's loop" : "representatives"));
       CHECK(s["resolution"].is_null());
       continue;
     }

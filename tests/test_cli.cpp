@@ -589,7 +589,7 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   for (const char* const option : {"--load 2N", "--clip-load 5mN", "--sign on", "--rule redraw"})
     check_refused(folder, "fit data.csv --joint " + std::string(option),
                   {std::string(option).substr(0, std::string(option).find(' ')), "of a contact"});
-  check_refused(folder, "accuracy " + scene + " --seconds -nan", {"--seconds: Value -nan not in range"});
+  check_refused(folder, "accuracy " + scene + " --seconds -nan", {"--seconds: '-nan'; allowed"});
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
   check_refused(folder, "capacity --deadline 1", {"--deadline is '1'", "with its unit: 1ms"});
   check_refused(folder, "capacity --deadline soon", {"--deadline"});

@@ -44,7 +44,7 @@ std::string force_csv(const RecordedFriction& r, double sign = 1.0) {
 /// seconds ahead.
 std::string motion_csv(const std::function<double(double)>& x, double from, double to, double rate,
                        double ahead = 0.0, double encoder = 0.0) {
-  std::string text = "Time [ms];Position [um]\n";
+  std::string text = "t [ms];x [um]\n";
   for (double t = from; t <= to; t += 1.0 / rate)
     text += fmt::format("{};{}\n", 1e3 * (t + ahead),
                         1e6 * (encoder > 0.0 ? encoder * std::round(x(t) / encoder) : x(t)));

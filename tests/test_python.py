@@ -136,7 +136,7 @@ class Arrays(unittest.TestCase):
         header = (pathlib.Path(__file__).parents[1] / "core/include/bristle/patch.hpp").read_text()
         body = re.search(r"struct PatchInfo \{(.*?)\n\};", header, re.S).group(1)
         fields = re.findall(r"^  [\w:]+(?: char\*)? (\w+) = ", body, re.M)
-        self.assertEqual(len(fields), 10)
+        self.assertEqual(len(fields), 9)
         info = self.batch.info(self.ids[0])
         self.assertEqual(list(info), fields)
         self.assertEqual(info["representatives"], 1800)

@@ -658,17 +658,6 @@ TEST_CASE("A row has the place and the velocity of a body along both axes", "[sw
   CHECK(value("puck.highest_speed") == Approx(std::hypot(0.25, 0.5)).epsilon(0.02));
 }
 
-TEST_CASE("A row leaves out no bristles to keep a budget", "[sweep]") {
-  const Folder folder;
-  cli::StudyOptions options;
-  options.vary = {"material.wood.kinetic=0.3"};
-  options.steps = 30;
-  options.scene = folder.write("slide.toml", slide_scene);
-  const std::string row = cli::Study(options).run_row(0);
-  options.scene = folder.write("slide.toml", replaced(slide_scene, "dt = 1e-3", "dt = 1e-3\nbudget = 1e-9"));
-  CHECK(cli::Study(options).run_row(0) == row);
-}
-
 TEST_CASE("A study reports twelve patches by default", "[sweep]") {
   const Folder folder;
   std::string many = slide_scene;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "bristle/export.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/span.hpp"
 #include "core/materials/kernel_law.hpp"
@@ -31,6 +32,14 @@ double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
 /// Fills the first snap lengths, scaled: quantiles of the law at stratified values in (0, 1).
 void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths);
 void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths);
+
+/// While an object of this type lives, this thread fills first snap lengths at random values in (0, 1), hashes of seed
+/// and bristle, as a surface has them. For studies of how far a small number of bristles is from its law.
+struct BRISTLE_API RandomFirstLengths {
+  RandomFirstLengths() noexcept;
+  ~RandomFirstLengths();
+  RandomFirstLengths(const RandomFirstLengths&) = delete;
+};
 
 /// Fills the first random state of each bristle: all different, computed from bristle number and seed.
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;

@@ -4,6 +4,7 @@
 
 #include <bristle/patch_batch.hpp>
 
+#include "core/patches/representatives/population.hpp"
 #include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/fitting/solve.hpp"
 
@@ -24,6 +25,7 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   double most_load = 0.0;
   for (const PathPoint& place : data.path) most_load = std::max(most_load, place.load);
   const std::vector<Ring> rings = rings_of(data.columns.disc, Detail::search);
+  const bristle::detail::RandomFirstLengths at_random;
   bristle::PatchBatch batch;
   // Motions of all brushes in the contact's first ring, then in the next one, and so on.
   std::vector<bristle::Motion> motions(brushes * rings.size());

@@ -380,6 +380,7 @@ void run_command(const RunOptions& options) {
           options.scene, scene.dt));
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
+  if (options.save_state == "-") throw UserError("--save-state -: a state cannot go to stdout; name a file");
   // Allows --save-state to name the file of --restore-state, which continues a run in one file.
   const bool goes_on = options.save_state == options.restore_state;
   std::vector<FileOption> inputs = inputs_of(scene);
