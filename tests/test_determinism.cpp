@@ -172,7 +172,8 @@ TEST_CASE("Every kernel steps wherever its thread's stack begins", "[determinism
 }
 
 TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bristle", "[determinism]") {
-  // Cases whose blocks can be skipped: an infinite brush has no blocks, and a contact in a lane is always visited.
+  // Cases whose blocks can be skipped: an infinite brush has no blocks, and a contact in a lane is always
+  // visited.
   std::vector<PatchCase> cases;
   for (PatchCase& c : every_variant(test_size(1500)))
     if (c.options.population != bristle::Population::infinite && c.material.snap_rule != SnapRule::slide)

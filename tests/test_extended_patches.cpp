@@ -66,10 +66,7 @@ double line_mean(Pressure pressure, int k) {
 struct Pad {
   Pad(const Material& material, const PatchOptions& options, const Outline& outline, double its_load,
       PatchBatch its_batch = PatchBatch())
-      : batch(std::move(its_batch)),
-        pads(batch),
-        id(pads.add(material, options, outline)),
-        load(its_load) {}
+      : batch(std::move(its_batch)), pads(batch), id(pads.add(material, options, outline)), load(its_load) {}
 
   const ExtendedResponse& step(double dx, double dy, double spin, double seconds = tick) {
     const ExtendedMotion motion{id, {dx, dy, spin}, load};

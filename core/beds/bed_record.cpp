@@ -124,7 +124,8 @@ std::vector<Cell> row_cells(const BedShape& shape) {
   return cells;
 }
 
-/// Makes the cells of a list. Loads and stiffnesses are relative, so pressures are counted in units of the largest.
+/// Makes the cells of a list. Loads and stiffnesses are relative, so pressures are counted in units of the
+/// largest.
 std::vector<Cell> list_cells(const BedShape& shape, double largest) {
   double most = 0.0;
   for (const BedCell& given : shape.list) most = std::max(most, given.load / given.stiffness);

@@ -46,7 +46,8 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
   void grow_pool();  ///< adds the next chunk of slots
-  /// Takes a lane for the patch that `command` holds, if it is one in a lane, and scratch memory if it needs it.
+  /// Takes a lane for the patch that `command` holds, if it is one in a lane, and scratch memory if it needs
+  /// it.
   void prepare(detail::Command& command);
   /// Pushes a command. No failure can follow, so the size of its scratch memory is noted only here.
   void send(std::unique_ptr<detail::Command> command) noexcept;

@@ -87,8 +87,8 @@ struct PatchOptions {
 
   /// Number of representative bristles, all in contact at max_normal_load; automatic: one per physical
   /// bristle, at most 4096. With any other number Population::automatic chooses representatives.
-  /// SnapRule::slide: strata of the snap-length law, all in contact under every load; automatic: 32; more than
-  /// 4096 count as 4096.
+  /// SnapRule::slide: strata of the snap-length law, all in contact under every load; automatic: 32; more
+  /// than 4096 count as 4096.
   std::uint32_t bristles = automatic;
   int axes = 2;  ///< 1 or 2 tangential directions; with 1, displacement[1] must be 0
   Outputs outputs = Outputs::end;

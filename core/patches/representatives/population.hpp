@@ -33,8 +33,9 @@ double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
 void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths);
 void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths);
 
-/// While an object of this type lives, this thread fills first snap lengths at random values in (0, 1), hashes of seed
-/// and bristle, as a surface has them. For studies of how far a small number of bristles is from its law.
+/// While an object of this type lives, this thread fills first snap lengths at random values in (0, 1),
+/// hashes of seed and bristle, as a surface has them. For studies of how far a small number of bristles is
+/// from its law.
 struct BRISTLE_API RandomFirstLengths {
   RandomFirstLengths() noexcept;
   ~RandomFirstLengths();

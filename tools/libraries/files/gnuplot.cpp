@@ -11,8 +11,8 @@
 namespace cli {
 
 std::string gnuplot_string(std::string_view text) {
-  // Writes all but harmless characters in octal: a line end would end gnuplot's command, a backquote begin one
-  // of the shell.
+  // Writes all but harmless characters in octal: a line end would end gnuplot's command, a backquote begin
+  // one of the shell.
   std::string quoted = "\"";
   for (const char c : text) {
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
@@ -29,10 +29,10 @@ std::string gnuplot_file(const std::string& path) {
 void run_gnuplot(std::string_view script, const char* option) {
   const std::optional<int> status = platform::feed_program("gnuplot", script);
   if (status == 0) return;
-  throw UserError(status == 127
-                      ? fmt::format("{}: gnuplot is not installed (Debian: gnuplot-nox); --csv works without",
-                                    option)
-                      : fmt::format("{}: gnuplot failed", option));
+  throw UserError(
+      status == 127
+          ? fmt::format("{}: gnuplot is not installed (Debian: gnuplot-nox); --csv works without", option)
+          : fmt::format("{}: gnuplot failed", option));
 }
 
 }  // namespace cli
