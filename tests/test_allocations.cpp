@@ -22,6 +22,24 @@ using namespace bristle_test;
 
 namespace {
 
+/// Counts the allocations made in calls, by the name of each.
+struct CountedCalls {
+  std::map<std::string, long> allocations;
+
+  template <class Call>
+  void operator()(const char* what, Call&& call) {
+    const long before = counts_so_far().allocations;
+    call();
+    allocations[what] += counts_so_far().allocations - before;
+  }
+  void check_none() const {
+    for (const auto& [what, number] : allocations) {
+      INFO(what);
+      CHECK(number == 0);
+    }
+  }
+};
+
 /// Adds every kind of patch: small ones by the hundred and one large.
 std::vector<PatchId> many_patches(PatchBatch& batch) {
   std::vector<PatchId> ids;
@@ -60,13 +78,7 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
     std::vector<Response> responses(ids.size());
     std::vector<std::byte> state(batch.state_size());
     std::vector<double> column(100);
-    std::map<std::string, long> counted;
-    const auto count = [&](const char* what, auto&& call) {
-      long& sum = counted[what];
-      const long before = counts_so_far().allocations;
-      call();
-      sum += counts_so_far().allocations - before;
-    };
+    CountedCalls count;
     for (int k = 0; k < 60; ++k) {
       for (std::size_t i = 0; i < motions.size(); ++i) {
         motions[i].displacement[0] = dbar * (k % 7 == 0 ? 30.0 : 0.4);
@@ -81,10 +93,7 @@ TEST_CASE("After warm_up no step allocates or frees memory, on any thread", "[al
       count("read_bristles", [&] { batch.read_bristles(ids[3], column, {}, {}); });
       count("save_state", [&] { batch.save_state(state); });
     }
-    for (const auto& [what, number] : counted) {
-      INFO(what);
-      CHECK(number == 0);
-    }
+    count.check_none();
   }
 }
 
@@ -144,13 +153,7 @@ TEST_CASE("No call of the C interface between two steps allocates", "[allocation
   std::vector<std::byte> state(bristle_extended_state_size(pads) + bristle_keyed_state_size(keyed) +
                                bristle_beds_state_size(beds) + bristle_joints_state_size(joints));
 
-  std::map<std::string, long> counted;
-  const auto count = [&](const char* what, auto&& call) {
-    long& sum = counted[what];
-    const long before = counts_so_far().allocations;
-    call();
-    sum += counts_so_far().allocations - before;
-  };
+  CountedCalls count;
   bristle_response response;
   bristle_extended_response pad_response;
   bristle_bed_response bed_response;
@@ -199,10 +202,7 @@ TEST_CASE("No call of the C interface between two steps allocates", "[allocation
     CHECK(bed_response.status == BRISTLE_STATUS_OK);
     CHECK(id != 0);
   }
-  for (const auto& [what, number] : counted) {
-    INFO(what);
-    CHECK(number == 0);
-  }
+  count.check_none();
   bristle_monitor_destroy(monitor);
   bristle_joints_destroy(joints);
   bristle_beds_destroy(beds);
