@@ -1,5 +1,4 @@
-// The kernels of beds for one instruction set or for the scalar reference, which takes one bristle at a time.
-// Everything but the table has internal linkage.
+// The kernels of beds for one instruction set. Everything but the table has internal linkage.
 #include "bed_step.hpp"
 #include "tables.hpp"
 

@@ -1,5 +1,5 @@
 // Kernels of beds: a step of all bristles, and the bristles' places under a load or after rolling (BEDS.md in
-// core/beds). One source for vectors and for plain numbers: E::V is either.
+// core/beds). E::V is a vector of any width.
 #pragma once
 
 #include "bed_slide.hpp"

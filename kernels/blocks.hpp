@@ -1,5 +1,5 @@
 // Operations on blocks of 256 bristles other than a step: first contact, storing deflections relative to a
-// position, energy. One source serves the reference and every instruction set; the compiler vectorises it.
+// position, energy. Written for numbers; the compiler vectorises it.
 #pragma once
 
 #include "core/kernel_table.hpp"

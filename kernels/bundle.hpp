@@ -1,5 +1,6 @@
 // Processes eight vectors together: in a chain of dependent operations (log, polynomial, exp) each waits for
-// the one before, and eight chains fill the waiting time. (Four vectors take a quarter longer.)
+// the one before, and eight chains fill the waiting time. (Four vectors take a quarter longer.) Single
+// numbers are processed one by one, because they can branch on what a bristle does.
 #pragma once
 
 #include "lanes.hpp"
@@ -7,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-constexpr std::uint32_t bundle_size = 8;
+constexpr std::uint32_t bundle_size = Lanes<float>::size == 1 ? 1 : 8;
 
 template <class T>
 struct BundleMask {
@@ -75,7 +76,7 @@ template <class T>
 inline bool any_lane(BundleMask<T> which) {
   Mask<T> any = which.v[0];
   for (std::uint32_t k = 1; k < bundle_size; ++k) any = any | which.v[k];
-  return xsimd::any(any);
+  return any_lane(any);
 }
 template <class T>
 inline Bundle<T> exponent_of(Bundle<T> a) {

@@ -10,12 +10,7 @@
 
 #include "core/kernel_table.hpp"
 
-// Vectors and plain numbers must be declared before the templates that use their operations.
-#if defined(BRISTLE_KERNEL_ISA)
 #include "bundle.hpp"
-#else
-#include "scalar_lanes.hpp"
-#endif
 
 namespace bristle::detail {
 namespace {
@@ -119,12 +114,18 @@ inline Lanes<T> length_of_cell(const double* table, Lanes<T> share) {
   const CellLines<T> lines = read_lines(table, at);
   return lines.a + lines.b * w;
 }
+#else
+template <class T>
+inline Lanes<T> length_of_cell(const double* table, Lanes<T> share) {
+  return Lanes<T>(length_of_cell<T>(table, share.x));
+}
+#endif
+
 template <class T>
 inline Bundle<T> length_of_cell(const double* table, Bundle<T> share) {
   for (Lanes<T>& x : share.v) x = length_of_cell<T>(table, x);
   return share;
 }
-#endif
 
 }  // namespace
 }  // namespace bristle::detail

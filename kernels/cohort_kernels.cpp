@@ -7,11 +7,10 @@ namespace bristle::detail {
 
 extern const CohortKernels BRISTLE_TABLE(cohort_kernels_);
 const CohortKernels BRISTLE_TABLE(cohort_kernels_) = {
-    {&move_cohorts<VectorEngine, 1, false, false>, &move_cohorts<VectorEngine, 2, false, false>,
-     &move_cohorts<VectorEngine, 1, true, false>, &move_cohorts<VectorEngine, 2, true, false>,
-     &move_cohorts<VectorEngine, 1, true, true>, &move_cohorts<VectorEngine, 2, true, true>},
-    &find_slack_at<VectorEngine>,
-    {&make_room<VectorEngine, false>, &make_room<VectorEngine, true>},
+    {&move_cohorts<1, false, false>, &move_cohorts<2, false, false>, &move_cohorts<1, true, false>,
+     &move_cohorts<2, true, false>, &move_cohorts<1, true, true>, &move_cohorts<2, true, true>},
+    &find_slack_at,
+    {&make_room<false>, &make_room<true>},
     &mass_above,
     {&enter<false>, &enter<true>},
     &renew,

@@ -2,8 +2,8 @@
 //
 // Along a gently bent path the lengths |z| of deflections are distributed as in a straight slide, to first
 // order in the angle, and a bristle took hold the distance |z| - residual ago. So every |z| stays, and each
-// deflection takes the direction of the chord back to where its bristle took hold. One source serves the
-// reference and every instruction set; the compiler vectorises it.
+// deflection takes the direction of the chord back to where its bristle took hold. Written for numbers; the
+// compiler vectorises it.
 #pragma once
 
 #include "blocks.hpp"

@@ -5,12 +5,7 @@
 
 #include <cstddef>
 
-// Vectors and plain numbers must be declared before the templates that use their operations.
-#if defined(BRISTLE_KERNEL_ISA)
 #include "bundle.hpp"
-#else
-#include "scalar_lanes.hpp"
-#endif
 
 namespace bristle::detail {
 namespace {

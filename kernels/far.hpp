@@ -1,18 +1,14 @@
 // Steps computed in double precision: those too long for float to hold the remainder (above far_length), and
 // those under a law with a single snap length, whose bristles must stay in phase for ever.
 //
-// The reference and every instruction set share this source. Bristles are computed one by one, SnapRule::keep
+// Bristles are computed one by one, SnapRule::keep
 // without ageing by rows of 16 bristles, of which an instruction set computes far_width at once.
 #pragma once
 
 #include "ageing.hpp"
 #include "core/common/assert.hpp"
-#include "law.hpp"
-#if defined(BRISTLE_KERNEL_ISA)
 #include "lanes.hpp"
-#else
-#include "scalar_lanes.hpp"
-#endif
+#include "law.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -207,17 +203,7 @@ struct FarMotion {
   double p0[2], p1[2];
 };
 
-#if defined(BRISTLE_KERNEL_ISA)
-using FarNumbers = Lanes<double>;
 constexpr std::uint32_t far_width = Lanes<double>::size;
-inline FarNumbers read_far(const double* from) { return load(from); }
-inline void write_far(FarNumbers x, double* to) { x.store_aligned(to); }
-#else
-using FarNumbers = double;
-constexpr std::uint32_t far_width = 1;
-inline FarNumbers read_far(const double* from) { return *from; }
-inline void write_far(FarNumbers x, double* to) { *to = x; }
-#endif
 
 /// State of a row of 16 bristles during a step in double precision, for SnapRule::keep.
 struct FarRow {
@@ -233,12 +219,12 @@ struct FarRow {
 /// Steps a vector of bristles of the row, from the row's bristle k on. `left`: deflection after a snap.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
-  using V = FarNumbers;
+  using V = Lanes<double>;
   const V none(0.0), length(motion.length), inverse(motion.inverse);
   const V e[2] = {V(motion.ex), V(motion.ey)};
-  const V sx = read_far(row.start[0] + k);
-  const V sy = axes == 2 ? read_far(row.start[1] + k) : none;
-  const V limit = read_far(row.limit + k);
+  const V sx = load(row.start[0] + k);
+  const V sy = axes == 2 ? load(row.start[1] + k) : none;
+  const V limit = load(row.limit + k);
   const V along = sx * e[0] + sy * e[1];
   const V aside = sx * e[1] - sy * e[0];
   const V reach = axes == 2 ? root(most(limit * limit - aside * aside, none)) : limit;
@@ -248,7 +234,7 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   const V delta = limit - V(left);
   const V more = whole_part(rest / delta);
   V r = least(most(rest - more * delta, none), delta);
-  if (motion.length > phase_is_lost) r = read_far(row.phase + k) * delta;
+  if (motion.length > phase_is_lost) r = load(row.phase + k) * delta;
 
   V further = more * (delta * delta);
   // Takes paths in units of the step's length, so that their squares do not overflow.
@@ -260,18 +246,18 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   }
   const V squares = delta * (limit + V(left)) + further;
   const V bent = V(left) + r;
-  const V weight = read_far(row.weight + k);
+  const V weight = load(row.weight + k);
   const V start[2] = {sx, sy};
   for (int axis = 0; axis < axes; ++axis) {
-    const V held = read_far(row.end[axis] + k);
+    const V held = load(row.end[axis] + k);
     const V passed = V(2.0) * start[axis] * part + e[axis] * integral;
     double* const mean = lanes.mean[axis] + k;
-    write_far(read_far(mean) + weight * select_lanes(snaps, passed, start[axis] + held), mean);
-    write_far(select_lanes(snaps, bent * e[axis], held), row.end[axis] + k);
+    (load(mean) + weight * select_lanes(snaps, passed, start[axis] + held)).store_aligned(mean);
+    select_lanes(snaps, bent * e[axis], held).store_aligned(row.end[axis] + k);
   }
-  write_far(read_far(lanes.squares + k) + weight * select_lanes(snaps, squares, none), lanes.squares + k);
+  (load(lanes.squares + k) + weight * select_lanes(snaps, squares, none)).store_aligned(lanes.squares + k);
   const V count = select_lanes(weight > none, select_lanes(snaps, V(1.0) + more, none), none);
-  write_far(read_far(lanes.snaps + k) + count, lanes.snaps + k);
+  (load(lanes.snaps + k) + count).store_aligned(lanes.snaps + k);
 }
 
 template <class T, int axes, bool residual>

@@ -1,5 +1,4 @@
-// The kernels of joints for one instruction set or for the scalar reference, which takes one joint at a time.
-// Everything but the table has internal linkage.
+// The kernels of joints for one instruction set. Everything but the table has internal linkage.
 #include "joint_step.hpp"
 #include "tables.hpp"
 

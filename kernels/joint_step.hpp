@@ -1,5 +1,5 @@
-// Kernel for a step of 16 joints, one lane for each (core/joints/JOINTS.md). One source for vectors and for
-// plain numbers.
+// Kernel for a step of 16 joints, one lane for each (core/joints/JOINTS.md). One source for vectors of
+// any width.
 #pragma once
 
 #include "core/joint_table.hpp"

@@ -1,5 +1,5 @@
-// The kernel table of one instruction set, compiled once for each set (CMakeLists.txt). Everything but the
-// table has internal linkage.
+// The kernel table of one instruction set, compiled once for each set (CMakeLists.txt), "scalar" among them.
+// Everything but the table has internal linkage.
 #include "renew.hpp"
 #include "step.hpp"
 

@@ -1,5 +1,4 @@
-// The kernels of contacts in lanes for one instruction set or, one contact at a time, for the scalar
-// reference. Everything but the table has internal linkage.
+// The kernels of contacts in lanes for one instruction set. Everything but the table has internal linkage.
 #include "lane_slide.hpp"
 #include "tables.hpp"
 

@@ -1,4 +1,5 @@
-// The few vector operations that the kernels use, with identical results on every instruction set.
+// The few operations that the kernels use, with identical results on every instruction set: for vectors by
+// xsimd, or for one number (one_lane.hpp) in the instruction set "scalar".
 //
 // xsimd 8.1 differs between architectures in floor, casts between lane types and integer products, so these
 // are defined here. Everything has internal linkage: objects compiled for different instruction sets share no
@@ -10,29 +11,16 @@
 #include <limits>
 #include <type_traits>
 
+#if defined(BRISTLE_KERNEL_ISA)
 #include <xsimd/xsimd.hpp>
 
 #include "scalar_lanes.hpp"
+#else
+#include "one_lane.hpp"
+#endif
 
 namespace bristle::detail {
 namespace {
-
-#if defined(BRISTLE_ISA_AVX512)
-using Arch = xsimd::avx512bw;
-#elif defined(BRISTLE_ISA_AVX2)
-using Arch = xsimd::avx2;
-#elif defined(BRISTLE_ISA_SSE2)
-using Arch = xsimd::sse2;
-#elif defined(BRISTLE_ISA_NEON64)
-using Arch = xsimd::neon64;
-#else
-#error "name an instruction set: BRISTLE_ISA_SSE2, _AVX2, _AVX512 or _NEON64"
-#endif
-
-template <class T>
-using Lanes = xsimd::batch<T, Arch>;
-template <class T>
-using Mask = xsimd::batch_bool<T, Arch>;
 
 /// Unsigned integer as wide as T, to hold its bits.
 template <class T>
@@ -53,10 +41,23 @@ struct BitsOf<double> {
   static constexpr double integer_bit = 4503599627370496.0;  // 2^52
 };
 
+#if defined(BRISTLE_KERNEL_ISA)
+#if defined(BRISTLE_ISA_AVX512)
+using Arch = xsimd::avx512bw;
+#elif defined(BRISTLE_ISA_AVX2)
+using Arch = xsimd::avx2;
+#elif defined(BRISTLE_ISA_SSE2)
+using Arch = xsimd::sse2;
+#elif defined(BRISTLE_ISA_NEON64)
+using Arch = xsimd::neon64;
+#else
+#error "name an instruction set: BRISTLE_ISA_SSE2, _AVX2, _AVX512 or _NEON64"
+#endif
+
 template <class T>
-inline Lanes<T> load(const T* from) {
-  return Lanes<T>::load_aligned(from);
-}
+using Lanes = xsimd::batch<T, Arch>;
+template <class T>
+using Mask = xsimd::batch_bool<T, Arch>;
 
 template <class T>
 inline Lanes<T> divide(Lanes<T> a, Lanes<T> b) {
@@ -106,6 +107,10 @@ inline bool any_lane(Mask<T> which) {
   return xsimd::any(which);
 }
 template <class T>
+inline Lanes<T> magnitude(Lanes<T> a) {
+  return xsimd::abs(a);
+}
+template <class T>
 inline Lanes<T> least(Lanes<T> a, Lanes<T> b) {
   return xsimd::min(a, b);
 }
@@ -113,9 +118,6 @@ template <class T>
 inline Lanes<T> most(Lanes<T> a, Lanes<T> b) {
   return xsimd::max(a, b);
 }
-
-template <class T>
-using Bits = Lanes<typename BitsOf<T>::Type>;
 
 /// Returns the bits of x as lanes of another type. The template argument of xsimd's bitwise_cast is a batch
 /// in xsimd 8, and the type of its lanes in later versions.
@@ -126,6 +128,43 @@ inline Lanes<To> same_bits(Lanes<From> x) {
   else
     return xsimd::bitwise_cast<To>(x);
 }
+
+/// Returns v with the upper half of its first `count` lanes copied to the lower half.
+template <std::uint32_t count, class T>
+inline Lanes<T> upper_half(Lanes<T> v) {
+  const auto x = v.data;
+  if constexpr (count == 16)
+    return Lanes<T>(
+        __builtin_shufflevector(x, x, 8, 9, 10, 11, 12, 13, 14, 15, 8, 9, 10, 11, 12, 13, 14, 15));
+  else if constexpr (Lanes<T>::size == 16)
+    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4,
+                                            5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+  else if constexpr (Lanes<T>::size == 8)
+    return Lanes<T>(
+        __builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4, 5, 6, 7));
+  else if constexpr (Lanes<T>::size == 4)
+    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, 2, 3));
+  else
+    return Lanes<T>(__builtin_shufflevector(x, x, 1, 1));
+}
+
+template <std::uint32_t count, class T>
+inline T fold_lanes(Lanes<T> v) {
+  if constexpr (count == 1) {
+    return v.data[0];
+  } else {
+    return fold_lanes<count / 2, T>(v + upper_half<count, T>(v));
+  }
+}
+#endif
+
+template <class T>
+inline Lanes<T> load(const T* from) {
+  return Lanes<T>::load_aligned(from);
+}
+
+template <class T>
+using Bits = Lanes<typename BitsOf<T>::Type>;
 
 template <class T>
 inline Bits<T> bits_of(Lanes<T> x) {
@@ -162,6 +201,7 @@ inline Lanes<T> mantissa_of(Lanes<T> x) {
   return from_bits<T>((bits_of<T>(x) & Bits<T>(low)) | one);
 }
 
+/// Returns the distance of x from the next larger number of its type; 0 for 0.
 template <class T>
 inline Lanes<T> spacing(Lanes<T> x) {
   using B = BitsOf<T>;
@@ -176,34 +216,6 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   share.store_aligned(lane);
   for (T& x : lane) x = look_up<T>(table, last, x);
   return load<T>(lane);
-}
-
-/// Returns v with the upper half of its first `count` lanes copied to the lower half.
-template <std::uint32_t count, class T>
-inline Lanes<T> upper_half(Lanes<T> v) {
-  const auto x = v.data;
-  if constexpr (count == 16)
-    return Lanes<T>(
-        __builtin_shufflevector(x, x, 8, 9, 10, 11, 12, 13, 14, 15, 8, 9, 10, 11, 12, 13, 14, 15));
-  else if constexpr (Lanes<T>::size == 16)
-    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4,
-                                            5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
-  else if constexpr (Lanes<T>::size == 8)
-    return Lanes<T>(
-        __builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4, 5, 6, 7));
-  else if constexpr (Lanes<T>::size == 4)
-    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, 2, 3));
-  else
-    return Lanes<T>(__builtin_shufflevector(x, x, 1, 1));
-}
-
-template <std::uint32_t count, class T>
-inline T fold_lanes(Lanes<T> v) {
-  if constexpr (count == 1) {
-    return v.data[0];
-  } else {
-    return fold_lanes<count / 2, T>(v + upper_half<count, T>(v));
-  }
 }
 
 /// A sum over bristles, as one partial sum for each of the 16 logical lanes of every instruction set.
@@ -225,6 +237,7 @@ inline double tree_sum(Row<T> row) {
   return static_cast<double>(fold_lanes<Lanes<T>::size, T>(row.part[0]));
 }
 
+#if defined(BRISTLE_KERNEL_ISA)
 inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) {
 #if defined(BRISTLE_ISA_AVX512)
   // Compiles to one masked AVX-512 instruction.
@@ -309,6 +322,7 @@ struct DrawStates<double> {
     return out;
   }
 };
+#endif
 
 }  // namespace
 }  // namespace bristle::detail

@@ -39,11 +39,13 @@ struct Walk {
   alignas(64) std::uint32_t state[size];
 
   void clear(std::uint32_t i) {
-    for (T* column : {landed, squares, count, variance}) Lanes<T>(T(0)).store_aligned(column + i);
+    T* const columns[] = {landed, squares, count, variance};
+    for (T* column : columns) Lanes<T>(T(0)).store_aligned(column + i);
   }
   void clear_nowhere() {
     clear(nowhere);
-    for (T* column : {rest, length}) Lanes<T>(T(0)).store_aligned(column + nowhere);
+    Lanes<T>(T(0)).store_aligned(rest + nowhere);
+    Lanes<T>(T(0)).store_aligned(length + nowhere);
     std::memset(state + nowhere, 0, sizeof(std::uint32_t) * lane_count);
   }
 };
@@ -306,7 +308,7 @@ template <class T, std::uint32_t together, class Lengths>
       w.land.count = select_lanes(w.open, w.land.count + Lanes<T>(T(1)), w.land.count);
       any = k == 0 ? w.open : any | w.open;
     }
-    more = xsimd::any(any);
+    more = any_lane(any);
   }
 }
 
@@ -328,7 +330,7 @@ template <class T, bool sums>
     select_lanes(snaps, squares + way * way, squares).store_aligned(walk.squares + i);
     select_lanes(snaps, count + Lanes<T>(T(1)), count).store_aligned(walk.count + i);
   }
-  return xsimd::any(snaps);
+  return any_lane(snaps);
 }
 
 /// Finishes the paths of all vectors of the list round by round, eight vectors at once.

@@ -5,10 +5,9 @@
 // length (SnapRule::redraw); otherwise the draw is spent. The bristle is stored as if it had come from
 // (residual - way) e, `way` the path to the place: the kernels then carry it on with all others, and their
 // sums along `way` are corrected here. A renewer takes the bristles of a range of blocks and passes over the
-// draws of others, so that threads may share the blocks: a draw changes only its own bristle, and sums are
-// integers. One source serves the reference and every instruction set. Sets differ in `Lengths`, which turns
-// draw states into snap lengths and says whether draws are processed in columns, for the widest vectors, or
-// one by one. Both ways give the same bits.
+// draws of others. A draw changes only its own bristle, and sums are integers. Instruction sets differ in
+// `Lengths`, which turns draw states into snap lengths and says whether draws are processed in columns, for
+// the widest vectors, or one by one. Both ways give the same bits.
 #pragma once
 
 #include "ageing.hpp"

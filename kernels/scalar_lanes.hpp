@@ -1,5 +1,5 @@
-// The operations of lanes.hpp for plain numbers, as one lane, used by the scalar reference and by steps so
-// long that they are taken bristle by bristle.
+// The operations of lanes.hpp for plain numbers: those of one lane, and of steps so long that they are taken
+// bristle by bristle.
 #pragma once
 
 #include <cstdint>
@@ -76,18 +76,6 @@ inline float power_of_two(float k) {
 template <>
 inline double power_of_two(double k) {
   return number_from(static_cast<std::uint64_t>(static_cast<std::int64_t>(k) + 1023) << 52);
-}
-
-/// Returns the distance of x from the next larger number of its type; 0 for 0.
-template <class T>
-T spacing(T x);
-template <>
-inline float spacing(float x) {
-  return number_from(bits_of_number(x) & 0x7F800000u) * 0x1p-23f;
-}
-template <>
-inline double spacing(double x) {
-  return number_from(bits_of_number(x) & std::uint64_t{0x7FF0000000000000}) * 0x1p-52;
 }
 
 /// Returns the value at `share` of a table over [0, 1], linear between its entries.

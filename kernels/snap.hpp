@@ -69,7 +69,7 @@ struct BlockMotion {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i);
     if constexpr (axes == 1) {
-      return xsimd::abs(x) > limit;
+      return magnitude(x) > limit;
     } else {
       const Lanes<T> y = load(zy + i) + p1y;
       return x * x + y * y > limit * limit;
@@ -82,7 +82,7 @@ struct BlockMotion {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i) * Lanes<T>(T(1) - 4 * std::numeric_limits<T>::epsilon());
     if constexpr (axes == 1) {
-      return limit - xsimd::abs(x);
+      return limit - magnitude(x);
     } else {
       const Lanes<T> y = load(zy + i) + p1y;
       return limit - root(x * x + y * y);
@@ -100,7 +100,7 @@ struct BlockMotion {
       const Lanes<T> limit2 = limit * limit;
       const Lanes<T> chord2 = limit2 - aside * aside;
       // Bristles bent exactly along the motion need no root, because it would give `limit` to the last bit.
-      const Lanes<T> chord = xsimd::any(chord2 != limit2) ? root(positive_part(chord2)) : limit;
+      const Lanes<T> chord = any_lane(chord2 != limit2) ? root(positive_part(chord2)) : limit;
       return positive_part(chord - along);
     }
   }
@@ -302,7 +302,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   const FirstPass<T> pass =
       begin_pass<T, axes, mean, energy, residual, partial>(motion, i, row_weights, sums);
   pass.path.store_aligned(walk.path + i % block_size);
-  return xsimd::any(pass.snaps);
+  return any_lane(pass.snaps);
 }
 
 /// Adds the bristles at i to the sums after their walk from snap to snap (SnapRule::redraw), and writes them.

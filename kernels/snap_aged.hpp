@@ -29,11 +29,11 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   /// first, since a bristle within it is within the aged one, and that test needs no logarithm.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Mask<T> beyond = BlockMotion<T, axes, true>::beyond_at(i);
-    if (!xsimd::any(beyond)) return beyond;
+    if (!any_lane(beyond)) return beyond;
     const Lanes<T> limit = end_limit(i, load(this->delta + i) - this->residual.left);
     const Lanes<T> x = load(this->zx + i) + this->p1x;
     if constexpr (axes == 1) {
-      return beyond & (xsimd::abs(x) > limit);
+      return beyond & (magnitude(x) > limit);
     } else {
       const Lanes<T> y = load(this->zy + i) + this->p1y;
       return beyond & (x * x + y * y > limit * limit);
@@ -45,7 +45,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
     const Lanes<T> limit = limit_of(load(this->delta + i) - this->residual.left, load(age + i) + later) *
                            Lanes<T>(T(1) - 16 * std::numeric_limits<T>::epsilon());
     if constexpr (axes == 1) {
-      return limit - xsimd::abs(x);
+      return limit - magnitude(x);
     } else {
       const Lanes<T> y = load(this->zy + i) + this->p1y;
       return limit - root(x * x + y * y);
@@ -90,7 +90,7 @@ template <class T, int axes, bool partial>
   if constexpr (partial) way = select_lanes(load(row_weights) > Lanes<T>(T(0)), way, motion.length);
   const Lanes<T> first = least(way, motion.length);
   first.store_aligned(path + i % block_size);
-  return xsimd::any(first < motion.length);
+  return any_lane(first < motion.length);
 }
 
 /// Second of three passes over a block: computes the snaps, eight vectors at once, because each of Newton's

@@ -85,7 +85,7 @@ class Stepper {
   const Advance& advance;
   Totals& totals;
   const std::uint32_t rounds;  ///< for SnapRule::redraw, the number of random lengths that most vectors need,
-                               ///< if that number is small; otherwise 0
+                               ///< if that number is small; otherwise, and for single numbers, 0
 
   /// Bristles of a block that are in contact: whole rows of 16, then a row in which weights differ.
   struct Extent {
@@ -245,7 +245,7 @@ class Stepper {
     for (std::uint32_t i = extent.start; i < end; i += lane_count) {
       Mask<T> any = motion.beyond_at(i);
       for (std::uint32_t k = width; k < lane_count; k += width) any = any | motion.beyond_at(i + k);
-      if (xsimd::any(any)) return true;
+      if (any_lane(any)) return true;
       if constexpr (keep_margin)
         for (std::uint32_t k = 0; k < lane_count; k += width)
           shortest = least(shortest, motion.margin_at(i + k));
@@ -253,7 +253,7 @@ class Stepper {
     if (extent.partial) {
       for (std::uint32_t k = 0; k < lane_count; k += width) {
         const Mask<T> active = load(extent.weights + k) > Lanes<T>(T(0));
-        if (xsimd::any(motion.beyond_at(end + k) & active)) return true;
+        if (any_lane(motion.beyond_at(end + k) & active)) return true;
         if constexpr (keep_margin)
           shortest = least(shortest, select_lanes(active, motion.margin_at(end + k), shortest));
       }
@@ -323,6 +323,8 @@ class Stepper {
         rewrite_keep<true>(motion, output, extent, sums);
       else
         rewrite_keep<false>(motion, output, extent, sums);
+    } else if constexpr (width == 1) {
+      noise = rewrite_by_rounds(motion, output, extent, sums);
     } else if (rounds > 0) {
       for (std::uint32_t part = 0; part < parts; ++part) {
         if constexpr (looks_up_in_registers) {
@@ -465,7 +467,7 @@ class Stepper {
   }
 
   std::uint32_t foreseen_rounds() const {
-    if constexpr (!redraw) return 0;
+    if constexpr (!redraw || width == 1) return 0;
     const KernelLaw& law = *patch.law;
     if (!(advance.length < law.jump_from)) return 0;
     if (looks_up_in_registers && (law.kind == law_normal || law.kind == law_lognormal)) {

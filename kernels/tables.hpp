@@ -1,5 +1,5 @@
 // Names of the tables of functions of an instruction set: BRISTLE_TABLE(kernels_) is kernels_avx2, for
-// example, or kernels_scalar in the reference.
+// example, or kernels_scalar.
 #pragma once
 
 #define BRISTLE_JOIN2(a, b) a##b

@@ -1,8 +1,7 @@
 // The kernel table of one instruction set, as one list of the variants of a step that a build has. Features
 // are left out here and nowhere else.
 //
-// Included last by kernels.cpp and by reference.cpp, whose step_blocks, foresee_blocks and FreshLengths it
-// lists.
+// Included last by kernels.cpp, whose step_blocks, foresee_blocks and FreshLengths it lists.
 #pragma once
 
 #include "blocks.hpp"
