@@ -1,6 +1,6 @@
 // Parts of a step of sixteen contacts in lanes that are computed once for each contact, before and after its
 // springs (lane_slide.hpp): directions, scales and the place of `base` before; forces, energies and state
-// after.
+// after; between them the way of a contact that sliding softens.
 #pragma once
 
 #include "ageing.hpp"
@@ -26,7 +26,9 @@ struct LaneMotion {
   alignas(64) T per_length[lane_count];  ///< age that a spring gains per length of way, in ageing times
   bool any_softens = false;
   alignas(64) double direction[2][lane_count], base_after[2][lane_count];
-  alignas(64) double way[lane_count];        ///< length of the step in scaled lengths of the present load
+  alignas(64) double way[lane_count];        ///< length of the step in scaled lengths of the present load, at
+                                             ///< the contact's stiffness
+  alignas(64) double moved[lane_count];      ///< as `way`, at the stiffness that belongs to the load
   alignas(64) double stiffness[lane_count];  ///< before sliding softens it, N per scaled length
   alignas(64) double of_load[lane_count];    ///< stiffness that belongs to the load; 0 = no contact
   alignas(64) double used[lane_count];       ///< force of one scaled length in this step, N
@@ -46,27 +48,18 @@ struct LaneMotion {
       used[i] = of_load[i] > 0.0 ? of_load[i] : before;
       const double inverse = used[i] > 0.0 ? 1.0 / most(used[i], least_stiffness) : 0.0;
       softens[i] = stiffness[i] > of_load[i] ? T(1) : T(0);
-      way[i] = h * (stiffness[i] * inverse);
+      moved[i] = h;
       direction[0][i] = h > 0.0 ? x * per : 1.0;
       direction[1][i] = y * per;
       ex[i] = static_cast<T>(direction[0][i]);
       ey[i] = static_cast<T>(direction[1][i]);
-      length[i] = static_cast<T>(least(way[i], longest_slide));
       unit[i] = static_cast<T>(used[i]);
       per_unit[i] = static_cast<T>(inverse);
       phase[i] = static_cast<T>(state.phase.lane[i] - 0.5);
       named[i] = (in.named >> i & 1u) != 0 ? T(1) : T(0);
-      const double bx = state.base[0].lane[i], by = state.base[1].lane[i];
-      base_x[i] = static_cast<T>(bx * inverse);
-      base_y[i] = static_cast<T>(by * inverse);
-      const double ax = bx + stiffness[i] * x, ay = by + stiffness[i] * y;
-      const bool far =
-          (ax * inverse) * (ax * inverse) + (ay * inverse) * (ay * inverse) > farthest_base * farthest_base;
-      rebases[i] = far ? T(1) : T(0);
-      base_after[0][i] = far ? 0.0 : ax;
-      base_after[1][i] = far ? 0.0 : ay;
-      base_after_x[i] = static_cast<T>(base_after[0][i]);
-      base_after_y[i] = static_cast<T>(base_after[1][i]);
+      base_x[i] = static_cast<T>(state.base[0].lane[i] * inverse);
+      base_y[i] = static_cast<T>(state.base[1].lane[i] * inverse);
+      set_way(state, i, h * (stiffness[i] * inverse), stiffness[i] * x, stiffness[i] * y);
     }
     for (std::uint32_t i = 0; i < lane_count; ++i) any_softens |= softens[i] > T(0);
     if (law.ageing_strength == 0.0) return;
@@ -75,6 +68,20 @@ struct LaneMotion {
       per_length[i] = static_cast<T>(way[i] > 0.0 ? least(aged / most(way[i], 1e-300), oldest) : 0.0);
     }
   }
+
+  /// Sets the way of contact i, on which a spring that sticks gains the force `gain`, N.
+  void set_way(const LaneState& state, std::uint32_t i, double the_way, double gain_x, double gain_y) {
+    way[i] = the_way;
+    length[i] = static_cast<T>(least(the_way, longest_slide));
+    const double inverse = used[i] > 0.0 ? 1.0 / used[i] : 0.0;
+    const double after[2] = {state.base[0].lane[i] + gain_x, state.base[1].lane[i] + gain_y};
+    const double ax = after[0] * inverse, ay = after[1] * inverse;
+    const bool far = ax * ax + ay * ay > farthest_base * farthest_base;
+    rebases[i] = far ? T(1) : T(0);
+    for (int axis = 0; axis < 2; ++axis) base_after[axis][i] = far ? 0.0 : after[axis];
+    base_after_x[i] = static_cast<T>(base_after[0][i]);
+    base_after_y[i] = static_cast<T>(base_after[1][i]);
+  }
 };
 
 /// Sums of weight x a quantity over the springs of a contact, in scaled lengths. A step that asks for force
@@ -82,7 +89,7 @@ struct LaneMotion {
 enum LaneSum : std::uint32_t {
   sum_end_x,
   sum_end_y,
-  sum_least_lost,   ///< least energy that sliding dissipates
+  sum_work,         ///< work that sliding does, without drops
   sum_squares_end,  ///< squared deflection at the end, after the change of load and before it
   lane_sums_of_end,
   sum_squares_start = lane_sums_of_end,
@@ -98,6 +105,33 @@ struct LaneSums {
   alignas(64) T of[lane_sums][lane_count];
 };
 
+/// Way of a contact that sliding softens, at the start of the last piece of a step. Its ease, the stiffness
+/// that belongs to the load over the contact's, grows as sliding dissipates (core/MODEL.md, section 30), so a
+/// way is longer than the displacement by less and less. Springs depend on the way alone.
+struct LanePiece {
+  bool cut = false;    ///< Whether the step has pieces; else the ease is that of its start throughout.
+  double way = 0.0;    ///< from the start of the step, scaled lengths
+  double moved = 0.0;  ///< displacement so far, scaled lengths
+  double ease = 1.0;
+  double squares = 0.0, work = 0.0;  ///< sum_squares_end, sum_work
+  double integral[2] = {0.0, 0.0};   ///< sum_integral_x, _y
+  double impulse[2] = {0.0, 0.0};    ///< integral of the deflection over the displacement
+
+  /// Returns the ease at the end of a piece in which energy conserves: half the change of ease x `squares`
+  /// equals the mean ease x what sliding dissipates at least.
+  double ease_after(double squares_after, double least_lost) const {
+    const double mean = 0.5 * (squares + squares_after);
+    if (!(least_lost > 0.0)) return ease;
+    return mean > least_lost ? least(ease * ((mean + least_lost) / (mean - least_lost)), 1.0) : 1.0;
+  }
+};
+
+/// Length of a piece of way, scaled, and most pieces of a step before the rest is one piece.
+constexpr double soft_piece = 0.125;
+constexpr int most_soft_pieces = 128;
+/// Way x (1 - ease) of a step up to which it is one piece: then the way is too long by less than that.
+constexpr double least_cut = 0x1p-7;
+
 /// Makes the springs of a contact straight that has lost its load.
 template <class T>
 void straighten_lane(const SlideLaw<T>& law, const SlideColumns<T>& columns, std::uint32_t lane) {
@@ -111,8 +145,8 @@ void straighten_lane(const SlideLaw<T>& law, const SlideColumns<T>& columns, std
 /// Writes forces and energies of the contacts, and the state that belongs to no single spring.
 template <class T>
 void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
-                  const LaneOutput& out, const LaneMotion<T>& m, const LaneSums<T>& sums, int axes,
-                  bool all) {
+                  const LaneOutput& out, const LaneMotion<T>& m, const LanePiece (&pieces)[lane_count],
+                  const LaneSums<T>& sums, int axes, bool all) {
   LaneState& state = *columns.state;
   const double shift = law.lean * law.mean_limit, lengths_per_metre = 1.0 / law.metres_per_length;
   for (std::uint32_t i = 0; i < lane_count; ++i) {
@@ -125,12 +159,18 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     // Beyond the length that was computed every spring slides along the motion.
     const double way = m.way[i], more = way > longest_slide ? way - longest_slide : 0.0;
     const double beyond = more * (end[0] * m.direction[0][i] + end[1] * m.direction[1][i]);
-    const double freed = law.least_loss * (sum(sum_least_lost) + beyond);
-    double soft = k;
-    if (m.any_softens && k > load && freed > 0.0 && squares > 0.0) {
+    const LanePiece& last = pieces[i];
+    const double freed = law.least_loss * (sum(sum_work) + beyond - last.work);
+    double soft = k, mean_ease = 1.0;
+    if (last.cut) {
+      // The displacement of the last piece gives its mean ease; energy gives the ease at its end.
+      mean_ease = (m.moved[i] - last.moved) / (way - last.way);
+      const double energy = last.squares * last.ease + mean_ease * (squares - last.squares + 2.0 * freed);
+      soft = m.used[i] / (squares > 0.0 ? least(energy / squares, 1.0) : last.ease);
+    } else if (m.any_softens && k > load && freed > 0.0 && squares > 0.0) {
       soft = k * (squares / (squares + 2.0 * freed));
-      if (soft <= load * (1.0 + 1e-9)) soft = load;
     }
+    if (soft <= load * (1.0 + 1e-9)) soft = load;
     if (load == 0.0) soft = 0.0;
     // The force on the body; +0 for a straight contact.
     const double force = load == 0.0 ? 0.0 : m.used[i];
@@ -149,6 +189,9 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
         mean[0] = (sum(sum_integral_x) + more * end[0]) / way;
         mean[1] = (sum(sum_integral_y) + more * end[1]) / way;
         lost += beyond;
+        for (int axis = 0; axis < 2 && last.cut; ++axis)
+          mean[axis] =
+              (last.impulse[axis] + mean_ease * (way * mean[axis] - last.integral[axis])) / m.moved[i];
       }
       write(out.mean, mean[0], mean[1]);
       // Energies are half a square times force per length: scaled forces of `used` over a stiffness.
@@ -158,10 +201,10 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
       const double start = load == 0.0 ? 0.0 : 0.5 * sum(sum_squares_start) * of_k;
       out.contact_loss[i] = 0.5 * sum(sum_squares_before) * (before > 0.0 ? joules / before : 0.0) - start;
       double dissipated = lost * of_k - (stored - 0.5 * squares * of_k);
-      if (law.energy != 1.0 || law.lean != 0.0) {
-        const double work =
-            way * ((mean[0] + shift) * m.direction[0][i] + law.energy * mean[1] * m.direction[1][i]);
-        dissipated = work * of_k + start - stored;
+      if (law.energy != 1.0 || law.lean != 0.0 || last.cut) {
+        const double work = (mean[0] + shift) * m.direction[0][i] + law.energy * mean[1] * m.direction[1][i];
+        dissipated =
+            work * (last.cut ? m.moved[i] * m.used[i] * law.metres_per_length : way * of_k) + start - stored;
       }
       out.dissipated[i] = load == 0.0 ? 0.0 : least(most(dissipated, 0.0), 1e300);
       out.slid[i] = sum(sum_slid);

@@ -148,7 +148,6 @@ class LaneSlider {
         b = share * b;
       }
       work = select_lanes(way.slides, way.limit * slide, none);
-      if (softens) add(sum_least_lost, weight * (most(a, none) * slide));
       if constexpr (axes == 2) {
         // An angle up to 4 eps s / l, at most 4 eps, counts as 0.
         const V rounds = least(slide, way.limit) * V(4 * eps);
@@ -157,6 +156,7 @@ class LaneSlider {
           turn(turns, a, b, slide, way.limit, V(law.per_limit[i] * per_kinetic), along, aside, work, turned);
       }
     }
+    if (softens) add(sum_work, weight * work);
     const V gain = way.path + along;
     const V now_x = axes == 2 ? x + (gain * ex + aside * ey) : x + gain * ex;
     const V now_y = axes == 2 ? y + (gain * ey - aside * ex) : none;
@@ -186,10 +186,9 @@ class LaneSlider {
     const V rate = divide(b * tip.turn.lost, tip.both);
     along = along + select_lanes(turns, rate * (b * (V(T(1)) + tip.turn.left)) * tip.p, none);
     aside = aside - select_lanes(turns, rate * (tip.p2 - b * tip.w), none);
-    if constexpr (all) {
+    if (all || softens)
       work = select_lanes(turns, limit * (slide - limit * tip.template log_of_turn<T>()), work);
-      turned = select_lanes(turns, (limit * limit) * tip.template angle<T>(), none);
-    }
+    if constexpr (all) turned = select_lanes(turns, (limit * limit) * tip.template angle<T>(), none);
   }
 
   /// Finds which tips slide in the step, from where and at which limit. `held`: greatest |z| at which a tip
@@ -291,19 +290,82 @@ class LaneSlider {
   }
 };
 
+/// Finds the ways of contacts that sliding softens in a step, by trials from its start to the ends of pieces.
+/// Sets them in `motion`, and the start of each one's last piece in `pieces`.
+template <class T, int axes, bool all, bool timed>
+void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
+                  LaneMotion<T>& motion, LanePiece (&pieces)[lane_count]) {
+  using E = Engine<T>;
+  LaneInput trial = in;
+  trial.stores = false;
+  std::uint32_t open = 0;
+  for (std::uint32_t i = 0; i < lane_count; ++i) {
+    LanePiece& at = pieces[i];
+    if (!(motion.stiffness[i] > motion.of_load[i] && motion.of_load[i] > 0.0)) continue;
+    at.ease = motion.used[i] / motion.stiffness[i];
+    at.cut = (in.named >> i & 1u) != 0 && motion.way[i] * (1.0 - at.ease) > least_cut;
+    if (at.cut) open |= 1u << i;
+  }
+  LaneSums<T> sums{};
+  double step[lane_count] = {};
+  for (int n = 0; n <= most_soft_pieces && open != 0; ++n) {
+    for (std::uint32_t i = 0; i < lane_count; ++i) {
+      if ((open >> i & 1u) == 0) continue;
+      const LanePiece& at = pieces[i];
+      step[i] = n == 0 ? 0.0 : least(soft_piece, (motion.moved[i] - at.moved) / at.ease);
+      motion.length[i] = static_cast<T>(at.way + step[i]);
+    }
+    for (std::uint32_t first = 0; first < lane_count; first += E::size)
+      if ((open >> first & ((1u << E::size) - 1)) != 0)
+        LaneSlider<E, T, axes, all, timed>(law, columns, trial, motion, first).run(sums);
+    for (std::uint32_t i = 0; i < lane_count; ++i) {
+      if ((open >> i & 1u) == 0) continue;
+      LanePiece& at = pieces[i];
+      const auto sum = [&](LaneSum of) { return static_cast<double>(sums.of[of][i]); };
+      const double ease =
+          n == 0 ? at.ease : at.ease_after(sum(sum_squares_end), law.least_loss * (sum(sum_work) - at.work));
+      const double mean_ease = 0.5 * (at.ease + ease), left = motion.moved[i] - at.moved;
+      double last = 0.0;  // way of the last piece
+      if (mean_ease * step[i] >= left * (1.0 - 1e-12)) {
+        // The ease grows in proportion to the way within a piece, so the displacement as its square.
+        const double grown = (ease - at.ease) / step[i];
+        last = 2.0 * left / (at.ease + root(at.ease * at.ease + 2.0 * grown * left));
+      } else {
+        for (int axis = 0; axis < axes && all; ++axis) {
+          const double integral = sum(axis == 0 ? sum_integral_x : sum_integral_y);
+          at.impulse[axis] += mean_ease * (integral - at.integral[axis]);
+          at.integral[axis] = integral;
+        }
+        at.way += step[i];
+        at.moved += mean_ease * step[i];
+        at.ease = ease;
+        at.squares = sum(sum_squares_end);
+        at.work = sum(sum_work);
+        if (ease < 1.0 && n < most_soft_pieces) continue;
+        last = motion.moved[i] - at.moved;
+      }
+      open &= ~(1u << i);
+      const double way = at.way + last, gain = motion.used[i] * way;
+      motion.set_way(*columns.state, i, way, gain * motion.direction[0][i], gain * motion.direction[1][i]);
+    }
+  }
+}
+
 /// Steps the named contacts of a block.
 template <class T, int axes, bool all, bool timed>
 void slide_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
                  const LaneOutput& out) {
   using E = Engine<T>;
-  const LaneMotion<T> motion(law, *columns.state, in, axes);
+  LaneMotion<T> motion(law, *columns.state, in, axes);
+  LanePiece pieces[lane_count];
+  if (motion.any_softens) soften_lanes<T, axes, all, timed>(law, columns, in, motion, pieces);
   LaneSums<T> sums{};
   for (std::uint32_t first = 0; first < lane_count; first += E::size) {
     const std::uint32_t lanes = (1u << E::size) - 1;
     if ((in.named >> first & lanes) != 0)
       LaneSlider<E, T, axes, all, timed>(law, columns, in, motion, first).run(sums);
   }
-  finish_lanes<T>(law, columns, in, out, motion, sums, axes, all);
+  finish_lanes<T>(law, columns, in, out, motion, pieces, sums, axes, all);
 }
 
 }  // namespace

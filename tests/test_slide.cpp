@@ -593,10 +593,70 @@ TEST_CASE("after a fall of the load bristles turn over the limit that is left", 
   OnePatch patch(sliding(SnapLength::single(dbar)), plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, 0.5 * load);
-  // Closed form (tractrix) after a turn by a right angle: tan(angle / 2) = exp(-path / limit), where the
-  // limit is half of dbar under half the load.
+  // Closed form after a turn by a right angle. Over the way s, in limits, the tip's angle to the motion obeys
+  // cos(angle) = tanh(s); the stiffness, twice that of the load, falls by the factor cosh(s)^2 with what
+  // sliding dissipates. So a way s takes the displacement s / 4 + sinh(2 s) / 8.
   const Response out = patch.step(0.0, 0.4 * dbar, 0.5 * load);
-  CHECK(out.end[0] / out.end[1] == Approx(std::tan(2.0 * std::atan(std::exp(-0.8)))).epsilon(1e-4));
+  const double s = std::asinh(out.end[1] / out.end[0]);
+  CHECK(0.25 * s + 0.125 * std::sinh(2.0 * s) == Approx(0.4).epsilon(2e-3));
+  CHECK(out.stiffness == Approx(load / (std::cosh(s) * std::cosh(s))).epsilon(2e-3));
+}
+
+TEST_CASE("sliding after a fall of the load is that of tiny steps, however the path is cut",
+          "[slide][load][energy]") {
+  const auto strata = bristle::detail::make_strata(SnapLength::lognormal(dbar, 0.3), 32);
+  for (const Outputs outputs : {Outputs::end, Outputs::all})
+    for (const double fall : {0.95, 0.5, 0.1})
+      for (const double angle : {0.0, 1.6, 3.1})
+        for (const double path : {0.1, 0.3, 2.0}) {
+          // Bends all springs by 0.6 under full load; under the lower load each keeps its force up to its
+          // limit. Moves on in tiny steps: forces grow with the stiffness, which falls as sliding dissipates.
+          std::vector<double> x(32), y(32, 0.0);
+          for (std::size_t i = 0; i < 32; ++i) x[i] = std::min(0.6, strata.length[i] * fall);
+          constexpr int steps = 5000;
+          double stiffness = 1.0, sum[2] = {0.0, 0.0}, force[2] = {0.0, 0.0};
+          for (int k = 0; k < steps; ++k) {
+            double lost = 0.0, squares = 0.0;
+            force[0] = force[1] = 0.0;
+            for (std::size_t i = 0; i < 32; ++i) {
+              const double limit = strata.length[i] * fall;
+              x[i] += stiffness * path / steps * std::cos(angle);
+              y[i] += stiffness * path / steps * std::sin(angle);
+              const double norm = std::hypot(x[i], y[i]);
+              if (norm > limit) {
+                lost += strata.share[i] * limit * (norm - limit);
+                x[i] *= limit / norm;
+                y[i] *= limit / norm;
+              }
+              squares += strata.share[i] * (x[i] * x[i] + y[i] * y[i]);
+              force[0] += strata.share[i] * x[i];
+              force[1] += strata.share[i] * y[i];
+            }
+            stiffness = std::max(stiffness * squares / (squares + 2.0 * lost), fall);
+            for (int axis = 0; axis < 2; ++axis) sum[axis] += force[axis] / steps;
+          }
+          for (const int parts : {1, 7, 40}) {
+            INFO(fall << " of the load, " << angle << " rad, " << path << " in " << parts << " steps");
+            OnePatch patch(sliding(SnapLength::lognormal(dbar, 0.3)),
+                           plain_options(32, 2, Precision::single, outputs).with_max_normal_load(load));
+            patch.step(0.6 * dbar, 0.0, load);
+            Response out;
+            double mean[2] = {0.0, 0.0};
+            for (int k = 0; k < parts; ++k) {
+              const double d = path * dbar / parts;
+              const Motion motion{patch.id, {d * std::cos(angle), d * std::sin(angle)}, fall * load};
+              const Response trial = patch.batch.find_force(tick, motion);
+              out = patch.step(motion.displacement[0], motion.displacement[1], fall * load);
+              CHECK(first_difference(trial, out) == "");
+              for (int axis = 0; axis < 2; ++axis) mean[axis] -= out.mean[axis] / (load * dbar * parts);
+            }
+            for (int axis = 0; axis < 2; ++axis) {
+              CHECK(-out.end[axis] / (load * dbar) == Approx(force[axis]).margin(3e-3 * fall));
+              if (outputs == Outputs::all) CHECK(mean[axis] == Approx(sum[axis]).margin(3e-3 * fall));
+            }
+            CHECK(out.stiffness == Approx(load * stiffness).epsilon(0.01));
+          }
+        }
 }
 
 TEST_CASE("another material finds a contact that is stiffer than its load as it is", "[slide]") {
