@@ -116,6 +116,73 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("A law that changes by a thousandth moves the force by as little", "[load][cohorts]") {
+  const Material before =
+      plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw).with_residual_length(0.1 * dbar);
+  const auto scaled = [](double by) { return SnapLength::lognormal(by * dbar, 0.3); };
+  struct Change {
+    const char* what;
+    Material after;
+  };
+  const Change changes[] = {
+      {"longer residual", Material(before).with_residual_length(0.1001 * dbar)},
+      {"shorter residual", Material(before).with_residual_length(0.0999 * dbar)},
+      {"longer", Material(before).with_snap_length(scaled(1.001))},
+      {"shorter", Material(before).with_snap_length(scaled(0.999))},
+      {"wider", Material(before).with_snap_length(SnapLength::lognormal(dbar, 0.3003))},
+      {"narrower", Material(before).with_snap_length(SnapLength::lognormal(dbar, 0.2997))},
+  };
+  for (const Change& change : changes)
+    for (const char* kind : {"infinite", "redraw", "keep", "slide"}) {
+      INFO(change.what << ", " << kind);
+      const bool infinite = std::string(kind) == "infinite", slides = std::string(kind) == "slide";
+      const SnapRule rule = std::string(kind) == "keep" ? SnapRule::keep
+                            : slides                    ? SnapRule::slide
+                                                        : SnapRule::redraw;
+      const auto of_rule = [&](Material material) {
+        if (slides) material.with_residual_length(0.0);
+        return material.with_snap_rule(rule);
+      };
+      PatchOptions options = plain_options(slides ? 32 : 20000).with_max_normal_load(20000.0);
+      if (infinite) options.with_bristles(0).with_population(bristle::Population::infinite);
+      OnePatch patch(of_rule(before), options);
+      Response out;
+      for (int k = 0; k < 60; ++k) out = patch.step(0.11 * dbar, 0.0, 20000.0);
+      const double force = out.elastic[0];
+      patch.batch.set_material(patch.id, of_rule(change.after));
+      CHECK(patch.step(0.0, 0.0, 20000.0).elastic[0] == Approx(force).epsilon(2.5e-3));
+      // Slides on: the force stays that of steady sliding, within the ripple of 20,000 bristles.
+      for (int k = 0; k < 20; ++k) {
+        out = patch.step(0.05 * dbar, 0.0, 20000.0);
+        CHECK(out.elastic[0] == Approx(force).epsilon(infinite ? 4e-3 : 0.02));
+      }
+    }
+}
+
+TEST_CASE("Bristles take their rank into another law, and those that snap draw anew, however many they are",
+          "[load][cohorts]") {
+  const Material before = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
+  for (const SnapLength& law :
+       {SnapLength::lognormal(0.5 * dbar, 0.3), SnapLength::lognormal(0.8 * dbar, 0.6),
+        SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapLength::exponential(0.7 * dbar)})
+    for (const double slid : {0.8, 10.0}) {
+      INFO(bristle::to_string(law.law()) << " after " << slid << " lengths");
+      constexpr double load = 20000.0;
+      OnePatch many(before, plain_options(20000));
+      OnePatch infinite(before, plain_options(1).with_bristles(0).with_max_normal_load(load).with_population(
+                                    bristle::Population::infinite));
+      for (OnePatch* patch : {&many, &infinite}) {
+        for (int k = 0; k < 20; ++k) patch->step(slid / 20.0 * dbar, 0.0, load);
+        patch->batch.set_material(patch->id, Material(before).with_snap_length(law));
+      }
+      for (int k = 0; k < 30; ++k) {
+        const double d = k == 0 ? 0.0 : 0.05 * dbar;
+        const double expected = infinite.step(d, 0.0, load).elastic[0];
+        CHECK(many.step(d, 0.0, load).elastic[0] == Approx(expected).margin(0.012 * load * dbar));
+      }
+    }
+}
+
 TEST_CASE("Materials that compare equal give the same bits, whichever of them a batch met first",
           "[determinism]") {
   const Material zeros = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw)
@@ -223,10 +290,10 @@ TEST_CASE("A live change to other lengths keeps the books of an infinite brush",
         const double before = brush.patch.energy();
         brush.patch.batch.set_material(brush.patch.id, rubbed_uniform(0.4 * scale, 1.6 * scale, 0.1 * scale));
         double between = brush.patch.energy();
-        CHECK(between < before);
+        if (scale < 1.0) CHECK(between < before);
         if (twice) {
           brush.patch.batch.set_material(brush.patch.id,
-                                         rubbed_uniform(0.2 * scale, 0.8 * scale, 0.1 * scale));
+                                         rubbed_uniform(0.1 * scale, 0.4 * scale, 0.05 * scale));
           CHECK(brush.patch.energy() < between);
           between = brush.patch.energy();
         }

@@ -3,19 +3,26 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/materials/rank_map.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 
 namespace bristle::detail {
 namespace {
 
-/// Raises the reach of cohort number i (largest deflection so far) to `bent`, and returns the mass of
-/// bristles whose snap lengths allow that. `fresh`: the cohort first gets new snap lengths from the law.
-double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) noexcept {
+/// Gives the bristles of cohort number i, whose mass stays, the snap lengths beyond `reach`.
+void set_reach(const Cohorts& r, std::uint32_t i, double reach) noexcept {
   const double mass = mass_of(r.rows, i);
-  if (fresh)
-    entry(r.rows, i, cohort_fresh) = mass + 0.5;
-  else if (bent <= entry(r.rows, i, cohort_reach))
-    return mass;
+  entry(r.rows, i, cohort_fresh) = mass + 0.5;
+  r.kernels->renew(r.law, r.rows, i, reach);
+  const double left = entry(r.rows, i, cohort_left);
+  entry(r.rows, i, cohort_fresh) = left > 0.0 ? fresh_mass(mass, left) : 0.0;
+}
+
+/// Raises the reach of cohort number i (largest deflection so far) to `bent`, and returns the mass of
+/// bristles whose snap lengths allow that.
+double hold_beyond(const Cohorts& r, std::uint32_t i, double bent) noexcept {
+  const double mass = mass_of(r.rows, i);
+  if (bent <= entry(r.rows, i, cohort_reach)) return mass;
   const double kept = r.kernels->renew(r.law, r.rows, i, bent);
   if (kept <= mass) return kept;
   entry(r.rows, i, cohort_fresh) = fresh_mass(mass, entry(r.rows, i, cohort_left));
@@ -23,9 +30,8 @@ double hold_beyond(const Cohorts& r, std::uint32_t i, double bent, bool fresh) n
 }
 
 /// Lets all bristles bent beyond their snap length slip at once, each along its own deflection, until it is
-/// straight or bent by the residual. The bristles that slipped then form one cohort. `fresh`: every cohort
-/// first gets new snap lengths from the law.
-void slip_all(Patch& p, bool fresh) noexcept {
+/// straight or bent by the residual. The bristles that slipped then form one cohort.
+void slip_all(Patch& p) noexcept {
   Cohorts& r = cohorts(p);
   const CohortTimes times = times_of(p);
   double snapped = 0.0;
@@ -39,7 +45,7 @@ void slip_all(Patch& p, bool fresh) noexcept {
     const double square = zx * zx + zy * zy;
     const double length = std::sqrt(square);
     const double reach = std::max(length - r.law.residual, 0.0) / strength_of(p, times, i);
-    const double kept = hold_beyond(r, i, reach, fresh);
+    const double kept = hold_beyond(r, i, reach);
     snapped += mass - kept;
     squares += (mass - kept) * square;
     if (length > 0.0) {
@@ -111,10 +117,15 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     for (int axis = 0; axis < 2; ++axis) r.base[axis] = 0;
     for (std::uint32_t& open : r.open) open = no_cohort;
     r.spread *= ratio * ratio;
-    slip_all(to, true);
+    const RankMap of_equal_rank(before.snap_length, material.snap_length);
+    for (std::uint32_t i = 0; i < r.count && before.snap_length != material.snap_length; ++i) {
+      const double reach = entry(r.rows, i, cohort_reach) * from.material().metres_per_length;
+      set_reach(r, i, of_equal_rank(reach, 1.0) * to.material().lengths_per_metre);
+    }
+    slip_all(to);
   } else {
     for (int axis = 0; axis < 2; ++axis) to.position[axis] = from.position[axis];
-    if (!same_ageing(material, before)) slip_all(to, false);
+    if (!same_ageing(material, before)) slip_all(to);
   }
   find_moment(r, r.rows);
   // Applies the load again: under the new material it may bring another number of bristles into contact.

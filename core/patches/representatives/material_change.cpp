@@ -3,21 +3,32 @@
 #include <cmath>
 #include <cstring>
 
+#include "core/draw_states.hpp"
+#include "core/materials/rank_map.hpp"
 #include "core/patches/representatives/population.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
 namespace {
 
-/// Copies the state of the bristles in contact to another material: lengths in its unit, snap lengths if the
-/// law stays the same, states of random numbers unchanged.
+/// Returns the deflection at which a bristle of the given snap length, m, snaps, scaled.
+template <class T>
+T limit_of(const CompiledMaterial& material, double length_m) noexcept {
+  const double scaled = length_m * material.lengths_per_metre;
+  return static_cast<T>(material.residual +
+                        std::clamp(scaled, shortest_beyond_residual<T>(material), material.longest));
+}
+
+/// Copies the state of the bristles in contact to another material: lengths in its unit, snap lengths of
+/// equal rank in its law, states of random numbers unchanged.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
   const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // ratio of the two
                                                                                            // units of length,
                                                                                            // a power of two
-  const bool same_law = to.material->material.snap_length == from.material->material.snap_length;
-  const bool same_residual = to.material->residual == from.material->residual;
+  const SnapLength& law = to.material->material.snap_length;
+  const SnapLength& old_law = from.material->material.snap_length;
+  const bool same_lengths = law == old_law && to.material->residual == from.material->residual;
   const bool both_draw = to.redraws() && from.redraws();
   const std::uint32_t contact = from.in_contact();
   const double age_ratio = from.ages() && to.ages()
@@ -34,17 +45,18 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::age && age_ratio > 0.0)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
-      if (rule.filler == Filler::first_length && both_draw && same_law && !same_residual) {
+      if (rule.filler == Filler::first_length && both_draw && !same_lengths) {
+        const RankMap of_equal_rank(old_law, law);
         const double less = static_cast<double>(static_cast<T>(from.material->residual));
-        const double shortest = shortest_beyond_residual<T>(*to.material);
         for (std::uint32_t i = 0; i < contact; ++i) {
-          const double drawn = std::max(static_cast<double>(old[i]) - less, shortest);
-          column[i] = static_cast<T>(to.material->residual + drawn);
+          const double before = (static_cast<double>(old[i]) - less) * from.material->metres_per_length;
+          column[i] =
+              limit_of<T>(*to.material, of_equal_rank(before, stratified_share(from.options.seed, i)));
         }
         return;
       }
     }
-    if (both_draw && (rule.filler == Filler::draw_state || (rule.filler == Filler::first_length && same_law)))
+    if (both_draw && (rule.filler == Filler::draw_state || rule.filler == Filler::first_length))
       std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
   };
   // Pairs the columns of the two records, which list them in the same order.
@@ -58,8 +70,8 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   });
 }
 
-/// Lets bristles snap that are bent beyond their new snap length. Because the patch does not move, they slip
-/// along their own deflection.
+/// Lets bristles snap that are bent beyond their new snap length, and draw another if they redraw. Because
+/// the patch does not move, they slip along their own deflection.
 template <class T>
 void snap_beyond(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -75,6 +87,11 @@ void snap_beyond(Patch& p) noexcept {
       r.zx[i] = static_cast<T>(x * share + 0.0);  // adds 0.0 to avoid a negative zero
       if (r.zy != nullptr) r.zy[i] = static_cast<T>(y * share + 0.0);
       if (r.age != nullptr) r.age[i] = T(0);
+      if (r.redraws()) {
+        r.draw[i] += draw_stride;
+        r.delta[i] = limit_of<T>(
+            p.material(), p.material().material.snap_length.quantile(share_of<double>(mix(r.draw[i]))));
+      }
       p.pending_dissipated += joules * w * (x * x + r.lay.energy * y * y - left * left);
       ++p.pending_snaps;
     }

@@ -1,0 +1,47 @@
+// Snap lengths of equal rank in two laws, for a live change of material.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "bristle/snap_length.hpp"
+
+namespace bristle::detail {
+
+/// Maps the snap length of a bristle to the length of equal rank in another law: the share of shorter lengths
+/// is equal. Two laws of one form, which differ only in scale, give a factor.
+class RankMap {
+ public:
+  RankMap(const SnapLength& from, const SnapLength& to) noexcept
+      : from_(from), to_(to), factor_(same_form(from, to) ? to.mean() / from.mean() : 0.0) {}
+
+  /// Returns the length in the second law, m, for a length of the first one, m. `among_equals`: rank of the
+  /// bristle among those of equal length, where a law has many of one length, 0 to 1.
+  double operator()(double length_m, double among_equals) const noexcept {
+    if (factor_ > 0.0) return factor_ * length_m;
+    double share = 1.0 - from_.survival(length_m);
+    if (has_atoms(from_)) {
+      const double shorter = 1.0 - from_.survival(length_m * (1.0 - 1e-12));
+      share = shorter + (share - shorter) * among_equals;
+    }
+    return to_.quantile(std::clamp(share, 0x1p-24, 1.0 - 0x1p-24));
+  }
+
+ private:
+  static bool has_atoms(const SnapLength& law) noexcept {
+    return law.law() == SnapLaw::single || law.law() == SnapLaw::table;
+  }
+  static bool same_form(const SnapLength& a, const SnapLength& b) noexcept {
+    const auto equal = [](double x, double y) { return std::abs(x - y) <= 1e-12 * std::abs(y); };
+    if (a.law() != b.law() || a.table_values().size() != b.table_values().size()) return false;
+    for (std::size_t k = 0; k < a.table_values().size(); ++k)
+      if (!equal(a.table_values()[k] / a.mean(), b.table_values()[k] / b.mean())) return false;
+    return equal(a.cv(), b.cv());
+  }
+
+  const SnapLength& from_;
+  const SnapLength& to_;
+  double factor_;  ///< ratio of all lengths; 0: the laws differ in form
+};
+
+}  // namespace bristle::detail
