@@ -246,7 +246,7 @@ int c_program_goes_to_coefficients_and_back(void) {
   EXPECT(bristle_material_to_coefficients(&material, &back) == BRISTLE_OK);
   EXPECT(fabs(back.kinetic - 0.3) < 1e-9 && fabs(back.peak - 0.36) < 1e-6);
   EXPECT(back.viscous_friction == 5.0 && back.law == BRISTLE_LAW_LOGNORMAL);
-  EXPECT(back.damper_decay == BRISTLE_DECAY_GAUSSIAN && back.snap_rule == BRISTLE_RULE_REDRAW);
+  EXPECT(back.damper_decay == BRISTLE_DECAY_GAUSSIAN && back.rule == BRISTLE_RULE_REDRAW);
   EXPECT(bristle_material_find_facts(&material, &facts) == BRISTLE_OK);
   EXPECT(fabs(facts.kinetic_coefficient - 0.3) < 1e-9 && fabs(facts.mean_snap_length - 9e-6) < 1e-15);
   EXPECT(fabs(facts.bristles_per_newton - 900.0) < 1e-9);

@@ -8,12 +8,14 @@
 #include <cstring>
 #include <new>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <variant>
 #include <vector>
 
 #include "bristle/bristle.hpp"
+#include "bristle/fields.hpp"
 #include "core/c_interface/field_count.hpp"
 #include "core/common/range_check.hpp"
 
@@ -248,7 +250,7 @@ void need_columns(const void* in, const char* in_name, const void* out, const ch
 
 /// A field of a C struct, paired with the field of the C++ struct that it mirrors.
 template <class C, class CField, class Cpp, class CppField>
-struct Field {
+struct FieldPair {
   CField C::*c;
   CppField Cpp::*cpp;
   const char* name;
@@ -256,7 +258,17 @@ struct Field {
 };
 template <class C, class CField, class Cpp, class CppField>
 constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::uint32_t last = 0) {
-  return Field<C, CField, Cpp, CppField>{c, cpp, name, last};
+  return FieldPair<C, CField, Cpp, CppField>{c, cpp, name, last};
+}
+
+/// Returns the greatest value of an enumeration among the fields of a C++ struct; 0 for other fields.
+template <class Cpp>
+constexpr std::uint32_t last_of(std::string_view name) {
+  std::uint32_t last = 0;
+  for_each_field<Cpp>([&](const auto& listed) {
+    if (name == listed.name) last = listed.about.last();
+  });
+  return last;
 }
 
 template <class C>
@@ -270,44 +282,25 @@ struct Mirror;
     using C = c_type;                                                                                     \
     using Cpp = cpp_type;                                                                                 \
     static constexpr const char* name = #c_type;                                                          \
-    static constexpr auto fields = std::make_tuple(__VA_ARGS__);                                          \
+    static constexpr auto fields = std::tuple{__VA_ARGS__};                                               \
     static_assert(detail::field_count<Cpp> == std::tuple_size_v<decltype(fields)>,                        \
                   "a field of " #cpp_type " is missing in " #c_type);                                     \
     static_assert(detail::field_count<C> == 1 + std::tuple_size_v<decltype(fields)> + (unused),           \
                   "a field of " #c_type " is missing in its list of fields: struct_size, these, " #unused \
                   " reserved");                                                                           \
   }
+/// The same for a struct whose fields are listed in bristle/fields.hpp.
+#define BRISTLE_MIRROR_FIELDS(c_type, cpp_type, unused) \
+  BRISTLE_MIRROR(c_type, cpp_type, unused, BRISTLE_FIELDS_OF_##cpp_type(BRISTLE_LISTED))
 #define BRISTLE_FIELD(c_name) field(&C::c_name, &Cpp::c_name, #c_name)
-#define BRISTLE_FIELD2(c_name, cpp_name) field(&C::c_name, &Cpp::cpp_name, #c_name)
-#define BRISTLE_CHOICE2(c_name, cpp_name, last) \
-  field(&C::c_name, &Cpp::cpp_name, #c_name, static_cast<std::uint32_t>(last))
-#define BRISTLE_CHOICE(c_name, last) BRISTLE_CHOICE2(c_name, c_name, last)
+#define BRISTLE_CHOICE(c_name, last) \
+  field(&C::c_name, &Cpp::c_name, #c_name, static_cast<std::uint32_t>(last))
+#define BRISTLE_LISTED(c_name, about) BRISTLE_CHOICE(c_name, last_of<Cpp>(#c_name)),
 
-BRISTLE_MIRROR(bristle_material, Material, 1, BRISTLE_FIELD(bristle_stiffness),
-               BRISTLE_FIELD(bristle_damping), BRISTLE_FIELD(viscous_friction),
-               BRISTLE_FIELD(stribeck_velocity), BRISTLE_FIELD(normal_stiffness),
-               BRISTLE_FIELD(asperity_height_deviation), BRISTLE_FIELD(snap_length),
-               BRISTLE_CHOICE(snap_rule, SnapRule::slide),
-               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian), BRISTLE_FIELD(residual_length),
-               BRISTLE_FIELD(shared_renewal), BRISTLE_CHOICE(ageing_form, AgeingForm::saturating),
-               BRISTLE_FIELD(ageing_strength), BRISTLE_FIELD(ageing_time), BRISTLE_FIELD(speed_strengthening),
-               BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(drop));
-BRISTLE_MIRROR(bristle_coefficients, Coefficients, 2, BRISTLE_FIELD(kinetic), BRISTLE_FIELD(peak),
-               BRISTLE_FIELD(presliding_length), BRISTLE_FIELD(bristles_per_newton),
-               BRISTLE_FIELD(damping_per_newton), BRISTLE_FIELD(viscous_friction),
-               BRISTLE_FIELD(stribeck_velocity), BRISTLE_CHOICE(law, SnapLaw::table),
-               BRISTLE_CHOICE2(snap_rule, rule, SnapRule::slide),
-               BRISTLE_CHOICE(damper_decay, DamperDecay::gaussian), BRISTLE_FIELD(residual_share),
-               BRISTLE_FIELD(shared_renewal), BRISTLE_FIELD(kinetic_speed), BRISTLE_FIELD(fall_per_decade),
-               BRISTLE_FIELD(growth_per_decade), BRISTLE_FIELD(ageing_time),
-               BRISTLE_CHOICE(ageing_form, AgeingForm::saturating), BRISTLE_FIELD(speed_strengthening),
-               BRISTLE_FIELD(strengthening_speed), BRISTLE_FIELD(spread), BRISTLE_FIELD(drop));
+BRISTLE_MIRROR_FIELDS(bristle_material, Material, 1);
+BRISTLE_MIRROR_FIELDS(bristle_coefficients, Coefficients, 2);
+BRISTLE_MIRROR_FIELDS(bristle_patch_options, PatchOptions, 1);
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 0, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads));
-BRISTLE_MIRROR(bristle_patch_options, PatchOptions, 1, BRISTLE_FIELD(max_normal_load), BRISTLE_FIELD(key),
-               BRISTLE_FIELD(bristles), BRISTLE_FIELD(seed), BRISTLE_FIELD(axes),
-               BRISTLE_CHOICE(outputs, Outputs::all), BRISTLE_CHOICE(precision, Precision::double_),
-               BRISTLE_CHOICE(population, Population::infinite), BRISTLE_FIELD(cohorts),
-               BRISTLE_FIELD(resolution), BRISTLE_FIELD(lay));
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
                BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(bristles_visited));

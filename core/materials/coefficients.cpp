@@ -3,7 +3,7 @@
 #include <string>
 
 #include "bristle/material.hpp"
-#include "core/common/range_check.hpp"
+#include "core/common/check_fields.hpp"
 #include "core/materials/aged_law.hpp"
 #include "core/materials/elementary.hpp"
 #include "core/materials/virgin_curve.hpp"
@@ -11,9 +11,6 @@
 namespace bristle {
 
 namespace {
-
-/// Largest residual share of the presliding length. Beyond it a snap would hardly change a deflection.
-constexpr double largest_residual_share = 0.98;
 
 constexpr double ln10 = 2.302585092994046;
 
@@ -296,15 +293,7 @@ double check_spread(const Family& family, const Coefficients& c) {
 }
 
 void check_ageing(const Coefficients& c) {
-  using detail::require_within;
   const char* const where = "Coefficients";
-  require_within(where, "kinetic_speed", c.kinetic_speed, 0.0, 1e15, "m/s");
-  require_within(where, "fall_per_decade", c.fall_per_decade, 0.0, 10.0);
-  require_within(where, "growth_per_decade", c.growth_per_decade, 0.0, 10.0);
-  require_within(where, "ageing_time", c.ageing_time, shortest_ageing_time, longest_ageing_time, "s");
-  if (c.ageing_form != AgeingForm::logarithmic && c.ageing_form != AgeingForm::saturating)
-    detail::refuse(where, "ageing_form", static_cast<int>(c.ageing_form),
-                   "logarithmic (0) or saturating (1)");
   if (c.fall_per_decade != 0.0 && c.growth_per_decade != 0.0)
     detail::refuse(where, "growth_per_decade", c.growth_per_decade,
                    "0 beside a fall_per_decade: one follows from the other; give one of the two");
@@ -453,32 +442,18 @@ void require_reached(const Coefficients& c, const Family& family, const SnapLeng
 }  // namespace
 
 Material Material::from_coefficients(const Coefficients& c) {
-  using detail::require_within;
   const char* const where = "Coefficients";
-  require_within(where, "kinetic", c.kinetic, 1e-9, 1e6);
+  detail::require_fields(where, c);
   const bool slides = c.rule == SnapRule::slide;
   if (!slides && c.drop != 0.0)
     detail::refuse(where, "drop", c.drop, "0 with rule redraw or keep; rule slide takes it");
   if ((c.spread == 0.0 && !slides) || c.peak != 0.0)
-    require_within(where, "peak", c.peak, 1e-9, 2e6, "(0 with a spread)");
-  require_within(where, "presliding_length", c.presliding_length, 1e-12, 1e3, "m");
-  require_within(where, "bristles_per_newton", c.bristles_per_newton, 1e-6, 1e15, "1/N");
-  require_within(where, "damping_per_newton", c.damping_per_newton, 0.0, 1e15, "s/m");
-  require_within(where, "viscous_friction", c.viscous_friction, 0.0, 1e15, "N s/m");
-  require_within(where, "stribeck_velocity", c.stribeck_velocity, 0.0, 1e15, "m/s");
-  if (static_cast<int>(c.rule) > static_cast<int>(SnapRule::slide))
-    detail::refuse(where, "rule", static_cast<int>(c.rule), "redraw (0), keep (1) or slide (2)");
-  if (c.damper_decay != DamperDecay::exponential && c.damper_decay != DamperDecay::gaussian)
-    detail::refuse(where, "damper_decay", static_cast<int>(c.damper_decay),
-                   "exponential (0) or gaussian (1)");
-  if (static_cast<int>(c.law) > static_cast<int>(SnapLaw::exponential))
-    throw Error("Coefficients: law = " + std::string(to_string(c.law)) +
-                "; allowed are single, uniform, normal, lognormal, exponential: coefficients do not "
-                "determine a table; keep the Material, or give another law and its spread");
-
-  require_within(where, "residual_share", c.residual_share, 0.0, largest_residual_share);
-  require_within(where, "shared_renewal", c.shared_renewal, 0.0, largest_renewal,
-                 "bristles renewed by a snap");
+    detail::require_within(where, "peak", c.peak, 1e-9, 2e6, "(0 with a spread)");
+  if (c.law == SnapLaw::table)
+    throw Error(
+        "Coefficients: law = table; allowed are single, uniform, normal, lognormal, exponential: "
+        "coefficients "
+        "do not determine a table; keep the Material, or give another law and its spread");
   if (c.law == SnapLaw::exponential && c.rule == SnapRule::keep && c.shared_renewal != 0.0)
     detail::refuse(where, "shared_renewal", c.shared_renewal,
                    "0 with law exponential and rule keep: its shortest bristles would renew all others");

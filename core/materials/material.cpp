@@ -1,7 +1,7 @@
 // Material: range checks and the closed forms of sections 2.2 and 2.3 of the paper.
 #include "bristle/material.hpp"
 
-#include "core/common/range_check.hpp"
+#include "core/common/check_fields.hpp"
 #include "core/materials/elementary.hpp"
 #include "core/materials/steady_sliding.hpp"
 #include "core/materials/virgin_curve.hpp"
@@ -10,56 +10,24 @@ namespace bristle {
 
 namespace {
 
-/// Largest stiffness, damping or speed that a material may have, in its SI unit. The limit is far beyond any
-/// use, and products of a few such numbers stay within a double.
-constexpr double largest_parameter = 1e15;
-constexpr double smallest_positive = 1e-15;
-
 // Largest share of bristles that may be shorter than 1/64 of the mean length, for SnapRule::keep with shared
 // renewal. With more of them the shortest bristle of the sample, and not the material, would determine how
 // many bristles are renewed.
 constexpr double short_length = 1.0 / 64, short_share = 1e-4;
 
-void require_parameter(const char* name, double value, const char* unit) {
-  detail::require_within("Material", name, value, 0.0, largest_parameter, unit);
-}
-
 }  // namespace
 
 void Material::validate() const {
-  require_parameter("bristle_stiffness", bristle_stiffness, "N/m");
-  require_parameter("bristle_damping", bristle_damping, "N s/m");
-  require_parameter("viscous_friction", viscous_friction, "N s/m");
-  require_parameter("stribeck_velocity", stribeck_velocity, "m/s");
-  detail::require_within("Material", "normal_stiffness", normal_stiffness, smallest_positive,
-                         largest_parameter, "N/m");
-  detail::require_within("Material", "asperity_height_deviation", asperity_height_deviation,
-                         smallest_positive, largest_parameter, "m");
-  if (static_cast<int>(snap_rule) > static_cast<int>(SnapRule::slide))
-    detail::refuse("Material", "snap_rule", static_cast<int>(snap_rule), "redraw (0), keep (1) or slide (2)");
+  detail::require_fields("Material", *this);
   const bool slides = snap_rule == SnapRule::slide;
-  detail::require_within("Material", "drop", drop, 0.0, slides ? largest_drop : 0.0,
-                         slides ? "" : "with snap_rule redraw or keep; snap_rule slide takes it");
+  if (!slides && drop != 0.0)
+    detail::refuse("Material", "drop", drop, "0 with snap_rule redraw or keep; snap_rule slide takes it");
   if (slides && (residual_length != 0.0 || shared_renewal != 0.0))
     detail::refuse("Material", residual_length != 0.0 ? "residual_length" : "shared_renewal",
                    residual_length != 0.0 ? residual_length : shared_renewal,
                    "0 with snap_rule slide: nothing snaps");
-  if (damper_decay != DamperDecay::exponential && damper_decay != DamperDecay::gaussian)
-    detail::refuse("Material", "damper_decay", static_cast<int>(damper_decay),
-                   "exponential (0) or gaussian (1)");
   detail::require_within("Material", "residual_length", residual_length, 0.0,
                          largest_residual * snap_length.mean(), "m; at most 64 mean snap lengths");
-  detail::require_within("Material", "shared_renewal", shared_renewal, 0.0, largest_renewal,
-                         "bristles renewed by a snap");
-  if (ageing_form != AgeingForm::logarithmic && ageing_form != AgeingForm::saturating)
-    detail::refuse("Material", "ageing_form", static_cast<int>(ageing_form),
-                   "logarithmic (0) or saturating (1)");
-  detail::require_within("Material", "ageing_strength", ageing_strength, 0.0, largest_ageing, "");
-  detail::require_within("Material", "ageing_time", ageing_time, shortest_ageing_time, longest_ageing_time,
-                         "s");
-  detail::require_within("Material", "speed_strengthening", speed_strengthening, 0.0, largest_parameter, "");
-  detail::require_within("Material", "strengthening_speed", strengthening_speed, smallest_positive,
-                         largest_parameter, "m/s");
   if (snap_rule == SnapRule::keep && shared_renewal != 0.0 &&
       1.0 - snap_length.survival(short_length * snap_length.mean()) > short_share) {
     detail::refuse(
@@ -183,16 +151,6 @@ double virgin_deflection(const Material& material, double x_over_mean) {
   return x_over_mean < 0.0 ? -f : f;
 }
 
-bool operator==(const Material& x, const Material& y) noexcept {
-  return x.bristle_stiffness == y.bristle_stiffness && x.bristle_damping == y.bristle_damping &&
-         x.viscous_friction == y.viscous_friction && x.stribeck_velocity == y.stribeck_velocity &&
-         x.normal_stiffness == y.normal_stiffness &&
-         x.asperity_height_deviation == y.asperity_height_deviation && x.snap_length == y.snap_length &&
-         x.snap_rule == y.snap_rule && x.damper_decay == y.damper_decay &&
-         x.residual_length == y.residual_length && x.shared_renewal == y.shared_renewal &&
-         x.ageing_form == y.ageing_form && x.ageing_strength == y.ageing_strength &&
-         x.ageing_time == y.ageing_time && x.speed_strengthening == y.speed_strengthening &&
-         x.strengthening_speed == y.strengthening_speed && x.drop == y.drop;
-}
+bool operator==(const Material& x, const Material& y) noexcept { return detail::same_fields(x, y); }
 
 }  // namespace bristle

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/common/range_check.hpp"
+#include "core/common/check_fields.hpp"
 
 namespace bristle {
 
-bool operator==(const Lay& x, const Lay& y) noexcept {
-  return x.angle == y.angle && x.limit_ratio == y.limit_ratio && x.stiffness_ratio == y.stiffness_ratio &&
-         x.to_over_fro == y.to_over_fro;
-}
+bool operator==(const Lay& x, const Lay& y) noexcept { return detail::same_fields(x, y); }
 
 namespace detail {
 namespace {
@@ -43,11 +40,9 @@ LayMap map_of(const Lay& lay) noexcept {
 void check_lay(const Material& m, const PatchOptions& chosen) {
   constexpr const char* where = "PatchOptions";
   const Lay& lay = chosen.lay;
-  require_within(where, "lay.angle", lay.angle, -2.0 * pi, 2.0 * pi, "rad");
-  require_within(where, "lay.limit_ratio", lay.limit_ratio, 0.01, 100.0);
+  require_fields(where, lay, "lay.");
   if (lay.stiffness_ratio != 0.0)
     require_within(where, "lay.stiffness_ratio", lay.stiffness_ratio, 1e-4, 1e4, "(0 = limit_ratio squared)");
-  require_within(where, "lay.to_over_fro", lay.to_over_fro, 0.01, 100.0);
   const LayMap map = map_of(lay);
   if (map.is_isotropic()) return;
   if (chosen.axes == 1 && (lay.angle != 0.0 || map.limit != 1.0 || map.stretch != 1.0))

@@ -5,7 +5,7 @@
 #include "bristle/config.hpp"
 #include "bristle/error.hpp"
 #include "bristle/patch_batch.hpp"
-#include "core/common/range_check.hpp"
+#include "core/common/check_fields.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/contact_model.hpp"
 #include "core/patches/lanes/slide_block.hpp"
@@ -53,11 +53,7 @@ const char* kernel_name(const Patch& p, BristleKind kind, unsigned features, boo
 
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {
-  constexpr const char* where = "PatchOptions";
-  require_within(where, "max_normal_load", options.max_normal_load, 1e-15, highest_load, "N");
-  if (options.axes != 1 && options.axes != 2) refuse(where, "axes", options.axes, "1 or 2");
-  if (options.bristles > max_bristles_per_patch)
-    refuse(where, "bristles", options.bristles, "0 (automatic) to 67108864");
+  require_fields("PatchOptions", options);
   PatchOptions chosen = options;
   chosen.population = choose_population(material->material, options);
 #if !BRISTLE_WITH_DOUBLE

@@ -21,7 +21,7 @@ int main(void) {
   bristle_init_patch_options(&options, sizeof options);
   coefficients.kinetic = 0.40;
   coefficients.peak = 0.46;
-  coefficients.snap_rule = BRISTLE_RULE_KEEP;
+  coefficients.rule = BRISTLE_RULE_KEEP;
   coefficients.residual_share = coefficients.shared_renewal = 0.0; /* Coefficients::paper() in C++ */
   options.max_normal_load = 4.0;
   options.axes = 1;

@@ -27,7 +27,7 @@ struct Coefficients {
   public UIntPtr struct_size;
   public double kinetic, peak, presliding_length, bristles_per_newton, damping_per_newton, viscous_friction;
   public double stribeck_velocity;
-  public uint law, snap_rule, damper_decay, reserved;
+  public uint law, rule, damper_decay, reserved;
   public double residual_share, shared_renewal, kinetic_speed, fall_per_decade, growth_per_decade, ageing_time;
   public uint ageing_form, reserved_too;
   public double speed_strengthening, strengthening_speed, spread, drop;
@@ -96,7 +96,7 @@ static class Slide {
     Check(bristle_init_patch_options(out options, SizeOf<PatchOptions>()));
     coefficients.kinetic = 0.40;
     coefficients.peak = 0.46;
-    coefficients.snap_rule = rule_keep;
+    coefficients.rule = rule_keep;
     coefficients.residual_share = coefficients.shared_renewal = 0.0;
     options.max_normal_load = 4.0;
     options.axes = 1;

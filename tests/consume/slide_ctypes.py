@@ -22,7 +22,7 @@ class Coefficients(c.Structure):
     _fields_ = [("struct_size", c.c_size_t), ("kinetic", c.c_double), ("peak", c.c_double),
                 ("presliding_length", c.c_double), ("bristles_per_newton", c.c_double),
                 ("damping_per_newton", c.c_double), ("viscous_friction", c.c_double),
-                ("stribeck_velocity", c.c_double), ("law", c.c_uint32), ("snap_rule", c.c_uint32),
+                ("stribeck_velocity", c.c_double), ("law", c.c_uint32), ("rule", c.c_uint32),
                 ("damper_decay", c.c_uint32), ("reserved", c.c_uint32), ("residual_share", c.c_double),
                 ("shared_renewal", c.c_double), ("kinetic_speed", c.c_double), ("fall_per_decade", c.c_double),
                 ("growth_per_decade", c.c_double), ("ageing_time", c.c_double), ("ageing_form", c.c_uint32),
@@ -73,7 +73,7 @@ def new(struct, kind):
 
 
 coefficients = new(Coefficients, "coefficients")
-coefficients.kinetic, coefficients.peak, coefficients.snap_rule = 0.40, 0.46, 1
+coefficients.kinetic, coefficients.peak, coefficients.rule = 0.40, 0.46, 1
 # Coefficients::paper() in C++.
 coefficients.residual_share = coefficients.shared_renewal = 0.0
 material = new(Material, "material")

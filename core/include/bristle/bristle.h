@@ -149,7 +149,7 @@ typedef struct bristle_coefficients {
   double viscous_friction;    /**< N s/m */
   double stribeck_velocity;   /**< m/s */
   uint32_t law;               /**< BRISTLE_LAW_...; its spread is given or solved from peak / kinetic */
-  uint32_t snap_rule;         /**< BRISTLE_RULE_... */
+  uint32_t rule;              /**< BRISTLE_RULE_... */
   uint32_t damper_decay;      /**< BRISTLE_DECAY_... */
   uint32_t reserved;          /**< 0 */
   double residual_share;      /**< share of the presliding length that a snap leaves; 0 in the paper */

@@ -68,7 +68,7 @@ void TomlTable::allow(const std::vector<std::string_view>& keys) const {
   }
 }
 
-bool TomlTable::has_any(std::initializer_list<std::string_view> keys) const {
+bool TomlTable::has_any(const std::vector<std::string_view>& keys) const {
   return std::any_of(keys.begin(), keys.end(), [&](std::string_view key) { return has(key); });
 }
 
@@ -129,7 +129,7 @@ std::string TomlTable::file(std::string_view key) const {
   return name;
 }
 
-std::size_t TomlTable::choice(std::string_view key, std::initializer_list<std::string_view> names,
+std::size_t TomlTable::choice(std::string_view key, const std::vector<std::string_view>& names,
                               std::size_t otherwise) const {
   if (!has(key)) return otherwise;
   const std::string chosen = text(key);

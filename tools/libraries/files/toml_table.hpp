@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +30,7 @@ class TomlTable {
   void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return table_.contains(key); }
-  bool has_any(std::initializer_list<std::string_view> keys) const;
+  bool has_any(const std::vector<std::string_view>& keys) const;
 
   double number(std::string_view key, const Range& range) const;
   double number(std::string_view key, const Range& range, double otherwise) const;
@@ -42,7 +41,7 @@ class TomlTable {
   /// Reads the name of a file, which must not be empty nor hold a zero byte.
   std::string file(std::string_view key) const;
   /// Reads a word that must be one of `names`. Returns its index.
-  std::size_t choice(std::string_view key, std::initializer_list<std::string_view> names,
+  std::size_t choice(std::string_view key, const std::vector<std::string_view>& names,
                      std::size_t otherwise) const;
   /// Reads an array of texts; returns an empty one if the table lacks the key.
   std::vector<std::string> texts(std::string_view key) const;

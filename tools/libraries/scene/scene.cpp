@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <bristle/error.hpp>
+#include <bristle/fields.hpp>
 #include <bristle/patch_batch.hpp>
 #include <bristle/typical_materials.hpp>
 
@@ -31,9 +32,7 @@ constexpr Range load_range{0.0, 1e9, false, "N"};
 constexpr Range force_range{-1e9, 1e9, false, "N"};
 constexpr Range frequency_range{0.0, 1e6, true, "Hz"};
 constexpr Range turns{-1e6, 1e6, false, "turns"};
-constexpr Range any_positive{0.0, 1e300, true, ""};
 constexpr Range any_not_negative{0.0, 1e300, false, ""};
-constexpr Range ageing_times{bristle::shortest_ageing_time, bristle::longest_ageing_time, false, "s"};
 
 // -------------------------------------------------------------------- readers of [[material]] tables
 
@@ -66,73 +65,43 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
   }
 }
 
-bristle::SnapRule read_rule(const TomlTable& table, bristle::SnapRule otherwise) {
-  return static_cast<bristle::SnapRule>(table.choice("rule", {rule_names[0], rule_names[1], rule_names[2]},
-                                                     static_cast<std::size_t>(otherwise)));
+/// Returns the key of a field in a [[material]] table. The snap rule is called `rule`, as in Coefficients.
+std::string_view key_of(const char* field) {
+  return std::string_view(field) == "snap_rule" ? std::string_view("rule") : field;
 }
-bristle::AgeingForm read_ageing_form(const TomlTable& table) {
-  return static_cast<bristle::AgeingForm>(table.choice("ageing_form", {"logarithmic", "saturating"}, 0));
+/// Returns the range of a key: that of the field, but presliding lengths above 1 m are taken for another
+/// unit.
+template <class Field>
+Range range_of(const Field& field) {
+  const double most = std::string_view(field.name) == "presliding_length" ? 1.0 : field.about.most;
+  return {field.about.least, most, false, field.about.unit};
 }
 
-/// Key of a [[material]] table whose value is a number, with the field that it sets and its range.
+/// Reads the fields of `to` that the table has a key for. Refuses other keys than these and `others`.
 template <class Parameters>
-struct NumberKey {
-  const char* name;
-  double Parameters::*field;
-  Range range = any_not_negative;
-};
-using M = bristle::Material;
-constexpr NumberKey<M> bristle_keys[] = {
-    {"bristle_stiffness", &M::bristle_stiffness},
-    {"bristle_damping", &M::bristle_damping},
-    {"viscous_friction", &M::viscous_friction},
-    {"stribeck_velocity", &M::stribeck_velocity},
-    {"normal_stiffness", &M::normal_stiffness, any_positive},
-    {"asperity_height_deviation", &M::asperity_height_deviation, any_positive},
-    {"shared_renewal", &M::shared_renewal, {0.0, bristle::largest_renewal}},
-    {"ageing_strength", &M::ageing_strength, {0.0, bristle::largest_ageing}},
-    {"ageing_time", &M::ageing_time, ageing_times},
-    {"speed_strengthening", &M::speed_strengthening},
-    {"strengthening_speed", &M::strengthening_speed, any_positive},
-    {"drop", &M::drop, {0.0, bristle::largest_drop}}};
-using C = bristle::Coefficients;
-constexpr NumberKey<C> coefficient_keys[] = {
-    {"kinetic", &C::kinetic, any_positive},
-    {"spread", &C::spread},
-    {"presliding_length", &C::presliding_length, {0.0, 1.0, true, "m"}},
-    {"bristles_per_newton", &C::bristles_per_newton, any_positive},
-    {"damping_per_newton", &C::damping_per_newton},
-    {"viscous_friction", &C::viscous_friction},
-    {"stribeck_velocity", &C::stribeck_velocity},
-    {"residual_share", &C::residual_share, {0.0, 0.98}},
-    {"shared_renewal", &C::shared_renewal, {0.0, bristle::largest_renewal}},
-    {"kinetic_speed", &C::kinetic_speed},
-    {"fall_per_decade", &C::fall_per_decade},
-    {"growth_per_decade", &C::growth_per_decade},
-    {"ageing_time", &C::ageing_time, ageing_times},
-    {"speed_strengthening", &C::speed_strengthening},
-    {"strengthening_speed", &C::strengthening_speed, any_positive},
-    {"drop", &C::drop, {0.0, bristle::largest_drop}}};
-
-/// Refuses keys other than numbers of `keys` and `others`, then reads the numbers.
-template <class Parameters, std::size_t n>
-void read_numbers(const TomlTable& table, const NumberKey<Parameters> (&keys)[n],
-                  std::vector<std::string_view> others, Parameters& to) {
-  for (const NumberKey<Parameters>& key : keys) others.push_back(key.name);
+void read_fields(const TomlTable& table, std::vector<std::string_view> others, Parameters& to) {
+  bristle::for_each_field<Parameters>([&](const auto& field) { others.push_back(key_of(field.name)); });
   table.allow(others);
-  for (const NumberKey<Parameters>& key : keys)
-    to.*key.field = table.number(key.name, key.range, to.*key.field);
+  bristle::for_each_field<Parameters>([&](const auto& field) {
+    auto& value = to.*field.member;
+    using Value = std::decay_t<decltype(value)>;
+    const std::string_view key = key_of(field.name);
+    if (!table.has(key)) return;
+    if constexpr (std::is_enum_v<Value>)
+      value = static_cast<Value>(
+          table.choice(key, {field.about.names, field.about.names + field.about.name_count}, 0));
+    else if constexpr (std::is_same_v<Value, bristle::SnapLength>)
+      value = read_snap_length(table.table(key));
+    else
+      value = table.number(key, range_of(field));
+  });
 }
 
 bristle::Material read_bristle_parameters(const TomlTable& table) {
   bristle::Material m;
-  read_numbers(table, bristle_keys,
-               {"name", "snap_length", "rule", "damper_decay", "residual_length", "ageing_form"}, m);
-  if (table.has("snap_length")) m.snap_length = read_snap_length(table.table("snap_length"));
-  m.snap_rule = read_rule(table, bristle::SnapRule::redraw);
-  m.residual_length =
-      table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()}, 0.0);
-  m.ageing_form = read_ageing_form(table);
+  read_fields(table, {"name"}, m);
+  if (table.has("residual_length"))
+    (void)table.number("residual_length", {0.0, bristle::largest_residual * m.snap_length.mean()});
   return m;
 }
 
@@ -151,50 +120,47 @@ bristle::Coefficients read_typical(const TomlTable& table) {
 bristle::Coefficients read_coefficients(const TomlTable& table) {
   bristle::Coefficients c = read_typical(table);
   c.drop = 0.0;
-  read_numbers(table, coefficient_keys,
-               {"name", "typical", "peak", "peak_over_kinetic", "law", "rule", "damper_decay", "ageing_form"},
-               c);
-  c.rule = read_rule(table, c.rule);
+  read_fields(table, {"name", "typical", "peak_over_kinetic"}, c);
   // Requires the key `peak` unless `drop` (slide rule) or `spread` (other rules) is given, from which the
   // peak follows.
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
-  const bool has_peak = !follows || table.has("peak");
-  c.peak = has_peak ? table.number("peak", any_positive, c.peak) : 0.0;
+  if (follows && !table.has("peak")) c.peak = 0.0;
   if (table.has("peak_over_kinetic")) {
     if (table.has("peak")) table.fail("peak_over_kinetic", "is given beside peak; give one of them");
     c.peak = c.kinetic * table.number("peak_over_kinetic", {1.0, 1e3});
   }
-  c.law = static_cast<bristle::SnapLaw>(table.choice(
-      "law", {"single", "uniform", "normal", "lognormal", "exponential"}, static_cast<std::size_t>(c.law)));
-  c.ageing_form = read_ageing_form(table);
   return c;
+}
+
+/// Returns the keys of fields that the struct A has and B lacks.
+template <class A, class B>
+std::vector<std::string_view> keys_of_one() {
+  std::vector<std::string_view> keys;
+  bristle::for_each_field<A>([&](const auto& field) {
+    bool shared = false;
+    bristle::for_each_field<B>(
+        [&](const auto& other) { shared = shared || key_of(field.name) == key_of(other.name); });
+    if (!shared) keys.push_back(key_of(field.name));
+  });
+  return keys;
 }
 
 SceneMaterial read_material(TomlTable table) {
   SceneMaterial result;
   result.name = table.name();
   result.where = table.where();
-  const bool bristle_parameters =
-      table.has_any({"bristle_stiffness", "bristle_damping", "normal_stiffness", "asperity_height_deviation",
-                     "snap_length", "ageing_strength"});
   try {
-    if (bristle_parameters) {
-      if (table.has_any({"typical", "kinetic", "peak", "peak_over_kinetic", "presliding_length",
-                         "bristles_per_newton", "law", "spread", "damping_per_newton", "residual_share",
-                         "kinetic_speed", "fall_per_decade", "growth_per_decade"})) {
-        table.fail(
-            "mixes coefficients (typical, kinetic, peak, presliding_length, bristles_per_newton, law, "
-            "spread, damping_per_newton, residual_share, kinetic_speed, fall_per_decade, growth_per_decade) "
-            "with bristle parameters; give one kind");
-      }
+    if (table.has_any(keys_of_one<bristle::Material, bristle::Coefficients>())) {
+      std::vector<std::string_view> keys = keys_of_one<bristle::Coefficients, bristle::Material>();
+      keys.insert(keys.begin(), {"typical", "peak_over_kinetic"});
+      if (table.has_any(keys))
+        table.fail(fmt::format("mixes coefficients ({}) with bristle parameters; give one kind",
+                               fmt::join(keys, ", ")));
       result.material = read_bristle_parameters(table);
     } else {
       result.coefficients = read_coefficients(table);
       result.material = bristle::Material::from_coefficients(*result.coefficients);
     }
-    result.material.damper_decay =
-        static_cast<bristle::DamperDecay>(table.choice("damper_decay", {"exponential", "gaussian"}, 0));
-    if (result.coefficients) result.coefficients->damper_decay = result.material.damper_decay;
     result.material.validate();
   } catch (const bristle::Error& error) {
     table.fail(error.what());
@@ -228,8 +194,8 @@ class Names {
 /// Reads a patch's keys population, resolution and cohorts. Refuses those that the chosen population does not
 /// use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
-  o.population = static_cast<bristle::Population>(
-      table.choice("population", {"automatic", "representatives", "infinite"}, 0));
+  o.population = static_cast<bristle::Population>(table.choice(
+      "population", {std::begin(bristle::population_names), std::end(bristle::population_names)}, 0));
   o.population = bristle::choose_population(material, o);
   if (o.population != bristle::Population::infinite) {
     for (const char* key : {"resolution", "cohorts"})
@@ -258,11 +224,7 @@ void read_lay(const TomlTable& patch, const bristle::Material& material, bristle
   if (!patch.has("lay")) return;
   bristle::Lay& lay = o.lay;
   const TomlTable table = patch.table("lay");
-  table.allow({"angle", "limit_ratio", "stiffness_ratio", "to_over_fro"});
-  lay.angle = table.number("angle", {-6.283185307179586, 6.283185307179586, false, "rad"}, 0.0);
-  lay.limit_ratio = table.number("limit_ratio", {0.01, 100.0, false, ""}, 1.0);
-  lay.stiffness_ratio = table.number("stiffness_ratio", {0.0, 1e4, false, ""}, 0.0);
-  lay.to_over_fro = table.number("to_over_fro", {0.01, 100.0, false, ""}, 1.0);
+  read_fields(table, {}, lay);
   bristle::PatchOptions small = o;
   if (o.population == bristle::Population::representatives) small.bristles = 1;
   try {
@@ -306,7 +268,8 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
       table.fail("outputs", fmt::format("holds '{}'; allowed: end, mean, energy", output));
     }
   }
-  o.precision = static_cast<bristle::Precision>(table.choice("precision", {"single", "double"}, 0));
+  o.precision = static_cast<bristle::Precision>(table.choice(
+      "precision", {std::begin(bristle::precision_names), std::end(bristle::precision_names)}, 0));
   o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   read_population(table, materials[patch.material].material, o);
   check_material(patch, materials[patch.material]);

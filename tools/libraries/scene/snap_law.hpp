@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include <bristle/fields.hpp>
 #include <bristle/material.hpp>
 
 namespace cli {
@@ -25,9 +26,9 @@ double largest_spread(bristle::SnapLaw family, bristle::SnapRule rule);
 double kinetic_bend(bristle::SnapRule rule, double cv);
 
 /// Names of the snap rules in files, options and reports, in the order of SnapRule.
-inline constexpr const char* rule_names[] = {"redraw", "keep", "slide"};
+using bristle::snap_rule_names;
 inline const char* to_string(bristle::SnapRule rule) noexcept {
-  return rule_names[static_cast<std::size_t>(rule)];
+  return snap_rule_names[static_cast<std::size_t>(rule)];
 }
 
 }  // namespace cli

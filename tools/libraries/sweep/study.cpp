@@ -9,6 +9,7 @@
 
 #include <bristle/deadline_monitor.hpp>
 #include <bristle/error.hpp>
+#include <bristle/fields.hpp>
 #include <bristle/version.hpp>
 
 #include "tools/libraries/files/number_text.hpp"
@@ -42,19 +43,15 @@ std::uint64_t counted_bits(std::uint64_t seed, std::uint64_t stream, std::uint64
   return mixed(mixed(mixed(seed + golden) + stream + golden) + index + golden);
 }
 
-/// Returns the unit of a varied key by the last part of its path; empty for keys that are pure numbers or not
-/// listed here.
+/// Returns the unit of a varied key by the last part of its path; empty for keys that are pure numbers or in
+/// no list.
 std::string unit_of(const VariedKey& varied) {
   static constexpr std::pair<const char*, const char*> units[] = {
-      {"s", " dt duration deadline ageing_time delay_per_copy from until t "},
-      {"m", " presliding_length asperity_height_deviation length mean min max deviation residual_length "},
-      {"m/s", " kinetic_speed stribeck_velocity strengthening_speed velocity "},
+      {"s", " dt duration deadline delay_per_copy from until t "},
+      {"m", " length mean min max deviation "},
+      {"m/s", " velocity "},
       {"m/s^2", " gravity "},
-      {"N", " max_normal_load load clip_load extra_load "},
-      {"N/m", " bristle_stiffness normal_stiffness "},
-      {"N s/m", " bristle_damping viscous_friction "},
-      {"1/N", " bristles_per_newton "},
-      {"s/m", " damping_per_newton "},
+      {"N", " load clip_load extra_load "},
       {"Hz", " frequency "},
       {"turns", " turn_per_copy phase "},
       {"kg", " mass "}};
@@ -69,7 +66,15 @@ std::string unit_of(const VariedKey& varied) {
   if (leaf == "amplitude" || leaf == "x" || leaf == "y") return in_body && force ? "N" : "m";
   for (const auto& [unit, keys] : units)
     if (std::string_view(keys).find(' ' + leaf + ' ') != std::string_view::npos) return unit;
-  return {};
+  std::string unit;
+  const auto look = [&](const auto& field) {
+    if (leaf == field.name) unit = field.about.unit;
+  };
+  bristle::for_each_field<bristle::Material>(look);
+  bristle::for_each_field<bristle::Coefficients>(look);
+  bristle::for_each_field<bristle::PatchOptions>(look);
+  bristle::for_each_field<bristle::Lay>(look);
+  return unit;
 }
 
 ColumnType type_of(const VariedKey& varied) {

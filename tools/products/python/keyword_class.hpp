@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <pybind11/stl.h>
+#include <bristle/fields.hpp>
 
 #include "tools/libraries/files/nearest_name.hpp"
 #include "tools/products/python/module.hpp"
@@ -21,6 +22,14 @@ namespace bristle_python {
 /// Python names and values of a C++ enumeration.
 template <class E>
 using Names = std::vector<std::pair<const char*, E>>;
+
+/// Returns names that stand in the order of the values, with the values.
+template <class E>
+Names<E> in_order(const char* const* names, unsigned count) {
+  Names<E> all;
+  for (unsigned i = 0; i < count; ++i) all.emplace_back(names[i], static_cast<E>(i));
+  return all;
+}
 
 template <class E>
 std::string name_of(const Names<E>& names, E value) {
@@ -95,6 +104,27 @@ class KeywordClass {
     return property(
         name, [=](const T& self) { return name_of(names, self.*member); },
         [=](T& self, const std::string& value) { self.*member = value_of(names, name, value); }, doc);
+  }
+  /// Adds all fields that bristle/fields.hpp lists for the struct.
+  KeywordClass& listed_fields() {
+    bristle::for_each_field<T>([&](const auto& listed) {
+      using Value = std::decay_t<decltype(std::declval<T>().*listed.member)>;
+      const bristle::AboutField& about = listed.about;
+      if constexpr (std::is_enum_v<Value>) {
+        std::string doc;
+        for (unsigned i = 0; i < about.name_count; ++i)
+          doc += (i == 0                     ? "\""
+                  : i + 1 < about.name_count ? ", \""
+                                             : " or \"") +
+                 std::string(about.names[i]) + "\"";
+        doc += std::string(": ") + about.text + ".";
+        named_field(listed.name, listed.member, in_order<Value>(about.names, about.name_count), doc.c_str());
+      } else {
+        const std::string doc = (*about.unit != '\0' ? std::string(about.unit) + ". " : "") + about.text;
+        field(listed.name, listed.member, doc.c_str());
+      }
+    });
+    return *this;
   }
   /// Returns the fields with types and defaults, as help() shows them: "a: float = 1.0, b: str = 'x'".
   std::string keywords() const {

@@ -1,20 +1,15 @@
-// Python names of the laws of snap lengths and of the snap rules.
+// Python names of the snap rules and of the dampers' decay.
 #pragma once
 
 #include "tools/products/python/keyword_class.hpp"
 
 namespace bristle_python {
 
-inline const Names<bristle::SnapLaw> law_names = {
-    {"single", bristle::SnapLaw::single},           {"uniform", bristle::SnapLaw::uniform},
-    {"normal", bristle::SnapLaw::normal},           {"lognormal", bristle::SnapLaw::lognormal},
-    {"exponential", bristle::SnapLaw::exponential}, {"table", bristle::SnapLaw::table}};
-inline const Names<bristle::SnapRule> rule_names = {{"redraw", bristle::SnapRule::redraw},
-                                                    {"keep", bristle::SnapRule::keep},
-                                                    {"slide", bristle::SnapRule::slide}};
-inline const Names<bristle::DamperDecay> decay_names = {{"exponential", bristle::DamperDecay::exponential},
-                                                        {"gaussian", bristle::DamperDecay::gaussian}};
-inline const Names<bristle::AgeingForm> ageing_names = {{"logarithmic", bristle::AgeingForm::logarithmic},
-                                                        {"saturating", bristle::AgeingForm::saturating}};
+template <class E, unsigned count>
+Names<E> in_order(const char* const (&names)[count]) {
+  return in_order<E>(names, count);
+}
+inline const auto rule_names = in_order<bristle::SnapRule>(bristle::snap_rule_names);
+inline const auto decay_names = in_order<bristle::DamperDecay>(bristle::damper_decay_names);
 
 }  // namespace bristle_python

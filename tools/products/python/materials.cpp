@@ -103,42 +103,7 @@ Material material_of(const Coefficients& c) {
 std::string define_coefficients(py::module_& module) {
   KeywordClass<Coefficients> coefficients(
       module, "Coefficients", "What people know of a pair of surfaces. See Material.from_coefficients.");
-  coefficients.field("kinetic", &Coefficients::kinetic, "Friction over normal load in slow sliding.")
-      .field("peak", &Coefficients::peak,
-             "Highest friction over normal load at first loading; 0 = what follows from spread.")
-      .field("presliding_length", &Coefficients::presliding_length, "m, mean deflection at a snap.")
-      .field("bristles_per_newton", &Coefficients::bristles_per_newton, "1/N.")
-      .named_field("law", &Coefficients::law, law_names,
-                   "Family of snap lengths; peak / kinetic sets its spread, or spread does.")
-      .named_field("rule", &Coefficients::rule, rule_names, "\"redraw\", \"keep\" or \"slide\".")
-      .field("damping_per_newton", &Coefficients::damping_per_newton,
-             "s/m, tangential damping at rest over load.")
-      .field("viscous_friction", &Coefficients::viscous_friction, "N s/m, lubricant term of the patch.")
-      .field("stribeck_velocity", &Coefficients::stribeck_velocity, "m/s, of the damper's decay.")
-      .named_field("damper_decay", &Coefficients::damper_decay, decay_names,
-                   "\"exponential\" or \"gaussian\".")
-      .field("residual_share", &Coefficients::residual_share,
-             "Share of the presliding length that a snap leaves, 0 to below 1.")
-      .field("shared_renewal", &Coefficients::shared_renewal, "Bristles that a snap renews in the patch.")
-      .field("kinetic_speed", &Coefficients::kinetic_speed,
-             "m/s, at which kinetic and peak hold; 0 = so fast that nothing ages.")
-      .field("fall_per_decade", &Coefficients::fall_per_decade,
-             "Share of kinetic friction that is lost per decade of speed; 0 = no ageing.")
-      .field("growth_per_decade", &Coefficients::growth_per_decade,
-             "Instead: growth of static friction per decade of rest, over kinetic.")
-      .field("ageing_time", &Coefficients::ageing_time, "s: tau.")
-      .named_field("ageing_form", &Coefficients::ageing_form, ageing_names,
-                   "\"logarithmic\" or \"saturating\".")
-      .field("speed_strengthening", &Coefficients::speed_strengthening,
-             "a: a N asinh(v / (2 v*)) against the motion; 0 = none. Not part of kinetic.")
-      .field("strengthening_speed", &Coefficients::strengthening_speed, "m/s: v*.")
-      .field(
-          "spread", &Coefficients::spread,
-          "Standard deviation over mean of the snap length (normal: of the uncut law); 0 = solved from peak. "
-          "Beside a peak the two must agree.")
-      .field("drop", &Coefficients::drop,
-             "rule=\"slide\": share of its limit that a bristle loses while it slides; 0 = solved from peak.")
-      .done();
+  coefficients.listed_fields().done();
   coefficients.type
       .def_static("paper", &Coefficients::paper, "The law of the paper: residual_share = shared_renewal = 0.")
       .def_static(
@@ -171,29 +136,7 @@ void define_from_coefficients(py::class_<Material>& type, const std::string& key
 void define_material(py::module_& module, const std::string& keywords_of_coefficients) {
   KeywordClass<Material> material(
       module, "Material", "Bristle parameters, SI units. Checked by validate() and by PatchBatch.add.");
-  material.field("bristle_stiffness", &Material::bristle_stiffness, "sigma0, N/m: one bristle, tangential.")
-      .field("bristle_damping", &Material::bristle_damping, "sigma1, N s/m: damper of one bristle at rest.")
-      .field("viscous_friction", &Material::viscous_friction, "sigma2, N s/m: lubricant term of the patch.")
-      .field("stribeck_velocity", &Material::stribeck_velocity, "vs, m/s; 0 = no damper.")
-      .field("normal_stiffness", &Material::normal_stiffness, "sigma_perp, N/m: one bristle, normal.")
-      .field("asperity_height_deviation", &Material::asperity_height_deviation, "sigma, m.")
-      .field("snap_length", &Material::snap_length,
-             "SnapLength: law of the deflection at which a bristle snaps.")
-      .named_field("snap_rule", &Material::snap_rule, rule_names, "\"redraw\", \"keep\" or \"slide\".")
-      .named_field("damper_decay", &Material::damper_decay, decay_names, "\"exponential\" or \"gaussian\".")
-      .field("residual_length", &Material::residual_length,
-             "m: a bristle snaps at this plus its snap length, and stays bent by this.")
-      .field("shared_renewal", &Material::shared_renewal, "Bristles that a snap renews in the patch.")
-      .named_field("ageing_form", &Material::ageing_form, ageing_names,
-                   "\"logarithmic\" or \"saturating\": how a snap length grows while a bristle holds.")
-      .field("ageing_strength", &Material::ageing_strength, "beta or gain; 0 = no ageing.")
-      .field("ageing_time", &Material::ageing_time, "s: tau.")
-      .field("speed_strengthening", &Material::speed_strengthening,
-             "a: a N asinh(v / (2 v*)) against the motion; 0 = none.")
-      .field("strengthening_speed", &Material::strengthening_speed, "m/s: v*.")
-      .field("drop", &Material::drop,
-             "snap_rule=\"slide\": share of its limit that a bristle loses while it slides.")
-      .done();
+  material.listed_fields().done();
   define_from_coefficients(material.type, keywords_of_coefficients);
   material.type
       .def_static(

@@ -177,7 +177,7 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
   static constexpr const char* rules_say[] = {"another bristle with another snap length",
                                               "the same snap length again",
                                               "no snap: the bristle slides, bent by its snap length"};
-  if (const int rule = panel.choice(cli::rule_names, rules_say, 3, static_cast<int>(s.rule)); rule >= 0) {
+  if (const int rule = panel.choice(cli::snap_rule_names, rules_say, 3, static_cast<int>(s.rule)); rule >= 0) {
     s.rule = static_cast<bristle::SnapRule>(rule);
     panel.changed = true;
   }

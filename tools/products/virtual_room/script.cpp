@@ -16,7 +16,7 @@ namespace room {
 namespace {
 
 using cli::Range;
-using cli::rule_names;
+using cli::snap_rule_names;
 using cli::TomlTable;
 
 constexpr double degree = 3.14159265358979323846 / 180.0;
@@ -24,10 +24,10 @@ constexpr Range seconds_range{0.0, 1e6, false, "s"};
 constexpr const char* model_names[] = {"brush", "lugre", "coulomb"};
 
 void read_settings(const TomlTable& table, Settings& s) {
-  s.model = static_cast<FrictionModel>(table.choice("model", {model_names[0], model_names[1], model_names[2]},
+  s.model = static_cast<FrictionModel>(table.choice("model", {std::begin(model_names), std::end(model_names)},
                                                     static_cast<std::size_t>(s.model)));
-  s.rule = static_cast<bristle::SnapRule>(
-      table.choice("rule", {rule_names[0], rule_names[1], rule_names[2]}, static_cast<std::size_t>(s.rule)));
+  s.rule = static_cast<bristle::SnapRule>(table.choice(
+      "rule", {std::begin(snap_rule_names), std::end(snap_rule_names)}, static_cast<std::size_t>(s.rule)));
   s.infinite = table.choice("population", {"representatives", "infinite"}, s.infinite ? 1 : 0) == 1;
   s.compare = static_cast<Comparison>(
       table.choice("compare",
