@@ -289,7 +289,7 @@ struct Mirror;
                   "a field of " #c_type " is missing in its list of fields: struct_size, these, " #unused \
                   " reserved");                                                                           \
   }
-/// The same for a struct whose fields are listed in bristle/fields.hpp.
+/// Pairs the fields of structs that bristle/fields.hpp lists.
 #define BRISTLE_MIRROR_FIELDS(c_type, cpp_type, unused) \
   BRISTLE_MIRROR(c_type, cpp_type, unused, BRISTLE_FIELDS_OF_##cpp_type(BRISTLE_LISTED))
 #define BRISTLE_FIELD(c_name) field(&C::c_name, &Cpp::c_name, #c_name)

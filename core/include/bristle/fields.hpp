@@ -23,7 +23,7 @@ inline constexpr const char* outputs_names[] = {"end", "mean", "energy", "all"};
 inline constexpr const char* precision_names[] = {"single", "double"};
 inline constexpr const char* population_names[] = {"automatic", "representatives", "infinite"};
 
-/// What is known of a field beside its default. Checks that involve a second field are not ranges: a value
+/// Facts of a field beside its default. Checks that involve a second field are not ranges: a value
 /// within its range can still be refused.
 struct AboutField {
   const char* text;       ///< meaning, in one line
