@@ -1,6 +1,6 @@
 # Debian packages by CPack: library, development, command line, Python module.
 #   cmake --preset debian && cmake --build --preset debian && cpack --preset debian
-# The packages are for one's own machines and not part of Debian. tools/upkeep/check_debs installs, uses and removes them.
+# The packages are for one's own machines and not part of Debian. tools/upkeep/check_package debs installs, uses and removes them.
 if(NOT BRISTLE_SHARED)
   message(FATAL_ERROR "bristle: BRISTLE_BUILD_DEBS needs BRISTLE_SHARED=ON: use the preset debian")
 endif()

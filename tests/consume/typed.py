@@ -1,4 +1,4 @@
-"""A program over the Python module as a type checker sees it: mypy --strict (check_types)."""
+"""A program over the Python module as a type checker sees it: mypy --strict (tools/upkeep/check_package types)."""
 
 import numpy as np
 from numpy.typing import NDArray
