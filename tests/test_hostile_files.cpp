@@ -8,6 +8,7 @@
 #include <fstream>
 #include <future>
 #include <iterator>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -330,6 +331,23 @@ TEST_CASE("gnuplot gets a name byte by byte", "[hostile]") {
   CHECK(read_file(out) == every + '\n');
   CHECK(message_of<cli::UserError>([] { cli::run_gnuplot("no command\n", "--plot"); }) ==
         "--plot: gnuplot failed");
+}
+
+TEST_CASE("No script of gnuplot starts a program", "[cli][hostile]") {
+  int scripts = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(BRISTLE_SCENES "/../plots")) {
+    if (entry.path().extension() != ".gp") continue;
+    ++scripts;
+    std::istringstream text(read_file(entry.path().string()));
+    for (std::string line; std::getline(text, line);) {
+      if (line.starts_with('#')) continue;
+      // Calls, back quotes, names that are pipes, and lines that are for the shell.
+      for (const char* start : {"system", "shell", "popen", "`", "\"<", "'<", "\"|", "'|"})
+        if (line.find(start) != std::string::npos) FAIL_CHECK(entry.path() << ": " << line);
+      CHECK(!line.starts_with('!'));
+    }
+  }
+  CHECK(scripts > 20);
 }
 
 TEST_CASE("No name is a command, of a shell or of gnuplot", "[cli][hostile]") {

@@ -4,41 +4,42 @@ if (!exists("csv")) { print "accuracy.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "accuracy.png"
 if (!exists("title")) title = csv
 
-# Numbers of the columns: 2 dt, 3 rule, 4 precision, 6 as the scene, 7 usable, 8 Pareto, 9 recommended, 10
-# error, 11 its standard error, 18 time of a scene step, 21 deadline, 22 error of the reference, 23 population. Rows are
-# selected by awk, which every system has.
-pick(condition) = sprintf("awk -F, 'NR > 1 && (%s) { print $18, 100 * $10, 100 * $11 }' '%s'", condition, csv)
-there(condition) = int(system(pick(condition)." | wc -l")) > 0
-cell(what, row) = real(system(sprintf("awk -F, 'NR == %d { print %s }' '%s'", row, what, csv)))
-deadline = cell("$21", 2)
-floor_error = 100 * cell("$22", 2)
-least_x = real(system(sprintf("awk -F, 'NR > 1 && (!m || $18 < m) { m = $18 } END { print m }' '%s'", csv)))
-most_x = real(system(sprintf("awk -F, 'NR > 1 && $18 > m { m = $18 } END { print m }' '%s'", csv)))
-least_y = 100 * real(system(sprintf("awk -F, 'NR > 1 && (!m || $10 < m) { m = $10 } END { print m }' '%s'", csv)))
+# Numbers of the columns: 3 rule, 4 precision, 6 as the scene, 7 usable, 8 Pareto, 9 recommended, 10 error, 11 its
+# standard error, 18 time of a scene step, 21 deadline, 22 error of the reference, 23 population.
+set datafile separator comma
+set datafile columnheaders
+set datafile missing NaN
+least_x = least_y = most_x = 0
+note(x, y) = (least_x = least_x > 0 && least_x < x ? least_x : x, least_y = least_y > 0 && least_y < y ? least_y : y, \
+  most_x = x > most_x ? x : most_x, 0)
+stats csv using (deadline = $21, floor_error = 100 * $22, note($18, 100 * $10)) nooutput
 most_x = most_x > deadline ? most_x : deadline
 x1 = 0.6 * least_x
 x2 = 2.5 * most_x
 y1 = 0.5 * (least_y < floor_error ? least_y : floor_error)
 y2 = 200
 
-array condition[6]
 array name[6]
 # Colours of Okabe and Ito.
 array colour[6] = ["#0072B2", "#56B4E9", "#009E73", "#D55E00", "#000000", "#E69F00"]
 array mark[6] = [7, 6, 8, 2, 5, 9]
-plain = "!$9 && !$6 && $3 == \"exact\" && $23 != \"infinite\""
-condition[1] = plain." && $7 && $4 == \"single\""
 name[1] = "exact, single"
-condition[2] = plain." && !$7 && $4 == \"single\""
 name[2] = "  longer steps, or the other force"
-condition[3] = plain." && $4 == \"double\""
 name[3] = "double precision"
-condition[4] = "!$9 && !$6 && $3 == \"paper\""
 name[4] = "the paper's loop"
-condition[5] = "$6 && !$9"
 name[5] = "the scene as it is"
-condition[6] = "!$9 && !$6 && $23 == \"infinite\""
 name[6] = "infinite brush, resolution 2 to 32"
+# Series of a row: 0, none, 1 to 6 as above.
+exact(precision, usable) = precision eq "double" ? 3 : usable > 0 ? 1 : 2
+series(rule, precision, usable, population) = column(9) > 0 ? 0 : column(6) > 0 ? 5 : population eq "infinite" ? 6 : \
+  rule eq "exact" ? exact(precision, usable) : rule eq "paper" ? 4 : 0
+of_row = "series(strcol(3), strcol(4), $7, strcol(23))"
+array rows[6]
+do for [i=1:6] {
+  n = recommended = 0
+  stats csv using (recommended = recommended + $9, n = n + (@of_row == i), 0) nooutput
+  rows[i] = n
+}
 
 set terminal pngcairo size 1500,1150 font "DejaVu Sans,17" linewidth 1.8
 set output png
@@ -63,13 +64,13 @@ set arrow 2 from x1, floor_error to x2, floor_error nohead linecolor rgb "#99999
 set label 3 "error of the reference itself" at 0.9 * x2, 0.85 * floor_error right textcolor rgb "#777777"
 
 # Plots only series that were measured, since gnuplot warns of an empty one.
-command = 'plot "< ".pick("$8") using 1:2 with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: best of what the scene can take"'
+command = 'plot csv using ($8 > 0 ? $18 : NaN):(100 * $10) with lines linewidth 2.5 linecolor rgb "#0072B2" title "front: best of what the scene can take"'
 do for [i=1:6] {
-  if (there(condition[i])) {
-    command = command.sprintf(', "< ".pick(condition[%d]) using 1:2:3 with yerrorbars pointtype %d pointsize 1.3 linewidth 0.8 linecolor rgb "%s" title "%s"', i, mark[i], colour[i], name[i])
+  if (rows[i] > 0) {
+    command = command.sprintf(', csv using ('.of_row.' == %d ? $18 : NaN):(100 * $10):(100 * $11) with yerrorbars pointtype %d pointsize 1.3 linewidth 0.8 linecolor rgb "%s" title "%s"', i, mark[i], colour[i], name[i])
   }
 }
-if (there("$9")) {
-  command = command.', "< ".pick("$9") using 1:2 with points pointtype 6 pointsize 4 linewidth 2.5 linecolor rgb "#D55E00" title "recommended, run again"'
+if (recommended > 0) {
+  command = command.', csv using ($9 > 0 ? $18 : NaN):(100 * $10) with points pointtype 6 pointsize 4 linewidth 2.5 linecolor rgb "#D55E00" title "recommended, run again"'
 }
 eval command

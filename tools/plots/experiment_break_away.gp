@@ -7,20 +7,20 @@ set title "against the rate of the force"
 set xlabel "force rate  [N/s]"
 set yrange [0.9:1.6]
 unset key
-plot for [m in present] rows("rate", m) using 3:6 with linespoints linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("rate", m, $3)):6 with linespoints linetype index_of(m) title name(m)
 set title "against the load"
 set xlabel "normal load  [N]"
 set logscale y
 set autoscale y
 set ylabel "break-away friction, log scale  [N]"
-plot for [m in present] rows("load", m) using 4:6 with linespoints linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("load", m, $4)):6 with linespoints linetype index_of(m) title name(m)
 unset logscale y
 set title "against the time at rest"
 set xlabel "time at rest  [s]"
 set ylabel "break-away friction, axis from 0.9  [N]"
 set yrange [0.9:*]
 unset key
-plot for [m in present] rows("rest", m) using 5:6 with linespoints linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("rest", m, $5)):6 with linespoints linetype index_of(m) title name(m)
 # Draws an empty plot, whose place the key takes.
 unset logscale
 unset title

@@ -7,8 +7,8 @@ set xlabel "displacement after the jump  [presliding lengths]"
 set ylabel "friction force  [N]"
 set yrange [0:*]
 set title "load up"
-plot for [m in present] rows("up", m) using 3:4 with lines linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("up", m, $3)):4 with lines linetype index_of(m) title name(m)
 set title "load down"
 set key @below
-plot for [m in present] rows("down", m) using 3:4 with lines linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("down", m, $3)):4 with lines linetype index_of(m) title name(m)
 unset multiplot

@@ -11,7 +11,7 @@ set ylabel "creepage, (v - omega R) / v"
 set logscale y
 set yrange [1e-6:1e-1]
 set format y "10^{%T}"
-plot for [m in present] rows("slope", m) using 3:(abs($6)) with lines linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("slope", m, $3)):(abs($6)) with lines linetype index_of(m) title name(m)
 unset logscale y
 set format y "%g"
 set title "thrown without spin: v (lines) and omega R (points)"
@@ -19,7 +19,7 @@ set ylabel "speed  [m/s]"
 set yrange [0:2.1]
 set xrange [0:0.5]
 set key @below
-plot for [m in present] rows("thrown", m) using 3:4 with lines linetype index_of(m) title name(m), \
-  for [m in present] rows("thrown", m) using 3:5 with points linetype index_of(m) pointsize 0.6 notitle, \
+plot for [m in present] csv using (at("thrown", m, $3)):4 with lines linetype index_of(m) title name(m), \
+  for [m in present] csv using (at("thrown", m, $3)):5 with points linetype index_of(m) pointsize 0.6 notitle, \
   10.0 / 7.0 with lines dashtype 2 linecolor rgb "black" notitle
 unset multiplot

@@ -12,12 +12,12 @@ set xlabel "force / friction"
 set ylabel "stiffness / first stiffness"
 set xrange [0:1.12]
 set yrange [0:1.05]
-plot for [m in present] rows("stiffness", m) using 3:($4 > 0 ? $4 : NaN) with lines linetype index_of(m) notitle, \
+plot for [m in present] csv using (at("stiffness", m, $3)):($4 > 0 ? $4 : NaN) with lines linetype index_of(m) notitle, \
   (x < 1 ? (1 - x) ** (1.0 / 3) : NaN) with lines linecolor rgb "#000000" dashtype 3 linewidth 1.4 notitle
 set autoscale
 set key @below
 set title "loops of half of the friction"
 set xlabel "displacement / presliding"
 set ylabel "force / friction"
-plot for [m in present] rows("loop", m) using 3:4 with lines linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("loop", m, $3)):4 with lines linetype index_of(m) title name(m)
 unset multiplot

@@ -9,8 +9,8 @@ set xlabel "speed  [m/s]"
 set ylabel "friction force, axis from 0.9  [N]"
 set yrange [0.9:1.6]
 set title "lubricated"
-plot for [m in present] rows("lubricated", m) using 3:4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("lubricated", m, $3)):4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
 set title "dry: no damper, no lubricant"
 set key @below
-plot for [m in present] rows("dry", m) using 3:4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
+plot for [m in present] csv using (at("dry", m, $3)):4 with linespoints pointsize 0.6 linetype index_of(m) title name(m)
 unset multiplot

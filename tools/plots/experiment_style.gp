@@ -20,8 +20,16 @@ set linetype 11 linecolor rgb "#AA3377" dashtype 1 linewidth 2.6 pointtype 11
 set linetype 12 linecolor rgb "#117733" dashtype 1 linewidth 3.2 pointtype 13
 set linetype 13 linecolor rgb "#CC6677" dashtype 1 linewidth 2.6 pointtype 14
 set linetype 14 linecolor rgb "#661100" dashtype (12,7) linewidth 2.6 pointtype 15
-rows(panel, m) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", panel, m, csv)
-present = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ { printf \"%%s \", $2 }' '%s'", csv))
+# Selects rows by `using`, whatever the name of the file holds: at(...) is x in the rows of a panel and a model.
+set datafile separator comma
+set datafile columnheaders
+set datafile missing NaN
+at(panel, m, x) = strcol(1) eq panel && strcol(2) eq m ? x : NaN
+# Collects the different words of a column, in their order in the file, in `seen`.
+collect(word) = strstrt(" ".seen, " ".word." ") > 0 ? 0 : (seen = seen.word." ", 0)
+seen = ""
+stats csv using (collect(strcol(2))) nooutput
+present = seen
 # Draws one friction model of each kind if there are more than seven, because twelve curves hide each other. The option
 # --models names others.
 all_present = present
@@ -37,7 +45,6 @@ if (!exists("wanted")) wanted = present
 few = ""
 do for [m in wanted] { if (is_there(m)) { few = few.m." " } }
 if (words(few) == 0) few = word(present, 1)
-set datafile separator comma
 # With svg=1 draws vectors, else PNG.
 if (!exists("svg")) svg = 0
 term = svg ? 'svg dynamic background "white"' : 'pngcairo'

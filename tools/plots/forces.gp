@@ -7,27 +7,33 @@ if (!exists("csv")) { print "forces.gp: needs csv='FILE'"; exit status 2 }
 if (!exists("png")) png = "forces.png"
 if (!exists("title")) title = csv
 if (!exists("zoom")) zoom = 0
-if (!exists("patches")) patches = system(sprintf("awk -F, 'NR > 1 && !seen[$2]++ && n++ < 4 { print $2 }' '%s'", csv))
+set datafile separator comma
+set datafile columnheaders
+set datafile missing NaN
+# Collects the different words of a column, in their order in the file, in `seen`.
+collect(word) = strstrt(" ".seen, " ".word." ") > 0 ? 0 : (seen = seen.word." ", 0)
+seen = ""
+if (!exists("patches")) { stats csv using (words(seen) < 4 ? collect(strcol(2)) : 0) nooutput; patches = seen }
 n = words(patches)
 if (n == 0) { print "forces.gp: no rows in ".csv; exit status 2 }
 name(i) = word(patches, i)
-# Selects the rows of one patch by awk, which every system has. Patch names hold no commas.
-rows(i) = sprintf("< awk -F, 'NR == 1 || $2 == \"%s\"' '%s'", name(i), csv)
-first_rows(i) = sprintf("< awk -F, 'NR == 1 { for (c = 1; c <= NF; ++c) if ($c == \"x\") x = c; print } NR > 1 && $2 == \"%s\" { if ($x > %g || -$x > %g) exit; print }' '%s'", name(i), 1e-6 * zoom, 1e-6 * zoom, csv)
+# Selects rows by `using`: of(i, x) is x in the rows of one patch, begun(i, x) in those before it is first farther than
+# the zoom shows.
+of(i, x) = strcol(2) eq name(i) ? x : NaN
+far = 0
+begun(i, x) = (column(0) == 0 ? (far = 0) : 0, strcol(2) ne name(i) ? NaN : abs(x) > zoom ? (far = 1, NaN) : far ? NaN : x)
 # Lists the patches that have a force along y.
-with_y = system(sprintf("awk -F, 'NR > 1 && $4 != 0 && !seen[$2]++ { print $2 }' '%s'", csv))
-has_y(i) = sum [k=1:words(with_y)] (word(with_y, k) eq name(i))
-any_y = words(with_y) > 0
+seen = ""
+stats csv using (column("fy") != 0 ? collect(strcol(2)) : 0) nooutput
+has_y(i) = sum [k=1:words(seen)] (word(seen, k) eq name(i))
 # Leaves the name of a single patch out of the keys.
 label(i, what) = n == 1 ? what : name(i).(what eq "" ? "" : "  ").what
 label_x(i) = label(i, has_y(i) ? "x" : "")
-label_y(i) = has_y(i) ? label(i, "y") : ""
-y_style(i) = has_y(i) ? 1 : NaN
+label_y(i) = label(i, "y")
+y_line(i, y) = sprintf(', csv using (of(%d, column("t"))):(%s) with lines dashtype 3 linecolor rgb colour[%d] title label_y(%d)', i, y, i, i)
 
 set terminal pngcairo size 1500,1560 font "DejaVu Sans,17" linewidth 1.6
 set output png
-set datafile separator comma
-set datafile columnheaders
 array colour[4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"]  # Okabe and Ito, distinguishable for the colour-blind
 load_colour(i) = n == 1 ? "#888888" : colour[i]
 set border 3 linecolor "#555555"
@@ -42,17 +48,18 @@ set size 1.0, 0.31
 set xlabel "time  [s]"
 set origin 0.0, 0.64
 set ylabel "friction, by the body  [N]"
-plot for [i=1:n] rows(i) using "t":(-column("fx")) with lines linecolor rgb colour[i] title label_x(i), \
-     for [i=1:n] rows(i) using "t":(-y_style(i) * column("fy")) with lines dashtype 3 linecolor rgb colour[i] title label_y(i)
+command = 'plot for [i=1:n] csv using (of(i, column("t"))):(-column("fx")) with lines linecolor rgb colour[i] title label_x(i)'
+do for [i=1:n] { if (has_y(i)) { command = command.y_line(i, '-column("fy")') } }
+eval command
 
 set origin 0.0, 0.33
 set ylabel "position  [mm]"
 set y2label "normal load  [N]"
 set y2tics
 set y2range [0:*]
-plot for [i=1:n] rows(i) using "t":"load" axes x1y2 with lines linewidth 0.7 dashtype 4 linecolor rgb load_colour(i) title label(i, "load"), \
-     for [i=1:n] rows(i) using "t":(1e3 * column("x")) with lines linecolor rgb colour[i] title label_x(i), \
-     for [i=1:n] rows(i) using "t":(1e3 * y_style(i) * column("y")) with lines dashtype 3 linecolor rgb colour[i] title label_y(i)
+command = 'plot for [i=1:n] csv using (of(i, column("t"))):"load" axes x1y2 with lines linewidth 0.7 dashtype 4 linecolor rgb load_colour(i) title label(i, "load"), for [i=1:n] csv using (of(i, column("t"))):(1e3 * column("x")) with lines linecolor rgb colour[i] title label_x(i)'
+do for [i=1:n] { if (has_y(i)) { command = command.y_line(i, '1e3 * column("y")') } }
+eval command
 unset y2label
 unset y2tics
 
@@ -63,12 +70,12 @@ if (zoom > 0) {
   set rmargin 3
   set size 0.52, 0.31
 }
-plot for [i=1:n] rows(i) using (1e3 * column("x")):(-column("fx")) with lines linewidth 0.8 linecolor rgb colour[i] title label(i, "")
+plot for [i=1:n] csv using (of(i, 1e3 * column("x"))):(-column("fx")) with lines linewidth 0.8 linecolor rgb colour[i] title label(i, "")
 if (zoom > 0) {
   set origin 0.51, 0.01
   set size 0.49, 0.31
   set lmargin 9
   set xlabel "position x  [um], up to the first slide"
-  plot for [i=1:n] first_rows(i) using (1e6 * column("x")):(-column("fx")) with lines linecolor rgb colour[i] title label(i, "")
+  plot for [i=1:n] csv using (begun(i, 1e6 * column("x"))):(-column("fx")) with lines linecolor rgb colour[i] title label(i, "")
 }
 unset multiplot

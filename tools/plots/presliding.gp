@@ -9,7 +9,9 @@ array label[4] = ["keep", "redraw", "keep, every bristle visited", "redraw, ever
 array colour[4] = ["#0072B2", "#D55E00", "#0072B2", "#D55E00"]
 array dash[4] = [1, 1, 3, 3]
 array mark[4] = [7, 5, 6, 4]
-series(i, column) = sprintf("awk -F, '$1 == \"%s\" { print $2, $%d }' '%s'", case[i], column, csv)
+set datafile separator comma
+set datafile missing NaN
+of(i, x) = strcol(1) eq case[i] ? x : NaN
 
 set terminal pngcairo size 1500,1250 font "DejaVu Sans,17" linewidth 1.8
 set output png
@@ -25,9 +27,9 @@ set bmargin 6
 set key outside bottom center horizontal Left reverse samplen 3
 set ylabel "time of a step  [us]"
 set xlabel "length of a step  [mean snap lengths]"
-plot for [i=1:4] "< ".series(i, 4) using 1:2 with linespoints pointtype mark[i] pointsize 1.1 dashtype dash[i] linecolor rgb colour[i] title label[i]
+plot for [i=1:4] csv using (of(i, $2)):4 with linespoints pointtype mark[i] pointsize 1.1 dashtype dash[i] linecolor rgb colour[i] title label[i]
 set ylabel "share of bristles looked at"
 set format y "10^{%T}"
 set yrange [*:2]
-plot for [i=1:2] "< ".series(i, 5) using 1:2 with linespoints pointtype mark[i] pointsize 1.1 linecolor rgb colour[i] title label[i]
+plot for [i=1:2] csv using (of(i, $2)):5 with linespoints pointtype mark[i] pointsize 1.1 linecolor rgb colour[i] title label[i]
 unset multiplot

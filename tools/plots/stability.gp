@@ -12,10 +12,16 @@ array name[9] = ["explicit Euler", "semi-implicit, end force", "semi-implicit, m
 # Colours that the colour-blind can tell apart, and that differ in lightness in print.
 settles = "#A6D8F5"; grows = "#F0E442"; rings = "#D55E00"; runs = "#333333"
 
-cells(s, verdict, unbounded) = sprintf("< awk -F, '$1 == \"cell\" && $2 == %d && $6 == %d && $7 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, verdict, unbounded, csv)
-limit(s) = sprintf("< awk -F, '$1 == \"limit\" && $2 == %d { print $3, $4; n++ } END { if (!n) print \"1e-9 1e-9\" }' '%s'", s, csv)
+set datafile separator comma
+set datafile columnheaders
+set datafile missing NaN
+cell(s, verdict, unbounded) = strcol(1) eq "cell" && column(2) == s && column(6) == verdict && column(7) == unbounded ? column(3) : 1e-9
+limit(s) = strcol(1) eq "limit" && column(2) == s ? column(3) : 1e-9
 # Sets the size of a cell to the spacing of the grid.
-columns = int(system(sprintf("awk -F, '$1 == \"cell\" && $2 == 0 { k[$3] } END { n = 0; for (i in k) n++; print n }' '%s'", csv)))
+seen = ""
+collect(word) = strstrt(" ".seen, " ".word." ") > 0 ? 0 : (seen = seen.word." ", 0)
+stats csv using (strcol(1) eq "cell" && $2 == 0 ? collect(strcol(3)) : 0) nooutput
+columns = words(seen)
 size = 1.75 * 25.0 / columns
 
 set terminal pngcairo size 1800,1800 font "DejaVu Sans,17" linewidth 1.5
@@ -32,10 +38,10 @@ do for [i=1:9] {
   set title name[i] font ",18"
   set ylabel (scheme[i] >= 8 ? "{/Symbol b} = b T/m  [1]" : "c = C T/m  [1]")
   if (i == 9) { set key at screen 0.5,0.005 center bottom vertical maxrows 1 samplen 1 } else { unset key }
-  plot cells(scheme[i], 0, 0) with points pointtype 5 pointsize size linecolor rgb settles title "settles", \
-       cells(scheme[i], 1, 0) with points pointtype 5 pointsize size linecolor rgb grows title "grows", \
-       cells(scheme[i], 2, 0) with points pointtype 5 pointsize size linecolor rgb rings title "rings", \
-       cells(scheme[i], 1, 1) with points pointtype 5 pointsize size linecolor rgb runs title "grows without bound", \
-       limit(scheme[i]) with points pointtype 7 pointsize 0.45 linecolor rgb "#000000" title "linear limit"
+  plot csv using (cell(scheme[i], 0, 0)):4 with points pointtype 5 pointsize size linecolor rgb settles title "settles", \
+       csv using (cell(scheme[i], 1, 0)):4 with points pointtype 5 pointsize size linecolor rgb grows title "grows", \
+       csv using (cell(scheme[i], 2, 0)):4 with points pointtype 5 pointsize size linecolor rgb rings title "rings", \
+       csv using (cell(scheme[i], 1, 1)):4 with points pointtype 5 pointsize size linecolor rgb runs title "grows without bound", \
+       csv using (limit(scheme[i])):4 with points pointtype 7 pointsize 0.45 linecolor rgb "#000000" title "linear limit"
 }
 unset multiplot

@@ -77,13 +77,11 @@ void draw(const ExperimentOptions& options, const ExperimentReport& report, Outp
   OutputFile data((folder / fmt::format("bristle_{}.csv", platform::process_number())).string());
   data.append(experiment_csv(report));
   data.flush();
-  // The scripts give awk the name of the data, which is digits and letters, within the folder of TMPDIR.
   const std::string script = plot_script(options.name);
   run_gnuplot(
-      fmt::format("folder = {}\npng = {}\nsvg = {}\ncd {}\ncsv = {}\nload {}\n",
+      fmt::format("folder = {}\npng = {}\nsvg = {}\ncsv = {}\nload {}\n",
                   gnuplot_file(fs::path(script).parent_path().string()), gnuplot_file(picture.place()),
-                  is_vector_picture(options.plot) ? 1 : 0, gnuplot_file(folder.string()),
-                  gnuplot_string(fs::path(data.place()).filename().string()), gnuplot_file(script)),
+                  is_vector_picture(options.plot) ? 1 : 0, gnuplot_file(data.place()), gnuplot_file(script)),
       "--plot");
   picture.finish();
 }
