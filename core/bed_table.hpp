@@ -34,6 +34,8 @@ enum BedColumn : std::uint32_t {
   bed_outer,  ///< squared size of the contact from which the whole cell touches; in a rolling bed: half
               ///< length of the cell's row at full load
   bed_share,  ///< factor of the relative pressure at the cell; in a rolling bed the inverse of bed_outer
+
+  bed_old_pressure,  ///< bed_pressure before the rolling of this step; no state, written and read within it
   bed_columns,
   bed_state_columns = bed_own
 };
@@ -74,11 +76,13 @@ struct BedStep {
   bool torque;           ///< Whether the torque is computed also in a step without spin.
   bool rolled;           ///< Whether every tip is rewritten relative to a root at zero, as after rolling or a
                          ///< long motion.
+  bool rolls;            ///< Whether the bed rolled just before this step (bed_old_pressure).
   float half_rolled[2];  ///< half of the distance rolled in the step, as a vector; 0 without rolling
   float limit_of_pressure;
   float pressure_of_limit2;  ///< one over the square of BedStep::limit_of_pressure
   float limit_over_hold;     ///< kinetic over static limit of friction
   float hold_over_limit;     ///< static over kinetic limit of friction
+  float gain;                ///< deflection along y over that along x, of equal displacements; 1: isotropic
 };
 
 /// Sums over the bristles of a bed, in its units.
@@ -94,6 +98,10 @@ struct BedSums {
   double start_energy;                                 ///< sum of stiffness x squared deflection at the
                                                        ///< beginning of the step, after bed_kept has reduced
                                                        ///< the deflections; 0 without bed_carried
+  double start[2], start_torque;                       ///< force and torque there; 0 without bed_carried
+  double entered, entered_stuck;                       ///< stiffness that has entered in this step, and its
+                                                       ///< part on that part of the motion on which it
+                                                       ///< sticks; 0 without rolling
   double dissipated;                                   ///< energy dissipated by sliding, and by deflections
                                                        ///< that drop to a limit
   double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide: of

@@ -1,5 +1,6 @@
-// The path of a dragged tip (tractrix) for beds that ask only for the end of a step: computed without the
-// motion's direction, without exp, and with one division.
+// The path of a dragged tip (tractrix) for beds: for those that ask only for the end of a step, computed
+// without the motion's direction, without exp, and with one division; and for those that are stiffer along
+// one axis than along the other.
 #pragma once
 
 #include "slide.hpp"
@@ -55,6 +56,54 @@ inline Dragged<V> drag(V t, V q2, V gap) {
   const V longer = (one + square) + ahead;
   const V scale = divide(most(two + gap, V(0.0f)), longer + longer);
   return {(one - square) * scale, (above * (two + ahead)) * scale};
+}
+
+/// Motion (x, y) on which an isotropic bristle slides to the end of another one's slide.
+template <class V>
+struct Course {
+  V x, y;
+};
+
+/// Returns the isotropic motion for a bristle of deflection u at its limit whose deflection grows by `gain`
+/// times as much along y as along x. The remaining motion (dx, dy) has the gain in it. A tip slides against
+/// its force, so u turns to the displacement (dx, dy / gain), in place of (dx, dy). With a the displacement's
+/// angle, phi that from u to the displacement, and s the displacement over the limit
+///
+///   dphi/ds = -gain sin(phi) / D,   D = cos(a - phi)^2 + gain sin(a - phi)^2
+///
+/// The isotropic motion of length x limit with dphi/dx = -sin(phi) has the same end if
+///
+///   D(0) x = gain s + (1 - gain) (cos(2a - phi) at the end less that at the start),
+///
+/// which Newton's method solves: D at the end is the slope.
+template <class V>
+inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
+  constexpr int iterations = 4;
+  const V none(0.0f), one(1.0f), smallest(1e-30f), g(gain), lack(1.0f - gain);
+  const V ry = dy * V(1.0f / gain);
+  const V length = root(dx * dx + ry * ry);
+  const V per = divide(one, most(length, smallest));
+  const V ex = dx * per, ey = ry * per;
+  const V size = most(root(ux * ux + uy * uy), smallest);
+  const V per_size = divide(one, size);
+  const V cosine = (ux * ex + uy * ey) * per_size, sine = (ux * ey - uy * ex) * per_size;
+  const V tangent = divide(sine, most(one + cosine, V(1e-6f)));  // of half the angle phi
+  const V cos2 = ex * ex - ey * ey, sin2 = (ex + ex) * ey;
+  const V at_end = ex * ex + g * (ey * ey);
+  const V longest(1e6f);  // limits, after which a tip lies along the motion
+  const V way =
+      g * least(divide(length, most(limit, smallest)), longest) - lack * (cos2 * cosine + sin2 * sine);
+  V x = most(divide(way + lack * cos2, at_end), none);
+  for (int i = 0; i < iterations; ++i) {
+    const V t = tangent * decay<float>(x).left;
+    const V inverse = divide(one, one + t * t);
+    const V c = (one - t * t) * inverse, s = (t + t) * inverse;
+    const V half(0.5f);
+    const V slope = half * (one + g) + half * lack * (cos2 * (c * c - s * s) + sin2 * ((c + c) * s));
+    x = most(x - divide(at_end * x - way - lack * (cos2 * c + sin2 * s), slope), none);
+  }
+  const V to = x * limit;
+  return {ex * to, ey * to};
 }
 
 }  // namespace

@@ -43,11 +43,13 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V smallest(1e-30f);
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
+  const bool askew = step.gain != 1.0f;
   // 0 if the step rewrites all tips relative to roots at zero (BedStep::rolled); else 1.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
-  typename E::Sum mean_x, mean_y, mean_torque, energy_x, energy_y, start_energy, dissipated;
+  typename E::Sum mean_x, mean_y, mean_torque, energy_x, energy_y, dissipated;
+  typename E::Sum start_energy, start_x, start_y, start_torque, entered, entered_stuck;
   typename E::Sum stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;
 
   for_each_vector<E>(step.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
@@ -95,12 +97,18 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V hold = limit;
     V limit_over_hold = one;
     if constexpr (drops) {
-      const auto held_less = at[bed_slid] * kept > none;
+      // A bristle that slid holds its static limit again when the motion turns back.
+      const auto held_less = (at[bed_slid] * kept > none) & (zx * dx + zy * dy >= none);
       hold = select_lanes(held_less, limit, limit * V(step.hold_over_limit));
       limit_over_hold = select_lanes(held_less, one, V(step.limit_over_hold));
     }
     const V z2 = zx * zx + zy * zy;
-    if constexpr (carried && all) start_energy.add(part, k * z2);
+    if constexpr (carried && all) {
+      start_energy.add(part, k * z2);
+      start_x.add(part, k * zx);
+      start_y.add(part, k * zy);
+      start_torque.add(part, k * (x * zy - y * zx));
+    }
 
     V end_x = zx + dx;
     V end_y = zy + dy;
@@ -128,8 +136,40 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       }
       const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
       const V path = least(way_to_slide<float, 2>(start, reach), length);
-      const Slid<V> end = slide_after<float, 2, true, true>(start, path, reach, slide_limit, ex, ey, length);
+      Slid<V> end = slide_after<float, 2, true, true>(start, path, reach, slide_limit, ex, ey, length);
       slides = path < length;
+      if (askew && any_lane(slides)) {
+        const V ux = zx + ex * path, uy = zy + ey * path, left = length - path;
+        const Course<V> course = askew_course(ux, uy, ex * left, ey * left, slide_limit, step.gain);
+        const V way = root(course.x * course.x + course.y * course.y);
+        const V per_way = divide(one, most(way, smallest));
+        const V px = course.x * per_way, py = course.y * per_way;
+        const Slid<V> slid = slide_after<float, 2, true, true>(slide_start<float, 2>(ux, uy, px, py), none,
+                                                               reach, slide_limit, px, py, way);
+        end.x = select_lanes(slides, slid.x, end.x);
+        end.y = select_lanes(slides, slid.y, end.y);
+        // The mean over the isotropic motion stands for that over the displacement.
+        const V half_path2 = V(0.5f) * path * path, share = left * per_way;
+        end.integral_x =
+            select_lanes(slides, zx * path + ex * half_path2 + slid.integral_x * share, end.integral_x);
+        end.integral_y =
+            select_lanes(slides, zy * path + ey * half_path2 + slid.integral_y * share, end.integral_y);
+      }
+      if constexpr (carried) {
+        if (step.rolls) {
+          // A limit that rolling raises grows all along the motion.
+          const V old = at[bed_old_pressure] * limit_of_pressure;
+          const V grown = select_lanes((old > none) & (old < limit),
+                                       V(0.5f) * divide(old + limit, most(limit, smallest)), one);
+          const V half_path2 = V(0.5f) * path * path;
+          const V sticks_x = zx * path + ex * half_path2, sticks_y = zy * path + ey * half_path2;
+          end.integral_x = sticks_x + (end.integral_x - sticks_x) * grown;
+          end.integral_y = sticks_y + (end.integral_y - sticks_y) * grown;
+          const V fresh = k * (one - kept);
+          entered.add(part, fresh);
+          entered_stuck.add(part, fresh * select_lanes(slides, path * over_length, one));
+        }
+      }
       end_x = end.x;
       end_y = end.y;
       integral_x = end.integral_x;
@@ -150,6 +190,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       slides = (d2 + zd2) * over_hold2 > most(gap, none);
       if (any_lane(slides)) {
         V ux = zx, uy = zy, left = one;
+        V push_x = dx, push_y = dy, slide_limit = limit;
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
@@ -177,6 +218,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
             const V over = divide(one, most(n * mean, smallest));
             const V over_mean = over * n;
             const V path = left * over_mean;
+            slide_limit = select_lanes(outside, mean, limit);
             t = select_lanes(outside, d2 * (path * path), t);
             q2 = select_lanes(outside, ud2 * over, q2);
             to_keep = select_lanes(outside, limit * (over * mean), to_keep);
@@ -184,13 +226,23 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           }
           gap = select_lanes(rough, none, gap);
         }
+        if (askew) {
+          const Course<V> course = askew_course(ux, uy, dx * left, dy * left, slide_limit, step.gain);
+          push_x = course.x;
+          push_y = course.y;
+          left = one;
+          const V over = divide(one, most(slide_limit, smallest));
+          t = (push_x * push_x + push_y * push_y) * (over * over);
+          const V ud = (ux * push_x + uy * push_y) * over;
+          q2 = divide(ud + ud, most(root(ux * ux + uy * uy), smallest));
+        }
         Dragged<V> to = drag(t, q2, gap);
         if (any_rough || drops) {
           to.keep = to.keep * to_keep;
           to.push = to.push * (to_push * left);
         }
-        end_x = select_lanes(slides, ux * to.keep + dx * to.push, end_x);
-        end_y = select_lanes(slides, uy * to.keep + dy * to.push, end_y);
+        end_x = select_lanes(slides, ux * to.keep + push_x * to.push, end_x);
+        end_y = select_lanes(slides, uy * to.keep + push_y * to.push, end_y);
       }
     }
     if constexpr (carried) {
@@ -251,6 +303,11 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     sums.energy[0] = energy_x.total();
     sums.energy[1] = energy_y.total();
     sums.start_energy = start_energy.total();
+    sums.start[0] = start_x.total();
+    sums.start[1] = start_y.total();
+    sums.start_torque = start_torque.total();
+    sums.entered = entered.total();
+    sums.entered_stuck = entered_stuck.total();
     sums.dissipated = dissipated.total();
     sums.stuck = stuck.total();
     sums.stuck_x = stuck_x.total();
@@ -348,6 +405,7 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
     const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
     if constexpr (rolls) {
+      at.put(bed_old_pressure, at[bed_pressure]);
       // The cell covers the distances from `near` to `far` from the leading edge; its part nearer than
       // `carried` has entered the contact in this step.
       const V near = edge - high;

@@ -133,12 +133,15 @@ void step_joints(const JointStep& step) {
       const V z = select_lanes(beyond_forward, limit.forward,
                                select_lanes(beyond_backward, none - limit.backward, bent));
       const V limit_ahead = select_lanes(e > none, limit.forward, limit.backward);
+      const SlideStart<V> start = slide_start<double, 1>(z, none, e, none);
       V holds = limit_ahead;
       if constexpr (drops) {
-        holds = select_lanes(e > none, reach.forward, reach.backward);
-        holds = select_lanes(beyond_forward | beyond_backward, limit_ahead, holds);
+        // A bristle that slid holds its static limit again when the motion turns back.
+        const auto turns_back = start.along < none;
+        holds = select_lanes(e > none, select_lanes(turns_back, holds_at.forward * scale, reach.forward),
+                             select_lanes(turns_back, holds_at.backward * scale, reach.backward));
+        holds = select_lanes((beyond_forward | beyond_backward) & !turns_back, limit_ahead, holds);
       }
-      const SlideStart<V> start = slide_start<double, 1>(z, none, e, none);
       const V path = least(way_to_slide<double, 1>(start, holds), length);
       const Slid<V> end =
           slide_after<double, 1, all, false>(start, path, holds, limit_ahead, e, none, length);

@@ -306,9 +306,12 @@ TEST_CASE(
     const double step = a / 16.0;
     for (int i = 0; i < 70; ++i) bed.step(x * step, y * step, 1e3 * spin * step, step);
     CAPTURE(parabolic, x, y, spin);
-    CHECK(std::abs(bed.out.force[0] / limit - number(row, "Fx_over_muN")) < 3e-3);
-    CHECK(std::abs(bed.out.force[1] / limit - number(row, "Fy_over_muN")) < 3e-3);
-    CHECK(std::abs(bed.out.torque / (limit * std::sqrt(a * b)) - number(row, "Mz_over_muN_sqrt_ab")) < 3e-3);
+    // Kalker's friction opposes the slip with each part over its flexibility, the bed's the slip itself: they
+    // differ most where the slip turns round, in pure spin.
+    const double slack = x == 0.0 && y == 0.0 ? 5e-3 : 3e-3;
+    CHECK(std::abs(bed.out.force[0] / limit - number(row, "Fx_over_muN")) < slack);
+    CHECK(std::abs(bed.out.force[1] / limit - number(row, "Fy_over_muN")) < slack);
+    CHECK(std::abs(bed.out.torque / (limit * std::sqrt(a * b)) - number(row, "Mz_over_muN_sqrt_ab")) < slack);
     if (y < 0.0) {  // Example `fastsim` of the program CONTACT; its 220 x 220 cells have a first-order error
       CHECK(bed.out.force[1] / limit == Approx(parabolic ? -0.6359 : -0.5956).epsilon(0.012));
       CHECK(bed.out.torque == Approx(parabolic ? -37.98 : -45.30).epsilon(0.02));
@@ -529,10 +532,119 @@ TEST_CASE("Static friction above kinetic: a peak, then the kinetic force") {
   for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
   CHECK(peak == Approx(9.0).epsilon(0.02));
   CHECK(-bed.out.force[0] == Approx(6.0).epsilon(1e-4));
-  bed.step(0.0);  // all bristles stick for a whole step, which restores their higher static limit
-  peak = 0.0;
-  for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
-  CHECK(peak == Approx(9.0).epsilon(0.02));
+}
+
+TEST_CASE(
+    "Bristles hold their static limit again after a step of rest, named or not, and when the motion turns "
+    "back") {
+  for (const bool all : {true, false})
+    for (const char* how : {"at once", "a step of length zero", "a step that does not name it", "restored"}) {
+      INFO(how << (all ? ", all outputs" : ""));
+      OneBed bed(BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::disc(1e-3, BedPressure::uniform),
+                 with_load(10.0, all));
+      for (int i = 0; i < 300; ++i) bed.step(1e-6);
+      CHECK(-bed.out.force[0] == Approx(6.0).epsilon(1e-4));
+      if (how[0] == 'a' && how[2] == 's' && how[7] == 'o') bed.step(0.0);
+      if (how[7] == 't' || how[0] == 'r') bed.batch.step({}, {});
+      if (how[0] == 'r') {
+        std::vector<std::byte> state(bed.batch.state_size());
+        bed.batch.save_state({state.data(), state.size()});
+        bed.batch.restore_state({state.data(), state.size()});
+      }
+      double peak = 0.0;
+      for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
+      CHECK(peak == Approx(std::string(how) == "at once" ? 6.0 : 9.0).epsilon(0.02));
+      // Back by less than both limits: all bristles still stick, in one step as in many.
+      for (const int parts : {1, 20}) {
+        OneBed back(BedMaterial(0.9, 0.6).with_presliding(0.9e-4), BedShape::disc(1e-3, BedPressure::uniform),
+                    with_load(10.0, all));
+        for (int i = 0; i < 300; ++i) back.step(1e-6);
+        for (int i = 0; i < parts; ++i) back.step(-1.4e-4 / parts);
+        CHECK(back.out.force[0] == Approx(8.0).epsilon(1e-3));
+      }
+    }
+}
+
+/// A bristle whose deflection grows by `gain` times as much along y as along x, in tiny steps of which each
+/// takes what its tip slid against its force. Deflections and displacements over the limit.
+struct AskewBristle {
+  double gain, zx = 0.0, zy = 0.0, mean_x = 0.0, mean_y = 0.0;
+
+  void move(double dx, double dy) {
+    constexpr int parts = 4000;
+    mean_x = mean_y = 0.0;
+    for (int i = 0; i < parts; ++i) {
+      const double bx = zx, by = zy;
+      zx += dx / parts;
+      zy += gain * dy / parts;
+      const double over = zx * zx + zy * zy - 1.0;
+      if (over > 0.0) {
+        const double slid = over / (2.0 * (zx * zx + gain * zy * zy));
+        zx -= slid * zx;
+        zy -= slid * gain * zy;
+      }
+      mean_x += 0.5 * (bx + zx) / parts;
+      mean_y += 0.5 * (by + zy) / parts;
+    }
+  }
+};
+
+TEST_CASE("Friction opposes slip, also where a bed is stiffer along one axis than along the other") {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> flat(-1.0, 1.0);
+  for (const bool all : {true, false})
+    for (const double gain : {0.4, 0.7, 1.5, 2.5})
+      for (const double size : {0.02, 0.3, 3.0}) {
+        INFO("gain " << gain << ", steps of " << size << (all ? ", all outputs" : ""));
+        const double load = 1000.0, mu = 0.8;
+        OneBed wheel(BedMaterial(mu).with_slip_stiffness(9e4, 9e4 * gain),
+                     BedShape::wheel_row(0.1, BedPressure::uniform, 8), with_load(load, all));
+        const double limit = wheel.batch.info(wheel.motion.id).longest_deflection;
+        AskewBristle brute{gain};
+        double angle = 0.5, work = 0.0, dissipated = 0.0;
+        for (int i = 0; i < 60; ++i) {
+          angle += i % 10 == 0 ? 2.0 * flat(random) : 0.3 * flat(random);
+          const double dx = size * std::cos(angle), dy = size * std::sin(angle);
+          wheel.step(dx * limit, dy * limit);
+          brute.move(dx, dy);
+          CHECK(std::abs(-wheel.out.force[0] / (mu * load) - brute.zx) < 2e-3);
+          CHECK(std::abs(-wheel.out.force[1] / (mu * load) - brute.zy) < 2e-3);
+          if (!all) continue;
+          CHECK(std::abs(-wheel.out.mean[0] / (mu * load) - brute.mean_x) < (size > 1.0 ? 0.05 : 0.01));
+          CHECK(std::abs(-wheel.out.mean[1] / (mu * load) - brute.mean_y) < (size > 1.0 ? 0.05 : 0.01));
+          work += brute.mean_x * dx + brute.mean_y * dy;
+          dissipated += wheel.out.dissipated / (mu * load * limit);
+        }
+        if (all) CHECK(dissipated + wheel.out.stored / (mu * load * limit) == Approx(work).epsilon(0.02));
+        for (int i = 0; i < 40; ++i) wheel.step(limit, limit);
+        CHECK(wheel.out.force[1] == Approx(wheel.out.force[0]).epsilon(1e-5));
+      }
+}
+
+TEST_CASE(
+    "A step that slides further than it rolls, or turns its slip, has the mean and the losses of many") {
+  for (const double slip : {0.3, 2.0, 50.0})
+    for (const double turn : {0.0, 2.2, 3.1}) {
+      INFO("slip " << slip << " of the rolling, turned by " << turn);
+      const double roll = 0.01, load = 4000.0, mu = 0.8;
+      double mean[2][2] = {}, dissipated[2] = {}, least = 0.0;
+      for (const int parts : {1, 400}) {
+        OneBed tyre(BedMaterial(mu).with_slip_stiffness(9e4, 9e4),
+                    BedShape::rectangle(0.1, 0.08, BedPressure::parabolic).rolling(16, 4), with_load(load));
+        for (int i = 0; i < 40; ++i) tyre.step(0.5 * roll * slip, 0.0, 0.0, 0.5 * roll);
+        const int k = parts == 1 ? 0 : 1;
+        for (int i = 0; i < parts; ++i) {
+          const double d = roll * slip / parts;
+          tyre.step(d * std::cos(turn), d * std::sin(turn), 0.0, roll / parts);
+          for (int axis = 0; axis < 2; ++axis) mean[k][axis] += tyre.out.mean[axis] / parts;
+          dissipated[k] += tyre.out.dissipated;
+          least = std::min(least, tyre.out.dissipated);
+        }
+      }
+      for (int axis = 0; axis < 2; ++axis) CHECK(std::abs(mean[0][axis] - mean[1][axis]) < 0.01 * mu * load);
+      CHECK(std::abs(dissipated[0] - dissipated[1]) < 0.01 * mu * load * roll * slip);
+      CHECK(least > -1e-6 * mu * load * roll * slip);
+    }
 }
 
 TEST_CASE(

@@ -106,7 +106,7 @@ struct Judge {
           z[i] = T(s) * limit(s, false);
           slides = s;
         }
-      const T holds = limit(way, side[i] == 0 && slides == 0);
+      const T holds = limit(way, (side[i] == 0 && slides == 0) || z[i] * T(way) < 0);
       const T to_go = holds - z[i] * T(way);
       T average = z[i] + d / 2;
       if (to_go < std::abs(d)) {

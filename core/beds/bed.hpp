@@ -85,6 +85,8 @@ void stand_rows(Bed& bed) noexcept;
 /// Unbends all bristles, takes the bed out of contact and its cells back to where they stood before it
 /// rolled.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
+/// Lets a bed rest for a step: bristles that slid in the last one hold their static limits again.
+void rest(Bed& bed) noexcept;
 /// Steps a bed by a motion that accepts() has allowed, and writes its response.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
 /// Whether a motion is valid and the bed can make it.

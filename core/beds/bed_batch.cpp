@@ -76,6 +76,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   std::uint32_t scratch_count = 0;
   std::size_t count = 0;
   std::uint64_t step_number = 0;
+  std::vector<std::uint32_t> moved;  ///< slots of the beds with a drop that the last step moved
 
   // Input of the step under way, kept here for the threads that share it.
   Span<const BedMotion> in;
@@ -96,6 +97,18 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
       if (i + 8 < last) fetch_record(in[i + 8].id);
       if (i + 4 < last) fetch_bristles(in[i + 4].id);
       if (out[i].status == Status::ok) step_bed(*find(in[i].id), kernels, in[i], out[i]);
+    }
+  }
+
+  /// Lets beds rest that the last step moved and this step does not name, and notes those that it moves.
+  void rest_others() noexcept {
+    for (const std::uint32_t slot : moved)
+      if (beds[slot].last_step != step_number) rest(beds[slot]);
+    moved.clear();
+    for (std::size_t i = 0; i < in.size(); ++i) {
+      const Bed* bed = find(in[i].id);
+      if (bed != nullptr && bed->drops && out[i].status != Status::repeated_id)
+        moved.push_back(static_cast<std::uint32_t>(bed - beds.data()));
     }
   }
 
@@ -149,6 +162,7 @@ BedId BedBatch::add(const BedMaterial& material, const BedShape& shape, const Be
     impl.beds.emplace_back();
     impl.generations.push_back(0);
     impl.free_slots.reserve(impl.beds.capacity());
+    impl.moved.reserve(impl.beds.capacity());
     impl.free_slots.push_back(static_cast<std::uint32_t>(impl.beds.size() - 1));
   }
   const std::uint32_t slot = impl.free_slots.back();
@@ -187,6 +201,7 @@ StepReport BedBatch::step(Span<const BedMotion> in, Span<BedResponse> out) noexc
   }
   impl.in = in;
   impl.out = out;
+  impl.rest_others();
   report.tasks = report.threads = 1;
   if (impl.workers.count() == 1 || cost < impl.sharing.parallel_from) {
     impl.run(0, in.size());
@@ -341,6 +356,9 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   Hasher hasher;
   add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
   if (hasher.value() != checksum) fail("is damaged");
+  impl_->moved.clear();
+  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot)
+    if (impl_->beds[slot].drops) impl_->moved.push_back(slot);
   // Restores in two passes: the first checks all values, the second writes, so that bad data change nothing.
   for (const bool writes : {false, true}) {
     ByteReader read(from.data() + head_bytes);

@@ -108,6 +108,10 @@ void straighten(Bed& bed) noexcept {
 
 }  // namespace
 
+void rest(Bed& bed) noexcept {
+  for (std::uint32_t i = 0; bed.drops && i < bed.count; ++i) bed.at(bed_slid, i) = 0.0f;
+}
+
 void stand_rows(Bed& bed) noexcept {
   if (bed.in_row == 0) return;
   const double h = bed.cell;
@@ -247,13 +251,15 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.limit_of_pressure = holds ? static_cast<float>(s.limit_of_pressure) : 0.0f;
   step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
+  step.gain = static_cast<float>(bed.gain[1]);
   step.limit_over_hold = bed.drops ? static_cast<float>(1.0 / bed.hold_over_limit) : 1.0f;
   // Shortens a long motion if the caller asks only for the force at its end: the bristles end bent alike, and
   // single precision can hold the square of the shorter length.
   double share = 1.0;
   const double longest = longest_under(bed, s);
   if (!bed.all_outputs && most_motion > longest) share = longest / most_motion;
-  step.rolled = goes_far || piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
+  step.rolls = piece.rolled[0] != 0.0 || piece.rolled[1] != 0.0;
+  step.rolled = goes_far || step.rolls;
   step.torque = bed.resists_spin;
   for (int k = 0; k < 4; ++k) {
     const double motion = share * piece.motion[k];
@@ -271,8 +277,9 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   if (!holds) straighten(bed);
 }
 
-/// Moves the rows of cells by the distance rolled in this piece, then steps the bristles. The mean force is
-/// the average of the forces before and after the piece (trapezoidal rule).
+/// Moves the rows of cells by the distance rolled in this piece, then steps the bristles. The kernel's mean
+/// over the motion lacks the force that rolling took at its start, although bristles enter all along the
+/// piece. On average they lack half of it, and only while those that entered stick.
 void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share, bool turned,
                 StepSum& sum) noexcept {
   BedState& s = bed.state;
@@ -286,8 +293,10 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   s.force[0] = sum.last.force[0];
   s.force[1] = sum.last.force[1];
   s.torque = sum.last.torque;
-  for (int k = 0; k < 2; ++k) sum.mean[k] += share * 0.5 * (before[k] + s.force[k]);
-  sum.mean_torque += share * 0.5 * (before[2] + s.torque);
+  const BedSums& last = sum.last;
+  const double half = 0.5 * (last.entered > 0.0 ? last.entered_stuck / last.entered : 1.0);
+  for (int k = 0; k < 2; ++k) sum.mean[k] += share * (last.mean[k] + half * (before[k] - last.start[k]));
+  sum.mean_torque += share * (last.mean_torque + half * (before[2] - last.start_torque));
 }
 
 /// Turns the rows of a disc's cells parallel to the direction of rolling, by at most a quarter turn, after
@@ -390,6 +399,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
     // Keeps the force of the last step: the bed has not moved, and no friction limit has fallen.
+    rest(bed);
   } else if (rolls) {
     if (carried) {  // applies the changed load first, without motion; rolling follows
       Piece piece{};
