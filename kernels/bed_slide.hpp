@@ -91,17 +91,21 @@ inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
   const V cos2 = ex * ex - ey * ey, sin2 = (ex + ex) * ey;
   const V at_end = ex * ex + g * (ey * ey);
   const V longest(1e6f);  // limits, after which a tip lies along the motion
-  const V way =
-      g * least(divide(length, most(limit, smallest)), longest) - lack * (cos2 * cosine + sin2 * sine);
+  const V over_limit = g * least(divide(length, most(limit, smallest)), longest);
+  const V way = over_limit - lack * (cos2 * cosine + sin2 * sine);
+  const auto slope_at = [&](V c, V s) {  // D
+    const V half(0.5f);
+    return half * (one + g) + half * lack * (cos2 * (c * c - s * s) + sin2 * ((c + c) * s));
+  };
   V x = most(divide(way + lack * cos2, at_end), none);
   for (int i = 0; i < iterations; ++i) {
     const V t = tangent * decay<float>(x).left;
     const V inverse = divide(one, one + t * t);
     const V c = (one - t * t) * inverse, s = (t + t) * inverse;
-    const V half(0.5f);
-    const V slope = half * (one + g) + half * lack * (cos2 * (c * c - s * s) + sin2 * ((c + c) * s));
-    x = most(x - divide(at_end * x - way - lack * (cos2 * c + sin2 * s), slope), none);
+    x = most(x - divide(at_end * x - way - lack * (cos2 * c + sin2 * s), slope_at(c, s)), none);
   }
+  // On a short way single precision would lose the differences, and D hardly changes.
+  x = select_lanes(V(1e-3f) > over_limit, divide(over_limit, slope_at(cosine, sine)), x);
   const V to = x * limit;
   return {ex * to, ey * to};
 }

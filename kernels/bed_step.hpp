@@ -2,6 +2,8 @@
 // core/beds). E::V is a vector of any width.
 #pragma once
 
+#include <limits>
+
 #include "bed_slide.hpp"
 #include "engine.hpp"
 
@@ -44,6 +46,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
   const bool askew = step.gain != 1.0f;
+  const bool creeps = all && !carried && step.creeps;
+  [[maybe_unused]] constexpr float eps = std::numeric_limits<float>::epsilon();
   // 0 if the step rewrites all tips relative to roots at zero (BedStep::rolled); else 1.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
@@ -113,6 +117,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V end_x = zx + dx;
     V end_y = zy + dy;
     auto slides = none > one;
+    [[maybe_unused]] V way_x = none, way_y = none;  // of the tip, in a step that creeps
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
       // Sets the deflections of bristles out of contact to 0, because they hold only rounding errors.
@@ -135,25 +140,48 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         }
       }
       const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
-      const V path = least(way_to_slide<float, 2>(start, reach), length);
+      V path = least(way_to_slide<float, 2>(start, reach), length);
+      if (creeps) {
+        // A bristle at its limit, but for roundings, slides at once.
+        const V nearly = reach * V(1.0f - 32.0f * eps);
+        path = select_lanes((start.along >= none) & (z2 >= nearly * nearly), none, path);
+      }
       Slid<V> end = slide_after<float, 2, true, true>(start, path, reach, slide_limit, ex, ey, length);
       slides = path < length;
-      if (askew && any_lane(slides)) {
+      if ((askew || creeps) && any_lane(slides)) {
         const V ux = zx + ex * path, uy = zy + ey * path, left = length - path;
-        const Course<V> course = askew_course(ux, uy, ex * left, ey * left, slide_limit, step.gain);
-        const V way = root(course.x * course.x + course.y * course.y);
+        V px = ex, py = ey, way = left;
+        if (askew) {
+          const Course<V> course = askew_course(ux, uy, ex * left, ey * left, slide_limit, step.gain);
+          way = root(course.x * course.x + course.y * course.y);
+          const V per = divide(one, most(way, smallest));
+          px = course.x * per;
+          py = course.y * per;
+        }
         const V per_way = divide(one, most(way, smallest));
-        const V px = course.x * per_way, py = course.y * per_way;
-        const Slid<V> slid = slide_after<float, 2, true, true>(slide_start<float, 2>(ux, uy, px, py), none,
-                                                               reach, slide_limit, px, py, way);
-        end.x = select_lanes(slides, slid.x, end.x);
-        end.y = select_lanes(slides, slid.y, end.y);
-        // The mean over the isotropic motion stands for that over the displacement.
-        const V half_path2 = V(0.5f) * path * path, share = left * per_way;
-        end.integral_x =
-            select_lanes(slides, zx * path + ex * half_path2 + slid.integral_x * share, end.integral_x);
-        end.integral_y =
-            select_lanes(slides, zy * path + ey * half_path2 + slid.integral_y * share, end.integral_y);
+        if (creeps) {
+          // The tip moves by the root's motion less what turning and the limit change in the deflection.
+          const V size = most(root(ux * ux + uy * uy), smallest);
+          const V ratio = divide(slide_limit, size), change = divide(slide_limit - size, size);
+          const V a = ratio * (ux * px + uy * py), b = ratio * (ux * py - uy * px);
+          const Tractrix<V> tip(b, most(slide_limit + a, V(1e-15f)),
+                                decay<float>(divide(way, most(slide_limit, smallest))));
+          const V along = tip.template gained_along<float>(), aside = tip.lost_aside();
+          way_x = ex * left - (change * ux + (along * px - aside * py));
+          way_y = ey * left - (change * uy + (along * py + aside * px));
+        }
+        if (askew) {
+          const Slid<V> slid = slide_after<float, 2, true, true>(slide_start<float, 2>(ux, uy, px, py), none,
+                                                                 reach, slide_limit, px, py, way);
+          end.x = select_lanes(slides, slid.x, end.x);
+          end.y = select_lanes(slides, slid.y, end.y);
+          // The mean over the isotropic motion stands for that over the displacement.
+          const V half_path2 = V(0.5f) * path * path, share = left * per_way;
+          end.integral_x =
+              select_lanes(slides, zx * path + ex * half_path2 + slid.integral_x * share, end.integral_x);
+          end.integral_y =
+              select_lanes(slides, zy * path + ey * half_path2 + slid.integral_y * share, end.integral_y);
+        }
       }
       if constexpr (carried) {
         if (step.rolls) {
@@ -262,8 +290,13 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     }
     auto writes = slides;
     if constexpr (carried) writes = writes | always | (kept < one);
-    at.put(bed_tip_x, select_lanes(writes, free_x - end_x, tip_x));
-    at.put(bed_tip_y, select_lanes(writes, free_y - end_y, tip_y));
+    V next_x = free_x - end_x, next_y = free_y - end_y;
+    if (creeps) {
+      next_x = tip_x + (way_x + spacing<float>(tip_x) * V(step.spread));
+      next_y = tip_y + (way_y + spacing<float>(tip_y) * V(step.spread));
+    }
+    at.put(bed_tip_x, select_lanes(writes, next_x, tip_x));
+    at.put(bed_tip_y, select_lanes(writes, next_y, tip_y));
     if constexpr (drops) at.put(bed_slid, select_lanes(slides, one, none));
 
     const V fx = k * end_x;

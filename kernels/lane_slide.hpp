@@ -183,9 +183,8 @@ class LaneSlider {
   void turn(Which turns, V a, V b, V slide, V limit, V per_limit, V& along, V& aside, V& work,
             V& turned) const {
     const Tractrix<V> tip(b, most(limit + a, V(T(1e-30))), decay<T>(slide * per_limit));
-    const V rate = divide(b * tip.turn.lost, tip.both);
-    along = along + select_lanes(turns, rate * (b * (V(T(1)) + tip.turn.left)) * tip.p, none);
-    aside = aside - select_lanes(turns, rate * (tip.p2 - b * tip.w), none);
+    along = along + select_lanes(turns, tip.template gained_along<T>(), none);
+    aside = aside - select_lanes(turns, tip.lost_aside(), none);
     if (all || softens)
       work = select_lanes(turns, limit * (slide - limit * tip.template log_of_turn<T>()), work);
     if constexpr (all) turned = select_lanes(turns, (limit * limit) * tip.template angle<T>(), none);

@@ -126,6 +126,14 @@ struct Tractrix {
   Tractrix(V the_a, V the_p, const Decay<V>& the_turn)
       : a(the_a), p(the_p), w(a * the_turn.left), p2(p * p), both(p2 + w * w), turn(the_turn) {}
 
+  /// Return how much the deflection grows along the motion and shrinks across it, if a and p are lengths.
+  /// Neither is a difference of nearly equal numbers.
+  template <class T>
+  V gained_along() const {
+    return divide(a * turn.lost, both) * (a * (V(T(1)) + turn.left)) * p;
+  }
+  V lost_aside() const { return divide(a * turn.lost, both) * (p2 - a * w); }
+
   /// Returns the logarithm in the integral of the deflection along the motion, l s - l^2 ln((1 + t^2) / (1 +
   /// t'^2)): the quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2), E = exp(-s / l).
   template <class T>

@@ -565,6 +565,45 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("A bed that slides by a millionth of a limit a step turns, works and dissipates as in long steps") {
+  for (const bool all : {true, false})
+    for (const double gain : {1.0, 0.6})
+      for (const double spin : {0.0, 0.5})
+        for (const double size : {0.9e-3, 3e-5, 1e-6}) {
+          INFO("gain " << gain << ", spin " << spin << ", steps of " << size << (all ? ", all outputs" : ""));
+          const auto run = [&](double step, double& work, double& dissipated) {
+            // A row of one pressure, or one that spins.
+            const BedShape shape = spin > 0.0 ? BedShape::rectangle(0.1, 0.05, BedPressure::uniform, 4, 4)
+                                              : BedShape::wheel_row(0.1, BedPressure::uniform, 8);
+            BedMaterial material(0.8);
+            if (spin > 0.0)
+              material.with_presliding(1e-3);
+            else
+              material.with_slip_stiffness(9e4, 9e4 * gain);
+            OneBed bed(material, shape, with_load(1000.0, all));
+            const double limit = bed.batch.info(bed.motion.id).longest_deflection;
+            for (int i = 0; i < 100; ++i) bed.step(0.05 * limit);
+            const int steps = static_cast<int>(std::lround(0.12 / step));
+            work = dissipated = 0.0;
+            for (int i = 0; i < steps; ++i) {
+              const double d = 0.12 / steps * limit, turn = spin * d / 0.1;
+              bed.step(0.0, d, turn);
+              work -= bed.out.mean[1] * d + bed.out.mean_torque * turn;
+              dissipated += bed.out.dissipated;
+            }
+            return bed.out;
+          };
+          double work = 0.0, dissipated = 0.0, of_long[2];
+          if (spin > 0.0 && gain != 1.0) continue;
+          const BedResponse out = run(size, work, dissipated), coarse = run(0.003, of_long[0], of_long[1]);
+          for (int k = 0; k < 2; ++k) CHECK(std::abs(out.force[k] - coarse.force[k]) < 1e-3 * 800.0);
+          CHECK(std::abs(out.torque - coarse.torque) < 1e-3 * 80.0);
+          if (!all) continue;
+          CHECK(work == Approx(of_long[0]).epsilon(2e-3));
+          CHECK(dissipated == Approx(of_long[1]).epsilon(3e-3));
+        }
+}
+
 /// A bristle whose deflection grows by `gain` times as much along y as along x, in tiny steps of which each
 /// takes what its tip slid against its force. Deflections and displacements over the limit.
 struct AskewBristle {

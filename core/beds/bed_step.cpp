@@ -12,6 +12,10 @@ namespace {
 /// Displacement of the roots, in units of deflection, above which rebase() resets it to zero. With a larger
 /// one, single precision would not hold a deflection to 5e-7.
 constexpr double farthest_root = 8.0;
+/// Motion, in limits at relative pressure 1, below which a bed creeps: single precision holds the place of a
+/// tip to 1e-7 limits, so its rounding is spread over the steps. Displacement of the roots, in these limits,
+/// from which rebase() then resets it to zero.
+constexpr double creep = 0x1p-10, farthest_creeping = 0.25;
 /// Limit at relative pressure 1, in units of deflection, up to which a bed counts as frictionless.
 constexpr double least_limit = 1e-12;
 /// Motion, in units of the largest friction limit, after which every bristle is bent along the motion,
@@ -243,11 +247,21 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   }
   const double most_motion = largest_of(piece.motion);
   const bool goes_far = most_motion > farthest_root;
-  if (goes_far || largest_of(s.root) > farthest_root) rebase(bed, kernels);
+  const bool creeps =
+      holds && !piece.carried && most_motion > 0.0 && most_motion < creep * s.limit_of_pressure;
+  const double far = creeps ? farthest_creeping * s.limit_of_pressure : farthest_root;
+  if (goes_far || largest_of(s.root) > far) rebase(bed, kernels);
   if (goes_far && !piece.carried)
     for (std::uint32_t i = 0; i < bed.count; ++i) bed.at(bed_kept, i) = bed.at(bed_moved, i) = 1.0f;
   BedStep step{};
   step.count = bed.count;
+  step.creeps = creeps;
+  if (creeps) {
+    // Multiples of the golden ratio of any motion spread evenly.
+    const double turns =
+        1e9 * 0.6180339887498949 / s.limit_of_pressure * ((s.root[0] + s.root[1]) + (s.root[2] + s.root[3]));
+    step.spread = static_cast<float>(turns - std::floor(turns) - 0.5);
+  }
   step.limit_of_pressure = holds ? static_cast<float>(s.limit_of_pressure) : 0.0f;
   step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
@@ -272,7 +286,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   const bool spins =
       piece.motion[2] != 0.0 || piece.motion[3] != 0.0 || step.root[2] != 0.0f || step.root[3] != 0.0f;
   const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried || goes_far ? bed_carried : 0u) |
-                           (bed.all_outputs ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
+                           (bed.all_outputs || creeps ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
   kernels.step[variant](step, bed.columns.get(), sums);
   if (!holds) straighten(bed);
 }
