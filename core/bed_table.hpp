@@ -78,7 +78,7 @@ struct BedStep {
                          ///< long motion.
   bool rolls;            ///< Whether the bed rolled just before this step (bed_old_pressure).
   float half_rolled[2];  ///< half of the distance rolled in the step, as a vector; 0 without rolling
-  /// Whether the motion is so short that tips add their way instead of being placed anew, and the rounding of
+  /// Whether the motion is so short that tips add their way instead of being recomputed, and the rounding of
   /// their places is spread by `spread`, -1/2 to 1/2 of a digit. Only kernels with all outputs read it.
   bool creeps;
   float spread;

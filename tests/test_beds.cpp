@@ -215,6 +215,21 @@ TEST_CASE("A disc that slides and spins lies on the limit surface") {
     }
 }
 
+TEST_CASE("A disc of 7 x 16 cells is within 0.0145 of the limit surface at any centre of rotation") {
+  // Closed form of the uniform disc (Farkas, Bartels, Unger, Wolf, 2003), e = v / (omega R) at most 1.
+  OneBed bed(BedMaterial(1.0).with_presliding(1e-8), BedShape::disc(0.01, BedPressure::uniform, 7, 16),
+             with_load(1.0, false));
+  for (double e = 0.01; e < 1.0; e += 0.01) {
+    for (int i = 0; i < 60; ++i) bed.step(e * 1e-8, 0.0, 1e-6);
+    const double e2 = e * e, first = std::comp_ellint_1(e), second = std::comp_ellint_2(e);
+    const double force = 4.0 * ((e2 + 1.0) * second + (e2 - 1.0) * first) / (3.0 * pi * e);
+    const double torque = 4.0 * ((4.0 - 2.0 * e2) * second + (e2 - 1.0) * first) / (9.0 * pi);
+    CAPTURE(e);
+    CHECK(std::abs(-bed.out.force[0] - force) < 0.0145);
+    CHECK(std::abs(-bed.out.torque / 0.01 - torque) < 0.0145);
+  }
+}
+
 TEST_CASE("A disc that spins in place: stiffness while it sticks, 2/3 and 3 pi / 16 when it slides") {
   for (const bool uniform : {true, false}) {
     const double radius = 0.01, friction = 0.7, load = 3.0;

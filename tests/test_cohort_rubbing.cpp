@@ -471,6 +471,32 @@ TEST_CASE("A rubbed infinite brush forgets a turn after the path that is solved,
   }
 }
 
+TEST_CASE(
+    "The default material slides within 2e-3 of its friction, and turns within 4e-3, in steps of any length",
+    "[cohorts][rubbing][physics]") {
+  const Material usual = Material::from_coefficients(
+      bristle::Coefficients{}.with_kinetic(0.4).with_peak(0.46).with_presliding_length(1e-3));
+  const double friction = usual.kinetic_coefficient() * load_n;
+  for (const double length : {0.05, 0.1, 0.31, 0.77, 1.45, 2.2, 3.1, 5.0}) {
+    INFO("steps of " << length);
+    OnePatch straight(usual, infinite_options());
+    Response out;
+    for (int i = 0; i < 20 + static_cast<int>(30.0 / length); ++i)
+      out = straight.step(length * 1e-3, 0.0, load_n);
+    CHECK(-out.elastic[0] == Approx(friction).epsilon(2e-3));
+    for (const double turn : {M_PI / 2.0, 2.5, M_PI}) {
+      OnePatch coarse(usual, infinite_options()), fine(usual, infinite_options(64.0, 512));
+      for (int i = 0; i < 14; ++i) {
+        const double angle = i % 2 == 0 ? 0.3 : 0.3 + turn;
+        const double d[2] = {length * 1e-3 * std::cos(angle), length * 1e-3 * std::sin(angle)};
+        const Response a = coarse.step(d[0], d[1], load_n), b = fine.step(d[0], d[1], load_n);
+        if (i > 2)
+          CHECK(std::hypot(a.elastic[0] - b.elastic[0], a.elastic[1] - b.elastic[1]) < 4e-3 * friction);
+      }
+    }
+  }
+}
+
 TEST_CASE("Energy of a rubbed infinite brush balances at the lowest resolutions",
           "[cohorts][rubbing][energy]") {
   for (double resolution : {1.0, 1.5, 2.0, 3.0})

@@ -380,6 +380,28 @@ TEST_CASE("Merging keeps the error of walks that never leave a small region boun
   }
 }
 
+TEST_CASE("A motion and back within a step is missed, which costs what the law's density says",
+          "[cohorts][physics]") {
+  // In first loading, bent by x, the share p(x) a of the bristles snaps on a path a further, and each loses
+  // x. In steady sliding the share a / m1 snaps, and each loses m1 on average.
+  for (const double spread : {0.1, 0.3, 1.0}) {
+    const SnapLength law = SnapLength::lognormal(dbar, spread);
+    const double deviation = std::sqrt(std::log1p(spread * spread));
+    const double most = std::max(1.0 / (deviation * std::sqrt(2.0 * M_PI)), 1.0);  // largest x p(x), or 1
+    double largest = 0.0;
+    for (double x = 0.1; x < 3.0; x += 0.1) {
+      OnePatch patch(plain_material(law, SnapRule::redraw), infinite_options(64.0, 512, 1));
+      const double before = patch.step(x * dbar, 0.0, load_n).elastic[0], a = 0.02;
+      for (int i = 0; i < 10; ++i) patch.step(0.1 * a * dbar, 0.0, load_n);
+      Response out;
+      for (int i = 0; i < 10; ++i) out = patch.step(-0.1 * a * dbar, 0.0, load_n);
+      largest = std::max(largest, (out.elastic[0] - before) / (load_n * dbar * a));
+    }
+    CHECK(largest < 1.05 * most);
+    if (spread < 1.0) CHECK(largest > 0.9 * most);
+  }
+}
+
 TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
   // Checks that a million steps of 1e-7 mean lengths give the force of the same path in ten steps.
   Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));

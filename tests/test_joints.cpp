@@ -260,6 +260,14 @@ TEST_CASE("First loading of a joint follows the law of its bristles, and its err
       const double expected = x * law.survival(x) + law.partial_moment(1, x);
       error = std::max(error, std::abs(joint.torque / -1.5 - expected));
     }
+    // Back from steady sliding by 2 x: the torque changes by twice that of first loading by x.
+    joint.go(20 * length, 0, 0, 0);
+    for (int i = 1; i < 400; ++i) {
+      const double x = 0.01 * i;
+      joint.go((20 - 2 * x) * length, 0, 0, 0);
+      const double expected = 1 - 2 * (x * law.survival(x) + law.partial_moment(1, x));
+      error = std::max(error, 0.5 * std::abs(joint.torque / -1.5 - expected));
+    }
     return error;
   };
   CHECK(worst(8) < 2.1e-3);
