@@ -159,8 +159,9 @@ TEST_CASE("A law that changes by a thousandth moves the force by as little", "[l
     }
 }
 
-TEST_CASE("Bristles take their rank into another law, and those that snap draw anew, however many they are",
-          "[load][cohorts]") {
+TEST_CASE(
+    "Bristles take their quantile into another law, and those that snap draw anew, however many they are",
+    "[load][cohorts]") {
   const Material before = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
   for (const SnapLength& law :
        {SnapLength::lognormal(0.5 * dbar, 0.3), SnapLength::lognormal(0.8 * dbar, 0.6),

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/materials/rank_map.hpp"
+#include "core/materials/quantile_map.hpp"
 #include "core/patches/cohorts/cohorts.hpp"
 
 namespace bristle::detail {
@@ -117,10 +117,10 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     for (int axis = 0; axis < 2; ++axis) r.base[axis] = 0;
     for (std::uint32_t& open : r.open) open = no_cohort;
     r.spread *= ratio * ratio;
-    const RankMap of_equal_rank(before.snap_length, material.snap_length);
+    const QuantileMap of_equal_quantile(before.snap_length, material.snap_length);
     for (std::uint32_t i = 0; i < r.count && before.snap_length != material.snap_length; ++i) {
       const double reach = entry(r.rows, i, cohort_reach) * from.material().metres_per_length;
-      set_reach(r, i, of_equal_rank(reach, 1.0) * to.material().lengths_per_metre);
+      set_reach(r, i, of_equal_quantile(reach, 1.0) * to.material().lengths_per_metre);
     }
     slip_all(to);
   } else {

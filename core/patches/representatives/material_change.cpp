@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "core/draw_states.hpp"
-#include "core/materials/rank_map.hpp"
+#include "core/materials/quantile_map.hpp"
 #include "core/patches/representatives/population.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
@@ -20,7 +20,7 @@ T limit_of(const CompiledMaterial& material, double length_m) noexcept {
 }
 
 /// Copies the state of the bristles in contact to another material: lengths in its unit, snap lengths of
-/// equal rank in its law, states of random numbers unchanged.
+/// equal quantile in its law, states of random numbers unchanged.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
   const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // ratio of the two
@@ -46,12 +46,12 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
       if (rule.filler == Filler::first_length && both_draw && !same_lengths) {
-        const RankMap of_equal_rank(old_law, law);
+        const QuantileMap of_equal_quantile(old_law, law);
         const double less = static_cast<double>(static_cast<T>(from.material->residual));
         for (std::uint32_t i = 0; i < contact; ++i) {
           const double before = (static_cast<double>(old[i]) - less) * from.material->metres_per_length;
           column[i] =
-              limit_of<T>(*to.material, of_equal_rank(before, stratified_share(from.options.seed, i)));
+              limit_of<T>(*to.material, of_equal_quantile(before, stratified_share(from.options.seed, i)));
         }
         return;
       }

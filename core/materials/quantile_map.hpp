@@ -1,4 +1,4 @@
-// Snap lengths of equal rank in two laws, for a live change of material.
+// Snap lengths of equal quantile in two laws, for a live change of material.
 #pragma once
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 
 namespace bristle::detail {
 
-/// Maps the snap length of a bristle to the length of equal rank in another law: the share of shorter lengths
-/// is equal. Two laws of one form, which differ only in scale, give a factor.
-class RankMap {
+/// Maps the snap length of a bristle to the length of equal quantile in another law: the share of shorter
+/// lengths is equal. Two laws of one form, which differ only in scale, give a factor.
+class QuantileMap {
  public:
-  RankMap(const SnapLength& from, const SnapLength& to) noexcept
+  QuantileMap(const SnapLength& from, const SnapLength& to) noexcept
       : from_(from), to_(to), factor_(same_form(from, to) ? to.mean() / from.mean() : 0.0) {}
 
-  /// Returns the length in the second law, m, for a length of the first one, m. `among_equals`: rank of the
+  /// Returns the length in the second law, m, for a length of the first one, m. `among_equals`: place of the
   /// bristle among those of equal length, where a law has many of one length, 0 to 1.
   double operator()(double length_m, double among_equals) const noexcept {
     if (factor_ > 0.0) return factor_ * length_m;
