@@ -28,9 +28,9 @@ struct AgeingWish {
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// Interval that encloses the root of a function. next() gives the place where the line between its ends is 0
-/// (false position). take() replaces an end; it halves the value at the other end if that stays for the
-/// second time (Illinois).
+/// Interval that encloses the root of a function, narrowed by the Illinois method. next() returns where the
+/// line between its ends is 0 (false position). take() replaces one end; if the other end stays for the
+/// second time, take() halves the value there.
 struct FalsePosition {
   double low, high, low_excess, high_excess;
   int side = 0;
@@ -230,8 +230,8 @@ double solve_spread_fast(const Family& family, double widest, double wanted) {
   if (root.low_excess <= 0.0) return 0.0;
   constexpr double close = 3e-8;  // tolerance of the ratio peak / kinetic; the peak is known to 1e-7
   for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
-    // Bisects while the upper end has the wanted ratio, because that may be 1: every law so wide that its
-    // force has no peak has the ratio 1, so the narrowest of these, the root, may lie far below the end.
+    // Bisects while the upper end has the wanted ratio. That ratio may be 1, which every law has that is so
+    // wide that its force has no peak; the root, the narrowest of these laws, may then lie far below the end.
     const bool flat = root.high_excess > -1e-7;
     const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
     const double excess = family.ratio(spread) - wanted;

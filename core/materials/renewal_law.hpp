@@ -1,4 +1,4 @@
-// Constants of shared renewal for representatives: the path after which sliding is steady, and the share of
+// Constants of shared renewal: the path along which straight bristles reach steady sliding, and the share of
 // renewed bristles that snap again soon after. steady_sliding.hpp has steady sliding itself.
 #pragma once
 
@@ -8,7 +8,7 @@ namespace bristle::detail {
 
 /// Constants of shared renewal; lengths in mean snap lengths.
 struct RenewalLaw {
-  double forget = 0.0;  ///< path of straight sliding after which the force is steady, whatever came before
+  double forget = 0.0;  ///< path along which straight bristles come within 1e-3 of steady sliding
 
   static constexpr int again_knots = 16;
   static constexpr double again_reach = 0.25;

@@ -18,8 +18,8 @@ struct WayAgeing {
   double strength = 0.0;  ///< beta or gain of ageing; 0 = none
   double path = 1.0;      ///< speed times ageing time, in mean snap lengths, > 0
 
-  /// Returns the factor g by which a snap length grows along a path `way` (in mean snap lengths); slope() is
-  /// its derivative.
+  /// Returns the factor g by which a snap length grows along the path `way` (in mean snap lengths); slope()
+  /// is its derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };

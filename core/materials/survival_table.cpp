@@ -64,13 +64,13 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
                                     // snap in step for ever
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
-  // Makes pieces as short as those of a narrow law with equally slow waves, and short enough to resolve the
-  // wave itself.
+  // Makes pieces as short as under a narrow law with equally slow waves, and short enough to resolve the wave
+  // itself.
   if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
   }
-  // Prevents more than the shortest tenth of the bristles from snapping in one piece.
+  // Keeps default pieces below half the length that the shortest tenth of the bristles do not exceed.
   waves.finest = std::min(waves.finest, 3.75 * law.quantile(0.1) / law.mean());
   waves.finest = std::max(waves.finest, 1.0 / 16);
   return waves;

@@ -428,8 +428,8 @@ double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
   for (int i = 0; i < 2000; ++i) {
-    // Puts the longest atom on a node. Of 2000 such steps takes one with which the other atoms lie close to
-    // nodes.
+    // Puts the longest atom on a node, and of 2000 such steps selects one with which the other atoms lie
+    // close to nodes.
     const double count = whole_part(0.5 * atoms.back().length * (start + 0.5 * i)) + 1.0;
     const double step = 0.5 * atoms.back().length / count;
     double misfit = 0.0;

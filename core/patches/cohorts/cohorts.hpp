@@ -115,7 +115,8 @@ inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
 CohortTimes times_of(const Patch& p) noexcept;
 /// Sets the base from which births are counted to the present time. For a patch that has no cohorts yet.
 void begin_time(const Patch& p) noexcept;
-/// Moves the base from which births are counted close to the present time; no bristle changes its age.
+/// Moves the base from which births are counted to the present time, once it lies 2^20 ageing times back.
+/// Ages stay, but for rounding.
 void follow_time(const Patch& p) noexcept;
 double find_oldest(const Cohorts& r) noexcept;
 /// Returns g, the factor by which ageing has increased the snap lengths of cohort number i; 1 where the
@@ -132,8 +133,8 @@ void remove_empty(CohortState& s, double* rows, double* births) noexcept;
 void remove_empty(Cohorts& r) noexcept;
 /// Recomputes the sums over the cohorts of mass x place, from which the mean deflection follows.
 void find_moment(CohortState& s, const double* rows) noexcept;
-/// Returns the sum of mass x |z|^2 over the cohorts, z the deflection. Includes the variance of place that
-/// was lost when bristles joined one cohort (CohortState::spread).
+/// Returns the sum of mass x |z|^2 over all bristles, z the deflection: over the cohorts, with the variance
+/// of place lost when bristles joined one cohort (CohortState::spread) and the change since a glide began.
 double cohort_squares(const Patch& p) noexcept;
 /// Adds to `sum` mass x |z|^2 over the cohorts, for a patch at the place `at`.
 double squares_at(const CohortState& s, const double* rows, const double (&at)[2], double sum) noexcept;
@@ -155,12 +156,12 @@ void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
 /// state at its start.
 inline bool is_forgetful(const CohortMove& move, double forget) noexcept { return move.length >= forget; }
 /// Whether a move that forgets its start is nevertheless stepped in pieces. With shared renewal slide_far()
-/// gives only the state at the end, so mean force and energy need the pieces.
+/// gives only the state at the end; mean force and energy need the pieces.
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept;
 /// Returns the number of snaps of a bristle per scaled length of steady sliding, at a given speed.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
-/// Makes a step that forgets its start: replaces the cohorts by those of steady sliding at the step's end,
-/// and adds work, energy and snaps along its path.
+/// Makes a step that forgets its start: replaces the cohorts by the cohorts of steady sliding at the end of
+/// the step, and adds work, energy and snaps along its path.
 void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) noexcept;
 void take_over_cohorts(Patch& to, Patch& from) noexcept;
 double find_cohort_energy(const Patch& p) noexcept;

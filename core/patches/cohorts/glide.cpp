@@ -26,8 +26,8 @@ struct Arc {
 };
 
 /// Finds the arc that would bend bristles as the last steps, which are chords of the path, have bent them.
-/// The arc's tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature c,
-/// chord length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
+/// Its tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature c, chord
+/// length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
@@ -114,7 +114,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
     c.known = 1;
     return true;
   }
-  // Treats a path of steps of at least `long_step` as straight: steps that long do not tell its curvature.
+  // Treats a path of steps of at least `long_step` as straight, because such steps do not show its curvature.
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
@@ -198,8 +198,8 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
     twice_mean[axis] = (is_long ? sums.end[axis] : to_double(p.sum[axis])) + sums.end[axis];
-    // Along most of a long step the force equals that at its end. Bristles bent by u before a turn by the
-    // angle a stay bent by a u aside until they snap; integrated over the step: a (u^2 - l_r^2) / 2.
+    // Along most of a long step the force equals the force at its end. Bristles bent by u before a turn by
+    // the angle a stay bent by a u aside until they snap; integrated over the step: a (u^2 - l_r^2) / 2.
     if (is_long)
       twice_mean[axis] -= (axis == 0 ? -arc.tangent[1] : arc.tangent[0]) * r.mass * sum_per_mass_length *
                           (cross(r.glide.direction, a.direction) * g.square / a.length);
@@ -245,8 +245,8 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
     }
     return Bound::glide;
   }
-  // Checks the end of the step alone. A cohort's deflection is a convex function along a step, so a cohort
-  // that is within its reach at both ends never left it on the way.
+  // Checks the end of the step alone: a cohort's deflection is a convex function along a step, so a cohort
+  // that is within its reach at both ends is within it in between.
   if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
   const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),
                         to_lengths(difference(t.to[1], r.base[1]))};

@@ -39,12 +39,12 @@ struct Glide : Course {
 bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course& c) noexcept;
 void begin_course(const double (&direction)[2], double length, Course& c) noexcept;
 
-/// Returns by how much the mean deflection (`along` and `across` the path) falls short of that of steady
-/// sliding, scaled; 0 within the error a glide may keep. Under a law with groups of nearly equal lengths the
-/// force swings as cohorts snap in turn, and a glide would freeze it at a momentary value.
+/// Returns by how much the mean deflection (`along` and `across` the path) falls short of steady sliding,
+/// scaled; 0 within the error that a glide may keep. Under a law with groups of nearly equal lengths the
+/// force swings as cohorts snap in turn, and a glide would freeze a momentary force.
 double find_lack(const Cohorts& r, double along, double across, double curve) noexcept;
 
-/// Makes a step as a glide (from means over cohorts) if it can; else returns false and changes nothing.
+/// Makes a step as a glide (from means over cohorts) if it can; otherwise returns false and changes nothing.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
 /// Continues a glide by a step, or finds that no bristle snaps in that step (ContactModel::renew_bound).
 Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;

@@ -1,5 +1,5 @@
-// Makes a straight step so long that its start is forgotten. The step ends in steady sliding; its path is not
-// computed piece by piece, because renewal theory gives the sums along it.
+// Makes a straight step so long that its start is forgotten. The step ends in steady sliding, and renewal
+// theory gives the sums along its path, so the path is not computed piece by piece.
 #include <algorithm>
 #include <cmath>
 
@@ -126,7 +126,7 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
-/// Finds the path to the snap for a cohort that ages on the way. Ageing depends on that path, so
+/// Finds the path to the snap for a cohort that ages while it moves. Ageing depends on that path, so
 /// find_passage() is iterated four times.
 Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
                           double age) noexcept {

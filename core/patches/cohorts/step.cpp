@@ -84,8 +84,8 @@ bool turns(const Cohorts& r, const Advance& a) noexcept {
 }
 
 /// Returns the path after which a step has forgotten its start, under shared renewal and without ageing.
-/// Bristles bent against `direction` must unbend first, which takes one and a half times their mean
-/// deflection; bristles bent aside snap sooner than straight ones.
+/// Bristles bent against `direction` must unbend first, which takes 1.5 times their mean deflection; bristles
+/// bent aside snap sooner than straight ones.
 double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState& s, const double* rows,
                             const double (&direction)[2]) noexcept {
   const double at = place(p, s, 0) * direction[0] + place(p, s, 1) * direction[1];
@@ -172,9 +172,9 @@ int kind_of(const Cohorts& r) noexcept {
   return r.rubs() ? 2 : 0;
 }
 
-/// Computes part of a path along which cohorts would otherwise stay the same, in short moves, until the force
-/// is that of steady sliding, or for some three mean snap lengths. The force rises until a cohort snaps, so a
-/// move ends where the force would reach its steady value. A limit on its length keeps moves and the snaps of
+/// Steps a part of the path in short moves until the force is steady, or for some three mean snap lengths,
+/// before the cohorts are moved along unchanged. The force rises until a cohort snaps, so a move ends where
+/// the force would reach its steady value. A limit on the length of a move keeps moves and the snaps of
 /// cohorts from falling into a common rhythm.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {

@@ -28,10 +28,9 @@ constexpr double even_bristles = 6000.0;
 /// with 8, at most one step in 3000 has no snap there. Along the rest of the step bristles are carried.
 constexpr double snaps_followed = 8;
 
-/// Finds the number of draws (renewals) y per bristle in a piece in which a bristle would snap `snaps`
-/// times without renewals. Renewals leave the share (1 - exp(-y)) / y of these snaps. Of the bristles that
-/// restart, by snap or renewal, the share `again` snaps once more in the piece. All snaps together cause
-/// y.
+/// Finds the number of draws (renewals) y per bristle in a piece in which a bristle would snap `snaps` times
+/// without renewals. Renewals leave the share (1 - exp(-y)) / y of these snaps. Of the bristles that restart,
+/// by snap or renewal, the share `again` snaps once more in the piece. All these snaps together cause y.
 double find_draws(double renewal, double snaps, double again) noexcept {
   const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
@@ -329,9 +328,9 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Takes the part of a steady slide's path, before its last piece (which ends at `way`), along which bristles
-/// are carried without being stepped: turns them round a corner if the path turns, and steps young bristles
-/// as far as they need it.
+/// Carries the bristles along a part of a steady slide's path without stepping them, up to its last piece
+/// (which ends at `way`): turns them round a corner if the path turns, and steps young bristles as far as
+/// they need it.
 template <class T>
 void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -398,7 +397,7 @@ void plan_pieces(Representatives<T>& r) noexcept {
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   const RenewalLaw& law = m.renewal();
   r.shared->piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
-  // Adds twice the residual, by which bristles bent the other way must unbend before they snap.
+  // Adds twice the residual, by which bristles bent against the motion must unbend before they snap.
   r.shared->forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
   r.shared->goes_on = longest_piece * mean;
   r.shared->inverse_mean = 1.0 / mean;

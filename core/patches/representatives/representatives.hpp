@@ -249,7 +249,7 @@ double aged_since(const Patch& p, std::uint32_t b) noexcept;
 /// Rewrites the ages of bristles in block b as of the present time. A bristle out of contact gets age 0.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// Returns the deflection at which bristle i snaps, scaled. The stored age must be that of the present time.
+/// Returns the deflection at which bristle i snaps, scaled, for ages stored as of the present time.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
 /// Initialises the constants of long steps (AgedSliding) for a patch that has not slid yet.
@@ -320,8 +320,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept;
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
-/// Updates which bristles count as young (new in contact) after a change of load. `active`, `whole`: number
-/// in contact before the change, and those of them that counted fully.
+/// Updates which bristles count as young (new in contact) after a change of load. `active`, `whole`: numbers
+/// in contact, and in contact with full weight, before the change.
 template <class T>
 void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept;
 template <class T>

@@ -1,5 +1,5 @@
-// Names for each speed target the limit of its time (instructions, latency, memory), and so what a faster
-// version would have to change. The texts rest on counts by callgrind and llvm-mca.
+// Names what bounds the time of each speed target (instructions, latency, loads or bytes), and so what a
+// faster version would have to change. The texts rest on counts by callgrind and llvm-mca.
 #include <string_view>
 
 #include "tools/libraries/capacity/capacity.hpp"
