@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstring>
 #include <new>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -159,8 +160,8 @@ namespace {
 
 thread_local char last_error[512] = "";
 
-bristle_result fail(bristle_result result, const char* text, const char* detail = "") noexcept {
-  std::snprintf(last_error, sizeof last_error, "%s%s", text, detail);
+bristle_result fail(bristle_result result, const char* text) noexcept {
+  std::snprintf(last_error, sizeof last_error, "%s", text);
   return result;
 }
 
@@ -171,9 +172,8 @@ bristle_result fail_no_patch(const char* where, bristle_id id) noexcept {
 }
 
 /// Error thrown for a null pointer or a struct of the wrong size, before anything is done.
-struct BadArgument {
-  std::string text;
-  const char* detail = "";
+struct BadArgument : std::runtime_error {
+  using std::runtime_error::runtime_error;
 };
 
 /// Runs a call. Turns an exception into an error code, and its text into bristle_last_error().
@@ -183,7 +183,7 @@ bristle_result guarded(Call&& call) noexcept {
     call();
     return BRISTLE_OK;
   } catch (const BadArgument& e) {
-    return fail(BRISTLE_BAD_ARGUMENT, e.text.c_str(), e.detail);
+    return fail(BRISTLE_BAD_ARGUMENT, e.what());
   } catch (const Error& e) {
     return fail(BRISTLE_REFUSED, e.what());
   } catch (const std::bad_alloc&) {
@@ -196,7 +196,7 @@ bristle_result guarded(Call&& call) noexcept {
 }
 
 void need(const void* pointer, const char* name) {
-  if (pointer == nullptr) throw BadArgument{name, " is null"};
+  if (pointer == nullptr) throw BadArgument(std::string(name) + " is null");
 }
 
 /// Defines prefix_state_size, prefix_save_state and prefix_restore_state for the object behind a handle.
@@ -243,7 +243,7 @@ uint64_t hash_of(const Handle* handle, bristle_id id) {
 void need_columns(const void* in, const char* in_name, const void* out, const char* out_name,
                   std::size_t count) {
   if (count > 0 && (in == nullptr || out == nullptr))
-    throw BadArgument{in == nullptr ? in_name : out_name, " is null"};
+    throw BadArgument(std::string(in == nullptr ? in_name : out_name) + " is null");
 }
 
 // ------------------------------------------------------------------------ structs that mirror C++ ones
@@ -335,8 +335,8 @@ constexpr const char* name_of<bristle_joint_step> = "bristle_joint_step";
 template <class Struct>
 void check_size(std::size_t size, const char* name, const char* field = "", const char* advice = "") {
   if (size == sizeof(Struct)) return;  // builds no text: [step] functions that succeed do not allocate
-  throw BadArgument{std::string(name) + field + " = " + std::to_string(size) + "; allowed is " +
-                    std::to_string(sizeof(Struct)) + ": give sizeof(" + name_of<Struct> + ")" + advice};
+  throw BadArgument(std::string(name) + field + " = " + std::to_string(size) + "; allowed is " +
+                    std::to_string(sizeof(Struct)) + ": give sizeof(" + name_of<Struct> + ")" + advice);
 }
 template <class Struct>
 void check_size(const Struct& s, const char* name) {

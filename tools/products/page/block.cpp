@@ -57,8 +57,6 @@ void Block::grab() {
   hand_ = wanted_ = position_;
 }
 
-void Block::move_hand(double position_m) { wanted_ = position_m; }
-
 void Block::step() {
   double pull = 0.0;
   if (held_) {

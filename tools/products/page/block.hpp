@@ -42,7 +42,7 @@ class Block {
   /// that place; the hand reaches it smoothly within some 40 ms, even if the target jumps as a pointer
   /// does.
   void grab();
-  void move_hand(double position_m);
+  void move_hand(double position_m) { wanted_ = position_m; }
   void release() { held_ = false; }
 
   void step();

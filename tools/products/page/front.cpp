@@ -1,10 +1,11 @@
 // Exports the page's simulated block to JavaScript as plain functions and arrays of numbers.
 #include <algorithm>
+#include <array>
 #include <string>
 
 #include "block.hpp"
 #include "comparison.hpp"
-#include "fixed_scene.hpp"
+#include "tests/golden_script.hpp"
 
 #define BRISTLE_PAGE(name) __attribute__((export_name(#name)))
 
@@ -15,31 +16,17 @@ page::Block& block() {
   return it;
 }
 
-// Indices into the array of numbers that the exported function state() returns.
-enum StateField {
-  position,
-  velocity,
-  hand,
-  held,
-  friction,
-  kinetic,
-  peak,
-  steps,
-  bristles,
-  active,
-  state_fields
-};
-
 }  // namespace
 
 extern "C" {
 
 BRISTLE_PAGE(version) const char* version() { return bristle::library_version(); }
 
-BRISTLE_PAGE(instruction_set) const char* instruction_set() { return bristle::PatchBatch().isa(); }
-
-BRISTLE_PAGE(fixed_scene_hash) const char* fixed_scene_hash() {
-  static const std::string text = page::fixed_scene_hash();
+/// Returns the state hashes of tests/data/golden_hash.csv, computed here, with a blank after each.
+BRISTLE_PAGE(golden_hashes) const char* golden_hashes() {
+  static std::string text;
+  text.clear();
+  for (const bristle_test::Golden& golden : bristle_test::run_golden_script()) text += golden.hash + " ";
   return text.c_str();
 }
 
@@ -76,21 +63,22 @@ BRISTLE_PAGE(step) void step(int count) {
   for (int i = 0; i < count; ++i) block().step();
 }
 
+/// Returns numbers in the order of their names in web/library.mjs.
 BRISTLE_PAGE(state) const double* state() {
-  static double values[state_fields];
+  static std::array<double, 10> values;
   const page::Block& now = block();
   const bristle::PatchInfo info = now.info();
-  values[position] = now.position();
-  values[velocity] = now.velocity();
-  values[hand] = now.hand();
-  values[held] = now.held() ? 1.0 : 0.0;
-  values[friction] = now.response().end[0];
-  values[kinetic] = now.kinetic_friction();
-  values[peak] = now.peak_friction();
-  values[steps] = static_cast<double>(now.steps());
-  values[bristles] = info.representatives;
-  values[active] = info.active;
-  return values;
+  values = {now.position(),
+            now.velocity(),
+            now.hand(),
+            now.held() ? 1.0 : 0.0,
+            now.response().end[0],
+            now.kinetic_friction(),
+            now.peak_friction(),
+            static_cast<double>(now.steps()),
+            1.0 * info.representatives,
+            info.active};
+  return values.data();
 }
 
 /// Returns the ring buffer of the block's past states, four numbers each: time (s), position (m), friction

@@ -55,7 +55,7 @@ function makeAxes(view, unit) {
     }
     context.setLineDash([]);
     const apart = axes.y(state.kinetic) - axes.y(state.peak) > 6;
-    label(context, apart ? 'peak' : 'peak, kinetic', left + 4, axes.y(state.peak) - 3, {colour: colours.peak, size: 11});
+    label(context, `peak at first loading${apart ? '' : ', kinetic'}`, left + 4, axes.y(state.peak) - 3, {colour: colours.peak, size: 11});
     if (apart) label(context, 'kinetic', left + 4, axes.y(state.kinetic) + 12, {colour: colours.kinetic, size: 11});
   };
   return axes;

@@ -1,51 +1,22 @@
 // Wraps the WebAssembly library in plain functions. Lengths in metres, forces in newtons.
-'use strict';
+import {openModule, Refusal} from '../../javascript/open_module.js';
 
-/** Message of an exception of the library. */
-class Refusal extends Error {}
-
-async function openLibrary(bytes) {
-  let memory;
-  const text = (at) => {
-    const all = new Uint8Array(memory.buffer);
-    return new TextDecoder().decode(all.subarray(at, all.indexOf(0, at)));
-  };
-  const module = await WebAssembly.compile(bytes);
-  // The library imports a clock and an empty environment; other system calls report that they are missing.
-  const missing = 52;
-  const system = {
-    clock_time_get(id, precision, at) {
-      new DataView(memory.buffer).setBigUint64(at, BigInt(Math.round(1e6 * performance.now())), true);
-      return 0;
-    },
-    environ_sizes_get(count, bytes) {
-      for (const at of [count, bytes]) new DataView(memory.buffer).setUint32(at, 0, true);
-      return 0;
-    },
-    environ_get: () => 0,
-  };
-  const imports = {page: {refuse(at) { throw new Refusal(text(at)); }}};
-  for (const {module: from, name} of WebAssembly.Module.imports(module))
-    if (from !== 'page') (imports[from] ??= {})[name] = system[name] ?? (() => missing);
-  const wasm = (await WebAssembly.instantiate(module, imports)).exports;
-  memory = wasm.memory;
-  wasm._initialize();
-
+export async function openLibrary(bytes) {
+  const {wasm, text, guarded} = await openModule(bytes);
+  const memory = wasm.memory;
   const numbers = (at, count) => new Float64Array(memory.buffer, at, count);
   const fields = ['position', 'velocity', 'hand', 'held', 'friction', 'kinetic', 'peak', 'steps', 'bristles', 'active'];
   return {
     version: text(wasm.version()),
-    instructionSet: text(wasm.instruction_set()),
-    fixedSceneHash: () => text(wasm.fixed_scene_hash()),
+    /** Returns the state hashes of scripted patches, in the order of tests/data/golden_hash.csv. */
+    goldenHashes: () => text(wasm.golden_hashes()).trim().split(' '),
     /** Applies settings. Returns an empty text, or the error message of the library. */
     configure(...settings) {
-      const stack = wasm.__stack_pointer.value;
       try {
-        wasm.configure(...settings);
+        guarded(() => wasm.configure(...settings));
         return '';
       } catch (error) {
         if (!(error instanceof Refusal)) throw error;
-        wasm.__stack_pointer.value = stack;
         return error.message;
       }
     },
