@@ -17,6 +17,7 @@
 #include "bristle/bed.hpp"
 #include "bristle/extended_patches.hpp"
 #include "bristle/joint_friction.hpp"
+#include "core/contacts/sealed_bytes.hpp"
 #include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "scenes.hpp"
@@ -30,6 +31,7 @@ constexpr std::size_t members = 3;
 struct Answer {
   Status status = Status::ok;
   std::vector<std::uint64_t> bits;
+  double excess = 0.0;  ///< elastic force over the highest that the member's load allows
   friend bool operator==(const Answer&, const Answer&) = default;
 };
 using Answers = std::vector<Answer>;  ///< one for each member
@@ -52,6 +54,8 @@ class Subject {
   virtual std::vector<std::byte> save() const = 0;
   virtual std::size_t save(bristle::Span<std::byte> to) const = 0;
   virtual void restore(bristle::Span<const std::byte> from) = 0;
+  /// Writes the checksums of a saved state whose other bytes were changed.
+  virtual void seal(std::vector<std::byte>& state) const = 0;
   virtual void reset() = 0;
   virtual int numbers() const = 0;  ///< number of input numbers of a member
 
@@ -81,17 +85,44 @@ std::vector<std::uint64_t> bits_of(const T&... fields) {
   (put(fields, put), ...);
   return bits;
 }
-inline Answer answer_of(const Response& r) {
-  return {r.status, bits_of(r.end, r.elastic, r.damper, r.mean, r.stiffness, r.damping, r.force_limit,
-                            r.dissipated, r.contact_loss, r.damper_work, r.snaps)};
+/// Returns a force over its limit, 0 for no force under no load.
+inline double excess_of(double x, double y, double limit) {
+  const double force = std::hypot(x, y);
+  return force == 0.0 ? 0.0 : force / limit;
 }
-inline Answer answer_of(const bristle::ExtendedResponse& r) {
-  return {r.status, bits_of(r.end, r.elastic, r.damper, r.mean, r.stiffness, r.damping, r.force_limit,
-                            r.torque_limit, r.dissipated, r.contact_loss, r.damper_work, r.snaps)};
+inline Answer answer_of(const Response& r, double) {
+  return {r.status,
+          bits_of(r.end, r.elastic, r.damper, r.mean, r.stiffness, r.damping, r.force_limit, r.dissipated,
+                  r.contact_loss, r.damper_work, r.snaps),
+          excess_of(r.elastic[0], r.elastic[1], r.force_limit)};
 }
-inline Answer answer_of(const bristle::BedResponse& r) {
-  return {r.status, bits_of(r.force, r.torque, r.mean, r.mean_torque, r.dissipated, r.stored, r.tangent,
-                            r.slipping_share)};
+inline Answer answer_of(const bristle::ExtendedResponse& r, double) {
+  return {r.status,
+          bits_of(r.end, r.elastic, r.damper, r.mean, r.stiffness, r.damping, r.force_limit, r.torque_limit,
+                  r.dissipated, r.contact_loss, r.damper_work, r.snaps),
+          excess_of(r.elastic[0], r.elastic[1], r.force_limit)};
+}
+inline Answer answer_of(const bristle::BedResponse& r, double normal_load) {
+  constexpr double most_friction = 0.9;  // of the materials below
+  return {
+      r.status,
+      bits_of(r.force, r.torque, r.mean, r.mean_torque, r.dissipated, r.stored, r.tangent, r.slipping_share),
+      excess_of(r.force[0], r.force[1], most_friction * normal_load)};
+}
+/// Writes the checksum of a saved batch of patches.
+inline void seal_patches(bristle::Span<std::byte> state) {
+  bristle::detail::SavedBatch head;
+  bristle::detail::ByteReader read(state.data() + 16);
+  read(head.bytes);
+  read(head.patches);
+  bristle::detail::seal_batch(head, state);
+}
+/// Writes the checksum behind the magic number of sealed bytes.
+inline void seal_bytes(bristle::Span<std::byte> state) {
+  std::uint64_t magic = 0;
+  bristle::detail::ByteReader read(state.data());
+  read(magic);
+  bristle::detail::seal(state, magic);
 }
 
 /// @name The script: the motion of member `m` in step `k`, a function of these alone.
@@ -145,17 +176,18 @@ class Listed : public Subject {
       note(batch().step(in, out));
     else
       note(batch().step(tick, in, out));
-    return last(out);
+    return last(in, out);
   }
   Answers find(int k) override {
+    const std::vector<MotionOf> in = script(k);
     std::vector<ResponseOf> out;
-    for (const MotionOf& motion : script(k)) {
+    for (const MotionOf& motion : in) {
       if constexpr (std::is_same_v<MotionOf, bristle::BedMotion>)
         out.push_back(batch().find_force(motion));
       else
         out.push_back(batch().find_force(tick, motion));
     }
-    return last(out);
+    return last(in, out);
   }
   std::uint64_t hash() const override { return batch().state_hash(); }
   std::uint64_t hash(std::size_t member) const override { return batch().state_hash(ids_[first() + member]); }
@@ -188,11 +220,12 @@ class Listed : public Subject {
     std::swap(in.front(), in.back());  // another order of motions
     return in;
   }
-  Answers last(const std::vector<ResponseOf>& out) const {
-    std::vector<ResponseOf> ordered = out;
-    if (first() != 0) std::swap(ordered.front(), ordered.back());
+  Answers last(const std::vector<MotionOf>& in, const std::vector<ResponseOf>& out) const {
     Answers answers;
-    for (std::size_t m = first(); m < ordered.size(); ++m) answers.push_back(answer_of(ordered[m]));
+    for (std::size_t m = first(); m < out.size(); ++m) {
+      const std::size_t at = first() != 0 && m + 1 == out.size() ? 0 : m;  // where script() put its motion
+      answers.push_back(answer_of(out[at], in[at].normal_load));
+    }
     return answers;
   }
 };
@@ -208,6 +241,8 @@ class Patches : public Listed<PatchBatch, PatchId, Motion, Response> {
                      PatchOptions(options).with_seed(7 + static_cast<std::uint32_t>((i - company) % 64))));
     batch_.warm_up();
   }
+
+  void seal(std::vector<std::byte>& state) const override { seal_patches(state); }
 
  protected:
   PatchBatch& batch() const override { return batch_; }
@@ -229,6 +264,12 @@ class Outlines
     patches_.warm_up();
   }
 
+  void seal(std::vector<std::byte>& state) const override {
+    const std::size_t own = state.size() - patches_.state_size();
+    seal_bytes({state.data(), own});
+    seal_patches({state.data() + own, state.size() - own});
+  }
+
  protected:
   bristle::ExtendedPatches& batch() const override { return batch_; }
 
@@ -247,6 +288,8 @@ class Beds : public Listed<bristle::BedBatch, bristle::BedId, bristle::BedMotion
     options.max_normal_load = 2.0;
     for (std::size_t i = 0; i < company + members; ++i) ids_.push_back(batch_.add(material, shape, options));
   }
+
+  void seal(std::vector<std::byte>& state) const override { seal_bytes(state); }
 
  protected:
   bristle::BedBatch& batch() const override { return batch_; }
@@ -271,6 +314,7 @@ class Joints : public Subject {
   std::vector<std::byte> save() const override { return saved_state(batch_); }
   std::size_t save(bristle::Span<std::byte> to) const override { return batch_.save_state(to); }
   void restore(bristle::Span<const std::byte> from) override { batch_.restore_state(from); }
+  void seal(std::vector<std::byte>& state) const override { seal_bytes(state); }
   void reset() override { batch_.reset(); }
   int numbers() const override { return 4; }
 
@@ -304,7 +348,8 @@ class Joints : public Subject {
     note(keep ? batch_.step(from, to) : batch_.find_torque(from, to));
     Answers answers;
     for (std::size_t i = count_ - members; i < count_; ++i) {
-      Answer answer{status[i], {}};
+      constexpr double most_torque = 4.0;  // of the material below, under this script
+      Answer answer{status[i], {}, std::abs(out[0][i]) / most_torque};
       for (const std::vector<double>& column : out)
         answer.bits.push_back(std::bit_cast<std::uint64_t>(column[i]));
       for (std::size_t p = i; p < gradient.size(); p += count_)

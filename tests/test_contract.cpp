@@ -2,6 +2,8 @@
 // company; a trial answers as the step and leaves no trace; a saved state goes on with the same bits; a
 // damaged one, and bad input, are refused and change nothing; a reset object is a new one. Every output is
 // compared.
+#include <cstring>
+
 #include "contract_kinds.hpp"
 
 namespace bristle_test::test_contract {
@@ -127,6 +129,151 @@ TEST_CASE(
     expect(subject->save() == saved, kind.name.c_str());
     check_same(untouched->step(10), subject->step(10), "after refusals: " + at_step(kind, 10));
   }
+}
+
+namespace {
+
+/// Forges numbers of a saved state. Every number of every kind of object begins at a multiple of 4 bytes.
+class Forger {
+ public:
+  explicit Forger(const std::vector<std::byte>& good) : good_(good), forged_(good) {}
+
+  /// Calls `visit(forged, what)` for states with one number forged in every way: the numbers of the first 300
+  /// bytes, then as many others as given.
+  template <class Visit>
+  void each_number(std::size_t others, Visit&& visit) {
+    const std::size_t stride = 4 * std::max<std::size_t>(1, good_.size() / 4 / others);
+    for (std::size_t at = 8; at + 8 <= good_.size(); at += at < 300 ? 4 : stride)
+      for (std::size_t way = 0; way < ways; ++way) {
+        forge(at, way);
+        visit(forged_, what_);
+        undo();
+      }
+  }
+  /// Calls `visit(forged, what)` for states with several numbers forged: two to four anywhere, or a run of up
+  /// to sixty in one way, as of a column.
+  template <class Visit>
+  void several(std::size_t count, Visit&& visit) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const bool run = k % 2 == 0;
+      std::size_t at = any_place(), way = random_() % ways;
+      for (std::size_t left = 2 + random_() % (run ? 59 : 3); left > 0; --left) {
+        forge(at, way);
+        at = run ? std::min(at + (way < wide_ways ? 8 : 4), good_.size() - 8) : any_place();
+        if (!run) way = random_() % ways;
+      }
+      visit(forged_, what_);
+      undo();
+    }
+  }
+
+ private:
+  static constexpr std::size_t wide_ways = 16, ways = wide_ways + 10;
+
+  void forge(std::size_t at, std::size_t way) {
+    const auto x = number_at<double>(at);
+    const double wide[] = {nan, infinity, -infinity, -x, -1e-301, -1.0, 2.0 * x, 1e6 * x, 1e300, 0.0};
+    constexpr std::uint64_t one = 1, words[] = {one << 63, one << 62, (one << 60) - 1, ~(one << 63),
+                                                0x7e37'e43c'7e37'e43c};  // near the largest numbers
+    const auto y = number_at<float>(at);
+    const auto narrow_nan = static_cast<float>(nan), narrow_infinity = static_cast<float>(infinity);
+    const float narrow[] = {narrow_nan, narrow_infinity, -y, 4.0f * y, 1e30f, 0.0f};
+    if (way < std::size(wide))
+      put(at, wide[way]);
+    else if (way - std::size(wide) < std::size(words))
+      put(at, words[way - std::size(wide)]);
+    else if (way < wide_ways)
+      put(at, number_at<std::uint64_t>(any_place()));
+    else if (way - wide_ways < std::size(narrow))
+      put(at, narrow[way - wide_ways]);
+    else
+      put(at, way % 4 == 2   ? ~0u
+              : way % 4 == 3 ? number_at<std::uint32_t>(any_place())
+              : way % 4 == 0 ? 0x7fffffffu
+                             : number_at<std::uint32_t>(at) + 1);
+    what_ += " byte " + std::to_string(at) + " way " + std::to_string(way);
+  }
+  void undo() {
+    forged_ = good_;
+    what_.clear();
+  }
+  std::size_t any_place() { return 8 + 4 * (random_() % ((good_.size() - 16) / 4)); }
+  template <class T>
+  T number_at(std::size_t at) const {
+    T value;
+    std::memcpy(&value, good_.data() + at, sizeof value);
+    return value;
+  }
+  template <class T>
+  void put(std::size_t at, const T& value) {
+    std::memcpy(forged_.data() + at, &value, sizeof value);
+  }
+
+  const std::vector<std::byte> good_;
+  std::vector<std::byte> forged_;
+  std::string what_;
+  std::mt19937_64 random_{7};
+};
+
+/// Returns what is wrong with answers: a number that is not finite, or a force far above its limit.
+std::string find_harm(const Answers& answers) {
+  for (const Answer& answer : answers) {
+    for (std::size_t i = 0; i < answer.bits.size(); ++i)
+      if (!std::isfinite(std::bit_cast<double>(answer.bits[i])))
+        return "output " + std::to_string(i) + " is not finite";
+    // Forged random states may give every bristle the longest length of its law.
+    if (!(answer.excess <= 4.0)) return "a force of " + std::to_string(answer.excess) + " limits";
+  }
+  return {};
+}
+
+/// Forges saved states of every kind with true checksums: each is refused, or the object that took it
+/// answers a rest, a trial and steps by finite forces below their limits, and takes its own state again.
+/// `others`, `several`: as in Forger.
+void forge_states(const std::vector<int>& lengths, std::size_t others, std::size_t several) {
+  std::size_t states = 0, refused = 0;
+  for (const Kind& kind : all_kinds()) {
+    const auto subject = kind.make({}, 0);
+    const Spoilt unloaded{1, subject->numbers() - 1, 0.0};
+    int reported = 0;
+    for (const int steps : lengths) {
+      for (int k = 0; k < steps; ++k) subject->step(k);
+      subject->step(steps, &unloaded);  // takes the middle member out of contact
+      Forger forger(subject->save());
+      const auto judge = [&](std::vector<std::byte> forged, const std::string& what) {
+        ++states;
+        subject->seal(forged);
+        if (message_of([&] { subject->restore(forged); }) != "(no error)") {
+          ++refused;
+          return;
+        }
+        std::string harm = find_harm(subject->step(steps + 1, &unloaded));
+        if (harm.empty()) harm = find_harm(subject->find(steps + 2));
+        for (int k = steps + 2; harm.empty() && k < steps + 4; ++k) harm = find_harm(subject->step(k));
+        if (harm.empty() && message_of([&] { subject->restore(subject->save()); }) != "(no error)")
+          harm = "its own state is refused";
+        if (!harm.empty() && ++reported <= 10) FAIL_CHECK(kind.name << "," << what << ": " << harm);
+      };
+      const std::vector<std::byte> good = subject->save();
+      forger.each_number(others, judge);
+      forger.several(several, judge);
+      subject->restore(good);
+    }
+  }
+  INFO(states << " forged states, " << refused << " refused");
+  CHECK(refused > states / 4);
+}
+
+}  // namespace
+
+TEST_CASE("A state of every kind with forged numbers and a true checksum is refused or does no harm",
+          "[contract][state][hostile]") {
+  forge_states({11}, 40, 400);
+}
+
+// With forged numbers at every place. Takes minutes.
+TEST_CASE("A state of every kind that is forged anywhere is refused or does no harm", "[.forged]") {
+  forge_states({11, 4}, 1000000, 200000);
 }
 
 TEST_CASE("A bad number in a motion of every kind is flagged, answered by zeros, and changes nothing",

@@ -533,19 +533,24 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
 TEST_CASE("A sealed state with a number that no joint can have is refused by that, and one of fewer joints",
           "[joints]") {
   const JointMaterial m = gear();
-  JointFriction joints(5, {&m, 1}), fewer(4, {&m, 1});
+  JointOptions graded;
+  graded.gradients = true;
+  JointFriction joints(5, {&m, 1}, graded), fewer(4, {&m, 1}, graded);
   double angle[5] = {0.01, 0.02, 0.03, 0.04, 0.05}, torque[5];
   joints.step({angle, {}, {}, {}}, {torque});
   const std::uint64_t hash = joints.state_hash();
   std::vector<std::byte> state = saved_state(joints);
   CHECK_THROWS_AS(fewer.restore_state(state), Error);
-  const double impossible = std::numeric_limits<double>::infinity();
-  std::memcpy(state.data() + state.size() - sizeof impossible, &impossible, sizeof impossible);
-  std::uint64_t magic;
-  std::memcpy(&magic, state.data(), sizeof magic);
-  detail::seal(state, magic);
-  CHECK(names(message_of([&] { joints.restore_state(state); }), {"JointFriction", "no joint can have"}));
-  CHECK(joints.state_hash() == hash);
+  // The last number is a gradient: a finite one that is too large would make the next answer infinite.
+  for (const double impossible : {std::numeric_limits<double>::infinity(), std::nan(""), 1e308}) {
+    std::memcpy(state.data() + state.size() - sizeof impossible, &impossible, sizeof impossible);
+    std::uint64_t magic;
+    std::memcpy(&magic, state.data(), sizeof magic);
+    detail::seal(state, magic);
+    CHECK(names(message_of([&] { joints.restore_state(state); }),
+                {"JointFriction", "no joint can have", "gradient"}));
+    CHECK(joints.state_hash() == hash);
+  }
 }
 
 TEST_CASE("Materials of joints out of range are refused by name", "[joints]") {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 #include <random>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "core/contacts/key_table.hpp"
+#include "core/contacts/sealed_bytes.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 #include "variants.hpp"
@@ -575,6 +577,17 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
     REQUIRE_THROWS_AS(engine.matcher.restore_state(damaged), bristle::Error);
     damaged.resize(at);
     REQUIRE_THROWS_AS(engine.matcher.restore_state(damaged), bristle::Error);
+  }
+  {
+    // Two contacts of one pair and number would get one key, and so one patch.
+    std::vector<std::byte> doubled = matcher;
+    constexpr std::size_t head = bristle::detail::seal_size, point = 40;
+    REQUIRE(doubled.size() >= head + 2 * point);
+    std::memcpy(doubled.data() + head + point, doubled.data() + head, point);
+    std::uint64_t magic = 0;
+    std::memcpy(&magic, doubled.data(), sizeof magic);
+    bristle::detail::seal({doubled.data(), doubled.size()}, magic);
+    REQUIRE_THROWS_WITH(engine.matcher.restore_state(doubled), Catch::Contains("two contacts of one key"));
   }
   REQUIRE_THROWS_AS(engine.outlines.restore_state(points), bristle::Error);
   REQUIRE_THROWS_AS(engine.matcher.restore_state(points), bristle::Error);

@@ -1,6 +1,7 @@
 // Saved states: equal bits after restoring, damaged bytes refused.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cfenv>
 #include <cmath>
 #include <cstring>
@@ -260,6 +261,49 @@ TEST_CASE("A state with a true checksum and values that no patch can have is ref
   for (PatchBatch* each : {&batch, &twin}) each->step(tick, {&pressed, 1}, {&out, 1});
   CHECK(out.status == Status::ok);
   CHECK(batch.state_hash() == twin.state_hash());
+}
+
+TEST_CASE("A saved bristle bent beyond its own snap length is refused, whatever the longest one is",
+          "[state][hostile]") {
+  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
+    const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), rule);
+    OnePatch patch(material, plain_options(20)), other(material, plain_options(20));
+    REQUIRE(patch.batch.reset(patch.id, 7, 0));  // another seed than the patch that restores has
+    patch.step(0.4 * dbar, 0.0, 1000.0);
+    double zx[20], delta[20];
+    REQUIRE(patch.batch.read_bristles(patch.id, zx, {}, delta) == 20);
+    const std::size_t weak = static_cast<std::size_t>(std::min_element(delta, delta + 20) - delta);
+    const std::vector<std::byte> good = saved_state(patch.batch);
+    const std::size_t columns = 40 + 36 + 64 + 16 + 20 + 32;  // core/patches/SAVED_STATE.md
+    float stored = 0.0f;
+    std::memcpy(&stored, good.data() + columns + 4 * weak, 4);
+    std::int64_t position = 0;
+    std::memcpy(&position, good.data() + 40 + 36 + 24, 8);
+    const double per_metre = static_cast<double>(position) * 0x1p-44 / (0.4 * dbar);
+    const auto restored = [&](double bent) {
+      std::vector<std::byte> forged = good;
+      const auto x = static_cast<float>(static_cast<double>(stored) + (bent - zx[weak]) * per_metre);
+      put(forged, columns + 4 * weak, &x, 4);
+      reseal(forged);
+      return message_of([&] { other.batch.restore_state(forged); });
+    };
+    CHECK(restored(0.99 * delta[weak]) == "(no error)");
+    CHECK(names(restored(1.01 * delta[weak]), {"a deflection"}));
+    CHECK(1.01 * delta[weak] < 1.5 * dbar);
+  }
+}
+
+TEST_CASE("A contact without load that a saved state gives bristles is refused", "[state][hostile]") {
+  // A negative number of bristles, however small, let sliding bristles keep any stiffness and force at rest.
+  const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::slide);
+  OnePatch patch(material, plain_options(8));
+  patch.step(0.2 * dbar, 0.0, 0.0);
+  std::vector<std::byte> forged = saved_state(patch.batch);
+  const double less = -1e-301, stiff = 1e9;
+  put(forged, 40 + 36 + 8, &less, 8);
+  put(forged, 40 + 36 + 64 + 16 + 24, &stiff, 8);
+  reseal(forged);
+  CHECK(names(message_of([&] { patch.batch.restore_state(forged); }), {"zeta"}));
 }
 
 }  // namespace bristle_test::test_saved_state

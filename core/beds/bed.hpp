@@ -7,6 +7,7 @@
 
 #include "bristle/bed.hpp"
 #include "core/bed_table.hpp"
+#include "core/patches/fields.hpp"
 
 namespace bristle::detail {
 
@@ -91,8 +92,34 @@ void rest(Bed& bed) noexcept;
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
 /// Whether a motion is valid and the bed can make it.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
-/// Whether a bed can have this state, so that a damaged saved state is refused. `columns` are laid out as the
-/// bed's; their constants are not read.
-bool is_possible(const Bed& bed, const BedState& state, const float* columns) noexcept;
+/// Checks a saved state of a bed. Returns null, or the name of a value that the bed cannot have. `columns`
+/// are laid out as the bed's; their constants are not read.
+const char* find_bed_fault(const Bed& bed, const BedState& state, const float* columns) noexcept;
+
+/// Ranges of a saved bed's numbers that follow from the bed and its load.
+struct BedRanges {
+  double size = 0.0, limit_of_pressure = 0.0;  ///< what they must be
+  double rolled[2] = {}, root[4] = {};         ///< largest magnitudes
+  bool turns_rows = false;
+};
+/// Calls `visit` with each number of a bed's saved state and its rule, in the order of saving.
+template <class State, class Visit>
+void bed_fields(State& s, const BedRanges& most, Visit&& visit) {
+  // Largest plausible force, torque or energy of a saved state; sixteen sums of floats cannot reach it.
+  constexpr double most_sum = 1e45;
+  const double limit = most.limit_of_pressure;
+  for (int k = 0; k < 4; ++k) visit(s.root[k], FieldRule{"a root's place", -most.root[k], most.root[k]});
+  visit(s.size, FieldRule{"size", most.size - 1e-9, most.size + 1e-9});
+  visit(s.load, FieldRule{"load", 0.0, highest_load});
+  visit(s.pressure_sum, FieldRule{"pressure_sum", 0.0});
+  visit(s.limit_of_pressure, FieldRule{"limit_of_pressure", limit * (1.0 - 1e-9), limit * (1.0 + 1e-9)});
+  for (int k = 0; k < 2; ++k) visit(s.rolled[k], FieldRule{"rolled", -most.rolled[k], most.rolled[k]});
+  visit(s.along[0], FieldRule{"along", most.turns_rows ? -1.0 - 1e-6 : 1.0, 1.0 + 1e-6});
+  visit(s.along[1],
+        FieldRule{"along", most.turns_rows ? -1.0 - 1e-6 : 0.0, most.turns_rows ? 1.0 + 1e-6 : 0.0});
+  for (auto& force : s.force) visit(force, FieldRule{"force", -most_sum, most_sum});
+  visit(s.torque, FieldRule{"torque", -most_sum, most_sum});
+  for (auto& energy : s.energy) visit(energy, FieldRule{"energy", 0.0, most_sum});
+}
 
 }  // namespace bristle::detail

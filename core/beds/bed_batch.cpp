@@ -7,6 +7,7 @@
 #include "core/common/hashing.hpp"
 #include "core/common/little_endian.hpp"
 #include "core/common/why_missing.hpp"
+#include "core/contacts/sealed_bytes.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
@@ -23,22 +24,8 @@ constexpr std::size_t fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
 /// Cost of stepping a bed in addition to that of its bristles, as a number of bristles.
 constexpr std::uint64_t bed_overhead = 64;
-constexpr std::uint64_t saved_magic = 0x3244454220425242u;
+constexpr std::uint64_t saved_magic = 0x3344454220425242u;
 
-/// Calls `visit` with each number of the saved state of a bed, in the order of saving.
-template <class State, class Visit>
-void for_each_number(State& s, Visit&& visit) {
-  for (auto& x : s.root) visit(x);
-  visit(s.size);
-  visit(s.load);
-  visit(s.pressure_sum);
-  visit(s.limit_of_pressure);
-  for (auto& x : s.rolled) visit(x);
-  for (auto& x : s.along) visit(x);
-  for (auto& x : s.force) visit(x);
-  visit(s.torque);
-  for (auto& x : s.energy) visit(x);
-}
 constexpr std::size_t state_numbers = 17;
 
 std::size_t saved_bytes(const Bed& bed) {
@@ -53,10 +40,6 @@ void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
   for (float* block = columns; block != end; block += bed_columns * lane_count)
     visit(block, std::uint32_t{bed_state_columns} * lane_count);
-}
-
-void add_bytes(Hasher& hasher, Span<const std::byte> bytes) {
-  for (const std::byte b : bytes) hasher.add(static_cast<std::uint64_t>(b));
 }
 
 }  // namespace
@@ -100,15 +83,19 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     }
   }
 
-  /// Lets beds rest that the last step moved and this step does not name, and notes those that it moves.
+  /// Lets beds rest that the last step moved and this step does not move: those that it does not name and
+  /// those whose motion it refuses. Notes the beds that it moves.
   void rest_others() noexcept {
     for (const std::uint32_t slot : moved)
       if (beds[slot].last_step != step_number) rest(beds[slot]);
     moved.clear();
     for (std::size_t i = 0; i < in.size(); ++i) {
-      const Bed* bed = find(in[i].id);
-      if (bed != nullptr && bed->drops && out[i].status != Status::repeated_id)
+      Bed* bed = find(in[i].id);
+      if (bed == nullptr || !bed->drops || out[i].status == Status::repeated_id) continue;
+      if (out[i].status == Status::ok)
         moved.push_back(static_cast<std::uint32_t>(bed - beds.data()));
+      else
+        rest(*bed);
     }
   }
 
@@ -292,7 +279,7 @@ std::uint64_t BedBatch::state_hash(BedId id) const noexcept {
   const Bed* bed = impl_->find(id);
   if (bed == nullptr) return 0;
   Hasher hasher;
-  for_each_number(bed->state, [&](double x) { hasher.add(x); });
+  bed_fields(bed->state, {}, [&](double x, const FieldRule&) { hasher.add(x); });
   hasher.add(std::uint64_t{bed->state.rolled_last});
   for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid, bed_along})
     for (std::uint32_t i = 0; i < bed->bristles; ++i) hasher.add(bed->at(c, i));
@@ -310,7 +297,7 @@ std::uint64_t BedBatch::state_hash() const noexcept {
 }
 
 std::size_t BedBatch::state_size() const noexcept {
-  std::size_t bytes = 3 * sizeof(std::uint64_t);
+  std::size_t bytes = seal_size + sizeof(std::uint64_t);
   for (const Bed& bed : impl_->beds)
     if (bed.generation != 0) bytes += saved_bytes(bed);
   return bytes;
@@ -319,49 +306,32 @@ std::size_t BedBatch::state_size() const noexcept {
 std::size_t BedBatch::save_state(Span<std::byte> to) const noexcept {
   const std::size_t bytes = state_size();
   if (to.size() < bytes) return 0;
-  constexpr std::size_t head_bytes = 3 * sizeof(std::uint64_t);
-  ByteWriter write(to.data() + head_bytes);
+  ByteWriter write(to.data() + seal_size);
+  write(static_cast<std::uint64_t>(impl_->count));
   for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
     const Bed& bed = impl_->beds[slot];
     if (bed.generation == 0) continue;
     write(slot);
     write(bed.count);
     write(std::uint64_t{bed.state.rolled_last});
-    for_each_number(bed.state, [&](double x) { write(x); });
+    bed_fields(bed.state, {}, write);
     for_each_block(bed.columns.get(), bed.count,
                    [&](const float* block, std::uint32_t n) { write.column(block, n); });
   }
-  Hasher checksum;
-  add_bytes(checksum, Span<const std::byte>(to.data() + head_bytes, bytes - head_bytes));
-  ByteWriter head(to.data());
-  head(saved_magic);
-  head(static_cast<std::uint64_t>(impl_->count));
-  head(checksum.value());
+  seal({to.data(), bytes}, saved_magic);
   return bytes;
 }
 
 void BedBatch::restore_state(Span<const std::byte> from) {
-  const auto fail = [](const char* what) { throw Error(std::string("BedBatch: the saved state ") + what); };
-  constexpr std::size_t head_bytes = 3 * sizeof(std::uint64_t);
-  const std::size_t bytes = state_size();
-  if (from.size() < head_bytes) fail("is shorter than the state of these beds");
-  std::uint64_t magic = 0, count = 0, checksum = 0;
-  ByteReader head(from.data());
-  head(magic);
+  constexpr const char* where = "BedBatch";
+  ByteReader head = open_sealed(where, from, saved_magic);
+  if (from.size() != state_size()) refuse_saved(where, "is of other beds, or cut short");
+  std::uint64_t count = 0;
   head(count);
-  head(checksum);
-  if (magic != saved_magic) fail("is not one of beds");
-  if (count != impl_->count || from.size() < bytes) fail("is of other beds");
-  if (from.size() > bytes) fail("has bytes behind it: give exactly those that save_state wrote");
-  Hasher hasher;
-  add_bytes(hasher, Span<const std::byte>(from.data() + head_bytes, bytes - head_bytes));
-  if (hasher.value() != checksum) fail("is damaged");
-  impl_->moved.clear();
-  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot)
-    if (impl_->beds[slot].drops) impl_->moved.push_back(slot);
+  if (count != impl_->count) refuse_saved(where, "is of other beds");
   // Restores in two passes: the first checks all values, the second writes, so that bad data change nothing.
   for (const bool writes : {false, true}) {
-    ByteReader read(from.data() + head_bytes);
+    ByteReader read = head;
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
       Bed& bed = impl_->beds[slot];
       if (bed.generation == 0) continue;
@@ -370,18 +340,26 @@ void BedBatch::restore_state(Span<const std::byte> from) {
       BedState state;
       read(its_slot);
       read(its_count);
-      if (its_slot != slot || its_count != bed.count) fail("is of other beds, or added in another order");
+      if (its_slot != slot || its_count != bed.count)
+        refuse_saved(where, "is of other beds, or added in another order");
       read(rolled_last);
-      for_each_number(state, [&](double& x) { read(x); });
+      bed_fields(state, {}, read);
       state.rolled_last = rolled_last != 0;
       float* const columns = writes ? bed.columns.get() : impl_->scratch.get();
       for_each_block(columns, bed.count, [&](float* block, std::uint32_t n) { read.column(block, n); });
-      if (writes)
+      if (writes) {
         bed.state = state;
-      else if (rolled_last > 1 || !is_possible(bed, state, columns))
-        fail("has a value that no bed can have");
+        continue;
+      }
+      const char* fault = rolled_last > 1 ? "rolled_last" : find_bed_fault(bed, state, columns);
+      if (fault != nullptr)
+        refuse_saved(where, (std::string("has a value that no bed can have (") + fault + ")").c_str());
     }
   }
+  // A bed that slid in the last step before it was saved holds its static limits again when it rests.
+  impl_->moved.clear();
+  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot)
+    if (impl_->beds[slot].drops) impl_->moved.push_back(slot);
 }
 
 std::size_t BedBatch::bed_count() const noexcept { return impl_->count; }

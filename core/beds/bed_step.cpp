@@ -33,8 +33,8 @@ constexpr double least_size = 0.05;
 /// into pieces; between them the bed rolls steadily.
 constexpr double cut_lengths = 1.5;
 
-/// Largest load (N), displacement or rolling (m), and spin (rad) of a step.
-constexpr double highest_load = 1e15, most_moved = 1e5, most_spin = 3.2;
+/// Largest displacement or rolling (m), and spin (rad) of a step.
+constexpr double most_moved = 1e5, most_spin = 3.2;
 
 bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
@@ -149,27 +149,25 @@ bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
   return bed.turns_rows || motion.rolled[1] == 0.0;
 }
 
-bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexcept {
-  // Largest plausible force, torque or energy of a saved state; sixteen sums of floats cannot reach it.
-  constexpr double most_sum = 1e45;
-  bool good = s.load >= 0.0 && s.load <= highest_load && within(s.size - size_under(bed, s.load), 1e-9) &&
-              within(s.limit_of_pressure - limit_under(bed, s), 1e-9 * s.limit_of_pressure) &&
-              (bed.rolls || !s.rolled_last) && within(s.torque, most_sum) &&
-              within(square(s.along[0]) + square(s.along[1]) - 1.0, 1e-6) &&
-              (bed.turns_rows || (s.along[0] == 1.0 && s.along[1] == 0.0));
-  for (int k = 0; k < 2; ++k)
-    good = good &&
-           within(s.rolled[k], bed.rolls && (k == 0 || bed.turns_rows) ? most_waiting(bed, s) : 0.0) &&
-           within(s.force[k], most_sum) && s.energy[k] >= 0.0 && s.energy[k] <= most_sum;
+const char* find_bed_fault(const Bed& bed, const BedState& s, const float* columns) noexcept {
+  BedRanges most{.size = size_under(bed, s.load),
+                 .limit_of_pressure = limit_under(bed, s),
+                 .turns_rows = bed.turns_rows};
+  if (bed.rolls) most.rolled[0] = most_waiting(bed, s);
+  if (bed.turns_rows) most.rolled[1] = most.rolled[0];
   // Largest plausible displacement of the roots: `farthest_root` plus one motion.
-  double most_root[4];
   for (int k = 0; k < 4; ++k) {
-    most_root[k] = (k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2]);
-    if (!bed.all_outputs) most_root[k] = std::min(most_root[k], longest_under(bed, s));
-    most_root[k] = 1.000001 * (farthest_root + most_root[k]);
-    good = good && within(s.root[k], most_root[k]);
+    double motion = k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2];
+    if (!bed.all_outputs) motion = std::min(motion, longest_under(bed, s));
+    most.root[k] = 1.000001 * (farthest_root + motion);
   }
-  if (!good) return false;
+  const char* fault = nullptr;
+  bed_fields(s, most, [&fault](double x, const FieldRule& rule) {
+    if (fault == nullptr && !is_allowed(x, rule)) fault = rule.name;
+  });
+  if (fault != nullptr) return fault;
+  if (!within(square(s.along[0]) + square(s.along[1]) - 1.0, 1e-6)) return "along";
+  if (s.rolled_last && !bed.rolls) return "rolled_last";
 
   constexpr double widest = 4.0;         // largest coordinate of a bristle's place, scaled
   constexpr double rounding = 1e-6;      // relative rounding error of the place of a bristle's tip
@@ -181,28 +179,29 @@ bool is_possible(const Bed& bed, const BedState& s, const float* columns) noexce
     const auto at = [&](BedColumn c) { return static_cast<double>(columns[bed_place(c, i)]); };
     const double k = at(bed_stiffness), pressure = at(bed_pressure), over2 = at(bed_over_pressure2);
     const double most_pressure = bed.rolls ? 1.001 : 1.001 * static_cast<double>(bed.at(bed_share, i));
-    good = k >= 0.0 && k <= 1.1 * static_cast<double>(bed.at(bed_own, i)) && pressure >= 0.0 &&
-           pressure <= most_pressure && (k > 0.0) == (pressure > 0.0) && over2 >= 0.0 &&
-           (k > 0.0 ? over2 * pressure * pressure <= 1.001 : over2 == 0.0) && within(at(bed_x), widest) &&
-           within(at(bed_y), widest) && within(at(bed_along), 1.001 + bed.cell) &&
-           (at(bed_slid) == 0.0 || (at(bed_slid) == 1.0 && bed.drops)) && within(at(bed_kept) - 0.5, 0.5) &&
-           within(at(bed_moved) - 0.5, 0.5);
+    bool good = k >= 0.0 && k <= 1.1 * static_cast<double>(bed.at(bed_own, i)) && pressure >= 0.0 &&
+                pressure <= most_pressure && (k > 0.0) == (pressure > 0.0) && over2 >= 0.0 &&
+                (k > 0.0 ? within(over2 * pressure * pressure - 1.0, 1e-3) : over2 == 0.0) &&
+                within(at(bed_x), widest) && within(at(bed_y), widest) &&
+                within(at(bed_along), 1.001 + bed.cell) &&
+                (at(bed_slid) == 0.0 || (at(bed_slid) == 1.0 && bed.drops)) &&
+                within(at(bed_kept) - 0.5, 0.5) && within(at(bed_moved) - 0.5, 0.5);
     const double reach =
         2.0 * bed.hold_over_limit * s.limit_of_pressure * std::max(bed.most_pressure, most_pressure);
     const double turned[2] = {0.0 - s.root[2] * at(bed_y), s.root[3] * at(bed_x)};
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
-      const double farthest = most_root[axis] + widest * most_root[axis + 2] + overload;
+      const double farthest = most.root[axis] + widest * most.root[axis + 2] + overload;
       // Bounds the deflection of a cell in contact by twice the largest static limit plus the rounding error
       // of a far place. For a cell out of contact only the place of the tip is bounded.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
     }
-    if (!good) return false;
+    if (!good) return "a bristle";
     sum += k * pressure;
   }
   // Checks the sum of pressures against the columns, because it scales the limits under every later load.
-  return within(s.pressure_sum - sum, 0.01 * sum + 1e-30);
+  return within(s.pressure_sum - sum, 0.01 * sum + 1e-30) ? nullptr : "pressure_sum";
 }
 
 namespace {

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "bristle/keyed_patches.hpp"
@@ -6,6 +7,7 @@
 #include "core/common/range_check.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/contacts/sealed_bytes.hpp"
+#include "core/patches/fields.hpp"
 
 namespace bristle {
 
@@ -23,6 +25,16 @@ constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
   const std::uint64_t key = mix_key(mix_key(pair) + ordinal);
   return key == no_contact_key ? 0 : key;
+}
+
+/// Calls `visit` with each saved number of a contact.
+template <class Point, class Visit>
+void point_fields(Point& p, const MatcherOptions& options, Visit&& visit) noexcept {
+  constexpr double most = std::numeric_limits<double>::max();
+  visit(p.pair);
+  for (auto& x : p.at) visit(x, detail::FieldRule{"point", -most, most});
+  visit(p.ordinal);
+  visit(p.missed, detail::FieldRule{"missed", 0.0, static_cast<double>(options.keep_steps)});
 }
 
 }  // namespace
@@ -219,10 +231,7 @@ std::size_t ContactMatcher::save_state(Span<std::byte> to) const noexcept {
   detail::ByteWriter write(to.data() + detail::seal_size);
   for (std::uint32_t i = 0; i < impl_->old_count; ++i) {
     const Impl::Point& p = impl_->points[0][i];
-    write(p.pair);
-    for (const double x : p.at) write(x);
-    write(p.ordinal);
-    write(p.missed);
+    point_fields(p, impl_->options, write);
   }
   detail::seal({to.data(), state_size()}, saved_magic);
   return state_size();
@@ -235,15 +244,15 @@ void ContactMatcher::restore_state(Span<const std::byte> from) {
   if (from.size() != detail::seal_size + count * saved_point) fail("is cut short");
   if (count > impl_->points[0].size()) fail("holds more contacts than this matcher remembers");
   std::vector<Impl::Point> points(impl_->points[0].size());
+  KeyTable keys(count);
   for (std::size_t i = 0; i < count; ++i) {
     Impl::Point& p = points[i];
-    read(p.pair);
-    for (double& x : p.at) {
-      read(x);
-      if (!std::isfinite(x)) fail("has a point that is not finite");
-    }
-    read(p.ordinal);
-    read(p.missed);
+    detail::FieldCheck check{read};
+    point_fields(p, impl_->options, check);
+    if (check.fault != nullptr) fail("has a value that no contact can have");
+    const std::uint64_t key = key_of(p.pair, p.ordinal);
+    if (keys.find(key) != none) fail("holds two contacts of one key");
+    keys.insert(key, static_cast<std::uint32_t>(i));
   }
   impl_->points[0].swap(points);
   impl_->old_count = static_cast<std::uint32_t>(count);

@@ -14,6 +14,7 @@
 #include "core/contacts/key_table.hpp"
 #include "core/contacts/sealed_bytes.hpp"
 #include "core/materials/turn.hpp"
+#include "core/patches/fields.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/patch_pool.hpp"
@@ -341,11 +342,14 @@ struct SavedOutline {
   Pose pose;
   double normal_load = 0.0;
 };
-template <class Io, class Outline>
-void outline_fields(Io& io, Outline& p) noexcept {
-  for (auto* number : {&p.slot, &p.generation, &p.cells, &p.seed}) io(*number);
-  io(p.key);
-  for (auto* number : {&p.pose.turn.cosine, &p.pose.turn.sine, &p.pose.scale, &p.normal_load}) io(*number);
+template <class Outline, class Visit>
+void outline_fields(Outline& p, Visit&& visit) noexcept {
+  for (auto* number : {&p.slot, &p.generation, &p.cells, &p.seed}) visit(*number);
+  visit(p.key);
+  for (auto* part : {&p.pose.turn.cosine, &p.pose.turn.sine})
+    visit(*part, FieldRule{"turn", -1.0 - 1e-9, 1.0 + 1e-9});
+  visit(p.pose.scale, FieldRule{"scale", 0.0, largest_scale});
+  visit(p.normal_load, FieldRule{"normal_load", 0.0, highest_load});
 }
 SavedOutline saved_outline(std::uint32_t slot, const ExtendedPatch& p) noexcept {
   return {slot,   p.generation, static_cast<std::uint32_t>(p.cells.size()), p.seed, p.key,
@@ -820,7 +824,7 @@ std::size_t ExtendedPatches::save_state(Span<std::byte> to) const noexcept {
     const ExtendedPatch& p = call.patches.patches[slot];
     if (p.generation == 0) continue;
     const SavedOutline saved = saved_outline(slot, p);
-    outline_fields(write, saved);
+    outline_fields(saved, write);
   }
   seal({to.data(), own}, saved_magic);
   return own + of_batch;
@@ -839,15 +843,16 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
     if (p.generation != 0) present.push_back(&p);
   for (std::size_t i = 0; i < impl.count; ++i) {
     SavedOutline& p = restored[i];
-    outline_fields(read, p);
+    FieldCheck check{read};
+    outline_fields(p, check);
     const SavedOutline now =
         saved_outline(static_cast<std::uint32_t>(present[i] - impl.patches.data()), *present[i]);
     if (p.slot != now.slot || p.generation != now.generation || p.cells != now.cells)
       refuse_saved(where, "is of patches with other outlines, or added in another order");
     const double length = square(p.pose.turn.cosine) + square(p.pose.turn.sine);
-    if (!(magnitude(length - 1.0) <= 1e-9) || !(p.pose.scale >= 0.0 && p.pose.scale <= largest_scale) ||
-        !(p.normal_load >= 0.0 && p.normal_load <= 1e15))
-      refuse_saved(where, "has a value that no patch can have");
+    if (check.fault == nullptr && !(magnitude(length - 1.0) <= 1e-9)) check.fault = "turn";
+    if (check.fault != nullptr)
+      refuse_saved(where, (std::string("has a value that no patch can have (") + check.fault + ")").c_str());
   }
   impl.batch->restore_state(Span<const std::byte>(from.data() + own, from.size() - own));
   for (std::size_t i = 0; i < impl.count; ++i) {

@@ -12,6 +12,7 @@
 #include "core/contacts/sealed_bytes.hpp"
 #include "core/joint_table.hpp"
 #include "core/materials/strata.hpp"
+#include "core/patches/fields.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
@@ -81,6 +82,17 @@ std::uint32_t bristles_of(const JointOptions& options) {
 }
 
 bool is_within(double x, double most) noexcept { return std::fabs(x) <= most; }
+
+/// Calls visit(column, rule) for each saved number of a joint, in the order of saving. The angle of a
+/// bristle's tip stays between angles that its joint has had, and is bounded with ample room.
+template <class Visit>
+void joint_fields(const JointLayout& layout, Visit&& visit) {
+  constexpr FieldRule angle{"angle", -most_angle, most_angle}, tip{"tip", -1e24, 1e24},
+      slid{.name = "slid", .least = 0.0, .most = 1.0, .whole = true}, gradient{"gradient", -1e100, 1e100};
+  visit(layout.before, angle);
+  for (std::uint32_t c = layout.tips; c < layout.columns; ++c)
+    visit(c, c < layout.slid ? tip : c < layout.gradients ? slid : gradient);
+}
 
 }  // namespace
 
@@ -362,8 +374,7 @@ std::size_t JointFriction::save_state(Span<std::byte> to) const noexcept {
   write(std::uint64_t{impl_->bristles});
   write(std::uint64_t{impl_->variant});
   for (std::size_t i = 0; i < impl_->count; ++i) {
-    write(impl_->at(i, layout.before));
-    for (std::uint32_t c = layout.tips; c < layout.columns; ++c) write(impl_->at(i, c));
+    joint_fields(layout, [&](std::uint32_t c, const FieldRule&) { write(impl_->at(i, c)); });
   }
   seal({to.data(), bytes}, saved_magic);
   return bytes;
@@ -383,27 +394,17 @@ void JointFriction::restore_state(Span<const std::byte> from) {
   // Restores in two passes: the first checks all values, the second writes, so that bad data change nothing.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
-    for (std::size_t i = 0; i < impl.count; ++i) {
-      double before = 0.0;
-      read(before);
-      bool good = before != before || is_within(before, most_angle);
-      if (writes)
-        impl.at(i, layout.before) =
-            good && before == before ? before : std::numeric_limits<double>::quiet_NaN();
-      for (std::uint32_t c = layout.tips; c < layout.columns; ++c) {
+    for (std::size_t i = 0; i < impl.count; ++i)
+      joint_fields(layout, [&](std::uint32_t c, const FieldRule& rule) {
         double x = 0.0;
         read(x);
-        if (c < layout.slid)
-          good = good && is_within(x, 1e24);  // bounds the angle of a bristle's tip, rad, with ample room:
-                                              // a tip stays between angles its joint has had
-        else if (c < layout.gradients)
-          good = good && (x == 0.0 || x == 1.0);
-        else
-          good = good && is_within(x, std::numeric_limits<double>::max());
-        if (writes) impl.at(i, c) = x;
-      }
-      if (!good) refuse_saved(where, "has a value that no joint can have");
-    }
+        const bool is_none = c == layout.before && x != x;  // the joint has had no angle yet
+        if (writes)
+          impl.at(i, c) = is_none ? std::numeric_limits<double>::quiet_NaN() : x;
+        else if (!is_none && !is_allowed(x, rule))
+          refuse_saved(where,
+                       (std::string("has a value that no joint can have (") + rule.name + ")").c_str());
+      });
   }
 }
 

@@ -73,8 +73,9 @@ struct ContactModel {
                                                       ///< must agree with
   /// Writes the state. The number of bytes depends on options and material alone.
   void (*save)(const Patch&, ByteWriter&) noexcept;
-  /// Checks the bytes of a saved state before it is restored. `contact`: saved part that all models share.
-  /// Returns null, or the name of a value that no patch can have.
+  /// Checks the bytes of a saved state before it is restored. `contact`: saved part that all models share, in
+  /// its record seed, remainder and times alone. Returns null, or the name of a value that no patch can
+  /// have.
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
   /// Restores the model's state from bytes in which find_fault found nothing, after the part of the patch
   /// that all models share has been restored.

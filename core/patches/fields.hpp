@@ -1,9 +1,10 @@
-// Lists the scalars of a patch's state in one place: a function `..._fields(state, visit)` calls
+// Lists the scalars of a saved state in one place: a function `..._fields(state, visit)` calls
 // `visit(value, rule)` for each, in the order of the saved bytes. Save, restore, the check of foreign bytes
 // and the hash are visitors of these lists. Caches are in none. Reset and copy take a struct of them as a
 // whole.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
@@ -28,7 +29,8 @@ struct FieldRule {
   double least = -std::numeric_limits<double>::infinity();  ///< least value that a patch can have
   double most = std::numeric_limits<double>::infinity();    ///< largest value that a patch can have
   Hashed hashed = Hashed::value;
-  int axis = 0;  ///< axis of a place
+  int axis = 0;        ///< axis of a place
+  bool whole = false;  ///< whether only whole numbers are allowed, though the value is floating
 };
 constexpr FieldRule placed(int axis) noexcept { return {.hashed = Hashed::place, .axis = axis}; }
 
@@ -40,7 +42,8 @@ inline bool within(double value, double low, double high) noexcept { return valu
 template <class Number>
 bool is_allowed(const Number& value, const FieldRule& rule) noexcept {
   if constexpr (std::is_floating_point_v<Number>)
-    return within(static_cast<double>(value), rule.least, rule.most);
+    return within(static_cast<double>(value), rule.least, rule.most) &&
+           (!rule.whole || value == std::floor(value));
   else
     return value >= static_cast<Int128>(rule.least) && value <= static_cast<Int128>(rule.most);
 }
@@ -56,6 +59,13 @@ struct FieldCheck {
     if (fault == nullptr && rule.name != nullptr && !is_allowed(value, rule)) fault = rule.name;
   }
 };
+
+/// Returns the latest time, s, that a value of a saved patch can hold. A step's end is the rounded sum of its
+/// start and its length, while the clock counts the length in whole units, cut off: the two differ by at most
+/// a unit and three roundings.
+inline double latest_time_of(const Patch& contact) noexcept {
+  return time_of(contact) * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second;
+}
 
 /// Adds saved values of a patch to a hash.
 struct FieldHash {

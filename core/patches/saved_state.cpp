@@ -35,7 +35,7 @@ void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
   for (auto& position : c.position) visit(position);
   visit(c.pending_dissipated, FieldRule{"pending_dissipated", 0.0, 1e302});
   visit(c.pending_loss, FieldRule{"pending_loss", -1e302, 1e302});
-  visit(c.pending_snaps);
+  visit(c.pending_snaps, FieldRule{"pending_snaps", 0.0, 1e18});
   for (auto& part : remainder) visit(part, FieldRule{"remainder", -0.5, 0.5});
 }
 /// Lists what an ageing patch saves about time: its own time, which exceeds the longest time by at most a
@@ -162,22 +162,22 @@ SavedPatch read_saved_patch(const std::byte* from) noexcept {
 }
 
 const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
+  PatchRecord record;
+  record.options.seed = read_saved_patch(from).seed;
   Patch contact;
+  contact.record = &record;
   ByteReader read(from + saved_patch_size);
   FieldCheck check{read};
-  double remainder[2];
-  contact_fields(contact, remainder, check);
+  contact_fields(contact, record.remainder, check);
   Int128 time = 0;
-  PatchRecord::Hold hold;
-  if (p.ages) time_fields(time, hold, check);
+  const PatchRecord::Hold& hold = record.hold;
+  if (p.ages) time_fields(time, record.hold, check);
   if (check.fault != nullptr) return check.fault;
+  // Without load there is no bristle in contact, not even one of a negative number that rounding would allow.
   const double zeta = p.material().material.bristles_in_contact(contact.normal_load);
-  if (!(std::abs(contact.zeta - zeta) <= 1e-9 * zeta + 1e-300)) return "zeta";
-  // A step's end is the rounded sum of its start and its length, while the clock counts the length in whole
-  // units, cut off: the two differ by at most a unit and three roundings.
-  const double now = static_cast<double>(time) / clock_units_per_second;
-  if (hold.since < hold.oldest || hold.since > now * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second)
-    return "time";
+  if (!(std::abs(contact.zeta - zeta) <= 1e-9 * zeta)) return "zeta";
+  record.clock = &time;
+  if (hold.since < hold.oldest || hold.since > latest_time_of(contact)) return "time";
   return p.model->find_fault(p, contact, read);
 }
 

@@ -120,7 +120,8 @@ const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader 
   for (std::uint32_t i = 0; i < r.capacity; ++i) {
     double birth = 0.0;
     read(birth);
-    if (i < count && !within(birth, -ever, ever)) return "a cohort's birth";
+    // Kernels step whole rows, so births beyond the last cohort must be numbers too: they are saved as 0.
+    if (!(i < count ? within(birth, -ever, ever) : birth == 0.0)) return "a cohort's birth";
   }
   return nullptr;
 }

@@ -101,7 +101,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
 
 template <class T>
 void fill_first(Representatives<T>& r) noexcept {
-  fill_first_lengths(*r.material, r.options.seed, Span<T>(r.first, r.padded()));
+  for (std::uint32_t i = 0; i < r.padded(); ++i) r.first[i] = first_length<T>(*r.material, r.options.seed, i);
   for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].shortest = shortest_first(r, b);
 }
 

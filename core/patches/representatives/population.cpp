@@ -26,18 +26,6 @@ double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
   return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
 }
 
-template <class T>
-void fill(const CompiledMaterial& material, std::uint32_t seed, Span<T> lengths) {
-  const SnapLength& law = material.material.snap_length;
-  const double shortest = shortest_beyond_residual<T>(material);
-  const auto share = at_random ? random_share : stratified_share;
-  for (std::size_t i = 0; i < lengths.size(); ++i) {
-    const double u = share(seed, static_cast<std::uint32_t>(i));
-    const double scaled = law.quantile(u) * material.lengths_per_metre;
-    lengths[i] = static_cast<T>(material.residual + std::clamp(scaled, shortest, material.longest));
-  }
-}
-
 }  // namespace
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
@@ -54,12 +42,15 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
   return to_share(share | random >> 32);
 }
 
-void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths) {
-  fill(material, seed, lengths);
+template <class T>
+T first_length(const CompiledMaterial& material, std::uint32_t seed, std::uint32_t i) noexcept {
+  const double u = (at_random ? random_share : stratified_share)(seed, i);
+  const double scaled = material.material.snap_length.quantile(u) * material.lengths_per_metre;
+  const double shortest = shortest_beyond_residual<T>(material);
+  return static_cast<T>(material.residual + std::clamp(scaled, shortest, material.longest));
 }
-void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths) {
-  fill(material, seed, lengths);
-}
+template float first_length<float>(const CompiledMaterial&, std::uint32_t, std::uint32_t) noexcept;
+template double first_length<double>(const CompiledMaterial&, std::uint32_t, std::uint32_t) noexcept;
 
 RandomFirstLengths::RandomFirstLengths() noexcept { at_random = true; }
 RandomFirstLengths::~RandomFirstLengths() { at_random = false; }

@@ -29,9 +29,10 @@ double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
   return least > material.shortest ? least : material.shortest;
 }
 
-/// Fills the first snap lengths, scaled: quantiles of the law at stratified values in (0, 1).
-void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<float> lengths);
-void fill_first_lengths(const CompiledMaterial& material, std::uint32_t seed, Span<double> lengths);
+/// Returns the first snap length of bristle i, scaled and beyond the residual: the quantile of the law at
+/// stratified_share().
+template <class T>
+T first_length(const CompiledMaterial& material, std::uint32_t seed, std::uint32_t i) noexcept;
 
 /// While an object of this type lives, this thread fills first snap lengths at random values in (0, 1),
 /// hashes of seed and bristle, as a surface has them. For studies of how far a small number of bristles is

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/common/hashing.hpp"
+#include "core/patches/representatives/population.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
 namespace bristle::detail {
@@ -15,6 +16,27 @@ void count_fields(Count& c, Visit&& visit) noexcept {
   visit(c.active);
   visit(c.fraction);
   visit(c.whole);
+}
+
+/// Places of a bristle's numbers in the saved columns: bytes from the first column to each number's column. A
+/// record without a column leaves its place at `none`.
+struct SavedPlaces {
+  static constexpr std::size_t none = ~std::size_t{0};
+  std::size_t deflection[2] = {none, none}, length = none, age = none;
+};
+template <class T>
+SavedPlaces saved_places(const Representatives<T>& r) noexcept {
+  SavedPlaces places;
+  std::size_t at = 0;
+  Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
+    if (rule.count == 0 || !is_saved(rule.filler)) return;
+    if (rule.filler == Filler::zero)
+      places.deflection[places.deflection[0] == SavedPlaces::none ? 0 : 1] = at;
+    if (rule.filler == Filler::first_length) places.length = at;
+    if (rule.filler == Filler::age) places.age = at;
+    at += std::size_t{r.bristles} * sizeof *column;
+  });
+  return places;
 }
 
 /// Largest number of snaps of a bristle in a piece of path, by which saved renewals still owed are checked.
@@ -254,6 +276,14 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   const double farthest = r.renews() ? 3.0 * longest : longest;
   const double shortest = (p.material().residual + p.material().shortest) * (1.0 - 1e-3);
   const std::uint32_t touching = count.whole + (count.fraction > 0.0 ? 1u : 0u);
+  const std::uint32_t seed = contact.record->options.seed;
+  const bool same_seed = seed == r.options.seed;
+  const SavedPlaces places = saved_places(r);
+  const Material& m = p.material().material;
+  const double residual = p.material().residual;
+  // No bristle has held for longer than since PatchRecord::Hold::oldest.
+  const double now = time_of(contact);
+  const double most_held = (now - contact.record->hold.oldest) / m.ageing_time * (1.0 + 1e-3) + 1e-3;
   ByteReader blocks = read;
   ByteReader columns = read;
   columns.skip(r.block_count * block_size_of(r));
@@ -269,31 +299,38 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     if (const char* fault = find_block_fault(block, moved, longest, farthest)) return fault;
 
     const std::uint32_t end = std::min((b + 1) * block_size, touching);
-    const char* fault = nullptr;
-    std::size_t at = 0;
-    int axis = 0;
-    Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
-      using Entry = std::remove_cv_t<std::remove_pointer_t<decltype(column)>>;
-      if (rule.count == 0 || !is_saved(rule.filler)) return;
-      for (std::uint32_t i = b * block_size; i < end; ++i) {
+    for (std::uint32_t i = b * block_size; i < end; ++i) {
+      const auto number_at = [&](std::size_t column) {
         ByteReader entry = columns;
-        entry.skip(at + i * sizeof(Entry));
-        if constexpr (std::is_same_v<Entry, T>) {
-          Entry number;
-          entry(number);
-          const auto x = static_cast<double>(number);
-          if (rule.filler == Filler::first_length && !within(x, shortest, longest)) fault = "a snap length";
-          // Allows a negative age, which offsets the time before a bristle's renewal in mid-step.
-          if (rule.filler == Filler::age && !within(x, -oldest_bristle, oldest_bristle)) fault = "an age";
-          if (rule.filler == Filler::zero &&
-              (!within(x, -farthest, farthest) || !within(x + moved[axis], -longest, longest)))
-            fault = "a deflection";
-        }
+        entry.skip(column + i * sizeof(T));
+        T number;
+        entry(number);
+        return static_cast<double>(number);
+      };
+      double length = 0.0;
+      if (places.length != SavedPlaces::none)
+        length = number_at(places.length);
+      else
+        length = static_cast<double>(same_seed ? r.first[i] : first_length<T>(p.material(), seed, i));
+      if (!within(length, shortest, longest)) return "a snap length";
+      double grown = 1.0;
+      if (places.age != SavedPlaces::none) {
+        // Allows a negative age, which offsets the time before a bristle's renewal in mid-step.
+        const double age = number_at(places.age);
+        if (!within(age, -oldest_bristle, oldest_bristle)) return "an age";
+        const double held = std::max(age + std::max(now - since, 0.0) / m.ageing_time, 0.0);
+        if (!within(held, 0.0, most_held)) return "an age";
+        grown = m.ageing_factor(held * m.ageing_time);
       }
-      at += std::size_t{r.bristles} * sizeof(Entry);
-      if (rule.filler == Filler::zero) ++axis;
-    });
-    if (fault != nullptr) return fault;
+      double squared = 0.0;
+      for (int axis = 0; axis < p.axes; ++axis) {
+        const double stored = number_at(places.deflection[axis]);
+        if (!within(stored, -farthest, farthest)) return "a deflection";
+        squared += (stored + moved[axis]) * (stored + moved[axis]);
+      }
+      const double limit = (residual + (length - residual) * grown) * (1.0 + 1e-3);
+      if (!within(squared, 0.0, limit * limit)) return "a deflection";
+    }
   }
   return nullptr;
 }
