@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "brute_force.hpp"
+#include "core/materials/solve.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
@@ -657,6 +658,23 @@ TEST_CASE("Every field outside its range is refused by name", "[material][coeffi
   check_refusals<bristle::PatchOptions>(add);
   check_refusals<bristle::Lay>(
       [&](const bristle::Lay& lay) { return add(bristle::PatchOptions{}.with_lay(lay)); });
+}
+
+TEST_CASE("The solvers of materials find roots, the first place of a flat one, and maxima", "[material]") {
+  using namespace bristle::detail;
+  int calls = 0;
+  const auto cubic = [&](double x) { return ++calls, 2.0 - x * x * x; };
+  CHECK(find_zero(cubic, 0.0, 1e3, 2.0, 2.0 - 1e9, {1e-12}) == Approx(std::cbrt(2.0)).epsilon(1e-11));
+  CHECK(calls < 100);
+  const auto rising = [](double x) { return std::expm1(x - 3.0); };
+  CHECK(find_zero(rising, 0.0, 5.0, rising(0.0), rising(5.0), {1e-13}) == Approx(3.0).epsilon(1e-12));
+  const auto flat = [](double x) { return x < 0.3 ? 0.3 - x : 0.0; };
+  CHECK(find_zero(flat, 0.0, 1.0, 0.3, 0.0, {1e-9, 1e-8}) == Approx(0.3).margin(2e-8));
+  CHECK(newton(5.0, [](double x) { return (2.0 - x * x) / (2.0 * x); }) ==
+        Approx(std::sqrt(2.0)).epsilon(1e-15));
+  const Maximum top = find_maximum([](double x) { return 1.0 - (x - 0.7) * (x - 0.7); }, 0.0, 2.0, 40);
+  CHECK(top.place == Approx(0.7).margin(1e-7));
+  CHECK(top.value == 1.0);
 }
 
 TEST_CASE("Bad bristle parameters are refused by name, value and range", "[material][bad_input]") {

@@ -6,6 +6,7 @@
 #include "core/common/check_fields.hpp"
 #include "core/materials/aged_law.hpp"
 #include "core/materials/elementary.hpp"
+#include "core/materials/solve.hpp"
 #include "core/materials/virgin_curve.hpp"
 
 namespace bristle {
@@ -26,24 +27,6 @@ struct AgeingWish {
   bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
   /// Whether the coefficients are given for a speed at which bristles age.
   bool at_speed() const noexcept { return any() && path != 0.0; }
-};
-
-/// Interval that encloses the root of a function, narrowed by the Illinois method. next() returns where the
-/// line between its ends is 0 (false position). take() replaces one end; if the other end stays for the
-/// second time, take() halves the value there.
-struct FalsePosition {
-  double low, high, low_excess, high_excess;
-  int side = 0;
-
-  double next() const noexcept { return low + (high - low) * low_excess / (low_excess - high_excess); }
-  void take(double place, double excess) noexcept {
-    const bool lower = (excess > 0.0) == (low_excess > 0.0);
-    const int its_side = lower ? 1 : -1;
-    (lower ? low : high) = place;
-    (lower ? low_excess : high_excess) = excess;
-    if (side == its_side) (lower ? high_excess : low_excess) *= 0.5;
-    side = its_side;
-  }
 };
 
 /// A family of snap-length laws with one mean and any spread; with spread 0 it is the single length.
@@ -122,16 +105,8 @@ struct Family {
     if (wish.path == 0.0)  // the effect is proportional to the strength here
       return std::min(wanted / (highest_excess + wanted), 1.0) * largest_ageing;
     if (highest_excess <= 0.0) return largest_ageing;
-    // Solves by the method of false position, which converges well for an effect that is concave in the
-    // strength.
-    FalsePosition root{0.0, largest_ageing, -wanted, highest_excess};
-    for (int i = 0; i < 60 && root.high - root.low > 1e-14 * root.high; ++i) {
-      const double strength = root.next();
-      const double excess = effect(unit, strength) - wanted;
-      if (detail::magnitude(excess) < 1e-12 * wanted) return strength;
-      root.take(strength, excess);
-    }
-    return 0.5 * (root.low + root.high);
+    return detail::find_zero([&](double strength) { return effect(unit, strength) - wanted; }, 0.0,
+                             largest_ageing, -wanted, highest_excess, {1e-14, 1e-12 * wanted});
   }
 
   double ratio(double spread) const {
@@ -162,24 +137,10 @@ struct Family {
       best = i;
     }
     if (best == 0 || best == points) return start + best * pace;
-    constexpr double golden = 0.6180339887498949;
-    double low = start + (best - 1) * pace, high = start + (best + 1) * pace;
-    double x1 = high - golden * (high - low), x2 = low + golden * (high - low);
-    double value1 = ratio(x1), value2 = ratio(x2);
-    while (high - low > 1e-5 && std::min(value1, value2) > wanted) {
-      if (value1 < value2) {
-        high = x2;
-        x2 = x1;
-        value2 = value1;
-        value1 = ratio(x1 = high - golden * (high - low));
-      } else {
-        low = x1;
-        x1 = x2;
-        value1 = value2;
-        value2 = ratio(x2 = low + golden * (high - low));
-      }
-    }
-    return value1 < value2 ? x1 : x2;
+    constexpr int iterations = 18;  // leave an error of 1e-5
+    return detail::find_maximum([&](double spread) { return -ratio(spread); }, start + (best - 1) * pace,
+                                start + (best + 1) * pace, iterations)
+        .place;
   }
 
   // Spread of the uniform law with the least ratio peak / kinetic: 1.15302, at a width w of 0.969609 means.
@@ -195,50 +156,16 @@ const char* rule_name(SnapRule rule) noexcept {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "keep" : "redraw";
 }
 
-/// Returns the spread, at most `widest`, at which peak / kinetic is `wanted`.
+/// Returns the least spread, at most `widest`, at which peak / kinetic is `wanted`. That may be 1, the ratio
+/// of every law so wide that its force has no peak.
 double solve_spread(const Family& family, double widest, double wanted) {
-  double low = 0.0, high = widest;
-  double low_excess = family.ratio(0.0) - wanted, high_excess = family.ratio(high) - wanted;
-  if (low_excess <= 0.0) return 0.0;
-  // Alternates bisection and secant steps, because the ratio peak / kinetic is flat at both ends of some
-  // families.
-  for (int i = 0; i < 80 && high - low > 1e-13 * high; ++i) {
-    double middle = 0.5 * (low + high);
-    if (i % 2 == 1 && high_excess < -1e-7) {
-      middle = low + (high - low) * low_excess / (low_excess - high_excess);
-      const double margin = 1e-3 * (high - low);
-      middle = std::min(std::max(middle, low + margin), high - margin);
-    }
-    const double excess = family.ratio(middle) - wanted;
-    if (excess > 0.0) {
-      low = middle;
-      low_excess = excess;
-      if (excess < 1e-10) break;
-    } else {
-      high = middle;
-      high_excess = excess;
-      if (excess < 0.0 && excess > -1e-10) break;
-    }
-  }
-  return low_excess < -high_excess ? low : high;
-}
-
-/// Solves as solve_spread() does, but by the method of false position, in a third of the steps. The last bits
-/// of the result differ.
-double solve_spread_fast(const Family& family, double widest, double wanted) {
-  FalsePosition root{0.0, widest, family.ratio(0.0) - wanted, family.ratio(widest) - wanted};
-  if (root.low_excess <= 0.0) return 0.0;
-  constexpr double close = 3e-8;  // tolerance of the ratio peak / kinetic; the peak is known to 1e-7
-  for (int i = 0; i < 60 && root.high - root.low > 1e-9 * root.high; ++i) {
-    // Bisects while the upper end has the wanted ratio. That ratio may be 1, which every law has that is so
-    // wide that its force has no peak; the root, the narrowest of these laws, may then lie far below the end.
-    const bool flat = root.high_excess > -1e-7;
-    const double spread = flat ? 0.5 * (root.low + root.high) : root.next();
-    const double excess = family.ratio(spread) - wanted;
-    if (detail::magnitude(excess) < close && !flat) return spread;
-    root.take(spread, excess);
-  }
-  return root.high;
+  const auto excess = [&](double spread) { return family.ratio(spread) - wanted; };
+  const double highest = excess(0.0);
+  if (highest <= 0.0) return 0.0;
+  // A virgin curve on a grid is known to 1e-7; closed forms are exact.
+  const detail::ZeroTolerance tolerance =
+      family.of_paper() ? detail::ZeroTolerance{1e-13, 1e-10} : detail::ZeroTolerance{1e-9, 3e-8};
+  return detail::find_zero(excess, 0.0, widest, highest, excess(widest), tolerance);
 }
 
 /// Describes law, rule, residual and renewal for errors about peak / kinetic.
@@ -268,7 +195,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
                    detail::number_text(lowest) + " to " + detail::number_text(highest) + " (" +
                        describe(family, residual_share) + ")");
   const double wanted = std::min(std::max(ratio, lowest), highest);
-  return family.of_paper() ? solve_spread(family, widest, wanted) : solve_spread_fast(family, widest, wanted);
+  return solve_spread(family, widest, wanted);
 }
 
 /// Returns the caller's spread. Throws if it is too wide, or if a given peak is not the peak of this spread.
@@ -354,13 +281,9 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
     detail::refuse("Coefficients", "peak / kinetic", wanted,
                    "1 to " + detail::number_text(ratio(largest_drop)) + " (" + name + ", drop at most " +
                        detail::number_text(largest_drop) + ")");
-  double low = 0.0, high = largest_drop;
   if (wanted <= 1.0 + rounding) return 0.0;
-  for (int i = 0; i < 60 && high - low > 1e-14; ++i) {
-    const double middle = 0.5 * (low + high);
-    (ratio(middle) < wanted ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
+  return detail::find_zero([&](double drop) { return ratio(drop) - wanted; }, 0.0, largest_drop, 1.0 - wanted,
+                           ratio(largest_drop) - wanted, {1e-14});
 }
 
 /// Returns, for SnapRule::slide, the ageing strength that makes the peak of bristles with this law and drop

@@ -14,6 +14,7 @@
 
 #include "core/common/assert.hpp"
 #include "core/materials/elementary.hpp"
+#include "core/materials/solve.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -153,15 +154,11 @@ double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double 
   // Solves by Newton's method. Both logarithms fall with lambda and are convex, and by Jensen's inequality
   // they start above the target, so the iterates rise to the root and never pass it.
   const double target = rule == SnapRule::keep ? -log(kappa) : -log1p(kappa);
-  double growth = log1p(kappa) / mean;
-  for (int i = 0; i < 100; ++i) {
+  return newton(log1p(kappa) / mean, [&](double growth) {
     const LogValue at =
         rule == SnapRule::keep ? log_revolutions(nodes, growth) : log_transform(nodes, growth);
-    const double step = (target - at.value) / at.slope;
-    growth += step;
-    if (!(step > 1e-15 * growth)) break;
-  }
-  return growth;
+    return (target - at.value) / at.slope;
+  });
 }
 
 /// Returns the integral over 0 to d of exp(-growth r).
@@ -210,14 +207,9 @@ double aged_length(double length, const WayAgeing& ageing) noexcept {
   // `length` could diverge, because the slope can be 0 there.
   constexpr double farthest = 1e3;
   const bool saturates = ageing.form == AgeingForm::saturating;
-  double l = length * (saturates ? 1.0 + ageing.strength : ageing.factor(farthest * length));
-  for (int i = 0; i < 60; ++i) {
-    const double step = (length * ageing.factor(l) - l) / (1.0 - length * ageing.slope(l));
-    if (!(step < 0.0)) break;
-    l += step;
-    if (!(step < -1e-15 * l)) break;
-  }
-  return l;
+  const double start = length * (saturates ? 1.0 + ageing.strength : ageing.factor(farthest * length));
+  return newton(start,
+                [&](double l) { return (length * ageing.factor(l) - l) / (1.0 - length * ageing.slope(l)); });
 }
 
 AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing) {

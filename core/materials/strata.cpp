@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/materials/solve.hpp"
+
 namespace bristle::detail {
 namespace {
 
@@ -38,15 +40,11 @@ class Cells {
   double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< Returns E[l; l < x].
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
-  /// Finds the length at which a non-decreasing function reaches 0, by 44 bisections.
+  /// Finds the length at which a non-decreasing function reaches 0.
   template <class Function>
-  double find_zero(Function&& function) const {
-    double low = 0.0, high = law_.longest();
-    for (int i = 0; i < 44; ++i) {
-      const double middle = 0.5 * (low + high);
-      (function(middle) < 0.0 ? low : high) = middle;
-    }
-    return high;
+  double find_length(const Function& function) const {
+    const double longest = law_.longest();
+    return find_zero(function, 0.0, longest, function(0.0), function(longest), {longest * 0x1p-44});
   }
 
  private:
@@ -70,12 +68,13 @@ struct Edges {
 
   Edges(const SnapLength& law, const Cells& cells, double e) : error(e) {
     const double shortest =
-        cells.find_zero([&](double x) { return x * cells.shorter(x) - cells.short_moment(x) - e; });
+        cells.find_length([&](double x) { return x * cells.shorter(x) - cells.short_moment(x) - e; });
     first =
-        cells.find_zero([&](double x) { return cells.short_moment(x) - shortest * cells.shorter(x) - e; });
+        cells.find_length([&](double x) { return cells.short_moment(x) - shortest * cells.shorter(x) - e; });
     const double longest =
-        cells.find_zero([&](double x) { return e - (cells.long_moment(x) - x * law.survival(x)); });
-    last = cells.find_zero([&](double x) { return e - (longest * law.survival(x) - cells.long_moment(x)); });
+        cells.find_length([&](double x) { return e - (cells.long_moment(x) - x * law.survival(x)); });
+    last =
+        cells.find_length([&](double x) { return e - (longest * law.survival(x) - cells.long_moment(x)); });
   }
 };
 

@@ -22,6 +22,7 @@
 #include "core/materials/elementary.hpp"
 #include "core/materials/law_at.hpp"
 #include "core/materials/slow_wave.hpp"
+#include "core/materials/solve.hpp"
 #include "core/materials/steady_sliding.hpp"
 #include "core/materials/survival_table.hpp"
 
@@ -488,28 +489,6 @@ double redraw_deflection(const SnapLength& law, double x) {
 /// f is smooth, and to first order at a kink, which therefore needs more steps.
 constexpr int smooth_iterations = 22, kink_iterations = 60;
 
-/// Finds the maximum of f on [low, high], where it has one hump, by golden section.
-template <class Function>
-double maximum_between(const Function& f, double low, double high, int iterations) {
-  constexpr double golden = 0.6180339887498949;
-  double x1 = high - golden * (high - low), x2 = low + golden * (high - low);
-  double f1 = f(x1), f2 = f(x2);
-  for (int i = 0; i < iterations; ++i) {
-    if (f1 < f2) {
-      low = x1;
-      x1 = x2;
-      f1 = f2;
-      f2 = f(x2 = low + golden * (high - low));
-    } else {
-      high = x2;
-      x2 = x1;
-      f2 = f1;
-      f1 = f(x1 = high - golden * (high - low));
-    }
-  }
-  return std::max(f1, f2);
-}
-
 /// Finds the maximum of f over ascending points, then refines it in the two intervals beside the best point.
 template <class Function>
 double maximum_over(const Function& f, const std::vector<double>& points, int iterations) {
@@ -523,7 +502,7 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
   }
   const double low = points[best > 0 ? best - 1 : 0];
   const double high = points[std::min(best + 1, points.size() - 1)];
-  return std::max(peak, maximum_between(f, low, high, iterations));
+  return std::max(peak, find_maximum(f, low, high, iterations).value);
 }
 
 /// Finds the peak of the virgin curve, and its place, on the path where no bristle has snapped twice; narrow
@@ -549,8 +528,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
       for (int i = 1; i <= 256; ++i) consider(low + (end - low) * i / 256.0);
       const double width = (end - low) / 256.0;
       const auto f = [&](double x) { return unit.first_pass(x, renewal); };
-      peak =
-          std::max(peak, maximum_between(f, std::max(place - width, low), std::min(place + width, end), 30));
+      peak = std::max(peak,
+                      find_maximum(f, std::max(place - width, low), std::min(place + width, end), 30).value);
     }
   } else if (law.law() == SnapLaw::table) {
     const Span<const double> q = law.table_values();
@@ -563,7 +542,7 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
     // Searches the peak in the one hump of the curve, beginning ten standard deviations below the mean
     // length.
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
-    peak = maximum_between([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40);
+    peak = find_maximum([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40).value;
     place = high;
     for (int i = 0; i < 64; ++i) {  // finds, to within 1/64 of the interval, the longest path at which the
                                     // curve is within 1e-3 of its peak
@@ -964,14 +943,8 @@ SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
     most = force;
     highest = k;
   }
-  double low = highest > 0 ? length_at(highest - 1) : 0.0, high = length_at(std::min(highest + 1, points));
-  for (int i = 0; i < 100 && high - low > 1e-9 * mean; ++i) {
-    const double third = (high - low) / 3.0;
-    if (try_at(low + third) < try_at(high - third))
-      low += third;
-    else
-      high -= third;
-  }
+  const double low = highest > 0 ? length_at(highest - 1) : 0.0;
+  find_maximum(try_at, low, length_at(std::min(highest + 1, points)), kink_iterations);
   return best;
 }
 
