@@ -68,7 +68,7 @@ struct BedShape {
   Kind kind = Kind::row;
   BedPressure pressure = BedPressure::parabolic;
   BedGrowth growth = BedGrowth::fixed;
-  bool rolls = false;           ///< Whether the bed rolls: bristles are carried through the contact.
+  bool rolls = false;           ///< whether the bed rolls: its surface moves through the contact
   double half[2] = {0.0, 0.0};  ///< m, half widths along x and y at full load; 0 = calculated from the
                                 ///< material's radius
   int cells[2] = {0, 0};        ///< number of bristles along x, then of rows; for an ellipse that does not
@@ -159,8 +159,8 @@ struct BedShape {
 struct BedMaterial {
   double static_friction = 0.0;   ///< coefficient of static friction; > 0, at most 100, not below
                                   ///< kinetic_friction
-  double kinetic_friction = 0.0;  ///< > 0. If static friction is higher, a sliding bristle holds this limit
-                                  ///< until it has stuck for a whole step
+  double kinetic_friction = 0.0;  ///< > 0. If static friction is higher, a sliding bristle has this limit
+                                  ///< until it has stuck for a step or the motion turns back
 
   /// @name Elastic bodies. Only sphere_row and disc take them.
   ///@{
@@ -228,9 +228,8 @@ struct BedMotion {
                                         ///< by x and turns by w has x - w r
   double spin = 0.0;                    ///< rad, turn of the moving body against the surface about the normal
 
-  /// m, distance by which the bristles' surface has been carried through the contact, positive where the
-  /// contact moves to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is
-  /// locked.
+  /// m, distance by which the bristles' surface has moved through the contact, positive where the contact
+  /// moves to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is locked.
   double rolled[2] = {0.0, 0.0};
   double normal_load = 0.0;  ///< N, load on the bed
 };

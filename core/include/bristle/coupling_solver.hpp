@@ -39,7 +39,8 @@ struct MovingBody {
   BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< m/s, rad/s: velocity u
 };
 
-/// Patch under a body. The caller sets `place`, `axes`, `jacobian`, `ground_velocity`; solvers use the rest.
+/// Patch under a body. The caller sets `place`, `axes`, `jacobian`, `ground_velocity`, solvers the other
+/// fields.
 template <int Dof>
 struct BodyContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
@@ -170,10 +171,10 @@ bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
   return changed;
 }
 
-// Corrects contacts that age. Their force limit is that of a contact that has held for long, and they may
-// slide with far less force, so stiffness below that limit would hold them back. Evaluates the force of each
-// contact at its displacement with the velocity u, and takes it as the limit if it was clipped, or as a
-// secant otherwise. Returns whether that changed anything.
+// Corrects contacts that age. Their force limit assumes a long rest, and they may slide with far less force,
+// so that stiffness below that limit would hold them back. Evaluates the force of each contact at its
+// displacement with the velocity u, and takes it as the limit if it was clipped, or as a secant otherwise.
+// Returns whether that changed anything.
 template <int Dof>
 bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
                 Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {

@@ -50,8 +50,8 @@ struct JointMaterial {
 static_assert(sizeof(JointMaterial) == joint_parameters * sizeof(double), "one number a parameter");
 
 struct JointOptions {
-  int bristles = 8;  ///< bristles of each joint, 1 to 64. The error of a curve falls with the square of their
-                     ///< number: below 0.21 % of the friction at 8, 0.013 % at 32 (test_joints)
+  int bristles = 8;  ///< bristles of each joint, 1 to 64. The error of first loading falls with their square:
+                     ///< 0.21 % of the friction at 8, 0.013 % at 32; after a reversal twice (test_joints)
   double spread = 0.4;     ///< coefficient of variation of the bristles' limits (lognormal), 0 to 3
   bool gradients = false;  ///< Whether JointOutput::gradient may be asked for: more memory, slower steps.
 };

@@ -43,8 +43,8 @@ struct LinearFriction {
   bool slips = false;              ///< whether release() has set the elastic force to the limit
 
   LinearFriction() = default;
-  /// Makes the spring and damper of a patch that answers `rest` to no displacement in a step of dt_s.
-  /// `scale`: friction coefficient of the contact over that of the patch's material.
+  /// Makes the spring and damper of a patch whose response to no displacement in a step of dt_s is `rest`.
+  /// `scale`: friction coefficient of the contact over the coefficient of the patch's material.
   LinearFriction(const Response& rest, double dt_s, double normal_load, double scale = 1.0) noexcept
       : steady(scale * rest.elastic[0], scale * rest.elastic[1]),
         spring(Vector::Constant(scale * dt_s * rest.stiffness)),

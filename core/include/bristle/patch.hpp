@@ -129,7 +129,7 @@ struct Motion {
                                         ///< up without loss
   double normal_load = 0.0;             ///< N, normal load over the whole step, 0 to 1e15
   std::uint8_t has_velocity = 0;        ///< whether `velocity` is given (not 0); else it is displacement / dt
-  double velocity[2] = {0.0, 0.0};      ///< m/s, slip velocity, for the forces in Response::damper only
+  double velocity[2] = {0.0, 0.0};      ///< m/s, slip velocity, for Response::damper, damping and damper_work
 };
 
 /// Status of a response, a set of flags. `ok` means that the motion was carried out as requested.
