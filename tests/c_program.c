@@ -339,6 +339,11 @@ int c_program_names_contacts(void) {
     pushed.normal_load = 1.0;
     EXPECT(bristle_step(batch, 1e-3, &pushed, sizeof pushed, &answer, sizeof answer, 1, NULL) == BRISTLE_OK);
     EXPECT(answer.status == BRISTLE_STATUS_NO_CAPACITY && answer.end[0] == 0.0);
+    EXPECT(bristle_keyed_reserve(keyed, 3) == BRISTLE_OK && bristle_patch_count(batch) == 3);
+    EXPECT(bristle_keyed_find_or_add(keyed, third, many, 3) == BRISTLE_OK);
+    EXPECT(many[2] != BRISTLE_ID_NO_CAPACITY && bristle_keyed_remove(keyed, 78) == 1);
+    EXPECT(bristle_matcher_reserve(matcher, 2000) == BRISTLE_OK);
+    EXPECT(bristle_matcher_reserve(matcher, 1u << 25) == BRISTLE_REFUSED);
     EXPECT(bristle_keyed_remove(keyed, 77) == 1 && bristle_keyed_remove(keyed, keys[1]) == 1);
   }
   {

@@ -624,6 +624,92 @@ TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys
   CHECK(matcher.match(points, keys) == 3);
 }
 
+TEST_CASE("A pool and a matcher that grow keep their contacts, and have room for a thousand", "[keys]") {
+  PatchBatch batch;
+  KeyedPatches patches(batch, surface, plain_options(4), KeyedOptions{}.with_capacity(3));
+  ContactMatcher matcher(MatcherOptions{}.with_capacity(3));
+  std::vector<ContactPoint> points = grid_points(1, 1000, 1.0);
+  std::vector<std::uint64_t> few(3), keys(1000);
+  matcher.match({points.data(), 3}, few);
+  std::vector<PatchId> ids;
+  for (const std::uint64_t key : few) ids.push_back(patches.find_or_add(key));
+  CHECK(step_one(batch, Motion{ids[1], {0.3 * dbar, 0.0}, 5.0}).end[0] < 0.0);
+  const std::uint64_t bent = batch.state_hash(ids[1]);
+  CHECK_FALSE(patches.find_or_add(99));
+  patches.reserve(2);
+  CHECK(patches.capacity() == 3);
+  CHECK_THROWS_AS(patches.reserve(1u << 25), bristle::Error);
+  CHECK_THROWS_AS(matcher.reserve(1u << 25), bristle::Error);
+  patches.reserve(1000);
+  matcher.reserve(1000);
+  CHECK((patches.capacity() == 1000 && matcher.capacity() == 1000 && patches.size() == 3));
+  CHECK(batch.state_hash(ids[1]) == bent);
+  CHECK(matcher.match(points, keys) == 3);
+  for (std::size_t i = 0; i < 1000; ++i) {
+    const PatchId id = patches.find_or_add(keys[i]);
+    CHECK(id);
+    if (i < 3) CHECK(id == ids[i]);
+  }
+  CHECK(patches.refused() == 1);
+  PatchBatch twin;
+  KeyedPatches same(twin, surface, plain_options(4), KeyedOptions{}.with_capacity(3));
+  same.reserve(1000);
+  twin.restore_state(saved_state(batch));
+  same.restore_state(saved_state(patches));
+  CHECK(same.size() == 1000);
+}
+
+TEST_CASE("Friction of a pair stays with its contacts while the engine lists other points", "[keys]") {
+  ContactMatcher matcher(MatcherOptions{}.with_reach(1e-3));
+  matcher.set_hold(3);
+  const auto match = [&](const std::vector<ContactPoint>& points, const std::vector<double>& normals = {}) {
+    std::vector<std::uint64_t> keys(points.size());
+    matcher.match(points, keys, normals);
+    return keys;
+  };
+  const auto at = [](double x, double y, std::uint64_t pair = 7) { return ContactPoint{pair, {x, y, 0.0}}; };
+  const auto first = match({at(0, 0), at(1, 0), at(0, 1)});
+  CHECK(matcher.held().size() == 0);
+  // Lists two other points: all three contacts are held, and each point joins the nearest.
+  auto keys = match({at(0.9, 0.9), at(0.1, 0.2)});
+  CHECK((keys[0] == first[1] || keys[0] == first[2]));
+  CHECK(keys[1] == first[0]);
+  CHECK((matcher.has_joined(0) && matcher.has_joined(1)));
+  REQUIRE(matcher.held().size() == 3);
+  CHECK(matcher.held()[1].key == first[1]);
+  CHECK(matcher.held()[1].contact.point[0] == 1.0);
+  // Lists the first ones again: they are found, after a restore of the state too.
+  const auto saved = saved_state(matcher);
+  CHECK(match({at(0, 0), at(1, 0), at(0, 1)}) == first);
+  CHECK((matcher.held().size() == 0 && !matcher.has_joined(0)));
+  matcher.restore_state(saved);
+  CHECK(match({at(0, 0), at(1, 0)}) == std::vector<std::uint64_t>{first[0], first[1]});
+  REQUIRE(matcher.held().size() == 1);
+  // A released contact is not found again, and a new point takes its room.
+  CHECK_FALSE(matcher.release(first[0]));
+  CHECK(matcher.release(first[2]));
+  CHECK(matcher.held().size() == 1);
+  keys = match({at(0, 0), at(1, 0), at(5, 5)});
+  CHECK((!matcher.has_joined(2) && matcher.held().size() == 0));
+  // Nothing is held for another pair, nor once the pair parts.
+  match({at(0, 0, 8)});
+  CHECK(matcher.held().size() == 0);
+  match({at(0, 0)});
+  CHECK(!matcher.has_joined(0));
+
+  // A face with another normal is another surface: its point neither joins nor holds.
+  ContactMatcher faces;
+  faces.set_hold(1);
+  std::vector<std::uint64_t> one(1), other(1);
+  const ContactPoint here[1] = {at(0, 0)};
+  const double up[3] = {0.0, 0.0, 1.0}, down[3] = {0.0, 0.0, -1.0}, tilted[3] = {0.0, 0.6, 0.8};
+  faces.match(here, one, up);
+  CHECK(faces.match(here, other, tilted) == 1);
+  CHECK(other == one);
+  CHECK(faces.match(here, other, down) == 0);
+  CHECK((!faces.has_joined(0) && faces.held().size() == 0));
+}
+
 TEST_CASE("A pool with all of its patches taken still says which keys it has", "[keys]") {
   // Fills pools of 16, 32 and 64 patches. In a hash table with no more places than that, a search for an
   // unknown key would find no free place to end at.

@@ -1110,6 +1110,13 @@ bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* 
 
 void bristle_keyed_destroy(bristle_keyed* keyed) { delete keyed; }
 
+bristle_result bristle_keyed_reserve(bristle_keyed* keyed, uint32_t capacity) {
+  return guarded([&] {
+    need(keyed, "keyed");
+    keyed->visit([&](auto& pool) { pool.reserve(capacity); });
+  });
+}
+
 bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys, bristle_id* ids,
                                          size_t count) {
   return guarded([&] {
@@ -1155,6 +1162,10 @@ bristle_result bristle_matcher_create(const bristle_matcher_options* options, br
 }
 
 void bristle_matcher_destroy(bristle_matcher* matcher) { delete matcher; }
+
+bristle_result bristle_matcher_reserve(bristle_matcher* matcher, uint32_t capacity) {
+  return with(matcher, "matcher", [&](auto& it) { it.reserve(capacity); });
+}
 
 bristle_result bristle_matcher_match(bristle_matcher* matcher, const bristle_contact_point* contacts,
                                      uint64_t* keys, size_t count, size_t* found) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -20,7 +21,9 @@ constexpr std::uint32_t none = KeyTable::none;
 
 constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // magic number at the head of the saved state
                                                               // of a matcher (letters "brstmtch")
-constexpr std::size_t saved_point = 4 * 8 + 2 * 4;
+constexpr std::size_t saved_point = 7 * 8 + 3 * 4;
+constexpr double least_cosine = 0.70710678118654752;  // cosine of the largest angle between normals of one
+                                                      // contact in two steps
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
   const std::uint64_t key = mix_key(mix_key(pair) + ordinal);
@@ -33,8 +36,10 @@ void point_fields(Point& p, const MatcherOptions& options, Visit&& visit) noexce
   constexpr double most = std::numeric_limits<double>::max();
   visit(p.pair);
   for (auto& x : p.at) visit(x, detail::FieldRule{"point", -most, most});
+  for (auto& x : p.normal) visit(x, detail::FieldRule{"normal", -most, most});
   visit(p.ordinal);
   visit(p.missed, detail::FieldRule{"missed", 0.0, static_cast<double>(options.keep_steps)});
+  visit(p.is_held, detail::FieldRule{"held", 0.0, 1.0});
 }
 
 }  // namespace
@@ -46,13 +51,28 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
-    std::uint32_t place = 0;    ///< index of a new contact in the caller's list
-    std::uint32_t ordinal = 0;  ///< number that tells the contact from other contacts of its pair
-    std::uint32_t missed = 0;   ///< number of steps for which an old contact has been missing
+    std::uint32_t place = 0;             ///< index of a new contact in the caller's list
+    std::uint32_t ordinal = 0;           ///< number that tells the contact from other contacts of its pair
+    std::uint32_t missed = 0;            ///< number of steps for which an old contact has been missing
+    std::uint32_t is_held = 0;           ///< 1 for an old contact that was held in the step before
+    double normal[3] = {0.0, 0.0, 0.0};  ///< zero: any
     std::uint32_t after = none;
     std::uint32_t partner = none;  ///< index of the contact matched to this one in the other of the two steps
     std::uint32_t nearest = none;  ///< index of the nearest unmatched contact in the other of the two steps
     double distance = 0.0;         ///< squared distance (m^2) to the contact `nearest`
+    bool joined = false;           ///< whether a new contact has the number of one that is held
+
+    bool agrees(const Point& other) const noexcept {
+      const double squares = dot(normal, normal) * dot(other.normal, other.normal);
+      return squares == 0.0 || dot(normal, other.normal) > least_cosine;
+    }
+    double squared_distance(const Point& other) const noexcept {
+      const double d[3] = {at[0] - other.at[0], at[1] - other.at[1], at[2] - other.at[2]};
+      return dot(d, d);
+    }
+    static double dot(const double (&a)[3], const double (&b)[3]) noexcept {
+      return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    }
   };
   struct Pair {
     std::uint64_t pair;
@@ -61,11 +81,18 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   };
 
   explicit Impl(const MatcherOptions& its_options)
-      : options(its_options), reach_squared(options.reach * options.reach), table(3u * options.capacity) {
-    // Makes room for the contacts of this step and for as many that are missing but remembered.
+      : options(its_options), reach_squared(options.reach * options.reach), table(0) {
+    reserve();
+  }
+
+  /// Makes room for the contacts of a step and for as many that are held, or missing but remembered.
+  void reserve() {
+    table = KeyTable(3 * std::size_t{options.capacity});
     points[0].resize(2 * std::size_t{options.capacity});
     points[1].resize(2 * std::size_t{options.capacity});
     pairs.resize(3 * std::size_t{options.capacity});
+    held.reserve(2 * std::size_t{options.capacity});
+    joined.reserve(options.capacity);
   }
 
   void append(int side, std::uint32_t i) noexcept {
@@ -90,11 +117,9 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     const std::vector<Point>& others = points[1 - side];
     for (std::uint32_t j = pair.first[1 - side]; j != none; j = others[j].after) {
       if (others[j].partner != none) continue;
-      const double dx = p.at[0] - others[j].at[0];
-      const double dy = p.at[1] - others[j].at[1];
-      const double dz = p.at[2] - others[j].at[2];
-      const double distance = dx * dx + dy * dy + dz * dz;
-      if (distance < p.distance || (distance == p.distance && p.nearest == none)) {
+      const double distance = p.squared_distance(others[j]);
+      const bool nearer = distance < p.distance || (distance == p.distance && p.nearest == none);
+      if (nearer && p.agrees(others[j])) {
         p.nearest = j;
         p.distance = distance;
       }
@@ -148,29 +173,65 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     return false;
   }
 
-  /// Gives each unmatched new contact the smallest number that no contact, new or old, of its bodies has.
+  /// Gives each unmatched new contact the smallest number that no contact, new or old, of its bodies has, or
+  /// that of the nearest one if its surfaces have `hold` contacts already.
   void number_pair(const Pair& pair) noexcept {
-    std::uint32_t ordinal = 0;
+    std::uint32_t ordinal = 0, added = 0;
     for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
       Point& p = points[1][i];
-      if (p.partner != none) continue;
+      if (p.partner != none || join(pair, p, added)) continue;
       while (is_taken(pair, ordinal)) ++ordinal;
       p.ordinal = ordinal++;
+      ++added;
+    }
+  }
+  bool join(const Pair& pair, Point& p, std::uint32_t added) noexcept {
+    std::uint32_t count = added;
+    const Point* nearest = nullptr;
+    for (std::uint32_t j = pair.first[0]; j != none; j = points[0][j].after) {
+      const Point& old = points[0][j];
+      if (old.missed > 0 || !p.agrees(old)) continue;
+      ++count;
+      if (!nearest || p.squared_distance(old) < p.squared_distance(*nearest)) nearest = &old;
+    }
+    if (hold == 0 || !nearest || count < hold) return false;
+    p.ordinal = nearest->ordinal;
+    return p.joined = true;
+  }
+  /// Holds the old contacts that are not listed while another one of their surfaces is.
+  void hold_pair(const Pair& pair) noexcept {
+    for (std::uint32_t j = pair.first[0]; j != none; j = points[0][j].after) {
+      Point& old = points[0][j];
+      old.is_held = 0;
+      if (hold == 0 || old.partner != none || old.missed > 0) continue;
+      for (std::uint32_t i = pair.first[1]; i != none && !old.is_held; i = points[1][i].after)
+        old.is_held = points[1][i].agrees(old);
     }
   }
 
-  const MatcherOptions options;
+  MatcherOptions options;
+  std::uint32_t hold = 0;
   const double reach_squared;
   KeyTable table;  ///< index in `pairs` of each pair of bodies; empty between steps
   std::vector<Point> points[2];
   std::vector<Pair> pairs;
+  std::vector<HeldContact> held;
+  std::vector<std::uint32_t> joined;  ///< places in the caller's last list, ascending, that joined another
   std::uint32_t old_count = 0;
   std::uint32_t pair_count = 0;
 };
 
+namespace {
+
+void check_capacity(std::uint32_t capacity) {
+  if (capacity < 1 || capacity > (1u << 24))
+    detail::refuse("MatcherOptions", "capacity", capacity, "1 to 16777216");
+}
+
+}  // namespace
+
 ContactMatcher::ContactMatcher(const MatcherOptions& options) {
-  if (options.capacity < 1 || options.capacity > (1u << 24))
-    detail::refuse("MatcherOptions", "capacity", options.capacity, "1 to 16777216");
+  check_capacity(options.capacity);
   detail::require_within("MatcherOptions", "reach", options.reach, 1e-12, 1e100, "m");
   impl_ = std::make_unique<Impl>(options);
 }
@@ -178,7 +239,16 @@ ContactMatcher::~ContactMatcher() = default;
 ContactMatcher::ContactMatcher(ContactMatcher&&) noexcept = default;
 ContactMatcher& ContactMatcher::operator=(ContactMatcher&&) noexcept = default;
 
-std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept {
+void ContactMatcher::reserve(std::uint32_t contacts) {
+  if (contacts <= impl_->options.capacity) return;
+  check_capacity(contacts);
+  impl_->options.capacity = contacts;
+  impl_->reserve();
+}
+std::uint32_t ContactMatcher::capacity() const noexcept { return impl_->options.capacity; }
+
+std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys,
+                                  Span<const double> normals) noexcept {
   Impl& impl = *impl_;
   std::vector<Impl::Point>&before = impl.points[0], &now = impl.points[1];
   for (std::uint32_t i = 0; i < impl.old_count; ++i) {
@@ -194,7 +264,10 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
     Impl::Point& p = now[count];
     p = Impl::Point{};
     p.pair = c.pair;
-    for (int a = 0; a < 3; ++a) p.at[a] = c.point[a];
+    for (std::size_t a = 0; a < 3; ++a) {
+      p.at[a] = c.point[a];
+      if (3 * i + 3 <= normals.size()) p.normal[a] = normals[3 * i + a];
+    }
     p.place = static_cast<std::uint32_t>(i);
     impl.append(1, count++);
   }
@@ -203,15 +276,30 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
   for (std::uint32_t k = 0; k < impl.pair_count; ++k) {
     matched += impl.match_pair(impl.pairs[k]);
     impl.number_pair(impl.pairs[k]);
+    impl.hold_pair(impl.pairs[k]);
     impl.table.erase(impl.pairs[k].pair);
   }
-  for (std::uint32_t i = 0; i < count; ++i) keys[now[i].place] = key_of(now[i].pair, now[i].ordinal);
+  std::uint32_t own = 0;
+  impl.joined.clear();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    keys[now[i].place] = key_of(now[i].pair, now[i].ordinal);
+    if (now[i].joined)
+      impl.joined.push_back(now[i].place);
+    else
+      now[own++] = now[i];
+  }
+  count = own;
 
+  impl.held.clear();
   const std::uint32_t room = static_cast<std::uint32_t>(now.size());
   for (std::uint32_t i = 0; i < impl.old_count && count < room; ++i) {
-    if (before[i].partner != none || before[i].missed >= impl.options.keep_steps) continue;
-    now[count] = before[i];
-    ++now[count++].missed;
+    Impl::Point& old = before[i];
+    if (old.partner != none) continue;
+    if (old.is_held)
+      impl.held.push_back({key_of(old.pair, old.ordinal), {old.pair, {old.at[0], old.at[1], old.at[2]}}});
+    else if (old.missed++ >= impl.options.keep_steps)
+      continue;
+    now[count++] = old;
   }
   BRISTLE_ASSERT(matched <= impl.old_count && matched <= contacts.size());
   before.swap(now);
@@ -220,7 +308,26 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
   return matched;
 }
 
-void ContactMatcher::clear() noexcept { impl_->old_count = 0; }
+bool ContactMatcher::has_joined(std::size_t i) const noexcept {
+  return std::binary_search(impl_->joined.begin(), impl_->joined.end(), i);
+}
+void ContactMatcher::set_hold(std::uint32_t contacts) noexcept { impl_->hold = contacts; }
+Span<const HeldContact> ContactMatcher::held() const noexcept { return impl_->held; }
+
+bool ContactMatcher::release(std::uint64_t key) noexcept {
+  auto& points = impl_->points[0];
+  for (std::uint32_t i = 0; i < impl_->old_count; ++i) {
+    if (!points[i].is_held || key_of(points[i].pair, points[i].ordinal) != key) continue;
+    for (--impl_->old_count; i < impl_->old_count; ++i) points[i] = points[i + 1];
+    return true;
+  }
+  return false;
+}
+
+void ContactMatcher::clear() noexcept {
+  impl_->old_count = 0;
+  impl_->held.clear();
+}
 
 std::size_t ContactMatcher::state_size() const noexcept {
   return detail::seal_size + impl_->old_count * saved_point;
@@ -254,6 +361,8 @@ void ContactMatcher::restore_state(Span<const std::byte> from) {
     if (keys.find(key) != none) fail("holds two contacts of one key");
     keys.insert(key, static_cast<std::uint32_t>(i));
   }
+  impl_->held.clear();
+  impl_->joined.clear();
   impl_->points[0].swap(points);
   impl_->old_count = static_cast<std::uint32_t>(count);
 }

@@ -1,5 +1,7 @@
 #include "bristle/keyed_patches.hpp"
 
+#include <algorithm>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -93,40 +95,54 @@ struct KeyedPool {
     bool told = false;  ///< whether find_or_add_contact has returned this contact before
   };
 
-  /// Makes a pool and fills it with patches or beds, each made in the owner by one call of `add`.
-  template <class Add>
+  /// Makes a pool and fills it with patches or beds, each made in the owner by one call of `its_add`.
   KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
-            const KeyedOptions& its_options, Add&& add)
+            const KeyedOptions& its_options, std::function<std::uint64_t()> its_add)
       : name(its_name),
         owner(its_owner),
         options(its_options),
         seed(its_seed),
+        add(std::move(its_add)),
         table(check_capacity("KeyedOptions", its_options.capacity)) {
-    pool.reserve(options.capacity);
-    free.reserve(options.capacity);
-    try {
-      for (std::uint32_t i = 0; i < options.capacity; ++i) {
-        pool.emplace_back();
-        pool.back().id = add().value;
-      }
-    } catch (...) {
-      pool.pop_back();
-      remove_patches();
-      throw;
-    }
-    for (std::uint32_t i = options.capacity; i-- > 0;) free.push_back(i);
+    options.capacity = 0;
+    reserve(its_options.capacity);
   }
-  ~KeyedPool() { remove_patches(); }
+  ~KeyedPool() { remove_patches(0); }
   KeyedPool(const KeyedPool&) = delete;
   KeyedPool& operator=(const KeyedPool&) = delete;
 
-  void remove_patches() noexcept {
-    for (const Held& held : pool) {
+  /// Removes all patches or beds but the first `kept`.
+  void remove_patches(std::size_t kept) noexcept {
+    for (; pool.size() > kept; pool.pop_back()) {
       try {
-        owner.remove(owner.it, held.id);
+        owner.remove(owner.it, pool.back().id);
       } catch (...) {  // the patch or bed was already removed, or there is no memory for the command
       }
     }
+  }
+
+  void reserve(std::uint32_t capacity) {
+    const SteppingCall call(stepping_side);
+    const std::uint32_t before = options.capacity;
+    if (capacity <= before) return;
+    KeyTable its_table(check_capacity(name, capacity));
+    for (std::uint32_t i = first; i != none; i = pool[i].after) its_table.insert(pool[i].key, i);
+    pool.reserve(capacity);
+    free.reserve(capacity);
+    try {
+      while (pool.size() < capacity) {
+        const std::uint64_t id = add();
+        pool.emplace_back().id = id;
+      }
+    } catch (...) {
+      remove_patches(before);
+      throw;
+    }
+    table = std::move(its_table);
+    // Places the new ones so that they are used last, in ascending order.
+    const auto at = free.insert(free.begin(), capacity - before, 0u);
+    std::generate(at, at + (capacity - before), [next = capacity]() mutable { return --next; });
+    options.capacity = capacity;
   }
 
   void append(std::uint32_t i) noexcept {
@@ -178,8 +194,9 @@ struct KeyedPool {
   const char* const name;
   mutable detail::SteppingSide stepping_side;
   const Owner owner;
-  const KeyedOptions options;
+  KeyedOptions options;
   const std::uint32_t seed;
+  const std::function<std::uint64_t()> add;  ///< adds one patch or bed to the owner and returns its id
   std::vector<Held> pool;
   std::vector<std::uint32_t> free;  ///< free places of the pool; the one freed last is used first, because it
                                     ///< is likely still in the cache
@@ -321,12 +338,13 @@ struct BRISTLE_PRIVATE KeyedPatches::Impl : KeyedPool {
 KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                            const KeyedOptions& options)
     : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(batch), patch.seed, options,
-                                   [&] { return batch.add(material, patch); })) {}
+                                   [&batch, material, patch] { return batch.add(material, patch).value; })) {}
 #if BRISTLE_WITH_OUTLINES
 KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                            const Outline& outline, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(patches), patch.seed, options,
-                                   [&] { return patches.add(material, patch, outline); })) {}
+    : impl_(std::make_unique<Impl>(
+          "KeyedPatches", owner_of(patches), patch.seed, options,
+          [&patches, material, patch, outline] { return patches.add(material, patch, outline).value; })) {}
 #endif
 KeyedPatches::~KeyedPatches() = default;
 KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
@@ -336,6 +354,7 @@ KeyedContact KeyedPatches::find_or_add_contact(std::uint64_t key) noexcept {
   return impl_->find_or_add(key, true);
 }
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
+void KeyedPatches::reserve(std::uint32_t patches) { impl_->reserve(patches); }
 bool KeyedPatches::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedPatches::clear() noexcept { impl_->clear(); }
 std::uint32_t KeyedPatches::end_step() noexcept { return impl_->end_step(); }
@@ -361,13 +380,15 @@ struct BRISTLE_PRIVATE KeyedBeds::Impl : KeyedPool {
 
 KeyedBeds::KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape,
                      const BedOptions& bed, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedBeds", owner_of(beds), 0u, options,
-                                   [&] { return beds.add(material, shape, bed); })) {}
+    : impl_(std::make_unique<Impl>("KeyedBeds", owner_of(beds), 0u, options, [&beds, material, shape, bed] {
+        return beds.add(material, shape, bed).value;
+      })) {}
 KeyedBeds::~KeyedBeds() = default;
 KeyedBeds::KeyedBeds(KeyedBeds&&) noexcept = default;
 KeyedBeds& KeyedBeds::operator=(KeyedBeds&&) noexcept = default;
 BedId KeyedBeds::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key).id.value}; }
 BedId KeyedBeds::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
+void KeyedBeds::reserve(std::uint32_t beds) { impl_->reserve(beds); }
 bool KeyedBeds::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedBeds::clear() noexcept { impl_->clear(); }
 std::uint32_t KeyedBeds::end_step() noexcept { return impl_->end_step(); }

@@ -479,6 +479,9 @@ BRISTLE_API bristle_result bristle_keyed_create(bristle_batch* batch, const bris
                                                 const bristle_keyed_options* options, bristle_keyed** keyed);
 /** Destroys a pool and removes its patches or beds. Null does nothing. [change; for a pool of beds: alone] */
 BRISTLE_API void bristle_keyed_destroy(bristle_keyed* keyed);
+/** Raises the capacity of a pool to this number of patches or beds, between steps; contacts keep theirs. No
+ * other thread may call the pool or its batch meanwhile. [alone] */
+BRISTLE_API bristle_result bristle_keyed_reserve(bristle_keyed* keyed, uint32_t capacity);
 /** Finds the patches of `count` contacts, fresh ones for new keys; the keys count as seen in this step. Gives
  * BRISTLE_ID_NO_CAPACITY if all patches are in use: a motion with it returns zero force and
  * BRISTLE_STATUS_NO_CAPACITY. Never allocates. [step] */
@@ -509,6 +512,8 @@ BRISTLE_API bristle_result bristle_matcher_create(const bristle_matcher_options*
                                                   bristle_matcher** matcher);
 /** Destroys the object. Null does nothing. [alone] */
 BRISTLE_API void bristle_matcher_destroy(bristle_matcher* matcher);
+/** Raises the capacity of a matcher to this number of contacts. [alone] */
+BRISTLE_API bristle_result bristle_matcher_reserve(bristle_matcher* matcher, uint32_t capacity);
 /** Gives keys to all contacts of one step: keys[i] names contacts[i]. `found` (may be null): number of
  * contacts found again. Never allocates. [alone] */
 BRISTLE_API bristle_result bristle_matcher_match(bristle_matcher* matcher,

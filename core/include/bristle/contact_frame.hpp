@@ -11,6 +11,12 @@
 //   batch.step(dt, {&motion, 1}, {&response, 1});
 //   wrench_on_a += frame.wrench(frame.force(response.end), contact_point - centre_of_a);
 //
+// Velocities times dt are not the slip of bodies that turn: an engine moves them along tangents, and what
+// rests on a turntable would drift outwards by w^2 r dt / 2. Take the slip from places (SlipByPlaces):
+//
+//   slip.hold(a, b, contact_point);                 // before the engine moves the bodies
+//   frame.set_displacement(slip.find(a, b), motion)  // once it has moved them
+//
 // Motion of the axes:
 // - The normal changes: the axes follow by the smallest rotation that takes the old normal to the new one
 //   (parallel transport). On a curved surface they return turned by the solid angle that the normal
@@ -39,6 +45,7 @@
 // calls libm beyond sqrt.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -299,6 +306,58 @@ class ContactFrame {
   Axes now_, midway_;
 };
 
+/// Place of a body in space.
+struct BodyPlace {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< m, of the shape that touches
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< the body's axes in the world's
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();      ///< rad, angular velocity times dt of the last step
+};
+
+/// Slip of a contact, in space, from where its bodies are before and after a step: exact for bodies that turn
+/// together, at any speed and step length.
+class SlipByPlaces {
+ public:
+  /// Records the bodies before the step. A should be the round one, or the smaller one; `both_round` says
+  /// that they may roll on each other.
+  void hold(const BodyPlace& a, const BodyPlace& b, const Eigen::Vector3d& point,
+            bool both_round = false) noexcept {
+    apart_ = a.centre - b.centre;
+    if (!both_round) apart_ = b.axes.transpose() * apart_;
+    arm_a_ = point - a.centre;
+    arm_b_ = point - b.centre;
+    both_round_ = both_round;
+  }
+  /// Returns by how much (m) A's surface has slipped over B's at the contact: the displacement of A's centre
+  /// as B sees it, and A's turn against B times its arm. That turn is small: taken as a chord it would make a
+  /// wheel slip that rolls. If both are round B turns as much as they turn together.
+  Eigen::Vector3d find(const BodyPlace& a, const BodyPlace& b) const noexcept {
+    const Eigen::Vector3d apart = a.centre - b.centre;
+    if (!both_round_) return apart - b.axes * apart_ + (a.turn - b.turn).cross(arm_a_);
+    const double square = b.turn.squaredNorm();
+    const double share = square > 0.0 ? std::clamp(a.turn.dot(b.turn) / square, 0.0, 1.0) : 0.0;
+    const Eigen::Vector3d together = share * b.turn;
+    return apart - detail::rotation_by(together) * apart_ + (a.turn - together).cross(arm_a_) -
+           (b.turn - together).cross(arm_b_);
+  }
+  /// Vector from A's centre to the contact, m.
+  const Eigen::Vector3d& arm() const noexcept { return arm_a_; }
+
+ private:
+  Eigen::Vector3d apart_ = Eigen::Vector3d::Zero(), arm_a_ = Eigen::Vector3d::Zero(),
+                  arm_b_ = Eigen::Vector3d::Zero();  // m
+  bool both_round_ = false;
+};
+
+/// Returns the normal load (N) of a contact of surfaces of which the engine lists other points from step to
+/// step (ContactMatcher::set_hold): its share of their load in the step before, which follows within some 64
+/// steps the load on those points that have its key now (`on_its_points`). `before`: its load; `all_before`,
+/// `all`: loads of the surfaces, before and now.
+inline double held_load(double before, double all_before, double all, double on_its_points) noexcept {
+  constexpr double follows = 1.0 / 64.0;
+  if (!(all_before > 0.0)) return on_its_points;
+  return (1.0 - follows) * before / all_before * all + follows * on_its_points;
+}
+
 /// Frames of a pool's contacts; each lasts as long as its key. Plain data: a rollback restores a copy that
 /// was made with the pool's snapshot.
 class ContactFrames {
@@ -320,6 +379,8 @@ class ContactFrames {
   }
   /// Returns the present frame of the contact with this KeyedContact::place.
   ContactFrame& operator[](std::uint32_t place) noexcept { return frames_[place]; }
+  /// Makes the frames that the pool lacks after KeyedPatches::reserve().
+  void reserve(const KeyedPatches& pool) { frames_.resize(pool.capacity() + std::size_t{1}); }
   const ContactFrame& operator[](std::uint32_t place) const noexcept { return frames_[place]; }
 
  private:

@@ -12,7 +12,7 @@ namespace bristle {
 /// out of contact. KeyedOptions::seed_from_key has no effect.
 ///
 /// Thread rule: that of BedBatch. The batch must outlive the pool and must not be moved. Nothing allocates
-/// but making it, destroying it and restore_state.
+/// but making it, destroying it, reserve and restore_state.
 class BRISTLE_API KeyedBeds {
  public:
   /// Adds options.capacity beds to the batch. Throws bristle::Error.
@@ -26,6 +26,7 @@ class BRISTLE_API KeyedBeds {
   ///@{
   BedId find_or_add(std::uint64_t key) noexcept;
   BedId find(std::uint64_t key) const noexcept;
+  void reserve(std::uint32_t beds);
   bool remove(std::uint64_t key) noexcept;
   void clear() noexcept;
   std::uint32_t end_step() noexcept;

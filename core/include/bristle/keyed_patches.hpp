@@ -33,7 +33,7 @@ namespace bristle {
 constexpr std::uint64_t no_contact_key = ~std::uint64_t{0};
 
 struct KeyedOptions {
-  std::uint32_t capacity = 1024;  ///< number of patches, all made at once; 1 to 2^24
+  std::uint32_t capacity = 1024;  ///< number of patches, all made at once; 1 to 2^24; reserve() makes more
   std::uint32_t keep_steps = 0;   ///< number of steps that a key may be missing before its patch returns to
                                   ///< the pool
   bool seed_from_key = true;      ///< whether each key gives its patch a seed of its own; if not, all have
@@ -63,7 +63,7 @@ struct KeyedContact {
 ///
 /// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys a pool, the stepping thread
 /// calls the rest. The batch (or the extended patches) must outlive it and must not be moved. Nothing
-/// allocates but making it, destroying it and restore_state.
+/// allocates but making it, destroying it, reserve and restore_state.
 class BRISTLE_API KeyedPatches {
  public:
   /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.
@@ -79,6 +79,11 @@ class BRISTLE_API KeyedPatches {
   ~KeyedPatches();
   KeyedPatches(KeyedPatches&&) noexcept;
   KeyedPatches& operator=(KeyedPatches&&) noexcept;
+
+  /// Raises the capacity to this number of patches, between steps; contacts keep their patches. Does nothing
+  /// if there are as many. Adding and stepping call in one: no other thread may call pool or batch meanwhile.
+  /// Throws bristle::Error.
+  void reserve(std::uint32_t patches);
 
   /// Returns the patch of this contact, a fresh one if the key is new; the key counts as seen in this step.
   /// PatchId::no_capacity() if all patches are in use or for no_contact_key, which refused() counts: a motion
@@ -147,6 +152,12 @@ struct MatcherOptions {
   MatcherOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
 };
 
+/// Contact of a pair that still touches, but not at the contact's point.
+struct HeldContact {
+  std::uint64_t key = 0;
+  ContactPoint contact;  ///< as it was last listed
+};
+
 /// Gives contacts lasting keys, by pair of bodies and nearest point of the previous step.
 ///
 /// Matches old and new points of a pair within reach: the shortest distance first, then the shortest of the
@@ -154,7 +165,13 @@ struct MatcherOptions {
 /// earlier contacts, not on other pairs, so results do not depend on events elsewhere. A new contact
 /// may get the key of a forgotten one, so keep_steps of KeyedPatches must not be larger than the matcher's.
 ///
-/// Thread rule: one thread. Nothing allocates but the constructor and restore_state.
+/// After set_hold(), friction belongs to the pair of surfaces: a contact whose point is not listed
+/// is held while its pair has another, and a new point of a pair with as many contacts gets the key of the
+/// nearest of them. The load of the pair then goes to its contacts by held_load() (contact_frame.hpp), and
+/// friction acts where they are. release() ends a held contact, such as one whose place has left the other
+/// surface.
+///
+/// Thread rule: one thread. Nothing allocates but the constructor, reserve and restore_state.
 class BRISTLE_API ContactMatcher {
  public:
   /// Throws bristle::Error.
@@ -168,7 +185,23 @@ class BRISTLE_API ContactMatcher {
   /// contacts found again. The cost is of the order of the number of contacts times the contacts P of one
   /// pair; at worst times P^2, if a row of contacts moved further than its own length and all of it lies
   /// within reach.
-  std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys) noexcept;
+  ///
+  /// `normals`: unit normals, three numbers a contact, in the frames of the points; empty if all of a pair's
+  /// are alike. Contacts whose normals differ by more than 45 degrees are different ones.
+  std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys,
+                    Span<const double> normals = {}) noexcept;
+  /// Lets the friction of a pair stay with this number of contacts while the pair touches, whatever points of
+  /// its surfaces the engine lists: 4 for engines that list others from step to step; 0, the default: a
+  /// contact ends when its point is not listed.
+  void set_hold(std::uint32_t contacts) noexcept;
+  /// Whether contacts[i] of the last match() got the key of another contact of its surfaces.
+  bool has_joined(std::size_t i) const noexcept;
+  /// Returns the contacts that the last match() held.
+  Span<const HeldContact> held() const noexcept;
+  /// Ends a held contact before the next match(); returns false if none has this key.
+  bool release(std::uint64_t key) noexcept;
+  void reserve(std::uint32_t contacts);  ///< raises the capacity; throws bristle::Error
+  std::uint32_t capacity() const noexcept;
   void clear() noexcept;  ///< forgets all contacts; later ones may get their keys: clear KeyedPatches too
 
   /// Returns the number of bytes of save_state, which depends on the number of contacts that the next `match`
