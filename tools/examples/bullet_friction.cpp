@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include <Eigen/LU>
@@ -28,25 +27,43 @@ btVector3 to(const Vector3d& v) {
 // slip, over its limit.
 constexpr double row_error = 0.1, slip_error = 1e-3, most_bent = 0.05;
 
+constexpr std::uint32_t held_contacts = 4;  // of each pair of surfaces
+
 bool moves(const btCollisionObject& body) { return !body.isStaticObject(); }
+const btCollisionObject& body_of(const btPersistentManifold& manifold, int k) {
+  return *(k == 0 ? manifold.getBody0() : manifold.getBody1());
+}
+bool is_round(const btCollisionObject& body) {
+  const int type = body.getCollisionShape()->getShapeType();
+  return type == SPHERE_SHAPE_PROXYTYPE || type == CAPSULE_SHAPE_PROXYTYPE ||
+         type == CYLINDER_SHAPE_PROXYTYPE;
+}
+/// Returns which body of a manifold (0 or 1) is smaller.
+int smaller_body(const btPersistentManifold& manifold) {
+  btScalar radius[2];
+  btVector3 centre;
+  for (int k = 0; k < 2; ++k) body_of(manifold, k).getCollisionShape()->getBoundingSphere(centre, radius[k]);
+  return radius[0] < radius[1] ? 0 : 1;
+}
 /// Returns which body of a manifold (0 or 1) is round, the smaller one if both are; -1 if none is.
 int round_body(const btPersistentManifold& manifold) {
-  int round = -1;
-  btScalar least = 0;
-  for (int k = 0; k < 2; ++k) {
-    const btCollisionShape& shape =
-        *(k == 0 ? manifold.getBody0() : manifold.getBody1())->getCollisionShape();
-    const int type = shape.getShapeType();
-    if (type != SPHERE_SHAPE_PROXYTYPE && type != CAPSULE_SHAPE_PROXYTYPE && type != CYLINDER_SHAPE_PROXYTYPE)
-      continue;
-    btVector3 centre;
-    btScalar radius;
-    shape.getBoundingSphere(centre, radius);
-    if (round >= 0 && radius >= least) continue;
-    round = k;
-    least = radius;
-  }
-  return round;
+  const bool round[2] = {is_round(body_of(manifold, 0)), is_round(body_of(manifold, 1))};
+  return round[0] && round[1] ? smaller_body(manifold) : round[0] ? 0 : round[1] ? 1 : -1;
+}
+/// Returns a frame in which the contacts of a manifold hardly move: that of a body that moves, or, centred in
+/// a round body, which may roll, with the world's axes.
+btTransform frame_of(const btPersistentManifold& manifold) {
+  const int round = round_body(manifold);
+  if (round >= 0)
+    return btTransform(btQuaternion::getIdentity(), body_of(manifold, round).getWorldTransform().getOrigin());
+  return body_of(manifold, moves(*manifold.getBody0()) ? 0 : 1).getWorldTransform();
+}
+bristle::BodyPlace place_of(const btCollisionObject& body, const Vector3d& turn) {
+  bristle::BodyPlace place;
+  place.centre = from(body.getWorldTransform().getOrigin());
+  for (int i = 0; i < 3; ++i) place.axes.row(i) = from(body.getWorldTransform().getBasis()[i]);
+  place.turn = turn;
+  return place;
 }
 /// Converts a bed's response to that of a patch without damper, whose stiffness is the mean of both axes.
 Response as_patch(const bristle::BedResponse& bed, double force_limit) {
@@ -240,6 +257,7 @@ BristleSolver::BristleSolver(btDispatcher& dispatcher, const bristle::Coefficien
     bed_friction_ = bed.material.kinetic_friction;
     bed_axes_ = stiffness_ratios(bed.material);
   }
+  matcher_.set_hold(held_contacts);
   batch_.warm_up();
 }
 
@@ -260,74 +278,184 @@ void BristleSolver::reset() {
 /// Prepares a step of all bodies; Bullet calls this once, before it solves the islands (groups of touching
 /// bodies).
 void BristleSolver::prepareSolve(int, int) {
+  touching_.clear();
+  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
+    const btPersistentManifold* const manifold = dispatcher_.getManifoldByIndexInternal(m);
+    if (manifold->getNumContacts() > 0) touching_.emplace_back(pair_of(*manifold), manifold);
+  }
+  std::sort(touching_.begin(), touching_.end(), std::less<>{});
+  step_patches();
   solved_.clear();
   listed_.clear();
   bed_motions_.clear();
   match();
 }
 
+/// Steps patches and beds of all islands that were awake in the last step, by the slip from places; patches
+/// of sleeping bodies keep their state.
+void BristleSolver::step_patches() {
+  motions_.assign(solved_.size(), Motion{});
+  responses_.resize(solved_.size());
+  bed_motions_.clear();
+  for (std::size_t i = 0; i < solved_.size(); ++i) {
+    Contact& contact = *solved_[i];
+    const auto at = std::lower_bound(touching_.begin(), touching_.end(), contact.pair,
+                                     [](const auto& a, std::uint64_t pair) { return a.first < pair; });
+    if (at == touching_.end() || at->first != contact.pair) continue;  // the bodies have parted
+    const auto place = [&](int k) { return place_of(body_of(*at->second, k), contact.turns[k]); };
+    Vector3d slip = contact.slip.find(place(contact.rider), place(1 - contact.rider));
+    if (contact.rider == 1) slip = -slip;
+    const Vector2d d(contact.frame.along().dot(slip), contact.frame.aside().dot(slip));
+    contact.arc = d / last_dt_s_ - contact.by_velocity;
+    if (contact.bed)
+      bed_motions_.push_back(bristle_example::bed_motion(contact.bed, contact.frame, contact.arm,
+                                                         contact.turns[contact.round], {d[0], d[1], 0.0},
+                                                         contact.normal_load));
+    else
+      motions_[i] = Motion{contact.patch, {d[0], d[1]}, contact.normal_load};
+  }
+  if (solved_.empty()) return;
+  batch_.step(last_dt_s_, motions_, responses_);
+  bed_responses_.resize(bed_motions_.size());
+  bed_batch_.step(bed_motions_, bed_responses_);
+  auto bed = bed_responses_.begin();
+  for (std::size_t i = 0; i < solved_.size(); ++i) {
+    Contact& contact = *solved_[i];
+    if (motions_[i].id) contact.response = responses_[i];
+    if (contact.bed && bed != bed_responses_.end() && bed->id == contact.bed)
+      contact.response = as_patch(*bed++, bed_friction_ * contact.normal_load);
+  }
+}
+
 /// Gives contacts the patches of the same contacts in the step before. Keeps those of sleeping bodies.
 void BristleSolver::match() {
   found_.clear();
-  round_.clear();
+  of_.clear();
   points_.clear();
-  for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
-    const btPersistentManifold& manifold = *dispatcher_.getManifoldByIndexInternal(m);
-    const std::uint64_t pair = pair_of(manifold);
-    const bool on_a = moves(*manifold.getBody0());
-    const int round = beds_ ? round_body(manifold) : -1;
-    const auto* const body = round < 0 ? nullptr : round == 0 ? manifold.getBody0() : manifold.getBody1();
-    for (int p = 0; p < manifold.getNumContacts(); ++p) {
-      const btManifoldPoint& point = manifold.getContactPoint(p);
+  normals_.clear();
+  for (const auto& [pair, manifold] : touching_) {
+    const btTransform frame = frame_of(*manifold);
+    const bool on_a = moves(*manifold->getBody0());
+    for (int p = 0; p < manifold->getNumContacts(); ++p) {
+      const btManifoldPoint& point = manifold->getContactPoint(p);
       if (!(point.m_combinedFriction > 0)) continue;
-      Vector3d place = from(on_a ? point.m_localPointA : point.m_localPointB);
-      // A round body rolls: its contact point stays where it is relative to its centre, in the world's axes.
-      if (body) place = from(point.getPositionWorldOnB() - body->getWorldTransform().getOrigin());
+      const Vector3d place =
+          from(frame.invXform(on_a ? point.getPositionWorldOnA() : point.getPositionWorldOnB()));
+      const Vector3d normal = from(frame.getBasis().transpose() * point.m_normalWorldOnB);
       found_.push_back(&point);
-      round_.push_back(round);
+      of_.push_back(manifold);
       points_.push_back({pair, {place[0], place[1], place[2]}});
+      normals_.insert(normals_.end(), normal.data(), normal.data() + 3);
     }
   }
   keys_.resize(points_.size());
-  matcher_.match(points_, keys_);
-  if (points_.size() > patches_.capacity()) {
-    if (refused_ == 0)
-      std::fprintf(stderr,
-                   "bristle: %zu contacts, and room for %u: the others have no friction; raise the option "
-                   "contacts\n",
-                   points_.size(), patches_.capacity());
-    refused_ += points_.size() - patches_.capacity();
-  }
+  reserve(points_.size());
+  matcher_.match(points_, keys_, normals_);
+  reserve(points_.size() + matcher_.held().size());
 
   before_.swap(known_);
   known_.clear();
   places_.clear();
   for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (keys_[i] == bristle::no_contact_key) continue;
+    if (keys_[i] == bristle::no_contact_key || matcher_.has_joined(i)) continue;
     const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
-    if (!keyed.id) continue;
     std::size_t& index = index_[keyed.place];
     Contact& contact = keyed.is_new ? known_.emplace_back() : known_.emplace_back(before_[index]);
     if (keyed.is_new) contact.frame = bristle::ContactFrame(from(found_[i]->m_normalWorldOnB));
     index = known_.size() - 1;
     contact.key = keys_[i];
+    contact.pair = points_[i].pair;
     contact.patch = keyed.id;
-    contact.round = round_[i];
+    contact.is_listed = true;
+    const int round = round_body(*of_[i]);
+    for (int k = 0; k < 2; ++k) contact.objects[k] = &body_of(*of_[i], k);
+    contact.round = beds_ ? round : -1;
+    contact.rider = round >= 0 ? round : smaller_body(*of_[i]);
     contact.bed = contact.round >= 0 ? beds_->find_or_add(keys_[i]) : bristle::BedId{};
     contact.scale =
         static_cast<double>(found_[i]->m_combinedFriction) / (contact.bed ? bed_friction_ : kinetic_);
-    places_.emplace_back(found_[i], index);
+    places_.push_back({found_[i], index, false});
   }
+  for (const bristle::HeldContact& held : matcher_.held()) hold(held);
+  for (std::size_t i = 0; i < found_.size(); ++i) {
+    if (!matcher_.has_joined(i) || !patches_.find(keys_[i])) continue;  // parted where their patch was
+    const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
+    places_.push_back({found_[i], index_[keyed.place], true});
+  }
+  find_surfaces();
   patches_.end_step();
   if (beds_) beds_->end_step();
-  std::sort(places_.begin(), places_.end(), std::less<>{});
+  std::sort(places_.begin(), places_.end(),
+            [](const Place& a, const Place& b) { return std::less<>{}(a.point, b.point); });
 }
 
-BristleSolver::Contact* BristleSolver::contact_at(const btManifoldPoint& point) {
+/// Makes room for this number of contacts. Allocates, when there are more than ever before.
+void BristleSolver::reserve(std::size_t contacts) {
+  if (contacts <= patches_.capacity()) return;
+  const auto room = static_cast<std::uint32_t>(std::max(contacts, std::size_t{2} * patches_.capacity()));
+  matcher_.reserve(room);
+  patches_.reserve(room);
+  if (beds_) beds_->reserve(room);
+  index_.resize(room);
+}
+
+/// Keeps a contact that Bullet does not list, but for which its pair is listed elsewhere, if it still lies on
+/// both surfaces.
+void BristleSolver::hold(const bristle::HeldContact& held) {
+  // Angle (rad) between the surfaces, and distance (m), beyond which they part there.
+  constexpr double steepest = 2e-3, deepest = 1e-4;
+  const bristle::KeyedContact keyed = patches_.find_or_add_contact(held.key);
+  std::size_t& index = index_[keyed.place];
+  for (std::size_t i = 0; i < found_.size() && !keyed.is_new; ++i) {
+    const Contact& old = before_[index];
+    const Vector3d normal = from(found_[i]->m_normalWorldOnB);
+    if (points_[i].pair != held.contact.pair || old.bed || old.frame.normal().dot(normal) < 0.7) continue;
+    const Vector3d at = from(frame_of(*of_[i]) * to(Vector3d(held.contact.point[0], held.contact.point[1],
+                                                             held.contact.point[2])));
+    const Vector3d apart =
+        at - 0.5 * from(found_[i]->getPositionWorldOnA() + found_[i]->getPositionWorldOnB());
+    if (std::fabs(apart.dot(normal)) > steepest * apart.norm() + deepest) break;
+    Contact& contact = known_.emplace_back(old);
+    contact.is_listed = false;
+    contact.held_at = at;
+    index = known_.size() - 1;
+    return;
+  }
+  matcher_.release(held.key);
+  patches_.remove(held.key);
+}
+
+/// Finds the contacts whose surfaces are listed at other points than before.
+void BristleSolver::find_surfaces() {
+  surfaces_.clear();
+  const auto named = [&](const Contact& contact) {
+    return std::find_if(surfaces_.begin(), surfaces_.end(),
+                        [&](const Surfaces& of) { return of.pair == contact.pair; });
+  };
+  const auto add = [&](const Contact& contact) {
+    if (named(contact) == surfaces_.end()) surfaces_.push_back({contact.pair, {}, 0.0, 0.0});
+  };
+  for (const Contact& contact : known_)
+    if (!contact.is_listed) add(contact);
+  for (const Place& place : places_)
+    if (place.joined) add(known_[place.contact]);
+  for (Contact& contact : known_) {
+    const auto of = named(contact);
+    contact.surfaces = of == surfaces_.end() ? -1 : static_cast<int>(of - surfaces_.begin());
+    if (contact.surfaces >= 0) of->before += contact.normal_load;
+  }
+  for (Contact& contact : known_) {
+    if (contact.surfaces < 0) continue;
+    const double all = surfaces_[static_cast<std::size_t>(contact.surfaces)].before;
+    contact.share = all > 0.0 ? contact.normal_load / all : 0.0;
+  }
+}
+
+const BristleSolver::Place* BristleSolver::find_place(const btManifoldPoint& point) const {
   const auto place =
-      std::lower_bound(places_.begin(), places_.end(),
-                       std::pair<const btManifoldPoint*, std::size_t>(&point, 0), std::less<>{});
-  return place == places_.end() || place->first != &point ? nullptr : &known_[place->second];
+      std::lower_bound(places_.begin(), places_.end(), &point,
+                       [](const Place& a, const btManifoldPoint* of) { return std::less<>{}(a.point, of); });
+  return place == places_.end() || place->point != &point ? nullptr : &*place;
 }
 
 /// Sets Bullet's friction coefficient to 0 while it makes its rows, so that only the bristles give friction.
@@ -348,10 +476,22 @@ void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
       manifolds[m]->getContactPoint(p).m_combinedFriction = *coefficient++;
   }
   first_of_group_ = solved_.size();
+  const double dt_s = static_cast<double>(info.m_timeStep);
+  last_dt_s_ = dt_s;
+  for (Surfaces& surfaces : surfaces_) surfaces.rows.clear();
   for (int row = 0; row < m_tmpSolverContactConstraintPool.size(); ++row) {
     const auto& point =
         *static_cast<const btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint);
-    if (Contact* contact = contact_at(point)) begin(*contact, row, static_cast<double>(info.m_timeStep));
+    const Place* const place = find_place(point);
+    if (!place) continue;
+    Contact& contact = known_[place->contact];
+    if (contact.surfaces >= 0) surfaces_[static_cast<std::size_t>(contact.surfaces)].rows.push_back(row);
+    if (!place->joined) begin(contact, row, dt_s);
+  }
+  for (Contact& contact : known_) {
+    if (contact.is_listed) continue;
+    const auto& rows = surfaces_[static_cast<std::size_t>(contact.surfaces)].rows;
+    if (!rows.empty()) begin(contact, rows.front(), dt_s);
   }
 }
 
@@ -363,19 +503,23 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
     return dt_s * from(m_tmpSolverBodyPool[body].m_angularVelocity);
   };
   contact.row = row;
-  const Vector3d turns[2] = {turn(normal.m_solverBodyIdA), turn(normal.m_solverBodyIdB)};
+  contact.turns[0] = turn(normal.m_solverBodyIdA);
+  contact.turns[1] = turn(normal.m_solverBodyIdB);
   if (contact.bed)  // the contact's axes move with the body that does not roll
-    contact.frame.carry_with_surface(from(point.m_normalWorldOnB), turns[1 - contact.round]);
+    contact.frame.carry_with_surface(from(point.m_normalWorldOnB), contact.turns[1 - contact.round]);
   else
-    contact.frame.carry(from(point.m_normalWorldOnB), turns[0], turns[1]);
-  set_sides(contact, point);
+    contact.frame.carry(from(point.m_normalWorldOnB), contact.turns[0], contact.turns[1]);
+  set_sides(contact, contact.is_listed ? 0.5 * from(point.getPositionWorldOnA() + point.getPositionWorldOnB())
+                                       : contact.held_at);
   if (contact.bed) {
     const btVector3 centre = contact.bodies[contact.round] == nullptr
                                  ? to(contact.point)
                                  : contact.bodies[contact.round]->getWorldTransform().getOrigin();
     contact.arm = contact.point - from(centre);
-    contact.turn = turns[contact.round];
   }
+  const auto place = [&](int k) { return place_of(*contact.objects[k], Vector3d::Zero()); };
+  contact.slip.hold(place(contact.rider), place(1 - contact.rider), contact.point,
+                    is_round(*contact.objects[0]) && is_round(*contact.objects[1]));
   guess_answer(contact, dt_s);
   contact.impulse.setZero();
   push(contact,
@@ -385,11 +529,11 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
 
 /// Sets the Jacobian of the contact's slip, and the slip that an impulse causes. Both bodies share one
 /// contact point, so that friction conserves angular momentum too.
-void BristleSolver::set_sides(Contact& contact, const btManifoldPoint& point) {
+void BristleSolver::set_sides(Contact& contact, const Vector3d& at) {
   const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
-  const btVector3 place = btScalar(0.5) * (point.getPositionWorldOnA() + point.getPositionWorldOnB());
-  contact.point = from(place);
-  contact.start.setZero();
+  const btVector3 place = to(at);
+  contact.point = at;
+  contact.start = contact.arc;
   const btVector3 axes[2] = {to(contact.frame.along()), to(contact.frame.aside())};
   for (int k = 0; k < 2; ++k) {
     Contact::Side& side = contact.sides[k];
@@ -456,9 +600,10 @@ Vector2d BristleSolver::axes_of(const Contact& contact) const {
 Response BristleSolver::find_force(const Contact& contact, const Vector2d& slip, double load, double dt_s) {
   const Vector2d d = dt_s * slip;
   if (!contact.bed) return batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, load});
-  return as_patch(bed_batch_.find_force(bristle_example::bed_motion(contact.bed, contact.frame, contact.arm,
-                                                                    contact.turn, {d[0], d[1], 0.0}, load)),
-                  bed_friction_ * load);
+  return as_patch(
+      bed_batch_.find_force(bristle_example::bed_motion(
+          contact.bed, contact.frame, contact.arm, contact.turns[contact.round], {d[0], d[1], 0.0}, load)),
+      bed_friction_ * load);
 }
 
 /// Sets the contact's linear force model from the force of its patch or bed at a slip; the slope is the
@@ -511,8 +656,13 @@ Vector2d BristleSolver::slip_of(const Contact& contact) const {
 }
 
 double BristleSolver::normal_impulse(const Contact& contact) const {
-  const btScalar impulse = m_tmpSolverContactConstraintPool[contact.row].m_appliedImpulse;
-  return std::max(static_cast<double>(impulse), 0.0);
+  const auto of_row = [&](int row) {
+    return std::max(static_cast<double>(m_tmpSolverContactConstraintPool[row].m_appliedImpulse), 0.0);
+  };
+  if (contact.surfaces < 0) return of_row(contact.row);
+  double sum = 0.0;
+  for (const int row : surfaces_[static_cast<std::size_t>(contact.surfaces)].rows) sum += of_row(row);
+  return contact.share * sum;
 }
 
 void BristleSolver::list_unknowns(double dt_s) {
@@ -649,35 +799,54 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
 btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                       const btContactSolverInfo& info) {
   const double dt_s = static_cast<double>(info.m_timeStep);
-  motions_.resize(solved_.size());
+  share_loads(dt_s);
   for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
     Contact& contact = *solved_[i];
-    const double load = normal_impulse(contact) / dt_s;
-    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
-    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
-    const Vector2d d = dt_s * slip_of(contact);
     for (int a = 0; a < 2; ++a) contact.force[a] = contact.impulse[a] / dt_s;
-    motions_[i] = Motion{contact.patch, {d[0], d[1]}, contact.normal_load};
-    if (!contact.bed) continue;
-    motions_[i].id = {};
-    bed_motions_.push_back(bristle_example::bed_motion(contact.bed, contact.frame, contact.arm, contact.turn,
-                                                       {d[0], d[1], 0.0}, contact.normal_load));
+    contact.by_velocity = slip_of(contact) - contact.arc;
+    for (int k = 0; k < 2; ++k) {
+      const btSolverBody& body = m_tmpSolverBodyPool[contact.sides[k].body];
+      if (body.m_originalBody)
+        contact.turns[k] = dt_s * from(body.m_angularVelocity + body.getDeltaAngularVelocity() +
+                                       body.m_externalTorqueImpulse);
+    }
   }
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
 
-/// Steps the patches of all awake islands in one call; patches of sleeping bodies keep their state.
-void BristleSolver::allSolved(const btContactSolverInfo& info, btIDebugDraw*) {
-  responses_.resize(solved_.size());
-  batch_.step(static_cast<double>(info.m_timeStep), {motions_.data(), solved_.size()}, responses_);
-  bed_responses_.resize(bed_motions_.size());
-  bed_batch_.step(bed_motions_, bed_responses_);
-  auto bed = bed_responses_.begin();
-  for (std::size_t i = 0; i < solved_.size(); ++i) {
-    Contact& contact = *solved_[i];
-    contact.response = contact.bed ? as_patch(*bed++, bed_friction_ * contact.normal_load) : responses_[i];
-    listed_.push_back(&contact);
+/// Sets the normal load of each contact of a group from the impulses of this step.
+void BristleSolver::share_loads(double dt_s) {
+  const auto load_of = [&](int row) {
+    return std::max(static_cast<double>(m_tmpSolverContactConstraintPool[row].m_appliedImpulse), 0.0) / dt_s;
+  };
+  for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
+    solved_[i]->on_points = solved_[i]->is_listed ? load_of(solved_[i]->row) : 0.0;
+  for (Surfaces& surfaces : surfaces_) {
+    surfaces.now = 0.0;
+    for (const int row : surfaces.rows) {
+      surfaces.now += load_of(row);
+      const Place* const place = find_place(
+          *static_cast<const btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint));
+      if (place->joined) known_[place->contact].on_points += load_of(row);
+    }
   }
+  constexpr double least = 1e-3;  // share of the load of its surfaces with which a contact is held
+  for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
+    Contact& contact = *solved_[i];
+    double load = contact.on_points;
+    if (contact.surfaces >= 0) {
+      const Surfaces& of = surfaces_[static_cast<std::size_t>(contact.surfaces)];
+      load = bristle::held_load(contact.normal_load, of.before, of.now, load);
+      if (!contact.is_listed && !(load > least * of.now)) matcher_.release(contact.key);
+    }
+    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
+    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+  }
+}
+
+/// Lists the contacts of all awake islands.
+void BristleSolver::allSolved(const btContactSolverInfo&, btIDebugDraw*) {
+  listed_.assign(solved_.begin(), solved_.end());
 }
 
 }  // namespace bullet_example

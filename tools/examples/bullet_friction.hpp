@@ -9,7 +9,9 @@
 //
 // A patch belongs to a pair of bodies and to a point of one that moves: each contact takes over the patch of
 // the nearest point of the step before. (Bullet's manifolds persist too, but a point that moves by more than
-// 2 % of its shape's size in a step is a new one to them.) Coefficients of friction stay those of the bodies
+// 2 % of its shape's size in a step is a new one to them.) Where Bullet lists other points of the same
+// surfaces from step to step (an upright cylinder, a mesh of triangles), patches stay where they are and the
+// load of the pair goes to them. Coefficients of friction stay those of the bodies
 // (btManifoldPoint::m_combinedFriction); the shape of the law is that of the material. Islands, joints,
 // sleeping bodies and sub-steps are as before.
 //
@@ -18,9 +20,10 @@
 // sequential impulses find the normal impulses; in every sweep each patch adds
 // the impulse with which it answers to the slip at the end of the step, with its stiffness and damping
 // implicit and its elastic force clipped at the force limit. From half of the sweeps on the patches
-// themselves are asked (PatchBatch::find_force) and their answers take the place of the clipped springs. When
-// all islands are solved the patches step by what the contacts slipped, under the normal impulses of the
-// step: they follow the bodies, and nothing drifts.
+// themselves are asked (PatchBatch::find_force) and their answers take the place of the clipped springs. At
+// the beginning of the next step, when Bullet has moved the bodies, the patches step by what the contacts
+// slipped, taken from places (bristle::SlipByPlaces), under the normal impulses of the step: they follow the
+// bodies, and nothing drifts, on turning surfaces neither.
 //
 // Contacts of round bodies can have beds, through which elastic wheels roll (FrictionOptions::rolling).
 //
@@ -77,7 +80,9 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     double normal_load = 0.0;           ///< N
     double scale = 1.0;                 ///< friction coefficient of the contact over that of the material
     bristle::BedId bed;                 ///< bed, if a body is round; the contact's patch then rests
-    bristle::Response response;         ///< response of the contact's patch or bed, not scaled by `scale`
+    bristle::Response response;  ///< response of the contact's patch or bed in the step before, not scaled by
+                                 ///< `scale`
+    bool is_listed = true;  ///< whether Bullet lists the contact; else the pair touches at other points now
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< bodies A and B
 
    private:
@@ -87,10 +92,23 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
       btVector3 linear[2], angular[2];  // change of the body's velocity and spin per impulse along an axis
       btVector3 axis[2], moment[2];     // slip along an axis = axis . velocity + moment . spin
     };
-    int row = -1;    // index of the contact's normal row in Bullet's list
+    int row = -1;    // index in Bullet's list of the contact's normal row, or of another one of its surfaces
     int round = -1;  // index, in bodies and sides, of the body that rolls on the bed, or -1
-    // Vector from the round body's centre to the contact, m; the body's rotation in this step, rad.
-    Eigen::Vector3d arm = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
+    // Vector from the round body's centre to the contact, m; rotations of the bodies in this step, rad.
+    Eigen::Vector3d arm = Eigen::Vector3d::Zero();
+    Eigen::Vector3d turns[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    std::uint64_t pair = 0;
+    const btCollisionObject* objects[2] = {nullptr, nullptr};  // as `bodies`, static ones too
+    int rider = 0;  // index of the body that may roll, or of the smaller one
+    bristle::SlipByPlaces slip;
+    // Slip velocity by the bodies' velocities, and by how much the slip of the last step was faster, which
+    // this step will repeat: bodies that turn move along arcs, and Bullet moves them along tangents. m/s
+    Eigen::Matrix<double, 2, 1, Eigen::DontAlign> by_velocity = Eigen::Vector2d::Zero(),
+                                                  arc = Eigen::Vector2d::Zero();
+    int surfaces = -1;       // index in surfaces_ if Bullet lists other points of the pair than before
+    double share = 1.0;      // share of the load of its surfaces
+    double on_points = 0.0;  // load of this step on the contact's points, N
+    Eigen::Vector3d held_at = Eigen::Vector3d::Zero();  // place of a contact that is not listed, m
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
     // Slip velocity at the start of the step, m/s
@@ -102,8 +120,6 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   /// Returns the contacts of the last step, except those of sleeping islands.
   const std::vector<const Contact*>& contacts() const { return listed_; }
   const bristle::KeyedPatches& patches() const { return patches_; }
-  /// Returns how often a contact had no friction for want of room (FrictionOptions::contacts), so far.
-  std::uint64_t refused() const { return refused_ + patches_.refused() + (beds_ ? beds_->refused() : 0); }
 
   /// Treats every contact as new, with straight bristles. Call it when bodies were moved by hand; reset()
   /// does this too.
@@ -122,10 +138,29 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
                                          const btContactSolverInfo& info) override;
 
  private:
+  /// A point of Bullet's with its contact: index in known_, and whether the contact lies elsewhere on the
+  /// same surfaces.
+  struct Place {
+    const btManifoldPoint* point;
+    std::size_t contact;
+    bool joined;
+  };
+  /// Surfaces of which other points are listed than before: name of the pair, its rows in Bullet's list, and
+  /// its loads in the last step and in this one, N.
+  struct Surfaces {
+    std::uint64_t pair;
+    std::vector<int> rows;
+    double before, now;
+  };
+  void step_patches();
   void match();
-  Contact* contact_at(const btManifoldPoint& point);
+  void reserve(std::size_t contacts);
+  void hold(const bristle::HeldContact& held);
+  void find_surfaces();
+  void share_loads(double dt_s);
+  const Place* find_place(const btManifoldPoint& point) const;
   void begin(Contact& contact, int row, double dt_s);
-  void set_sides(Contact& contact, const btManifoldPoint& point);
+  void set_sides(Contact& contact, const Eigen::Vector3d& place);
   void guess_answer(Contact& contact, double dt_s);
   bristle::Response find_force(const Contact& contact, const Eigen::Vector2d& slip, double load, double dt_s);
   Eigen::Vector2d axes_of(const Contact& contact) const;
@@ -155,11 +190,14 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
   std::vector<std::size_t> index_;       // for each KeyedContact::place, the index of its contact in known_
   std::vector<const btManifoldPoint*> found_;
-  std::vector<int> round_;  // index in its manifold of the round body of each point in found_, or -1
   std::vector<bristle::ContactPoint> points_;
+  std::vector<const btPersistentManifold*> of_;  // manifold of each point in found_
+  std::vector<double> normals_;
   std::vector<std::uint64_t> keys_;
-  // Contact points with their index in known_, sorted by the points' addresses.
-  std::vector<std::pair<const btManifoldPoint*, std::size_t>> places_;
+  std::vector<Place> places_;  // sorted by the points' addresses
+  std::vector<Surfaces> surfaces_;
+  // Pairs that touch, sorted, with their manifolds.
+  std::vector<std::pair<std::uint64_t, const btPersistentManifold*>> touching_;
   std::size_t first_of_group_ = 0;  // index in solved_ of the first contact of the islands being solved
   std::vector<Contact*> solved_;
   std::vector<const Contact*> listed_;
@@ -168,7 +206,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<bristle::BedMotion> bed_motions_;
   std::vector<bristle::BedResponse> bed_responses_;
   std::vector<btScalar> coefficients_;
-  std::uint64_t refused_ = 0;
+  double last_dt_s_ = 0.0;
   std::unique_ptr<System> system_;
 };
 

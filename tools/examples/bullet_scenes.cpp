@@ -137,6 +137,27 @@ btRigidBody& World::add_box(const btVector3& half, const btVector3& place, doubl
   return add(std::move(box), place, mass_kg, coefficient);
 }
 
+btRigidBody& World::add_cylinder(const btVector3& half, const btVector3& place, double mass_kg,
+                                 double coefficient) {
+  auto cylinder = std::make_unique<btCylinderShapeZ>(half);
+  cylinder->setMargin(scalar(0.001));
+  return add(std::move(cylinder), place, mass_kg, coefficient);
+}
+
+btRigidBody& World::add_triangles(int n, double edge, double coefficient) {
+  auto triangles = std::make_unique<btTriangleMesh>();
+  const auto at = [&](int i, int j) { return vector(edge * (i - 0.5 * n), edge * (j - 0.5 * n), 0.0); };
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      triangles->addTriangle(at(i, j), at(i + 1, j), at(i, j + 1));
+      triangles->addTriangle(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+  btRigidBody& body = add(std::make_unique<btBvhTriangleMeshShape>(triangles.get(), true),
+                          vector(0.0, 0.0, 0.0), 0.0, coefficient);
+  bodies_.back().triangles = std::move(triangles);
+  return body;
+}
+
 btRigidBody& World::add_ball(double radius, const btVector3& place, double mass_kg, double coefficient) {
   return add(std::make_unique<btSphereShape>(scalar(radius)), place, mass_kg, coefficient);
 }
@@ -248,6 +269,32 @@ Scene pushed_plate(double dt_s) {
   return scene;
 }
 
+Scene cylinder_on_slope() {
+  Scene scene;
+  scene.name = "cylinder";
+  scene.title = "cylinder that stands on a slope of 10 degrees";
+  scene.seconds = 8.0;
+  scene.gravity = gravity_on_slope(10.0);
+  scene.build = [](World& world) {
+    add_floor(world, 0.5);
+    world.add_cylinder(vector(0.05, 0.05, 0.04), vector(0.0, 0.0, 0.04), 0.2, 0.5);
+  };
+  return scene;
+}
+
+Scene box_on_triangles() {
+  Scene scene;
+  scene.name = "box_on_triangles";
+  scene.title = "box on a slope of 10 degrees, made of triangles";
+  scene.seconds = 8.0;
+  scene.gravity = gravity_on_slope(10.0);
+  scene.build = [](World& world) {
+    world.add_triangles(21, 0.07, 0.5);
+    world.add_box(vector(0.05, 0.05, 0.02), vector(0.0, 0.0, 0.02), 0.2, 0.5);
+  };
+  return scene;
+}
+
 Scene many_boxes() {
   Scene scene;
   scene.name = "many_boxes";
@@ -269,6 +316,8 @@ std::vector<Scene> all_scenes() {
           stack(),
           pushed_box(),
           pushed_plate(),
+          cylinder_on_slope(),
+          box_on_triangles(),
           many_boxes()};
 }
 

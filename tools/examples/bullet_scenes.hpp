@@ -25,6 +25,10 @@ class World {
 
   /// Adds a box with these half edges (m) and mass (kg); mass 0 fixes it in place.
   btRigidBody& add_box(const btVector3& half, const btVector3& place, double mass_kg, double coefficient);
+  btRigidBody& add_cylinder(const btVector3& half, const btVector3& place, double mass_kg,
+                            double coefficient);
+  /// Adds a floor at z = 0 of n x n squares of two triangles each, with edges of `edge` (m).
+  btRigidBody& add_triangles(int n, double edge, double coefficient);
   btRigidBody& add_ball(double radius, const btVector3& place, double mass_kg, double coefficient);
   /// Adds a square plate on three round feet at the corners of an equilateral triangle, whose loads follow
   /// from statics. `place` (m): centre of the plate, plate_height above the floor.
@@ -42,6 +46,7 @@ class World {
  private:
   struct Body {
     std::vector<std::unique_ptr<btCollisionShape>> parts;
+    std::unique_ptr<btTriangleMesh> triangles;
     std::unique_ptr<btCollisionShape> shape;
     std::unique_ptr<btDefaultMotionState> place;
     std::unique_ptr<btRigidBody> body;
@@ -90,6 +95,10 @@ inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.0
 
 // Push of the box in pushed_box(): force (N), lever arm about the centre (m), beginning and end (s).
 inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;
+/// Makes a scene with a cylinder that stands on a slope of 10 degrees, and one with a box on a slope made of
+/// triangles. Bullet lists other points of their faces from step to step.
+Scene cylinder_on_slope();
+Scene box_on_triangles();
 /// Makes a scene with sixteen boxes side by side on a slope: 64 contact points.
 Scene many_boxes();
 std::vector<Scene> all_scenes();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <thread>
 #include <utility>
 
 namespace mujoco_example {
@@ -16,25 +17,33 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr std::uint32_t held_contacts = 4;  // of each pair of surfaces
+// Values of Contact::joined beside an index: a contact with a patch of its own, and one without friction,
+// whose surfaces have parted where their patch was.
+constexpr int own_patch = -1, no_friction = -2;
+
 std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
 
-/// Returns the condims of all contacts. Refuses rolling friction (condim 6), which bristles cannot give.
+/// Returns the condims of all contacts. Refuses those that bristles cannot give, and an integrator that has
+/// no step of its own for them.
 ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
-  if (leave_out_rolling) return dims;
-  const auto refuse = [&](int object, const char* kind, int id) {
+  if (model.opt.integrator == mjINT_RK4)
+    throw bristle::Error("the integrator is RK4, which bristles lack: choose Euler or implicit");
+  const auto check = [&](int dim, int object, const char* kind, int id) {
+    if (dim == 1 || dim == 3 || dim == 4 || (dim == 6 && leave_out_rolling)) return;
     const char* name = mj_id2name(&model, object, id);
-    throw bristle::Error(
-        std::string(kind) + " " + std::to_string(id) +
-        (name != nullptr && *name != 0 ? " (\"" + std::string(name) + "\")" : "") +
-        " has condim 6: bristles resist slip and spin (condim 3 and 4), not rolling. Give it "
-        "condim 4, or set FrictionOptions::leave_out_rolling");
+    throw bristle::Error(std::string(kind) + " " + std::to_string(id) +
+                         (name != nullptr && *name != 0 ? " (\"" + std::string(name) + "\")" : "") +
+                         " has condim " + std::to_string(dim) +
+                         ": bristles resist slip and spin (condim 3 and 4), not rolling. Give it "
+                         "condim 4, or set FrictionOptions::leave_out_rolling for 6");
   };
   for (std::size_t i = 0; i < dims.geom.size(); ++i)
-    if (dims.geom[i] > 4) refuse(mjOBJ_GEOM, "geom", static_cast<int>(i));
+    check(dims.geom[i], mjOBJ_GEOM, "geom", static_cast<int>(i));
   for (std::size_t i = 0; i < dims.pair.size(); ++i)
-    if (dims.pair[i] > 4) refuse(mjOBJ_UNKNOWN, "contact pair", static_cast<int>(i));
+    check(dims.pair[i], mjOBJ_UNKNOWN, "contact pair", static_cast<int>(i));
   return dims;
 }
 Motion point_motion(const BristleFriction::Contact& contact, const Vector2d& moved) {
@@ -70,17 +79,22 @@ bool is_round(const mjModel& model, int geom) {
          type == mjGEOM_CYLINDER;
 }
 
-/// Returns a contact's place (m) in a frame in which it hardly moves, even for fast bodies: centred in the
-/// smaller geom, with the axes of that geom, or of the world if it is round and may roll.
-Vector3d place_of(const mjModel& model, const mjData& data, const mjContact& contact) {
-  const int geom = smaller_geom(model, contact);
-  const Vector3d arm = Map<const Vector3d>(contact.pos) - Map<const Vector3d>(data.geom_xpos + 3 * geom);
-  if (is_round(model, geom)) return arm;
-  return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom).transpose() * arm;
+/// Returns the axes of the frame in which a geom's contacts hardly move, even if it is fast: those of the
+/// geom, or of the world if it is round and may roll. The frame's centre is that of the geom.
+Eigen::Matrix3d axes_of(const mjModel& model, const mjData& data, int geom) {
+  if (is_round(model, geom)) return Eigen::Matrix3d::Identity();
+  return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom);
 }
-
-Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation_of(const mjData& data, int body) {
-  return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.xmat + 9 * body);
+Map<const Vector3d> centre_of(const mjData& data, int geom) {
+  return Map<const Vector3d>(data.geom_xpos + 3 * geom);
+}
+Map<const Vector3d> spin_of(const mjData& data, int body) {  // rad/s
+  return Map<const Vector3d>(data.cvel + 6 * body);
+}
+bristle::BodyPlace place_of(const mjModel& model, const mjData& data, int geom) {
+  return {centre_of(data, geom),
+          Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom),
+          model.opt.timestep * spin_of(data, model.geom_bodyid[geom])};
 }
 
 /// Returns the last degree of freedom that moves a body, or -1.
@@ -120,6 +134,8 @@ BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
       friction_(VectorXd::Zero(model.nv)),
       other_constraints_(friction_),
       applied_(static_cast<std::size_t>(model.nv)) {
+  surface_velocity_ = options.surface_velocity;
+  matcher_.set_hold(held_contacts);
   if (has_spin(dims_))
     discs_.emplace(patches_, bristle::Material::from_coefficients(law), options.patch,
                    bristle::Outline::disc(1.0, bristle::Pressure::uniform, options.rings),
@@ -135,15 +151,106 @@ BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
 }
 
 void BristleFriction::step(const mjModel& model, mjData& data) {
+  prepare(model, data);
+  mj_step2(&model, &data);
+  withdraw(model, data);
+  end_step(model, data);
+}
+
+void BristleFriction::forward(const mjModel& model, mjData& data) {
+  prepare(model, data);
+  mj_fwdActuation(&model, &data);
+  mj_fwdAcceleration(&model, &data);
+  mj_fwdConstraint(&model, &data);
+  mj_sensorAcc(&model, &data);
+  withdraw(model, data);
+}
+
+/// Runs a step as far as the friction force, and adds that to the applied forces: as forces on both bodies of
+/// each contact where sensors look at them, else as generalised forces, which costs less.
+void BristleFriction::prepare(const mjModel& model, mjData& data) {
   mj_step1(&model, &data);
   mj_fwdActuation(&model, &data);
   mj_fwdAcceleration(&model, &data);
   find_friction(model, data);
   std::copy_n(data.qfrc_applied, model.nv, applied_.begin());
-  Map<VectorXd>(data.qfrc_applied, model.nv) += friction_;
-  mj_step2(&model, &data);
+  applied_to_bodies_.clear();
+  const auto looks = [](int type) { return type == mjSENS_FORCE || type == mjSENS_TORQUE; };
+  if (std::none_of(model.sensor_type, model.sensor_type + model.nsensor, looks)) {
+    Map<VectorXd>(data.qfrc_applied, model.nv) += friction_;
+    return;
+  }
+  applied_to_bodies_.assign(data.xfrc_applied, data.xfrc_applied + 6 * model.nbody);
+  for (const Contact& contact : contacts_) {
+    const Vector3d force = contact.frame.force({contact.force[0], contact.force[1]});
+    for (int side = 0; side < 2; ++side) {
+      const int body = contact.bodies[side];
+      const Vector3d arm = contact.point - Map<const Vector3d>(data.xipos + 3 * body);
+      Map<Vector3d> on(data.xfrc_applied + 6 * body), about(data.xfrc_applied + 6 * body + 3);
+      const double sign = side == 0 ? -1.0 : 1.0;
+      on += sign * force;
+      about += sign * (arm.cross(force) + contact.force[2] * contact.frame.normal());
+    }
+  }
+}
+
+/// Takes the friction out of the applied forces.
+void BristleFriction::withdraw(const mjModel& model, mjData& data) const {
   std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
-  end_step(model, data);
+  std::copy(applied_to_bodies_.begin(), applied_to_bodies_.end(), data.xfrc_applied);
+}
+
+void BristleFriction::contact_force(const mjModel& model, const mjData& data, int id,
+                                    mjtNum (&force)[6]) const {
+  mj_contactForce(&model, &data, id, force);
+  const int row = data.contact[id].efc_address;
+  const Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.contact[id].frame);
+  for (const Contact& contact : contacts_) {
+    if (row < 0 || contact.row != row) continue;
+    Map<Vector3d>(force, 3) += axes * contact.frame.force({contact.force[0], contact.force[1]});
+    force[3] += contact.force[2];
+  }
+}
+
+BristleFriction::State BristleFriction::save() const {
+  State to;
+  const auto keep = [](const auto& from, std::vector<std::byte>& bytes) {
+    bytes.resize(from.state_size());
+    from.save_state(bytes);
+  };
+  keep(patches_, to.patches);
+  keep(points_, to.points);
+  keep(bed_batch_, to.beds);
+  keep(matcher_, to.matcher);
+  if (discs_) keep(*discs_, to.discs);
+  if (beds_) keep(*beds_, to.keyed_beds);
+  to.contacts = contacts_;
+  to.cells = cells_;
+  to.dofs = dofs_;
+  to.surfaces = surfaces_;
+  to.other_constraints = other_constraints_;
+  to.capacity = points_.capacity();
+  to.moved = moved_;
+  to.slipped = slipped_;
+  return to;
+}
+
+void BristleFriction::restore(const State& from) {
+  reserve(from.capacity);
+  patches_.restore_state(from.patches);
+  points_.restore_state(from.points);
+  bed_batch_.restore_state(from.beds);
+  matcher_.restore_state(from.matcher);
+  if (discs_) discs_->restore_state(from.discs);
+  if (beds_) beds_->restore_state(from.keyed_beds);
+  contacts_ = from.contacts;
+  cells_ = from.cells;
+  dofs_ = from.dofs;
+  surfaces_ = from.surfaces;
+  other_constraints_ = from.other_constraints;
+  moved_ = from.moved;
+  slipped_ = from.slipped;
+  column_.clear();
 }
 
 const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& data) {
@@ -201,34 +308,132 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   rows_.clear();
   found_.clear();
   found_points_.clear();
+  found_normals_.clear();
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
     // Skips contacts of soft bodies (flexes), which MuJoCo 3 has.
     if (c->efc_address < 0 || c->geom1 < 0 || c->geom2 < 0) continue;
     found_.push_back(c);
-    const Vector3d place = place_of(model, data, *c);
+    const int geom = smaller_geom(model, *c);
+    const Eigen::Matrix3d to_geom = axes_of(model, data, geom).transpose();
+    const Vector3d place = to_geom * (Map<const Vector3d>(c->pos) - centre_of(data, geom)),
+                   normal = to_geom * Map<const Vector3d>(c->frame);
     found_points_.push_back({pair_of(*c), {place[0], place[1], place[2]}});
+    found_normals_.insert(found_normals_.end(), normal.data(), normal.data() + 3);
   }
   keys_.resize(found_points_.size());
-  matcher_.match(found_points_, keys_);
-  for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (keys_[i] != bristle::no_contact_key)
-      take_over(model, data, *found_[i], keys_[i], dim_of(model, *found_[i]));
-  }
-  if (found_.size() > points_.capacity()) refuse(found_.size());
+  reserve(found_.size());
+  matcher_.match(found_points_, keys_, found_normals_);
+  reserve(found_.size() + matcher_.held().size());
+  for (std::size_t i = 0; i < found_.size(); ++i)
+    if (!matcher_.has_joined(i) && keys_[i] != bristle::no_contact_key)
+      take_over(model, data, *found_[i], keys_[i], nullptr);
+  for (const bristle::HeldContact& held : matcher_.held()) hold(model, data, held);
+  for (std::size_t i = 0; i < found_.size(); ++i)
+    if (matcher_.has_joined(i)) join(model, data, *found_[i], keys_[i]);
+  find_surfaces();
   points_.end_step();
   if (discs_) discs_->end_step();
   if (beds_) beds_->end_step();
   moved_ = false;
 }
 
-/// Counts the contacts for which there is no room, and warns of the first.
-void BristleFriction::refuse(std::size_t contacts) {
-  if (refused_ == 0)
-    mju_warning(("bristle: " + std::to_string(contacts) + " contacts, and room for " +
-                 std::to_string(points_.capacity()) +
-                 ": the others have no friction; raise the option contacts")
-                    .c_str());
-  refused_ += contacts - points_.capacity();
+/// Makes room for this number of contacts. Allocates, when there are more than ever before.
+void BristleFriction::reserve(std::size_t contacts) {
+  while (contacts > points_.capacity()) {
+    const std::uint32_t room = 2 * points_.capacity();
+    matcher_.reserve(room);
+    points_.reserve(room);
+    if (discs_) discs_->reserve(room);
+    if (beds_) beds_->reserve(room);
+  }
+}
+
+/// Adds a contact that has a normal force only: the patch of a contact of the same surfaces, which has this
+/// key, carries its load.
+void BristleFriction::join(const mjModel& model, const mjData& data, const mjContact& found,
+                           std::uint64_t key) {
+  const auto it = std::find_if(contacts_.begin(), contacts_.end(),
+                               [&](const Contact& contact) { return contact.key == key; });
+  const int joined = it == contacts_.end() ? no_friction : static_cast<int>(it - contacts_.begin());
+  Contact& contact = contacts_.emplace_back();
+  contact.key = bristle::no_contact_key;
+  contact.pair = pair_of(found);
+  contact.is_new = false;
+  contact.joined = joined;
+  contact.bodies[0] = model.geom_bodyid[found.geom1];
+  contact.bodies[1] = model.geom_bodyid[found.geom2];
+  contact.frame =
+      bristle::ContactFrame(Map<const Vector3d>(found.frame), Map<const Vector3d>(found.frame + 3));
+  contact.point = Map<const Vector3d>(found.pos);
+  contact.row = found.efc_address;
+  contact.first_cell = cells_.size();
+  contact.normal_load = found.dist < 0.0 ? 1.0 : 0.0;  // positive: its normal force counts in the prediction
+  set_rows(model, data, nullptr, contact);
+}
+
+/// Keeps a contact that MuJoCo does not list, but for which its pair is listed elsewhere, if it still lies on
+/// both surfaces.
+void BristleFriction::hold(const mjModel& model, const mjData& data, const bristle::HeldContact& held) {
+  constexpr double steepest = 2e-3;  // angle between the surfaces beyond which they part there, rad
+  const Contact* const old = find_before(held.key);
+  const auto same_pair = [&](const mjContact* c) {
+    return pair_of(*c) == held.contact.pair &&
+           (!old || old->frame.normal().dot(Map<const Vector3d>(c->frame)) > 0.7);
+  };
+  const auto listed = std::find_if(found_.begin(), found_.end(), same_pair);
+  if (old && old->patch && listed != found_.end()) {
+    const int geom = smaller_geom(model, **listed);
+    const Vector3d at =
+        centre_of(data, geom) + axes_of(model, data, geom) * Map<const Vector3d>(held.contact.point);
+    const Vector3d apart = at - Map<const Vector3d>((*listed)->pos);
+    if (std::fabs(apart.dot(Map<const Vector3d>((*listed)->frame))) <= steepest * apart.norm())
+      return take_over(model, data, **listed, held.key, &at);
+  }
+  matcher_.release(held.key);
+}
+
+/// Finds the contacts whose surfaces are listed at other points than before, and the patches for new points.
+void BristleFriction::find_surfaces() {
+  surfaces_.clear();
+  const auto named = [&](const Contact& contact) {
+    return std::find_if(surfaces_.begin(), surfaces_.end(),
+                        [&](const Surfaces& s) { return s.pair == contact.pair; });
+  };
+  for (const Contact& contact : contacts_)
+    if ((!contact.is_listed || contact.joined != own_patch) && named(contact) == surfaces_.end())
+      surfaces_.push_back({contact.pair, 0.0, 0.0});
+  for (Contact& contact : contacts_) {
+    const auto of = named(contact);
+    contact.surfaces = of == surfaces_.end() ? -1 : static_cast<int>(of - surfaces_.begin());
+  }
+}
+
+/// Sets each contact's normal load from MuJoCo's normal forces of this step.
+void BristleFriction::share_loads(const mjData& data) {
+  for (Surfaces& s : surfaces_) s.before = s.now = 0.0;
+  for (Contact& contact : contacts_)
+    contact.on_points = contact.is_listed ? data.efc_force[contact.row] : 0.0;
+  for (Contact& contact : contacts_) {
+    if (contact.surfaces < 0) continue;
+    Surfaces& s = surfaces_[static_cast<std::size_t>(contact.surfaces)];
+    s.now += contact.is_listed ? data.efc_force[contact.row] : 0.0;
+    if (contact.joined == own_patch)
+      s.before += contact.normal_load;
+    else if (contact.joined >= 0)
+      contacts_[static_cast<std::size_t>(contact.joined)].on_points += contact.on_points;
+  }
+  constexpr double least = 1e-3;  // share of the load of its surfaces with which a contact is held
+  for (Contact& contact : contacts_) {
+    if (contact.joined != own_patch) continue;
+    double load = contact.on_points;
+    if (contact.surfaces >= 0) {
+      const Surfaces& s = surfaces_[static_cast<std::size_t>(contact.surfaces)];
+      load = bristle::held_load(contact.normal_load, s.before, s.now, load);
+      if (!contact.is_listed && !(load > least * s.now)) matcher_.release(contact.key);
+    }
+    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
+    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+  }
 }
 
 /// Finds a contact of the previous step by its key, or null. Tries the next in order first, as MuJoCo mostly
@@ -245,39 +450,46 @@ const BristleFriction::Contact* BristleFriction::find_before(std::uint64_t key) 
   return &before_[found->second];
 }
 
+/// Adds a contact with the patch that it had in the step before, or a fresh one. `held_at`: its place (m), if
+/// `found` is another contact of the same surfaces.
 void BristleFriction::take_over(const mjModel& model, const mjData& data, const mjContact& found,
-                                std::uint64_t key, int dim) {
+                                std::uint64_t key, const Vector3d* held_at) {
   const Contact* const old = find_before(key);
   const bool known = old != nullptr;
   Contact& contact = known ? contacts_.emplace_back(*old) : contacts_.emplace_back();
+  const int dim = dim_of(model, found);
   contact.key = key;
+  contact.pair = pair_of(found);
   contact.is_new = !known;
-  contact.round = smaller_geom(model, found);
-  const bool rolls = beds_ && dim >= 3 && is_round(model, contact.round);
+  contact.is_listed = held_at == nullptr;
+  contact.bodies[0] = model.geom_bodyid[found.geom1];
+  contact.bodies[1] = model.geom_bodyid[found.geom2];
+  const bool rounds[2] = {is_round(model, found.geom1), is_round(model, found.geom2)};
+  const int small = smaller_geom(model, found);
+  contact.geoms[0] = rounds[0] == rounds[1] ? small : rounds[0] ? found.geom1 : found.geom2;
+  contact.geoms[1] = found.geom1 + found.geom2 - contact.geoms[0];
+  const bool rolls = beds_ && dim >= 3 && is_round(model, small);
   contact.bed = rolls ? beds_->find_or_add(key) : bristle::BedId{};
   const bool disc = contact.is_disc = dim >= 4 && !rolls;
   const Map<const Vector3d> normal(found.frame), along(found.frame + 3);
-  contact.bodies[0] = model.geom_bodyid[found.geom1];
-  contact.bodies[1] = model.geom_bodyid[found.geom2];
   if (known) {
     carry_frame(model, data, normal, contact);
   } else {
     contact.frame = bristle::ContactFrame(normal, along);
   }
-  contact.point = Map<const Vector3d>(found.pos);
-  const bool rounds[2] = {is_round(model, found.geom1), is_round(model, found.geom2)};
-  contact.rider = rounds[0] && rounds[1] ? -1
-                  : rounds[0]            ? found.geom1
-                  : rounds[1]            ? found.geom2
-                                         : smaller_geom(model, found);
-  if (contact.rider >= 0) {
-    const int base = contact.bodies[contact.rider == found.geom1 ? 1 : 0];
-    const Map<const Vector3d> centre(data.geom_xpos + 3 * contact.rider);
-    contact.held = rotation_of(data, base).transpose() * (centre - Map<const Vector3d>(data.xpos + 3 * base));
-    contact.arm = contact.point - centre;
+  contact.point = held_at ? *held_at : Map<const Vector3d>(found.pos);
+  const Eigen::Matrix3d axes = axes_of(model, data, small);
+  if (known && old->surfaces >= 0 && !held_at) {
+    // Keeps the height of a point that hops: it goes with the body's rocking, which would then walk.
+    constexpr double hop = 1e-4;  // m
+    const double up = normal.dot(contact.point - centre_of(data, small) - axes * contact.place);
+    if (std::fabs(up) < hop) contact.point -= up * normal;
   }
+  contact.place = axes.transpose() * (contact.point - centre_of(data, small));
+  contact.slip.hold(place_of(model, data, contact.geoms[0]), place_of(model, data, contact.geoms[1]),
+                    contact.point, rounds[0] && rounds[1]);
   contact.scale = found.friction[0] / (rolls ? bed_friction_ : kinetic_);
-  contact.row = found.efc_address;
+  contact.row = held_at ? -1 : found.efc_address;
   contact.patch = {};
   contact.cells = 0;
   if (disc) {
@@ -302,14 +514,14 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
                                   Contact& contact) {
   constexpr double negligible = 1e-6;  // rad
   for (int side = 0; side < 2 && moved_; ++side)
-    contact.turn[side] += model.opt.timestep * Map<const Vector3d>(data.cvel + 6 * contact.bodies[side]);
+    contact.turn[side] += model.opt.timestep * spin_of(data, contact.bodies[side]);
   if ((normal - contact.frame.normal()).squaredNorm() + contact.turn[0].squaredNorm() +
           contact.turn[1].squaredNorm() <
       negligible * negligible)
     return;
   if (contact.bed)  // the contact's axes move with the body that does not roll
     contact.frame.carry_with_surface(
-        normal, contact.turn[contact.bodies[0] == model.geom_bodyid[contact.round] ? 1 : 0]);
+        normal, contact.turn[contact.bodies[0] == model.geom_bodyid[contact.geoms[0]] ? 1 : 0]);
   else if (contact.is_disc)
     contact.frame.carry_with_surface(normal, contact.turn[0]);
   else
@@ -361,6 +573,30 @@ void BristleFriction::set_rows(const mjModel& model, const mjData& data, const C
   for (std::size_t k = 0; k < contact.dofs; ++k)
     contact.start += data.qvel[dofs_[contact.first_dof + k]] * rows.col(static_cast<Eigen::Index>(k));
   contact.start.segment<2>(1) += contact.arc;
+  contact.surface = surface_velocity(model, data, contact);
+  contact.start += contact.surface;
+}
+
+/// Returns the velocity of geom2's own surface against that of geom1, in the axes of Contact::velocity.
+Eigen::Vector4d BristleFriction::surface_velocity(const mjModel& model, const mjData& data,
+                                                  const Contact& contact) const {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  for (const int geom : contact.geoms) {
+    double own[6] = {};
+    if (surface_velocity_) surface_velocity_(model, geom, own);
+#if mjVERSION_HEADER >= 3011000
+    else
+      std::copy_n(model.geom_surfacevel + 6 * geom, 6, own);
+#endif
+    if (std::all_of(own, own + 6, [](double v) { return v == 0.0; })) continue;
+    const Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat + 9 * geom);
+    const Vector3d turn = axes * Map<const Vector3d>(own + 3),
+                   at = axes * Map<const Vector3d>(own) + turn.cross(contact.point - centre_of(data, geom));
+    const double sign = model.geom_bodyid[geom] == contact.bodies[1] ? 1.0 : -1.0;
+    sum += sign * Eigen::Vector4d(0.0, contact.frame.along().dot(at), contact.frame.aside().dot(at),
+                                  contact.frame.normal().dot(turn));
+  }
+  return sum;
 }
 
 BristleFriction::Rows BristleFriction::rows_of(const Contact& contact) {
@@ -423,6 +659,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   for (Contact& contact : contacts_) {
     if (!is_new(contact)) continue;
     contact.normal_load = data.efc_force[contact.row];
+    if (contact.surfaces >= 0) contact.normal_load = bristle::held_load(0.0, 1.0, 0.0, contact.normal_load);
     if (contact.bed) continue;  // reaches the limit of the force within a presliding displacement
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
@@ -468,7 +705,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
   for (const Contact& contact : contacts_) {
     Eigen::Matrix4d gain = Eigen::Matrix4d::Zero();
     Eigen::Vector4d pull = Eigen::Vector4d::Zero();
-    if (contact.normal_load > 0.0) {
+    if (contact.is_listed && contact.normal_load > 0.0) {
       gain(0, 0) = 1.0 / data.efc_R[contact.row];
       pull[0] = dt_s * data.efc_aref[contact.row] * gain(0, 0);
     }
@@ -537,12 +774,9 @@ bool BristleFriction::release_cells() {
 /// Returns the motion of a contact's bed. `moved`: slip (m) and spin (rad) of geom2's body in this step.
 bristle::BedMotion BristleFriction::bed_motion(const mjModel& model, const mjData& data,
                                                const Contact& contact, const Vector3d& moved) const {
-  Vector3d spin = Vector3d::Zero();  // rad/s
-  for (int dof = last_dof(model, model.geom_bodyid[contact.round]); dof >= 0; dof = model.dof_parentid[dof])
-    spin += data.qvel[dof] * Map<const Vector3d>(data.cdof + 6 * dof);
-  const Vector3d arm = contact.point - Map<const Vector3d>(data.geom_xpos + 3 * contact.round);
-  return bristle_example::bed_motion(contact.bed, contact.frame, arm, model.opt.timestep * spin, moved,
-                                     contact.normal_load);
+  return bristle_example::bed_motion(contact.bed, contact.frame, contact.slip.arm(),
+                                     model.opt.timestep * spin_of(data, model.geom_bodyid[contact.geoms[0]]),
+                                     moved, contact.normal_load);
 }
 
 /// Makes the linear model of each bed from its forces without slip and at a small slip back, after this
@@ -606,60 +840,52 @@ void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Records each contact's load and slip of this step, and steps the beds.
+/// Records each contact's load and slip of this step.
 void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
-  bed_motions_.clear();
   for (Contact& contact : contacts_) {
-    const double load = data.efc_force[contact.row];
-    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
-    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
     const Rows rows = rows_of(contact);
-    Vector3d moved = Vector3d::Zero();
+    const double load = contact.is_listed ? data.efc_force[contact.row] : 0.0;
+    contact.moved_by_velocity.setZero();
     for (Eigen::Index i = 0; i < rows.cols(); ++i) {
       const int dof = dofs_[contact.first_dof + static_cast<std::size_t>(i)];
-      moved += dt_s * data.qvel[dof] * rows.col(i).tail<3>();
+      contact.moved_by_velocity += dt_s * data.qvel[dof] * rows.col(i).tail<3>();
       other_constraints_[dof] -= load * rows(0, i);
     }
-    contact.moved_by_velocity = moved;
-    if (contact.bed) bed_motions_.push_back(bed_motion(model, data, contact, moved));
   }
-  bed_responses_.resize(bed_motions_.size());
-  bed_batch_.step(bed_motions_, bed_responses_);
+  share_loads(data);
   moved_ = slipped_ = true;
 }
 
-/// Returns by how much the surface of geom2 has slipped against that of geom1, m: the way of the rider's
-/// centre in the frame of the other body, and its turn against that body times its arm. The turn is small:
-/// taken as a chord it would make a wheel slip that rolls.
-Vector3d BristleFriction::slip_by_places(const mjModel& model, const mjData& data,
-                                         const Contact& contact) const {
-  const int body = model.geom_bodyid[contact.rider];
-  const bool first = body == contact.bodies[0];
-  const int base = contact.bodies[first ? 1 : 0];
-  const Vector3d way = Map<const Vector3d>(data.geom_xpos + 3 * contact.rider) -
-                       Map<const Vector3d>(data.xpos + 3 * base) - rotation_of(data, base) * contact.held;
-  const Vector3d turn = model.opt.timestep * (Map<const Vector3d>(data.cvel + 6 * body) -
-                                              Map<const Vector3d>(data.cvel + 6 * base));
-  return (first ? -1.0 : 1.0) * (way + turn.cross(contact.arm));
+/// Returns the slip (m) and spin (rad) of geom2 against geom1 in the last step, and keeps by how much the
+/// slip differs from that by velocities.
+Vector3d BristleFriction::moved_by_places(const mjModel& model, const mjData& data, Contact& contact) const {
+  Vector3d slip =
+      contact.slip.find(place_of(model, data, contact.geoms[0]), place_of(model, data, contact.geoms[1]));
+  if (model.geom_bodyid[contact.geoms[0]] == contact.bodies[0]) slip = -slip;
+  const Vector3d moved(contact.frame.along().dot(slip), contact.frame.aside().dot(slip),
+                       contact.moved_by_velocity[2]);
+  contact.arc = (moved - contact.moved_by_velocity).head<2>() / model.opt.timestep;
+  return moved + model.opt.timestep * contact.surface.tail<3>();
 }
 
-/// Steps all patches in one call, by the actual slip of the contacts, under the normal loads of that step.
+/// Steps all patches and beds by the actual slip of the contacts, under the normal loads of that step.
 void BristleFriction::step_patches(const mjModel& model, const mjData& data) {
   motions_.assign(cells_.size(), Motion{});
   responses_.resize(cells_.size());
+  bed_motions_.clear();
   for (Contact& contact : contacts_) {
-    if (!contact.patch) continue;
-    Vector3d moved = contact.moved_by_velocity;
-    if (contact.rider >= 0) {
-      const Vector3d slip = slip_by_places(model, data, contact);
-      moved.head<2>() = Vector2d(contact.frame.along().dot(slip), contact.frame.aside().dot(slip));
-      contact.arc = (moved - contact.moved_by_velocity).head<2>() / model.opt.timestep;
-    }
-    set_motions(contact, moved);
+    if (!contact.patch && !contact.bed) continue;
+    const Vector3d moved = moved_by_places(model, data, contact);
+    if (contact.bed)
+      bed_motions_.push_back(bed_motion(model, data, contact, moved));
+    else
+      set_motions(contact, moved);
   }
   batch_.step(model.opt.timestep, motions_, responses_);
+  bed_responses_.resize(bed_motions_.size());
+  bed_batch_.step(bed_motions_, bed_responses_);
   for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = responses_[k];
   for (const Contact& contact : contacts_)
     if (contact.is_disc && contact.patch) turn_disc(contact);
@@ -683,6 +909,22 @@ void BristleFriction::turn_disc(const Contact& contact) {
   patches_.read_cells(contact.patch, 0.0, contact.normal_load, places_);
   for (std::size_t k = 0; k < contact.cells; ++k)
     cells_[contact.first_cell + k].at = Vector2d(places_[k].position[0], places_[k].position[1]);
+}
+
+void roll_out(const mjModel& model, const std::vector<mjData*>& data,
+              const std::vector<BristleFriction*>& frictions, int steps, int threads,
+              const std::function<void(std::size_t, const mjModel&, mjData&)>& drive) {
+  const auto run = [&](std::size_t first) {
+    for (std::size_t i = first; i < data.size(); i += static_cast<std::size_t>(threads))
+      for (int step = 0; step < steps; ++step) {
+        if (drive) drive(i, model, *data[i]);
+        frictions[i]->step(model, *data[i]);
+      }
+  };
+  std::vector<std::thread> others;
+  for (int t = 1; t < threads; ++t) others.emplace_back(run, static_cast<std::size_t>(t));
+  run(0);
+  for (std::thread& other : others) other.join();
 }
 
 }  // namespace mujoco_example

@@ -10,6 +10,8 @@
 //
 // A patch belongs to a pair of geoms and to a point: MuJoCo lists contacts without names in every step, and
 // each takes over the patch of the nearest point of the step before, seen from the smaller of the two geoms.
+// Where MuJoCo lists other points of the same surfaces from step to step (meshes, equal boxes), patches stay
+// where they are and the load of the pair goes to them.
 // Coefficients of friction stay those of the model (mjContact::friction[0]); the shape of the law is that of
 // the material.
 //
@@ -22,15 +24,15 @@
 // The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
 // contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force
 // how its patch will answer; that goes to qfrc_applied for the time of mj_step2. Once the next mj_step1 has
-// placed the bodies, the patches step by what the contacts really slipped, seen from one of the two bodies:
-// they follow the bodies, and nothing drifts, on turning surfaces neither. (Between two round geoms and on a
-// bed the slip is taken from velocities.) Normal loads are those of the step before, of a new contact those
-// of the step without friction.
+// placed the bodies, patches and beds step by what the contacts really slipped, taken from places
+// (bristle::SlipByPlaces): they follow the bodies, and nothing drifts, on turning surfaces neither. Normal
+// loads are those of the step before, of a new contact those of the step without friction.
 //
 // Not covered: rolling friction, RK4 (mj_step2 has none).
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -59,19 +61,28 @@ ContactDims remove_friction(mjModel& model);
 struct FrictionOptions : bristle_example::ContactOptions {
   /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
   int rings = 1;
+  /// Writes the velocity of a geom's own surface (a belt) into `velocity`, as MuJoCo 3.11's `surfacevel`:
+  /// linear (m/s) and angular (rad/s), in the geom's frame. By default that of the model, if it has any.
+  std::function<void(const mjModel& model, int geom, double (&velocity)[6])> surface_velocity;
   bool leave_out_rolling = false;  ///< whether condim 6 is treated as condim 4, not refused
 };
 
 class BristleFriction {
  public:
   /// Makes the friction of a model. Each contact replaces the kinetic coefficient of `law` by its own and
-  /// keeps its ratio of peak to kinetic. Throws bristle::Error, for condim 6 among others.
+  /// keeps its ratio of peak to kinetic. Throws bristle::Error, for condim 2 and 6 and RK4 among others.
   BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
   /// Runs one step of the model, in place of mj_step. Forces that the caller put into qfrc_applied act, and
   /// stay there.
   void step(const mjModel& model, mjData& data);
+  /// Computes accelerations, constraint forces and sensors of the present state with friction, in place of
+  /// mj_forward, which knows none.
+  void forward(const mjModel& model, mjData& data);
+  /// Writes the force of contact `id` of data.contact as mj_contactForce does, with its friction: N along the
+  /// axes of mjContact::frame, N m about them. Call it after step() or forward().
+  void contact_force(const mjModel& model, const mjData& data, int id, mjtNum (&force)[6]) const;
   /// Returns the generalised friction force of this step. Together with end_step() it replaces step() in a
   /// program with a step of its own: call it after mj_fwdAcceleration and add the result to the forces before
   /// mj_fwdConstraint. Further calls in the same step have no effect.
@@ -82,6 +93,14 @@ class BristleFriction {
   /// Treats every contact as new, with straight bristles. Call it after mj_resetData, or when bodies were
   /// moved by hand.
   void forget_contacts();
+
+  /// Bends of all bristles and what belongs to them.
+  struct State;
+  /// Returns the present state. Together with the data's (mj_copyData) it repeats a run to the bit.
+  State save() const;
+  /// Restores the state of this or another BristleFriction that was made with the same arguments. Throws
+  /// bristle::Error, among others if this one has room for more contacts than the other had.
+  void restore(const State& state);
 
   /// Contact point, as the last step left it.
   struct Contact {
@@ -95,9 +114,10 @@ class BristleFriction {
 
     /// Friction force along frame.along() and aside(), N, and torque about the normal, N m, on geom2's body.
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;        ///< whether this contact did not exist in the step before
-    bool is_disc = false;      ///< whether the contact resists spin (condim 4)
-    double radius = 0.0;       ///< radius of the contact, if it is a disc, m
+    bool is_new = true;     ///< whether this contact did not exist in the step before
+    bool is_listed = true;  ///< whether MuJoCo lists the contact; else the pair touches at other points now
+    bool is_disc = false;   ///< whether the contact resists spin (condim 4)
+    double radius = 0.0;    ///< radius of the contact, if it is a disc, m
     double normal_load = 0.0;  ///< normal load from MuJoCo's solver in this step, N
 
     /// Friction coefficient of the contact over that of the material.
@@ -106,7 +126,7 @@ class BristleFriction {
                                                          ///< axes, rad/s about the normal
     int bodies[2] = {0, 0};                              ///< ids of the bodies of geom1 and geom2
 
-    /// Index of the contact's normal force among MuJoCo's constraint forces.
+    /// Index of the contact's normal force among MuJoCo's constraint forces; -1 if it is not listed.
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
     bristle::ExtendedMotion moved;  ///< displacement and turn of a disc contact in this step
@@ -114,13 +134,16 @@ class BristleFriction {
 
    private:
     friend class BristleFriction;
-    int round = -1;  // geom whose surface rolls through the bed
-    // Geom whose motion is taken in the frame of the other geom's body, so that bodies which turn together do
-    // not slip; -1 if both are round, which may roll on each other.
-    int rider = -1;
-    Eigen::Vector3d held = Eigen::Vector3d::Zero(),
-                    arm = Eigen::Vector3d::Zero();  // centre of the rider in that body's frame, m; from
-                                                    // the centre to the contact in the world, m
+    int round = -1;         // geom whose surface rolls through the bed
+    int geoms[2] = {0, 0};  // the geom that may roll, or the smaller one; the other one
+    bristle::SlipByPlaces slip;
+    std::uint64_t pair = 0;
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // point from the smaller geom's centre, in its axes, m
+    Eigen::Vector4d surface = Eigen::Vector4d::Zero();  // velocity of the surfaces themselves, in the axes of
+                                                        // `velocity`
+    int surfaces = -1;       // index in surfaces_ if MuJoCo lists other points of the pair than before
+    int joined = -1;         // index of the contact whose patch carries the load of this one, or below 0
+    double on_points = 0.0;  // load of this step on the contact's points, N
     Eigen::Vector3d moved_by_velocity = Eigen::Vector3d::Zero();  // slip (m) and spin (rad) of the last step
     // Slip of the last step over its time beyond the slip velocity, m/s, which this step will repeat: bodies
     // that turn move along arcs, and MuJoCo moves them along tangents.
@@ -134,10 +157,6 @@ class BristleFriction {
                                                       // of `velocity`
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
-  /// Returns how often a contact had no friction for want of room (FrictionOptions::contacts), so far.
-  std::uint64_t refused() const {
-    return refused_ + points_.refused() + (discs_ ? discs_->refused() : 0) + (beds_ ? beds_->refused() : 0);
-  }
   const bristle::KeyedPatches& points() const { return points_; }
   const bristle::KeyedPatches* discs() const {
     return discs_ ? &*discs_ : nullptr;
@@ -154,11 +173,18 @@ class BristleFriction {
   /// each degree of freedom.
   using Rows = Eigen::Map<Eigen::Matrix<double, 4, Eigen::Dynamic>>;
 
+  void prepare(const mjModel& model, mjData& data);
+  void withdraw(const mjModel& model, mjData& data) const;
+  Eigen::Vector4d surface_velocity(const mjModel& model, const mjData& data, const Contact& contact) const;
   void match(const mjModel& model, const mjData& data);
-  void refuse(std::size_t contacts);
+  void reserve(std::size_t contacts);
   const Contact* find_before(std::uint64_t key);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
-                 int dim);
+                 const Eigen::Vector3d* held_at);
+  void join(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key);
+  void hold(const mjModel& model, const mjData& data, const bristle::HeldContact& held);
+  void find_surfaces();
+  void share_loads(const mjData& data);
   void carry_frame(const mjModel& model, const mjData& data, const Eigen::Vector3d& normal, Contact& contact);
   int dim_of(const mjModel& model, const mjContact& contact) const;
   void set_rows(const mjModel& model, const mjData& data, const Contact* old, Contact& contact);
@@ -173,7 +199,7 @@ class BristleFriction {
   void sum_cells(const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(const mjModel& model, const mjData& data);
   void step_patches(const mjModel& model, const mjData& data);
-  Eigen::Vector3d slip_by_places(const mjModel& model, const mjData& data, const Contact& contact) const;
+  Eigen::Vector3d moved_by_places(const mjModel& model, const mjData& data, Contact& contact) const;
   void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
 
@@ -197,7 +223,15 @@ class BristleFriction {
   std::vector<Cell> cells_, cells_before_;
   std::vector<const mjContact*> found_;
   std::vector<bristle::ContactPoint> found_points_;
+  std::vector<double> found_normals_;
   std::vector<std::uint64_t> keys_;
+  // Surfaces of which other points are listed than before: name of the pair, and its loads in the last step
+  // and in this one, N.
+  struct Surfaces {
+    std::uint64_t pair;
+    double before, now;
+  };
+  std::vector<Surfaces> surfaces_;
   std::vector<bristle::Motion> motions_;  // motions of all cells, as the batch gets them
   std::vector<bristle::Response> responses_;
   std::vector<bristle::BedMotion> bed_motions_;
@@ -212,10 +246,28 @@ class BristleFriction {
   std::vector<int> columns_;                   // matrix column of each entry of dofs_
   bristle::BodySystem system_;
   Eigen::VectorXd friction_, other_constraints_;
-  std::vector<double> applied_;
-  bool moved_ = true;  // whether bodies have moved since contacts were matched with patches
-  std::uint64_t refused_ = 0;
+  std::vector<double> applied_, applied_to_bodies_;  // the caller's forces in qfrc_applied and xfrc_applied
+  std::function<void(const mjModel&, int, double (&)[6])> surface_velocity_;
+  bool moved_ = true;     // whether bodies have moved since contacts were matched with patches
   bool slipped_ = false;  // whether patches have yet to step by the slip of the last step
 };
+
+struct BristleFriction::State {
+  std::vector<std::byte> patches, points, discs, beds, keyed_beds, matcher;
+  std::vector<Contact> contacts;
+  std::vector<Cell> cells;
+  std::vector<int> dofs;
+  std::vector<Surfaces> surfaces;
+  Eigen::VectorXd other_constraints;
+  std::uint32_t capacity = 0;
+  bool moved = true, slipped = false;
+};
+
+/// Steps many data of one model with friction, shared over threads: `steps` steps each, calling `drive`, if
+/// any, before each step with the index of the data. Each data has a friction of its own, so results do not
+/// depend on the number of threads.
+void roll_out(const mjModel& model, const std::vector<mjData*>& data,
+              const std::vector<BristleFriction*>& frictions, int steps, int threads,
+              const std::function<void(std::size_t, const mjModel&, mjData&)>& drive = {});
 
 }  // namespace mujoco_example

@@ -27,7 +27,7 @@ constexpr const char* attributes[] = {
 /// Returns a number from the plugin configuration in the model, or `otherwise` if it is missing.
 double number(const mjModel& model, int instance, const char* attribute, double otherwise) {
   const char* const text = mj_getPluginConfig(&model, instance, attribute);
-  if (text == nullptr || *text == 0) return otherwise;
+  if (text == nullptr || *text == 0) return otherwise;  // MuJoCo's value of a key that is not given
   char* end = nullptr;
   const double value = std::strtod(text, &end);
   if (*end != 0) throw bristle::Error(std::string(attribute) + " is \"" + text + "\": give a number");
@@ -35,8 +35,9 @@ double number(const mjModel& model, int instance, const char* attribute, double 
 }
 
 BristleFriction* make(const mjModel& model, int instance) {
-  if (model.opt.integrator == mjINT_RK4)
-    throw bristle::Error("the integrator is RK4: choose Euler, implicit or implicitfast");
+  for (int other = 0; other < model.nplugin; ++other)
+    if (other != instance && model.plugin[other] == model.plugin[instance])
+      throw bristle::Error("two instances: friction would act twice");
   const auto with_friction = [](int dim) { return dim != 1; };
   if (std::any_of(model.geom_condim, model.geom_condim + model.ngeom, with_friction) ||
       std::any_of(model.pair_dim, model.pair_dim + model.npair, with_friction))
@@ -53,6 +54,8 @@ BristleFriction* make(const mjModel& model, int instance) {
   mujoco_example::FrictionOptions options;
   options.patch.with_max_normal_load(get(3, 60.0));
   const int dim = static_cast<int>(get(4, 3.0));
+  if (dim != get(4, 3.0) || (dim != 1 && dim != 3 && dim != 4))
+    throw bristle::Error("condim is " + std::to_string(get(4, 3.0)) + ": give 1, 3 or 4");
   options.contacts = static_cast<std::uint32_t>(std::clamp(get(5, options.contacts), 1.0, 1048576.0));
   return new BristleFriction(model,
                              {std::vector<int>(static_cast<std::size_t>(model.ngeom), dim),
@@ -101,8 +104,8 @@ mjPLUGIN_LIB_INIT(bristle_friction) {
   plugin.reset = [](const mjModel*, mjtNum*, void* friction, int) {
     static_cast<BristleFriction*>(friction)->forget_contacts();
   };
-  plugin.copy = [](mjData* to, const mjModel*, const mjData*, int instance) {
-    friction_of(*to, instance).forget_contacts();
+  plugin.copy = [](mjData* to, const mjModel*, const mjData* from, int instance) {
+    friction_of(*to, instance).restore(friction_of(*from, instance).save());
   };
   plugin.compute = add_friction;
   plugin.advance = [](const mjModel* model, mjData* data, int instance) {

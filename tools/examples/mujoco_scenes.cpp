@@ -77,6 +77,8 @@ class Stepper {
       now.place[a] -= start_[a];
       now.travel += scene_.direction[static_cast<std::size_t>(a)] * now.place[a];
     }
+    if (scene_.radial)
+      now.travel = std::hypot(now.place[0] + start_[0], now.place[1] + start_[1]) - start_[0];
     result.samples.push_back(now);
   }
   double timestep() const { return model_->opt.timestep; }
@@ -260,6 +262,58 @@ Scene tower(double push_n, double ramp_s) {
   return scene;
 }
 
+Scene mesh_on_slope(bool on_mesh) {
+  Scene scene;
+  scene.name = on_mesh ? "mesh_on_mesh" : "mesh_on_plane";
+  scene.title = fmt::format("box of a mesh on a slope of 10 degrees, a {}", on_mesh ? "mesh" : "plane");
+  scene.direction = {1.0, 0.0, 0.0};
+  const auto vertices = [](double x, double y, double z) {
+    std::string all;
+    for (int i = 0; i < 8; ++i)
+      all += fmt::format("{} {} {} ", i & 1 ? x : -x, i & 2 ? y : -y, i & 4 ? z : -z);
+    return all;
+  };
+  scene.xml = fmt::format(
+      R"(<mujoco>{}<option><flag multiccd="enable"/></option>
+<asset><mesh name="box" vertex="{}"/><mesh name="slab" vertex="{}"/></asset>
+<default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
+<worldbody>
+  {}
+  <body name="body" pos="0 0 0.02"><freejoint/><geom type="mesh" mesh="box" mass="0.2"/></body>
+</worldbody></mujoco>)",
+      fmt::format(option, gravity_on_slope(10.0)), vertices(0.05, 0.05, 0.02), vertices(1.0, 1.0, 0.1),
+      on_mesh ? R"(<geom type="mesh" mesh="slab" pos="0 0 -0.1"/>)" : R"(<geom type="plane" size="5 5 1"/>)");
+  return scene;
+}
+
+Scene equal_tower() {
+  Scene scene = tower();
+  scene.name = "equal_tower";
+  scene.title = "tower of ten equal plates";
+  for (int i = 1; i < 10; ++i) {
+    const std::string size = fmt::format("size=\"{0} {0} 0.01\"", 0.1 - 0.003 * i);
+    scene.xml.replace(scene.xml.find(size), size.size(), "size=\"0.1 0.1 0.01\"");
+  }
+  return scene;
+}
+
+Scene turntable(double seconds) {
+  Scene scene;
+  scene.name = "turntable";
+  scene.title = "box on a turntable of 1.5 rad/s, 1 m off its axis";
+  scene.seconds = seconds;
+  scene.xml = fmt::format(R"(<mujoco>{}
+<default><geom solref="0.01 1" friction="0.6 0.005 0.0001"/></default>
+<worldbody>
+  <body><joint type="hinge" axis="0 0 1"/><geom type="box" size="1.5 1.5 0.05" mass="1e4"/></body>
+  <body name="body" pos="1 0 0.07"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.5"/></body>
+</worldbody></mujoco>)",
+                          fmt::format(option, ""));
+  scene.drive = [](const mjModel&, mjData& data) { data.qvel[0] = std::min(data.qvel[0] + 1e-3, 1.5); };
+  scene.radial = true;
+  return scene;
+}
+
 Scene held_off_centre(double grip_n) {
   Scene scene;
   scene.name = "held_off_centre";
@@ -360,6 +414,10 @@ std::vector<Scene> all_scenes() {
           tower(),
           tower(3.0),
           tower(3.0, 1.0),
+          equal_tower(),
+          mesh_on_slope(false),
+          mesh_on_slope(true),
+          turntable(60.0),
           pushed_book(),
           fingertips(false),
           fingertips(true),

@@ -23,6 +23,7 @@ struct Scene {
   double seconds = 4.0;                                ///< simulated time, s
   std::array<double, 3> direction = {0.0, 0.0, -1.0};  ///< direction of the creep that is measured
   double point[3] = {0.0, 0.0, 0.0};                   ///< observed point of the body, in the body's axes, m
+  bool radial = false;  ///< whether the distance from the z axis is measured, not a displacement
 
   /// Applies forces and controls, before each step.
   std::function<void(const mjModel&, mjData&)> drive = [](const mjModel&, mjData&) {};
@@ -48,6 +49,14 @@ Scene ten_blocks();
 /// suddenly tower_push_s after its beginning.
 Scene tower(double push_n = 0.0, double ramp_s = 0.0);
 inline constexpr double tower_push_begin_s = 1.0, tower_push_s = 0.2;
+/// Makes a scene with a box of 200 g, given as a mesh, on a slope of 10 degrees: a plane, or a mesh too.
+/// MuJoCo lists other vertices of the box from step to step.
+Scene mesh_on_slope(bool on_mesh);
+/// Makes a scene with a tower of ten equal plates of 200 g, whose flush corners MuJoCo lists in turn.
+Scene equal_tower();
+/// Makes a scene with a box of 500 g on a table that turns at 1.5 rad/s, 1 m off its axis. The creep is
+/// outwards.
+Scene turntable(double seconds);
 /// Makes a scene with a box of 200 g between two round fingertips 20 mm off its centre of mass, contacts of
 /// condim 4. The hand that holds it with grip_n is shaken with 10 m/s^2 vertically and 5 across.
 Scene held_off_centre(double grip_n = 30.0);

@@ -30,8 +30,8 @@ struct ContactOptions {
   /// Largest motion of a contact point in one step, m, seen from its body, in MuJoCo from the smaller geom; a
   /// point that moves farther counts as a new contact.
   double reach = 0.01;
-  std::uint32_t contacts = 1024;  ///< largest number of contacts at a time; further ones have no friction,
-                                  ///< are counted by the adapter's refused(), and a warning names this option
+  /// Number of contacts for which there is room at first; a step with more doubles it, and allocates.
+  std::uint32_t contacts = 1024;
   /// Bed of each contact of a round body, in place of a patch; none by default. Its force is scaled by the
   /// contact's coefficient over the kinetic one of the bed's material, so its stiffness is too.
   std::optional<RollingBed> rolling;

@@ -55,7 +55,9 @@ struct Box {
 struct Contact {
   std::uint64_t key = 0;  // number made of box and corner, the same in every step
   std::size_t box = 0;
-  Vector3d arm{0, 0, 0};        // corner from the box's centre, m
+  Vector3d corner{0, 0, 0};     // corner from the box's centre, in the box's axes, m
+  Vector3d arm{0, 0, 0};        // as `corner`, in the world's axes
+  Vector3d place{0, 0, 0};      // corner in the world at the begin of the step, m
   double gap = 0.0;             // m, height over the plane; negative inside it
   double normal_impulse = 0.0;  // normal impulse, N s; starts at that of the step before
   Vector2d impulse{0, 0};       // N s, friction impulse along frame.along() and aside()
@@ -140,7 +142,7 @@ class World {
       const Box& box = boxes[b];
       for (unsigned corner = 0; corner < 8; ++corner) {
         const Vector3d sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1),
-            arm = box.turn * sign.cwiseProduct(box.half);
+            at = sign.cwiseProduct(box.half), arm = box.turn * at;
         const double gap = up.dot(box.position + arm);
         if (gap > 0.005) continue;
         Contact c;
@@ -149,7 +151,9 @@ class World {
         for (const Contact& old : before)
           if (old.key == c.key) c = old;
         c.box = b;
+        c.corner = at;
         c.arm = arm;
+        c.place = box.position + arm;
         c.gap = gap;
         // Turns the axes of a contact with the mean rotation of box and plane.
         c.frame.carry(up, h * box.spin, Vector3d::Zero());
@@ -222,15 +226,17 @@ class World {
     c.impulse = impulse;
   }
 
-  /// bristles: steps all patches once, by the actual slip under the final loads.
+  /// bristles: steps all patches once, under the final loads, by how far each corner has moved along the
+  /// plane. By velocities a box that turns would drift outwards.
   void step_patches(double h) {
     std::vector<bristle::Motion> motions;
     for (Contact& c : contacts) {
       const double load = c.normal_impulse / h;
       // Ignores load changes in the solver's last digits, so that patches at rest stay exactly at rest.
       if (std::abs(load - c.load) > 1e-6 * load) c.load = load;
-      const Vector2d d = h * slip(c);
-      motions.push_back({c.patch, {d[0], d[1]}, c.load});
+      const Box& box = boxes[c.box];
+      const Vector3d moved = box.position + box.turn * c.corner - c.place;
+      motions.push_back({c.patch, {moved.dot(c.frame.along()), moved.dot(c.frame.aside())}, c.load});
     }
     std::vector<bristle::Response> responses(motions.size());
     batch_.step(h, motions, responses);
