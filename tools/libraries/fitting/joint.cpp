@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <functional>
 
@@ -15,6 +16,7 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/fitting/fit.hpp"
 #include "tools/libraries/fitting/solve.hpp"
+#include "tools/libraries/platform/platform.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/table.hpp"
@@ -45,8 +47,29 @@ constexpr ColumnKind kinds[column_count] = {
 /// Time over which torque residuals are averaged, s; over less, accelerations from differences are noise.
 constexpr double block_time = 0.01;
 constexpr std::size_t least_blocks = 30;
+/// Least share of a change of the motor's torque that moves the joint.
+constexpr double least_by_motor = 0.02;
+/// Share of the torques that the outside torque must have beside what follows the motion, to tell how
+/// friction depends on a torque.
+constexpr double least_load = 0.05;
+/// Gain of the information criterion, and ratio of errors, for which a richer set of terms is taken.
+constexpr double clearly_closer = 12.0, least_gain = 0.99;
+/// Share of the noise expected in the residual below which the log contradicts itself.
+constexpr double too_close = 0.3;
 /// Number of parts of equal duration that a log of a joint is cut into; every second one is held out.
 constexpr double parts = 24.0;
+
+volatile std::sig_atomic_t stopped = 0;
+
+/// Asks the fit to end with the best that it has; at the second signal, ends the program.
+void stop(int signal) {
+  if (stopped != 0) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+  stopped = 1;
+}
+bool fit_stopped() { return stopped != 0; }
 
 /// Friction model of a joint, computed along a log. Its parameters are all positive; the first is the
 /// inertia, kg m^2.
@@ -57,6 +80,10 @@ struct Model {
   /// Computes the friction torque on the joint for each interval between samples, N m; if a matrix is passed,
   /// also its derivatives by the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
+  /// Computes the derivative of the friction torque by the motor's torque in interval k.
+  std::function<double(const VectorXd&, std::size_t k)> by_motor = [](const VectorXd&, std::size_t) {
+    return 0.0;
+  };
   int runs_with_slopes = 1;  ///< number of model runs that friction() with derivatives
                              ///< takes
 };
@@ -69,6 +96,23 @@ double size(const std::vector<double>& x) {
 
 double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
 
+double median(std::vector<double> x) {
+  const auto at = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), at, x.end());
+  return *at;
+}
+
+/// Returns the standard deviation of a column's noise, from the median of its second differences.
+double noise_of(const std::vector<double>& x) {
+  std::vector<double> bends;
+  for (std::size_t k = 1; k + 1 < x.size(); ++k) bends.push_back(std::fabs(x[k - 1] - 2.0 * x[k] + x[k + 1]));
+  return median(bends) / (0.6745 * std::sqrt(6.0));
+}
+
+/// Returns the speed (rad/s) below which a joint may stick: friction then balances what acts, up to its
+/// limit.
+double slow_speed(const JointLog& log) { return std::max(1e-3 * size(log.speed), 3.0 * noise_of(log.speed)); }
+
 /// Returns the change of motor torque between two samples above which it counts as a jump, whose exact time
 /// between the samples is unknown.
 double jump_of(const JointLog& log) {
@@ -80,8 +124,10 @@ double jump_of(const JointLog& log) {
   return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
 }
 
-/// Unbalanced torques of a joint (inertia against motor, load and friction), one for each block of a log.
-/// Blocks of the fitted part come first. Blocks with a jump of the motor torque are left out.
+/// Differences of the motor's torque as observed and as inertia, load and friction ask for it, one for each
+/// block of a log. Friction may take a share of the motor's torque; the balance of torques, divided by what
+/// the motor's torque adds to it, is the difference in that torque, which no share can scale down. Blocks of
+/// the fitted part come first. Blocks with a jump of the motor torque are left out.
 class Balance {
  public:
   Balance(const JointLog& log, JointPart part) : log_(log) {
@@ -92,8 +138,14 @@ class Balance {
     bool jumps = false;
     for (std::size_t k = 0; k < n; ++k) {
       jumps = jumps || std::fabs(log.motor[k + 1] - log.motor[k]) > jump;
+      if (log.begins(k + 1)) {  // the interval from one log to the next belongs to no block
+        block.first = k + 1;
+        jumps = false;
+        continue;
+      }
       block.end = k + 1;
-      if (k + 1 < n && log.t[k + 1] - log.t[block.first] < block_time * (1.0 - 1e-9)) continue;
+      if (k + 1 < n && !log.begins(k + 2) && log.t[k + 1] - log.t[block.first] < block_time * (1.0 - 1e-9))
+        continue;
       const double part_number = std::floor(parts * (log.t[block.first] - start) / length);
       const bool is_fitted =
           part.alternate ? std::fmod(part_number, 2.0) == 0.0 : log.t[block.end] - start <= part.until;
@@ -119,24 +171,36 @@ class Balance {
     MatrixXd friction_by;
     if (by != nullptr) friction_by.resize(intervals, numbers.size());
     model.friction(numbers, friction, by != nullptr ? &friction_by : nullptr);
-    VectorXd result(blocks());
+    VectorXd result(blocks()), moved = numbers;
     if (by != nullptr) by->resize(blocks(), numbers.size());
     for (Eigen::Index b = 0; b < blocks(); ++b) {
       const auto [first, end] = blocks_[static_cast<std::size_t>(b)];
       const double time = log_.t[end] - log_.t[first];
       const double acceleration = (log_.speed[end] - log_.speed[first]) / time;
-      double torque = 0.0;
-      VectorXd slope = VectorXd::Zero(by != nullptr ? numbers.size() : 0);
+      double torque = 0.0, by_motor = 1.0;
+      VectorXd slope = VectorXd::Zero(by != nullptr ? numbers.size() : 0), by_motor_slope = slope;
       for (std::size_t k = first; k < end; ++k) {
         const double share = (log_.t[k + 1] - log_.t[k]) / time;
         const auto row = static_cast<Eigen::Index>(k);
         torque += share * (middle(log_.motor, k) + middle(log_.outside, k) + friction[row]);
-        if (by != nullptr) slope += share * friction_by.row(row).transpose();
+        const double here = model.by_motor(numbers, k);
+        by_motor += share * here;
+        if (by == nullptr) continue;
+        slope += share * friction_by.row(row).transpose();
+        for (Eigen::Index i = 2; i < numbers.size() && here != 0.0; ++i) {
+          moved[i] = numbers[i] + 1e-6;
+          by_motor_slope[i] += share * (model.by_motor(moved, k) - here) / 1e-6;
+          moved[i] = numbers[i];
+        }
       }
-      result[b] = numbers[0] * acceleration - torque;
+      const bool floored = by_motor < least_by_motor;
+      if (floored) by_motor = least_by_motor;
+      const double balance = numbers[0] * acceleration - torque;
+      result[b] = balance / by_motor;
       if (by == nullptr) continue;
-      by->row(b) = -slope.transpose();
-      (*by)(b, 0) += acceleration;
+      by->row(b) = -slope.transpose() / by_motor;
+      (*by)(b, 0) += acceleration / by_motor;
+      if (!floored) by->row(b) -= balance / (by_motor * by_motor) * by_motor_slope.transpose();
     }
     return result;
   }
@@ -213,6 +277,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   fit.model = model.name;
   Place best;
   for (const VectorXd& guess : model.guesses) {
+    if (fit_stopped() && best.numbers.size() > 0) break;
     const Place place = minimise(balance, model, guess, 12, fit.runs);
     if (best.numbers.size() == 0 || place.squares() < best.squares()) best = place;
   }
@@ -234,6 +299,10 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   for (std::size_t i = 0; i < told.size(); ++i)
     j.col(static_cast<Eigen::Index>(i)) = by.col(told[i]).head(balance.fitted());
   const double correlated = correlated_samples(fitted);
+  const double count = static_cast<double>(balance.fitted()) / correlated;
+  const auto free = static_cast<double>((p.array() > 0.0).count());
+  fit.criterion = count * std::log(std::max(fitted.squaredNorm(), 1e-300)) + 2.0 * free * std::log(count);
+  fit.count = count;
   const MatrixXd spread = covariance(j, fitted, correlated);
   const double freedom =
       static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
@@ -319,6 +388,12 @@ Model brush_model(const JointLog& log, double torque, double speed) {
       model.guesses.push_back(
           vector_of({0.01 * torque / speed, 0.2 * torque / bends, 0.02 * torque / speed, 0.1 * torque, 0.05,
                      0.05, 0.05, 0.05, 0.05 * torque, 0.02, 0.02, 0.02, 0.02, fall * speed}));
+  model.by_motor = [&log, slow = slow_speed(log)](const VectorXd& p, std::size_t k) {
+    const double motor = middle(log.motor, k), v = middle(log.speed, k);
+    if (std::abs(v) <= slow) return 0.0;
+    const double falls = std::exp(-(v / p[13]) * (v / p[13]));
+    return motor * v > 0.0 ? -(p[4] + falls * p[9]) : p[5] + falls * p[10];
+  };
   // Motor torque in the interval before each sample; where it jumps, the previous sample's value.
   std::vector<double> led = log.motor;
   const double jump = jump_of(log);
@@ -332,6 +407,7 @@ Model brush_model(const JointLog& log, double torque, double speed) {
     double torque_before = 0.0, torque_now = 0.0;
     double before[bristle::joint_parameters], now[bristle::joint_parameters];
     for (std::size_t k = 0; k < log.t.size(); ++k) {
+      if (log.begins(k)) joint.reset();
       bristle::JointOutput out{{&torque_now, 1}};
       if (by != nullptr) out.gradient = now;
       joint.step({{&log.angle[k], 1}, {&log.speed[k], 1}, {&led[k], 1}, {&log.outside[k], 1}}, out);
@@ -351,7 +427,7 @@ Model brush_model(const JointLog& log, double torque, double speed) {
   return model;
 }
 
-/// Adds a friction model that stops the joint within an interval if its limit of friction (the budget)
+/// Adds a friction model that stops a slow joint within an interval if its limit of friction (the budget)
 /// allows: Coulomb, Stribeck, and bam (Duclusaud et al. 2025). Parameters: inertia, viscous coefficient, and
 /// those of the function `budget`.
 void add_budget(
@@ -364,12 +440,22 @@ void add_budget(
   model.names.insert(model.names.end(), names.begin(), names.end());
   model.units.assign(model.names.size(), "");
   model.guesses = std::move(guesses);
-  model.friction = [&log, budget](const VectorXd& p, VectorXd& friction, MatrixXd*) {
+  model.by_motor = [&log, budget, slow = slow_speed(log)](const VectorXd& p, std::size_t k) {
+    const double motor = middle(log.motor, k), outside = middle(log.outside, k), v = middle(log.speed, k);
+    if (std::abs(v) <= slow) return 0.0;
+    const double h = 1e-6 * std::max(std::abs(motor), 1e-6);
+    const double grows = (budget(p, motor + h, outside, v) - budget(p, motor - h, outside, v)) / (2.0 * h);
+    return v > 0.0 ? -grows : grows;
+  };
+  model.friction = [&log, budget, slow = slow_speed(log)](const VectorXd& p, VectorXd& friction, MatrixXd*) {
     for (std::size_t k = 0; k + 1 < log.t.size(); ++k) {
       const double motor = middle(log.motor, k), outside = middle(log.outside, k),
                    speed = middle(log.speed, k);
       const double most = budget(p, motor, outside, speed) + p[1] * std::abs(speed);
-      const double stops = -(motor + outside) - p[0] * log.speed[k] / (log.t[k + 1] - log.t[k]);
+      // A joint that moves bears the whole limit; only one that may stick bears what balances the torques.
+      const double stops = std::abs(speed) > slow
+                               ? -std::copysign(most, speed)
+                               : -(motor + outside) - p[0] * log.speed[k] / (log.t[k + 1] - log.t[k]);
       friction[static_cast<Eigen::Index>(k)] = std::clamp(stops, -most, most);
     }
   };
@@ -442,7 +528,9 @@ std::vector<Model> rival_models(const JointLog& log, double torque, double speed
     rivals::LuGre model{{p[2], p[2] + p[3], p[5], p[6], p[1], p[4]}, {}};
     for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
       friction[static_cast<Eigen::Index>(k)] =
-          model.step({log.angle[k + 1] - log.angle[k], 0.0}, log.t[k + 1] - log.t[k], 1.0).mean.x;
+          log.begins(k + 1)
+              ? 0.0
+              : model.step({log.angle[k + 1] - log.angle[k], 0.0}, log.t[k + 1] - log.t[k], 1.0).mean.x;
   };
   use_differences(lugre);
   models.insert(models.begin() + 2, lugre);
@@ -456,23 +544,32 @@ void require_motion(const JointLog& log) {
   if (!(size(log.motor) + size(log.outside) > 0.0)) throw UserError(log.name + ": no torque acts");
 }
 
+/// Returns whether the outside torque varies by itself: it is more than a constant and what follows the
+/// motion (acceleration, speed, its direction). If not, the log cannot tell how friction depends on a torque.
+bool varies_by_itself(const JointLog& log, double torque) {
+  const auto n = static_cast<Eigen::Index>(log.t.size());
+  MatrixXd motion = MatrixXd::Ones(n, 4);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i), a = k > 0 ? k - 1 : 0, b = std::min(k + 1, log.t.size() - 1);
+    motion(i, 1) = (log.speed[b] - log.speed[a]) / (log.t[b] - log.t[a]);
+    motion(i, 2) = log.speed[k];
+    motion(i, 3) = log.speed[k] > 0.0 ? 1.0 : -1.0;
+  }
+  const Eigen::Map<const VectorXd> outside(log.outside.data(), n);
+  return rms(project(motion, outside).left) > least_load * torque;
+}
+
 /// Fits a joint's brush whose deflection follows the log's angle; or, if that fits better, a brush too stiff
-/// for the angles to show its bending, which stops the joint up to a limit, as bam's models do.
+/// for the angles to show its bending, which stops the joint up to a limit, as bam's models do. Either finds
+/// which terms the log justifies: from Coulomb's friction on, Stribeck's fall, shares of the torques, all.
 JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differences = false) {
   const double torque = balance.scale(), speed = size(log.speed);
+  const bool loaded = varies_by_itself(log, torque);
   Model bent = brush_model(log, torque, speed);
-  if (by_differences) use_differences(bent);
-  JointFit fit = fit_model(balance, bent);
   std::vector<Model> rigid;
   std::vector<const char*> names(bent.names.begin() + 3, bent.names.end());
-  std::vector<VectorXd> guesses;
-  for (std::size_t i = 0; i < 2; ++i) {
-    VectorXd guess(bent.guesses[i].size() - 1);
-    guess << bent.guesses[i].head(1), bent.guesses[i].tail(guess.size() - 1);
-    guesses.push_back(guess);
-  }
-  add_budget(rigid, log, "brush", names, guesses,
-             [slow = 1e-3 * speed](const VectorXd& p, double motor, double outside, double v) {
+  add_budget(rigid, log, "brush", names, {},
+             [slow = slow_speed(log)](const VectorXd& p, double motor, double outside, double v) {
                const bool drives = motor * (std::abs(v) > slow ? v : motor + outside) > 0.0;
                const auto losses = [&](Eigen::Index base) {
                  return p[base] + p[drives ? base + 1 : base + 2] * std::abs(motor) +
@@ -480,20 +577,82 @@ JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differen
                };
                return losses(2) + std::exp(-(v / p[12]) * (v / p[12])) * losses(7);
              });
-  JointFit stiff = fit_model(balance, rigid.front());
-  if (stiff.fitted_rms < fit.fitted_rms) {
+  // Numbers of the rigid brush that each set of terms lacks: inertia 0, viscous 1, base 2, shares 3 to 6,
+  // static base 7, static shares 8 to 11.
+  const auto lacks = [](bool falls, bool shares, Eigen::Index i) {
+    if (i >= 8 && i <= 11) return !falls || !shares;
+    return (i >= 3 && i <= 6 && !shares) || (i == 7 && !falls);
+  };
+  const auto starts = [&, guesses = bent.guesses](bool falls, bool shares, bool is_bent) {
+    std::vector<VectorXd> all;
+    for (const VectorXd& whole : guesses) {
+      VectorXd guess = whole;
+      for (Eigen::Index i = 2; i < 12; ++i)
+        if (lacks(falls, shares, i)) guess[i + 1] = 0.0;
+      if (is_bent) {
+        all.push_back(guess);
+        continue;
+      }
+      VectorXd stiff(guess.size() - 1);
+      stiff << guess.head(1), guess.tail(guess.size() - 2);
+      all.push_back(stiff);
+      if (all.size() == 2) break;  // the guesses differ in stiffness beyond these
+    }
+    return all;
+  };
+  if (by_differences) use_differences(bent);
+  const auto with_justified_terms = [&](Model& model, bool is_bent) {
+    JointFit best;
+    int runs = 0;
+    for (const auto& [falls, shares] :
+         {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
+      if ((shares && !loaded) || (fit_stopped() && !best.numbers.empty())) continue;
+      model.guesses = starts(falls, shares, is_bent);
+      const JointFit tried = fit_model(balance, model);
+      runs += tried.runs;
+      if (!best.numbers.empty() && (tried.criterion >= best.criterion - clearly_closer ||
+                                    tried.fitted_rms > least_gain * best.fitted_rms))
+        continue;
+      best = tried;
+    }
+    best.runs = runs;
+    return best;
+  };
+  JointFit stiff = with_justified_terms(rigid.front(), false);
+  JointFit fit = with_justified_terms(bent, true);
+  fit.rigid = stiff.fitted_rms < fit.fitted_rms;
+  if (fit.rigid) {
     JointEstimate stiffness = fit.numbers[1];
     stiffness.determined = false;
     stiff.numbers.insert(stiff.numbers.begin() + 1, stiffness);
     for (std::size_t i = 0; i < stiff.numbers.size(); ++i) stiff.numbers[i].unit = bent.units[i];
-    stiff.runs += fit.runs;
     stiff.rigid = true;
     fit = stiff;
   }
+  fit.loaded = loaded;
   VectorXd p(bristle::joint_parameters + 1);
   for (std::size_t i = 0; i < fit.numbers.size(); ++i) p[static_cast<Eigen::Index>(i)] = fit.numbers[i].value;
   fit.material = material_of(p);
   return fit;
+}
+
+/// Returns warnings about a fit that the log does not bear, each on a line of its own.
+std::string joint_warnings(const JointLog& log, const JointFit& fit) {
+  std::string text;
+  const double dt = (log.t.back() - log.t.front()) / static_cast<double>(log.t.size() - 1);
+  const double expected = noise_of(log.motor) / std::sqrt(std::max(block_time / dt, 1.0));
+  if (fit.fitted_rms < too_close * expected)
+    text += fmt::format(
+        "\nWarning: {:.2g} N m is far below the noise of the motor's torque, {:.2g} N m: another column "
+        "follows the "
+        "motor's torque itself, and these numbers are not friction.\n",
+        fit.fitted_rms, expected);
+  if (!fit.loaded)
+    text +=
+        "\nThe outside torque does not vary by itself: how friction depends on a torque, and on a load, is "
+        "not "
+        "told.\n";
+  return text;
 }
 
 std::string fit_text(const JointLog& log, const JointFit& fit) {
@@ -511,7 +670,7 @@ std::string fit_text(const JointLog& log, const JointFit& fit) {
     else
       untold += (untold.empty() ? "" : ", ") + e.name;
   }
-  text += table.text();
+  text += table.text() + joint_warnings(log, fit);
   if (fit.rigid)
     text += "\nThe angles do not show how far the joint bends while it sticks: its stiffness is not told.\n";
   if (!untold.empty()) text += "\nNot told by this log: " + untold + ".\n";
@@ -522,10 +681,14 @@ std::string judged_text(const std::vector<JointFit>& fits, const JointPart& part
   const JointFit& best =
       *std::min_element(fits.begin(), fits.end(),
                         [](const JointFit& a, const JointFit& b) { return a.judged_rms < b.judged_rms; });
-  std::string text =
-      fmt::format("{} is closest to what it was not fitted to. Fitted to {}; N m, rms.\n\n", best.model,
-                  part.alternate ? fmt::format("every second of {} parts of the log", parts)
-                                 : fmt::format("the first {:.4g} s", part.until));
+  std::string others;  // models whose errors print alike
+  for (const JointFit& fit : fits)
+    if (&fit != &best && fit.judged_rms < 1.01 * best.judged_rms)
+      others += (others.empty() ? "" : ", ") + fit.model;
+  std::string text = fmt::format("{} is closest to what it was not fitted to{}. Fitted to {}; N m, rms.\n\n",
+                                 best.model, others.empty() ? others : ", with " + others + " as close",
+                                 part.alternate ? fmt::format("every second of {} parts of the log", parts)
+                                                : fmt::format("the first {:.4g} s", part.until));
   Table table({"<model", "numbers", "fitted", "judged"});
   for (const JointFit& fit : fits)
     table.add({fit.model, fmt::format("{}", fit.numbers.size()), fmt::format("{:.4g}", fit.fitted_rms),
@@ -597,6 +760,8 @@ JointLog parse_joint_log(std::string_view text, const std::string& name, const F
   JointLog log;
   log.name = name;
   log.understood = mapping_text(csv, kinds);
+  for (const std::string& other : header.other_columns)
+    log.understood += "; column " + other + " is not used";
   log.has_speed = header.present[column_speed];
   log.has_outside = header.present[column_outside] || pendulum.has_value();
   for_csv_rows(plain, name, csv.header_line, header, kinds, [&](const auto& cells, const auto& where) {
@@ -621,6 +786,22 @@ JointLog parse_joint_log(std::string_view text, const std::string& name, const F
   return log;
 }
 
+void append(JointLog& log, const JointLog& more) {
+  if (log.t.empty()) {
+    log = more;
+    return;
+  }
+  log.parts.push_back(log.t.size());
+  const double shift = log.t.back() + 1.0 - more.t.front();
+  for (const double t : more.t) log.t.push_back(t + shift);
+  for (std::vector<double> JointLog::*column :
+       {&JointLog::angle, &JointLog::speed, &JointLog::motor, &JointLog::outside})
+    (log.*column).insert((log.*column).end(), (more.*column).begin(), (more.*column).end());
+  log.has_speed = log.has_speed && more.has_speed;
+  log.has_outside = log.has_outside || more.has_outside;
+  log.understood += fmt::format("; and {}: {}", more.name, more.understood);
+}
+
 JointFit fit_joint(const JointLog& log, JointPart part, bool by_differences) {
   require_motion(log);
   return fit_brush(log, Balance(log, part), by_differences);
@@ -641,14 +822,18 @@ std::vector<JointFit> judge_joint(const JointLog& log, JointPart part) {
 }
 
 void fit_joint_command(const FitOptions& options) {
-  if (options.data.size() != 1) throw UserError("--joint: one file only");
   if (options.fit_until && !options.rivals) throw UserError("--fit-until: only with --rivals");
   if (!options.write.empty() || !options.csv.empty() || !options.html.empty() || !options.plot.empty())
     throw UserError("--joint: writes a table and --json only");
-  const bool on_stdout = check_files({{"DATA", options.data.front()}}, {{"--json", options.json}});
+  std::vector<FileOption> inputs;
+  for (const std::string& data : options.data) inputs.push_back({"DATA", data});
+  const bool on_stdout = check_files(inputs, {{"--json", options.json}});
   OutputFile json(options.json);
-  const JointLog log = parse_joint_log(read_text_file(options.data.front()), options.data.front(),
-                                       options.reading, options.torque_constant, options.pendulum);
+  platform::on_stop_signals(&stop);
+  JointLog log;
+  for (const std::string& data : options.data)
+    append(log, parse_joint_log(read_text_file(data), data, options.reading, options.torque_constant,
+                                options.pendulum));
   JointPart part;
   if (options.fit_until) part.until = *options.fit_until;
   if (part.until >= log.t.back() - log.t.front() && options.fit_until)

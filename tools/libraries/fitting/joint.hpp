@@ -1,6 +1,7 @@
 // Fits the friction of a geared joint to a log of angle, speed and torques: `bristle fit --joint`.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <optional>
 #include <string>
@@ -20,7 +21,14 @@ struct JointLog {
   std::string understood;  ///< sentences that tell how the file was understood
   std::vector<double> t, angle, speed, motor, outside;
   bool has_speed = false, has_outside = false;
+  std::vector<std::size_t> parts;  ///< for joined logs, the first sample of each but the first
+
+  /// Returns whether sample k begins a log; the motion from the sample before is unknown.
+  bool begins(std::size_t k) const { return std::find(parts.begin(), parts.end(), k) != parts.end(); }
 };
+
+/// Appends another log of the same joint, a second later.
+void append(JointLog& log, const JointLog& more);
 
 /// Parses a log of a joint by the names and units of `reading`: t, angle, speed (or its differences), motor
 /// torque (or current, with the torque constant), and outside torque (or that of a pendulum, or 0). Throws
@@ -51,6 +59,10 @@ struct JointFit {
   /// Rms error of the torque on the fitted part and on the rest of the log, N m.
   double fitted_rms = 0.0, judged_rms = 0.0;
   bool rigid = false;  ///< whether the angles are too coarse to show how the brush bends
+  bool loaded =
+      false;  ///< whether the outside torque varies by itself, so that shares of torques can be told
+  double criterion = 0.0;  ///< information criterion of the fit; lower is better
+  double count = 0.0;      ///< number of independent blocks that were fitted
 
   /// Number of runs of the friction model along the log, including those for derivatives.
   int runs = 0;
