@@ -677,7 +677,7 @@ TEST_CASE("Friction opposes slip, also where a bed is stiffer along one axis tha
 
 TEST_CASE(
     "A step that slides further than it rolls, or turns its slip, has the mean and the losses of many") {
-  for (const double slip : {0.3, 2.0, 50.0})
+  for (const double slip : {0.02, 0.3, 2.0, 50.0})
     for (const double turn : {0.0, 2.2, 3.1}) {
       INFO("slip " << slip << " of the rolling, turned by " << turn);
       const double roll = 0.01, load = 4000.0, mu = 0.8;
@@ -695,8 +695,9 @@ TEST_CASE(
           least = std::min(least, tyre.out.dissipated);
         }
       }
-      for (int axis = 0; axis < 2; ++axis) CHECK(std::abs(mean[0][axis] - mean[1][axis]) < 0.01 * mu * load);
-      CHECK(std::abs(dissipated[0] - dissipated[1]) < 0.01 * mu * load * roll * slip);
+      const double error = (turn == 0.0 ? 0.003 : 0.015) * mu * load;
+      for (int axis = 0; axis < 2; ++axis) CHECK(std::abs(mean[0][axis] - mean[1][axis]) < error);
+      CHECK(std::abs(dissipated[0] - dissipated[1]) < error * roll * slip);
       CHECK(least > -1e-6 * mu * load * roll * slip);
     }
 }

@@ -149,8 +149,10 @@ TEST_CASE("random laws, paths and loads balance their energy, and no force excee
                            : trial % 3 == 1 ? SnapLength::lognormal(dbar, cv)
                                             : SnapLength::uniform(0.1 * dbar, (1.0 + cv) * dbar);
     Material material = sliding(law);
-    if (random() % 3 == 0) material.with_drop(0.3);
-    if (random() % 4 == 0) material.with_ageing(bristle::Ageing::saturating(0.4, 5.0 * tick));
+    if (random() % 3 == 0) material.with_drop(trial % 2 == 0 ? 0.3 : 0.9);
+    if (random() % 4 == 0)
+      material.with_ageing(trial % 2 == 0 ? bristle::Ageing::saturating(0.4, 5.0 * tick)
+                                          : bristle::Ageing::logarithmic(1.0, tick));
     const Precision precision = precisions()[random() % precisions().size()];
     PatchOptions options = plain_options(4 + random() % 20, 2, precision).with_max_normal_load(1.0);
     if (random() % 4 == 0) {
@@ -172,6 +174,11 @@ TEST_CASE("random laws, paths and loads balance their energy, and no force excee
       moved += std::abs(step_work);
       spent += out.dissipated + out.contact_loss + patch.energy() - stored;
       expect(out.dissipated >= 0.0, "friction takes energy");
+      const double end_work = -(out.end[0] * motion.displacement[0] + out.end[1] * motion.displacement[1]);
+      const double rounding = precision == Precision::single ? 1e-5 : 1e-10;
+      expect(end_work - (patch.energy() - stored + out.contact_loss) >=
+                 -rounding * (std::abs(end_work) + std::abs(step_work) + stored),
+             "the force at the end makes no energy");
       expect(std::hypot(out.elastic[0], out.elastic[1]) <= out.force_limit * (1.0 + 1e-12),
              "within the limit");
     }
