@@ -43,6 +43,7 @@ OptionWords words_of(const CLI::Option& option) {
   words.positional = option.get_positional();
   words.name = words.positional ? option.get_name(true) : "--" + option.get_lnames().front();
   if (!words.positional && !option.get_snames().empty()) words.also = "-" + option.get_snames().front();
+  if (option.get_lnames().size() > 1) words.also = "--" + option.get_lnames()[1];
   if (option.get_items_expected_max() == 0 || option.get_type_size_max() == 0) return words;
   // CLI11 joins the type and the checks of an option: "FLOAT:NUMBER in [0 to 1]".
   const std::string kind = option.get_type_name();
@@ -53,6 +54,15 @@ OptionWords words_of(const CLI::Option& option) {
     words.range = kind.substr(from + 1, until - from - 1);
   if (words.value.find('|') != std::string::npos) words.choices = split(words.value, '|');
   return words;
+}
+
+std::string complaint_of(const CLI::App& command, const CLI::ParseError& error) {
+  const std::string text = error.what();
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) == nullptr) return text;
+  for (const OptionWords& option : options_of(command))
+    if (!option.value.empty() && text.starts_with(option.name + ": ") && text.ends_with(" missing"))
+      return option.name + " needs " + option.value + (option.range.empty() ? "" : ", " + option.range);
+  return text;
 }
 
 std::vector<OptionWords> options_of(const CLI::App& command) {

@@ -19,7 +19,8 @@ struct Command {
 std::vector<Command> commands_of(const CLI::App& program);
 
 struct OptionWords {
-  /// Names of an option, such as "--help" and "-h". For a positional argument: "SCENE" and an empty text.
+  /// Names of an option, such as "--help" and "-h", or "--csv" and "--out". For a positional argument:
+  /// "SCENE" and an empty text.
   std::string name, also;
   std::string value;                 ///< kind of value, such as "FILE"; empty: the option is a flag
   std::string range;                 ///< numbers allowed, such as "0 to 1"; empty: none stated
@@ -29,6 +30,9 @@ struct OptionWords {
 OptionWords words_of(const CLI::Option& option);
 std::vector<OptionWords> options_of(const CLI::App& command);
 std::vector<const CLI::App*> subcommands_of(const CLI::App& command);
+
+/// Returns the message of a command line that CLI11 refused, without the library's own words for values.
+std::string complaint_of(const CLI::App& command, const CLI::ParseError& error);
 
 /// Type name of options whose value is a file; shell completion then offers file names.
 constexpr const char* file_value = "FILE";

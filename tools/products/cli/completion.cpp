@@ -50,9 +50,10 @@ std::string completion_script(const CLI::App& program) {
       }
       words.push_back(option.name);
       if (!option.also.empty()) words.push_back(option.also);
-      if (!option.value.empty())
-        add(command.call() + ' ' + option.name,
-            file ? file_value : fmt::format("{}", fmt::join(option.choices, " ")));
+      for (const std::string& name : {option.name, option.also})
+        if (!option.value.empty() && !name.empty())
+          add(command.call() + ' ' + name,
+              file ? file_value : fmt::format("{}", fmt::join(option.choices, " ")));
     }
     add(command.call(), fmt::format("{}", fmt::join(words, " ")));
   }

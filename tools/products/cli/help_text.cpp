@@ -25,7 +25,11 @@ std::string entry(const std::string& name, const std::string& description) {
 HelpText::HelpText() { column_width(names); }
 
 std::string HelpText::make_option(const CLI::Option* option, bool is_positional) const {
-  return entry(make_option_name(option, is_positional) + make_option_opts(option), make_option_desc(option));
+  const OptionWords words = words_of(*option);
+  std::string name = is_positional ? make_option_name(option, true) : words.name;
+  if (!is_positional && !words.also.empty())
+    name = words.also.starts_with("--") ? name + ',' + words.also : words.also + ',' + name;
+  return entry(name + make_option_opts(option), make_option_desc(option));
 }
 
 /// Returns what stands behind an option's name: its value, the value's default, and what the option needs.
@@ -47,9 +51,14 @@ std::string HelpText::make_option_desc(const CLI::Option* option) const {
 std::string HelpText::make_subcommand(const CLI::App* command) const {
   const std::string footer = command->get_footer();
   const std::size_t from = std::string_view(example_line).size();
-  return entry(command->get_name(), command->get_description()) +
-         (footer.starts_with(example_line) ? "    " + footer.substr(from, footer.find('\n') - from) + '\n'
-                                           : "");
+  std::string text = entry(command->get_name(), command->get_description());
+  if (!footer.starts_with(example_line)) return text;
+  std::string indent = "    ";
+  for (const std::string& line : broken_lines(footer.substr(from, footer.find('\n') - from), 74)) {
+    text += indent + line + '\n';
+    indent = "      ";
+  }
+  return text;
 }
 
 std::string HelpText::make_usage(const CLI::App* app, std::string name) const {

@@ -11,6 +11,8 @@
 #include <bristle/version.hpp>
 
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/products/cli/command_tree.hpp"
+#include "tools/products/cli/help_text.hpp"
 #include "tools/products/cli/option_checks.hpp"
 #include "tools/products/virtual_room/haptic_loop.hpp"
 #include "tools/products/virtual_room/headless.hpp"
@@ -34,27 +36,34 @@ CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   app.add_flag("--headless", o.headless, "no window");
   app.add_flag("--tour", o.tour, "begin with a tour of 20 seconds");
   app.add_option("--script", o.script, "TOML: settings and the motion of a scripted hand")
-      ->check(CLI::ExistingFile);
+      ->check(CLI::ExistingFile)
+      ->type_name(cli::file_value);
   CLI::Option* device =
       app.add_option_function<std::string>(
              "--device", [&o, devices](const std::string& name) { o.device = devices.at(name); },
-             "what moves the tool")
-          ->check(cli::one_of({"mouse", "script", "file", "udp"}));
-  app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")->check(CLI::ExistingFile);
+             "what moves the tool; by default the mouse, or the file given")
+          ->check(cli::one_of({"mouse", "script", "file", "udp"}))
+          ->type_name("mouse|script|file|udp");
+  app.add_option("--motion", o.motion, "CSV of a recorded hand, for --device file")
+      ->check(CLI::ExistingFile)
+      ->type_name(cli::file_value);
   app.add_option("--port", o.udp_port, "UDP port on loopback, for --device udp")
       ->check(cli::within(1, 65535))
       ->capture_default_str();
   app.add_option_function<std::string>(
          "--clock", [&o](const std::string& name) { o.virtual_clock = name == "virtual"; },
-         "real, or virtual: step without waiting (headless)")
-      ->check(cli::one_of({"real", "virtual"}));
+         "virtual: step without waiting (headless)")
+      ->check(cli::one_of({"real", "virtual"}))
+      ->type_name("real|virtual");
   app.add_option("--rate", o.loop.rate_hz, "ticks a second")->check(cli::within(1000.0, 10000.0));
   app.add_option("--seconds", o.seconds, "of the simulation; 0 = to the end of the script")
       ->check(cli::within(0.0, 1e6));
-  app.add_option("--csv", o.csv, "forces, position and loads, a row per tick and patch");
+  app.add_option("--csv", o.csv, "write forces, position and loads, a row per tick and patch")
+      ->type_name(cli::file_value);
   app.add_option("--record", o.loop.record_to, "name of the files that the button 'record' writes, no ending")
+      ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--frames", o.frames, "folder for pictures (headless)");
+  app.add_option("--frames", o.frames, "folder for pictures (headless)")->type_name("FOLDER");
   app.add_option("--fps", o.frames_per_second, "pictures a second of the simulation")
       ->check(cli::within(0.1, 1000.0))
       ->capture_default_str();
@@ -71,7 +80,7 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
       ->check(cli::within(0.0, 4.0));
   app.add_option("--eye", o.picture.eye,
-                 "azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")
+                 "six: azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")
       ->expected(6);
   app.add_flag("!--no-panels", o.picture.panels, "pictures of the room alone");
   app.add_option("--stall-graphics", o.stall_graphics_ms,
@@ -140,6 +149,7 @@ int run(RunOptions options) {
 
 int main(int argc, char** argv) {
   CLI::App app("The virtual room: a block, a hand, and friction by bristles", "bristle-room");
+  app.formatter(std::make_shared<cli::HelpText>());
   RunOptions options;
   const CLI::Option* device = add_options(app, options);
   add_picture_options(app, options);
@@ -148,7 +158,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::Success& asked) {  // thrown for --help and --version
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n", error.what());
+    std::fprintf(stderr, "bristle-room: %s (see bristle-room --help)\n",
+                 cli::complaint_of(app, error).c_str());
     return 2;
   }
   // Chooses the device that the options --script or --motion imply if --device is not given.
