@@ -556,6 +556,71 @@ TEST_CASE("A broken line of a trace is refused by its number", "[cli][bad input]
                 {trace + ":3: column x: '0.1.2' is not a number"});
 }
 
+TEST_CASE("A run draws its forces, and writes them and its report into a page", "[cli]") {
+  const Folder folder;
+  const std::string scene = "run '" + folder.write("small.toml", SmallScene{}.text()) + "'";
+  const std::string png = folder.at("f.png"), svg = folder.at("f.svg"), page = folder.at("f.html");
+  const Outcome both = run_cli(
+      folder, scene + " --plot '" + png + "' --html '" + page + "' --csv '" + folder.at("f.csv") + "'");
+  INFO(both.err);
+  REQUIRE(both.code == 0);
+  REQUIRE(run_cli(folder, scene + " --plot '" + svg + "'").code == 0);
+  CHECK(read_file(png).substr(1, 3) == "PNG");
+  CHECK_THAT(read_file(svg), Contains("<svg") && Contains("small"));
+  CHECK_THAT(read_file(page), Contains("tip slides at 0.4") && Contains("data:image/png;base64,iVBORw0KGgo"));
+  CHECK(read_csv(folder.at("f.csv")).size() == 51);
+  std::size_t files = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder.path))
+    files += file.path().filename().string().starts_with("f.");
+  CHECK(files == 4);  // none unfinished
+}
+
+TEST_CASE("A load above a patch's maximum is said first", "[cli]") {
+  const Folder folder;
+  SmallScene s;
+  const auto answer = [&] { return run_cli(folder, "run '" + folder.write("s.toml", s.text()) + "'").out; };
+  CHECK_THAT(answer(), !Contains("OVERLOAD"));
+  replace(s.motion, "load = 1.0", "load = 1.5");
+  CHECK_THAT(answer(), StartsWith("OVERLOAD of tip in every step: up to 1.5 N on a max_normal_load of 1 N"));
+  replace(s.motion, "load = 1.5", "load_steps = [{ t = 0, load = 0.5 }, { t = 0.04, load = 1.5 }]");
+  CHECK_THAT(answer(), StartsWith("OVERLOAD of tip in 10 of 50 steps"));
+}
+
+TEST_CASE("A peak is reached, or the run says which one was and why", "[cli]") {
+  const Folder folder;
+  SmallScene s;
+  replace(s.patch, "bristles = 100", "population = \"infinite\"");
+  replace(s.material, "presliding", "peak = 0.5\npresliding");
+  const auto coefficient = [&] {
+    return run_report(folder, "run '" + folder.write("s.toml", s.text()) + "'")["patches"][0]["coefficient"];
+  };
+  // Two mean snap lengths a step, whose ends miss the peak.
+  json found = coefficient();
+  CHECK(found["highest"].get<double>() < 0.45);
+  CHECK_THAT(found["missed_peak"].get<std::string>(),
+             StartsWith("tip reaches 0.4") && Contains("not its peak of 0.500") &&
+                 Contains("steps of up to 2.2 mean snap lengths") && Contains("a dt of 9.00 us shows it"));
+  CHECK_THAT(run_cli(folder, "run '" + folder.at("s.toml") + "'").out, Contains("not its peak of 0.500"));
+  replace(s.scene, "dt = 1e-3", "dt = 9e-6");
+  found = coefficient();
+  CHECK(found["missed_peak"].is_null());
+  CHECK(found["highest"].get<double>() == Approx(0.5).epsilon(0.02));
+  // A push that goes 4 um, and one that turns back there.
+  replace(s.motion, "velocity = 0.02", "velocity = 0.02\nuntil = 2e-4");
+  CHECK_THAT(coefficient()["missed_peak"].get<std::string>(),
+             Contains("went no farther than 4") && Contains("the peak comes near 10 um"));
+  s.motion =
+      "[[motion]]\npatch = \"tip\"\ntype = \"keyframes\"\nload = 1.0\nkeyframes = [{ t = 0, x = 0 }, "
+      "{ t = 0.01, x = 4e-6 }, { t = 0.02, x = 0 }]\n";
+  CHECK_THAT(coefficient()["missed_peak"].get<std::string>(), Contains("turned back after 4"));
+  // Few bristles ripple over the peak.
+  s = {};
+  replace(s.patch, "bristles = 100", "bristles = 10\nseed = 3");
+  replace(s.scene, "duration = 0.05", "duration = 0.5");
+  CHECK_THAT(coefficient()["missed_peak"].get<std::string>(),
+             Contains("more than its peak") && Contains("its 10 bristles ripple"));
+}
+
 TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad input]") {
   const Folder folder;
   const std::string scene = "'" + folder.write("small.toml", SmallScene{}.text()) + "'";
@@ -567,12 +632,14 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
   check_refused(folder, "experiment stick", {"'stick' is not an experiment (did you mean 'stick-slip'?)"});
   check_refused(folder, "experiment drift --models lugr", {"did you mean 'lugre'"});
   check_refused(folder, "experiment drift --set bristels=2", {"did you mean 'bristles'"});
-  check_refused(folder, "run " + scene + " --plot a.png", {"forces.gp draws what --out writes"});
+  check_refused(folder, "run " + scene + " --plot a.jpg", {"a.jpg: pictures are PNG or SVG"});
+  check_refused(folder, "run " + scene_path("wheel") + " --plot a.png", {"[[bed]]", "other options do not"});
   check_refused(folder, "stability --plot=a.png", {"stability.gp draws what --csv writes"});
   check_refused(folder, "experiment drift --plot a.jpg", {"a.jpg: pictures are PNG or SVG"});
   check_refused(folder, "fit data.csv --plot a.jpg", {"a.jpg: pictures are PNG or SVG"});
   check_refused(folder, "fit " + scene, {"is a scene", "bristle run"});
   check_refused(folder, "run " + scene + " --threads -1", {"--threads"});
+  check_refused(folder, "run " + scene + " --clip-load", {"--clip-load needs NUMBER, 0 to 1000000000 (see"});
   check_refused(folder, "run " + scene + " --steps 0", {"--steps"});
   check_refused(folder, "run " + scene + " --isa zx81", {"zx81"});
   check_refused(folder, "run '" + folder.at("none.toml") + "'",

@@ -362,6 +362,21 @@ TEST_CASE("A sweep's table is the same with any number of threads, on any instru
   }
 }
 
+TEST_CASE("The peaks that a sweep asks for come out, or it says in how many rows they do not", "[sweep]") {
+  const Folder folder;
+  const auto summary = [&](const std::string& arguments) {
+    const Outcome outcome = run_cli(folder, "sweep '" BRISTLE_SCENES "/" + arguments);
+    REQUIRE(outcome.code == 0);
+    return outcome.out;
+  };
+  // The example of --help.
+  const std::string reached = summary("three_populations.toml' --vary material.skin.peak=0.45:0.6:4");
+  CHECK_THAT(reached, !Contains("missed_peak") && Contains("infinite.peak"));
+  const std::string missed = summary("stroke.toml' --vary material.skin.peak=0.5:0.7:5 --steps 50");
+  CHECK_THAT(missed, Contains("5 of 5 rows reach another peak than their material's") &&
+                         Contains("row 0: fingertip") && Contains("not its peak of 0.500"));
+}
+
 TEST_CASE("Measured times are columns of a sweep, but no part of its table's hash", "[sweep]") {
   const Folder folder;
   const std::string scene = "'" + folder.write("slide.toml", slide_scene) + "' ";

@@ -1,4 +1,4 @@
-# Draws a force file of `bristle run --out`.
+# Draws a force file of `bristle run --csv` (`bristle run --plot` runs this script itself).
 #   gnuplot -e "csv='forces.csv'; png='forces.png'; title='block on floor'" forces.gp
 # Friction as the body exerts it, along its motion: peaks point up.
 # Options: patches='base lid' draws these (default: the first four of the file); zoom=100 adds a panel of the first
@@ -32,7 +32,10 @@ label_x(i) = label(i, has_y(i) ? "x" : "")
 label_y(i) = label(i, "y")
 y_line(i, y) = sprintf(', csv using (of(%d, column("t"))):(%s) with lines dashtype 3 linecolor rgb colour[%d] title label_y(%d)', i, y, i, i)
 
-set terminal pngcairo size 1500,1560 font "DejaVu Sans,17" linewidth 1.6
+# With svg=1 draws vectors, else PNG.
+if (!exists("svg")) svg = 0
+term = svg ? 'svg dynamic background "white"' : 'pngcairo'
+set terminal @term size 1500,1560 font "DejaVu Sans,17" linewidth 1.6
 set output png
 array colour[4] = ["#0072B2", "#D55E00", "#009E73", "#CC79A7"]  # Okabe and Ito, distinguishable for the colour-blind
 load_colour(i) = n == 1 ? "#888888" : colour[i]

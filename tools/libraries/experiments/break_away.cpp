@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "tools/libraries/experiments/body.hpp"
 #include "tools/libraries/experiments/experiment.hpp"
 #include "tools/libraries/files/user_error.hpp"
@@ -113,6 +115,20 @@ void check_break_away(const Settings& settings) {
     throw UserError("experiment break-away: loads must hold two loads that differ");
 }
 
+// Says which peaks the settings state, so that those measured can be held against them.
+std::string stated_peaks(const Settings& settings, const std::vector<std::string>& models) {
+  std::string text =
+      fmt::format("[1] as stated, without damping and viscous terms: {:.3g} by static over kinetic",
+                  settings.number("static") / settings.number("kinetic"));
+  for (const std::string& model : models) {
+    if (!is_brush(model) || model == "brush_aged") continue;  // whose peak depends on time
+    const bristle::Material material = brush_material(model, settings);
+    text += fmt::format("; {} {:.3g}", model_title(model),
+                        material.peak_coefficient() / material.kinetic_coefficient());
+  }
+  return text + ".\n";
+}
+
 void run_break_away(ExperimentRun& run) {
   over_rates(run);
   over_loads(run);
@@ -154,7 +170,8 @@ Experiment break_away_experiment() {
       {"rate[N/s]", "load[N]", "rest[s]", "friction[N]", "applied[N]"},
       &run_break_away,
       {},
-      &check_break_away};
+      &check_break_away,
+      &stated_peaks};
 }
 
 }  // namespace cli

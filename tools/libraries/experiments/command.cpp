@@ -1,8 +1,6 @@
 #include "tools/libraries/experiments/command.hpp"
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -12,14 +10,11 @@
 #include "tools/libraries/files/output_file.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
-#include "tools/libraries/platform/platform.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
-
-namespace fs = std::filesystem;
 
 bool is_experiment(std::string_view name) {
   return std::any_of(experiments().begin(), experiments().end(),
@@ -43,46 +38,25 @@ Settings settings_for(const Experiment& experiment, const ExperimentOptions& opt
   return settings;
 }
 
-// Returns the folder of gnuplot scripts: as installed beside the program, else in the build. Its path is
-// relative to the program, so that both may be moved.
-fs::path plots_folder() {
-  if (const char* folder = std::getenv("BRISTLE_PLOTS")) return folder;
-  std::error_code none;
-  const fs::path program = platform::program_folder();
-  const fs::path installed = (program / BRISTLE_PLOTS_INSTALLED).lexically_normal();
-  return fs::exists(installed, none) ? installed : (program / BRISTLE_PLOTS_IN_SOURCES).lexically_normal();
-}
-
 std::string plot_script(const std::string& name) {
   std::string file = "experiment_" + name + ".gp";
   std::replace(file.begin(), file.end(), '-', '_');
-  return (plots_folder() / file).string();
+  return find_plot_script(file, "--plot");
 }
 
 void check_plot(const ExperimentOptions& options) {
   if (options.plot.empty()) return;
   check_picture_name("--plot", options.plot);
   if (options.name == "all") throw UserError("--plot: one experiment at a time");
-  run_gnuplot("", "--plot");  // says before the experiment if gnuplot is not there
-  const std::string script = plot_script(options.name);
-  if (!fs::exists(script))
-    throw UserError(
-        fmt::format("--plot: {} does not exist; set BRISTLE_PLOTS to the folder of the scripts", script));
+  plot_script(options.name);
 }
 
 void draw(const ExperimentOptions& options, const ExperimentReport& report, OutputFile& picture) {
-  std::error_code error;
-  const fs::path folder = fs::temp_directory_path(error);
-  if (error) throw UserError(fmt::format("--plot: the folder of TMPDIR: {}", error.message()));
-  OutputFile data((folder / fmt::format("bristle_{}.csv", platform::process_number())).string());
+  OutputFile data(temporary_csv("--plot"));
   data.append(experiment_csv(report));
   data.flush();
-  const std::string script = plot_script(options.name);
-  run_gnuplot(
-      fmt::format("folder = {}\npng = {}\nsvg = {}\ncsv = {}\nload {}\n",
-                  gnuplot_file(fs::path(script).parent_path().string()), gnuplot_file(picture.place()),
-                  is_vector_picture(options.plot) ? 1 : 0, gnuplot_file(data.place()), gnuplot_file(script)),
-      "--plot");
+  draw_csv(plot_script(options.name), data.place(), picture.place(), is_vector_picture(options.plot), "",
+           "--plot");
   picture.finish();
 }
 

@@ -89,6 +89,9 @@ struct Experiment {
   std::vector<std::pair<std::string, std::string>> models = {};
   /// Checks settings that depend on each other. Throws UserError.
   void (*check)(const Settings&) = [](const Settings&) {};
+  /// Returns a sentence that stands below the table; empty: none.
+  std::string (*note)(const Settings&, const std::vector<std::string>& models) =
+      [](const Settings&, const std::vector<std::string>&) { return std::string(); };
 };
 
 /// Returns all experiments, in the order in which the table of results has them.

@@ -158,8 +158,9 @@ std::string tall_table(const ExperimentReport& report, const std::vector<std::st
   };
   const Table table = table_of(true);
   legend += '\n';
-  if (table.natural_width() <= text_layout().columns) return legend + table.text();
-  return legend + table_of(false).text() + "Measured values: --wide, --json.\n";
+  const std::string note = report.experiment->note(report.settings, models);
+  if (table.natural_width() <= text_layout().columns) return legend + table.text() + note;
+  return legend + table_of(false).text() + "Measured values: --wide, --json.\n" + note;
 }
 
 }  // namespace

@@ -31,16 +31,21 @@ void ForceFile::write(double t, const std::string& patch, bristle::Outputs outpu
     }
   }
   fmt::format_to(to, ",{:.9g},{:.9g}\n", x, y);
-  if (buffer_.size() > (1u << 20)) flush();
+  if (buffer_.size() > (1u << 20)) empty_buffer();
 }
 
-void ForceFile::flush() {
+void ForceFile::empty_buffer() {
   file_.append(std::string(buffer_.data(), buffer_.size()));
   buffer_.clear();
 }
 
+void ForceFile::flush() {
+  empty_buffer();
+  file_.flush();
+}
+
 void ForceFile::finish() {
-  flush();
+  empty_buffer();
   file_.finish();
 }
 

@@ -19,11 +19,15 @@ class ForceFile {
 
   void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
              double load, double bristles, double x, double y);
+  /// Writes what is still buffered, so that a program that reads the path place() sees it. Throws UserError.
+  void flush();
+  /// Returns the path of the unfinished file.
+  const std::string& place() const noexcept { return file_.place(); }
   /// Writes what is still buffered and completes the force file. Throws UserError when the disk is full.
   void finish();
 
  private:
-  void flush();
+  void empty_buffer();
 
   OutputFile file_;
   bool with_mean_, with_energy_;

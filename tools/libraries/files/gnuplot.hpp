@@ -17,4 +17,16 @@ std::string gnuplot_file(const std::string& path);
 /// fails.
 void run_gnuplot(std::string_view script, const char* option);
 
+/// Returns the path of a script of tools/plots, as installed beside the program or in its sources. Throws a
+/// UserError if gnuplot or the script is not there.
+std::string find_plot_script(const std::string& file, const char* option);
+
+/// Draws the CSV file `csv` by a script of find_plot_script() into the file `picture`: vectors or PNG.
+/// `settings` are lines of gnuplot that come before it.
+void draw_csv(const std::string& script, const std::string& csv, const std::string& picture, bool vectors,
+              const std::string& settings, const char* option);
+
+/// Returns the path of a file of this process in the folder of TMPDIR, whose name is digits and letters.
+std::string temporary_csv(const char* option);
+
 }  // namespace cli

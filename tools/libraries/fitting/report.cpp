@@ -18,6 +18,7 @@
 #include "tools/libraries/fitting/joint.hpp"
 #include "tools/libraries/fitting/judge.hpp"
 #include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/html_page.hpp"
 #include "tools/libraries/reports/numbers.hpp"
 #include "tools/libraries/reports/table.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
@@ -95,26 +96,17 @@ void draw(const FitData& data, const FitResult& result, const std::vector<ModelF
   run_gnuplot(script, option);
 }
 
-/// Returns a page that loads nothing from outside: reports as text, and for a record of one axis the picture.
-/// `unfinished` is the name of a file that the picture may use.
+/// Returns a page with reports and, for a record of one axis, the picture. `unfinished` is the name of a file
+/// that the picture may use.
 std::string page(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside,
                  const std::string& reports, const std::string& unfinished) {
-  const auto escaped = [](const std::string& text) {
-    std::string out;
-    for (const char c : masked(text))
-      out += c == '&' ? std::string("&amp;") : c == '<' ? std::string("&lt;") : std::string(1, c);
-    return out;
-  };
   std::string picture;
   if (data.axes == 1) {
     draw(data, result, beside, true, unfinished, "--html");
     picture = read_text_file(unfinished);
     picture.erase(0, picture.find("<svg"));  // leaves out the declaration of XML, which HTML does not allow
   }
-  return fmt::format(
-      "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>{0}</title>\n<h1>{0}</h1>\n"
-      "<pre>{1}</pre>\n{2}</html>\n",
-      escaped(one_line(data.columns.name)), escaped(reports), picture);
+  return html_page(data.columns.name, reports, picture);
 }
 
 }  // namespace

@@ -277,13 +277,13 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   if (!read) return false;
   const BedScene& given = *read;
   if (options.realtime || !options.trace.empty() || options.bristles || !options.restore_state.empty() ||
-      !options.save_state.empty())
+      !options.save_state.empty() || !options.plot.empty() || !options.html.empty())
     throw UserError(fmt::format(
-        "{}: has [[bed]]: --out, --json, --steps, --threads and --isa go with it, other options do not",
+        "{}: has [[bed]]: --csv, --json, --steps, --threads and --isa go with it, other options do not",
         options.scene));
   const Scene& scene = given.scene;
   const bool on_stdout =
-      check_files({{"SCENE", options.scene}}, {{"--json", options.json}, {"--out", options.out}});
+      check_files({{"SCENE", options.scene}}, {{"--json", options.json}, {"--csv", options.out}});
   OutputFile json(options.json), out_file(options.out);
   bristle::BedBatch beds(bristle::BatchOptions{}
                              .with_threads(options.threads.value_or(scene.threads))

@@ -155,13 +155,71 @@ std::string energy_table(const Scene& scene, const RunResult& r) {
   return table.empty() ? std::string() : table.text() + more_rows(r.patches.size()) + '\n';
 }
 
+/// Returns sentences on loads above what patches were made for; "" if there were none.
+std::string overload_answer(const Scene& scene, const RunResult& r) {
+  std::string text;
+  std::size_t said = 0;
+  for (std::size_t p = 0; p < r.patches.size() && said < 3; ++p) {
+    const PatchResult& patch = r.patches[p];
+    if (patch.overload_steps == 0) continue;
+    ++said;
+    const std::uint64_t steps = patch.load.count;
+    text += fmt::format(
+        "OVERLOAD of {} in {}: up to {:.4g} N on a max_normal_load of {:.4g} N, so that its bristles are "
+        "fewer "
+        "and stiffer than the load asks for.\n",
+        scene.patches[p].name,
+        patch.overload_steps == steps
+            ? std::string("every step")
+            : fmt::format("{} of {} steps", count_text(patch.overload_steps), count_text(steps)),
+        patch.load.max, scene.patches[p].options.max_normal_load);
+  }
+  return text;
+}
+
+// The reasons hold no commas, which would need quotes in the tables of sweeps.
+
+/// Returns why a patch's friction stayed below its material's peak.
+std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, double dt,
+                        const FirstLoading& first) {
+  const double mean = m.snap_length.mean(), way = first.way();
+  const auto um = [](double length) { return fmt::format("{:.3g} um", 1e6 * length); };
+  if (first.most_load == 0.0) return "the run continues another whose first loading is past";
+  if (way < mean)
+    return fmt::format("its first loading {} {} and the peak comes near {}",
+                       first.turned ? "turned back after" : "went no farther than", um(way),
+                       um(m.residual_length + mean));
+  if (first.longest_step > 0.05 * mean)
+    return fmt::format(
+        "it was passed in steps of up to {:.2g} mean snap lengths and only their ends count; a dt of {} "
+        "shows "
+        "it",
+        first.longest_step / mean, time_text(0.02 * dt * mean / first.longest_step));
+  if (first.most_load > 1.02 * first.least_load)
+    return fmt::format("the load rose from {:.3g} to {:.3g} N meanwhile", first.least_load, first.most_load);
+  if (!(patch.options.lay == bristle::Lay{})) return "its lay has other peaks across and back";
+  if (m.ageing_strength > 0.0) return "with ageing it depends on speed and rest";
+  if (first.turned) return fmt::format("its first loading turned back after {}", um(way));
+  return "its few bristles ripple";
+}
+
+/// Returns why a patch's friction rose above its material's peak.
+std::string crossing_reason(const ScenePatch& patch, const bristle::Material& m, const PatchResult& result,
+                            double over_peak) {
+  if (m.ageing_strength > 0.0 || m.speed_strengthening > 0.0) return "friction grows at rest or with speed";
+  if (m.snap_rule == bristle::SnapRule::redraw && m.shared_renewal == 0.0 && over_peak > 1.2)
+    return "rubbed without shared renewal it hardens";
+  if (patch.options.population == bristle::Population::infinite) return "its load changes in sliding";
+  return fmt::format("its {} bristles ripple", result.info.representatives);
+}
+
 /// Returns the run's main result in words: whether the steps keep the deadline, and the friction.
 std::string run_answer(const Scene& scene, const RunResult& r) {
   const bristle::DeadlineMonitor& m = r.monitor;
-  std::string text =
-      fmt::format("A step of {} takes {}, {} % of its {}{}; ", scene.name, time_text(m.p50()),
-                  number_text(m.p50() / m.deadline(), 100.0), time_text(m.deadline()),
-                  r.threads == 1 ? " on one thread" : fmt::format(" on {} threads", r.threads));
+  std::string text = overload_answer(scene, r);
+  text += fmt::format("A step of {} takes {}, {} % of its {}{}; ", scene.name, time_text(m.p50()),
+                      number_text(m.p50() / m.deadline(), 100.0), time_text(m.deadline()),
+                      r.threads == 1 ? " on one thread" : fmt::format(" on {} threads", r.threads));
   text += m.misses() == 0
               ? "no step was late.\n"
               : fmt::format("{} of {} were late, {} by this program, {} because the machine was busy.\n",
@@ -190,6 +248,13 @@ std::string run_answer(const Scene& scene, const RunResult& r) {
                         patch.highest_coefficient);
   }
   if (said == 0) text += "No patch slid for long enough to say its sliding friction.\n";
+  said = 0;
+  for (std::size_t p = 0; p < r.patches.size() && said < 3; ++p) {
+    const std::string missed = missed_peak(scene, r.patches[p], p);
+    if (missed.empty()) continue;
+    ++said;
+    text += missed + ".\n";
+  }
   if (bad > 0)
     text += fmt::format("BAD INPUT in {} steps of patches: motions or loads that are no numbers.\n", bad);
   return text;
@@ -230,7 +295,10 @@ Json statistics_json(const ForceStatistics& f) {
   return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
 }
 
-Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material, const PatchResult& r) {
+Json patch_json(const Scene& scene, const PatchResult& r, std::size_t p) {
+  const ScenePatch& scene_patch = scene.patches[p];
+  const bristle::Material& material = scene.materials[scene_patch.material].material;
+  const std::string missed = missed_peak(scene, r, p);
   const bristle::Outputs outputs = scene_patch.options.outputs;
   const bool infinite = scene_patch.options.population == bristle::Population::infinite;
   Json patch = {{"name", scene_patch.name},
@@ -257,7 +325,8 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
       {"sliding_steps", r.sliding_steps},
       {"kinetic_theory", material.kinetic_coefficient()},
       {"highest", r.highest_coefficient},
-      {"peak_theory", material.peak_coefficient()}};
+      {"peak_theory", material.peak_coefficient()},
+      {"missed_peak", missed.empty() ? Json(nullptr) : Json(missed)}};
   if (has(outputs, bristle::Outputs::energy)) {
     Json energy = {{"snaps", r.snaps},
                    {"dissipated", r.dissipated},
@@ -276,6 +345,19 @@ Json patch_json(const ScenePatch& scene_patch, const bristle::Material& material
 }
 
 }  // namespace
+
+std::string missed_peak(const Scene& scene, const PatchResult& result, std::size_t p) {
+  const ScenePatch& patch = scene.patches[p];
+  const bristle::Material& m = scene.materials[patch.material].material;
+  const double peak = m.peak_coefficient(), highest = result.highest_coefficient;
+  if (result.steps_in_contact == 0 || (highest > 0.98 * peak && highest < 1.02 * peak)) return {};
+  if (highest > peak)
+    return fmt::format(
+        "{} reaches {:.3f} of its load and so more than its peak of {:.3f} at first loading: {}", patch.name,
+        highest, peak, crossing_reason(patch, m, result, highest / peak));
+  return fmt::format("{} reaches {:.3f} of its load and not its peak of {:.3f}: {}", patch.name, highest,
+                     peak, peak_reason(patch, m, scene.dt, result.first_loading));
+}
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& r) {
   std::string text = run_answer(scene, r) + '\n' + head(scene, options, r) + '\n' +
@@ -310,8 +392,7 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
   report["memory_bytes"] = r.memory_bytes;
   report["patches"] = Json::array();
   for (std::size_t p = 0; p < scene.patches.size(); ++p)
-    report["patches"].push_back(
-        patch_json(scene.patches[p], scene.materials[scene.patches[p].material].material, r.patches[p]));
+    report["patches"].push_back(patch_json(scene, r.patches[p], p));
   report["bodies"] = Json::array();
   for (std::size_t b = 0; b < r.bodies.size(); ++b) {
     const BodyResult& body = r.bodies[b];

@@ -9,9 +9,12 @@
 #include <bristle/patch_batch.hpp>
 
 #include "tools/libraries/files/force_file.hpp"
+#include "tools/libraries/files/gnuplot.hpp"
+#include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/files/output_file.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/reports/html_page.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
 #include "tools/libraries/run/bed_run.hpp"
@@ -41,6 +44,7 @@ class SceneRun {
   void account(double t);
   void account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                         const bristle::Response& response);
+  void account_first_loading(std::size_t c, PatchResult& result, const bristle::Motion& motion);
   void account_body(std::size_t b, double t);
   void finish();
   std::uint64_t steps_to_do() const;
@@ -50,6 +54,7 @@ class SceneRun {
   const StepObserver& observer_;
   SceneStepper stepper_;
   std::vector<Way> ways_;
+  std::vector<FirstLoading> first_loadings_;  ///< of each copy
   /// Place where a body last stuck, which follows a sliding body at a distance of ten snap lengths: ten times
   /// `length`, the longest mean of its patches.
   struct Hold {
@@ -58,7 +63,7 @@ class SceneRun {
   };
   std::vector<Hold> holds_;
   OutputFile state_file_;
-  std::optional<ForceFile> force_file_;
+  std::vector<std::shared_ptr<ForceFile>> force_files_;
   RunResult result_;
 };
 
@@ -74,6 +79,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
       observer_(observer),
       stepper_(scene, batch_options(scene, options), progress_line("set-up", options.quiet)),
       ways_(stepper_.copies().size()),
+      first_loadings_(options.restore_state.empty() ? ways_.size() : 0),
       state_file_(options.save_state) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
@@ -86,12 +92,14 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
       holds_[b].length =
           std::max(holds_[b].length, scene.materials[scene.patches[p].material].material.snap_length.mean());
   }
-  if (!options.out.empty()) {
+  for (const std::string& file : {options.out, options.drawn}) {
+    if (file.empty()) continue;
     const auto any = [&](bristle::Outputs output) {
       return std::any_of(scene.patches.begin(), scene.patches.end(),
                          [&](const ScenePatch& p) { return has(p.options.outputs, output); });
     };
-    force_file_.emplace(options.out, any(bristle::Outputs::mean), any(bristle::Outputs::energy));
+    force_files_.push_back(
+        std::make_shared<ForceFile>(file, any(bristle::Outputs::mean), any(bristle::Outputs::energy)));
     result_.patches_written = std::min<std::size_t>(ways_.size(), scene.out_patches);
   }
 }
@@ -163,13 +171,38 @@ void SceneRun::account(double t) {
       result.damper_work += response.damper_work;
     }
     account_friction(c, result, motion, response);
+    if (c < first_loadings_.size()) account_first_loading(c, result, motion);
     if (c < result_.patches_written) {
-      force_file_->write(t, copy.name, outputs, response, motion.normal_load,
-                         stepper_.batch().info(motion.id).active, way.x, way.y);
+      for (const auto& file : force_files_)
+        file->write(t, copy.name, outputs, response, motion.normal_load,
+                    stepper_.batch().info(motion.id).active, way.x, way.y);
     }
   }
   for (std::size_t b = 0; b < holds_.size(); ++b) account_body(b, t);
   if (observer_) observer_(stepper_);
+}
+
+void SceneRun::account_first_loading(std::size_t c, PatchResult& result, const bristle::Motion& motion) {
+  FirstLoading& first = first_loadings_[c];
+  if (!(motion.normal_load > 0.0)) {
+    first = {};
+    return;
+  }
+  if (first.over) return;
+  const double dx = motion.displacement[0], dy = motion.displacement[1];
+  first.least_load =
+      first.most_load > 0.0 ? std::min(first.least_load, motion.normal_load) : motion.normal_load;
+  first.most_load = std::max(first.most_load, motion.normal_load);
+  first.longest_step = std::max(first.longest_step, std::sqrt(dx * dx + dy * dy));
+  first.turned = dx * first.x + dy * first.y < 0.0;
+  if (!first.turned) {
+    first.x += dx;
+    first.y += dy;
+  }
+  const ScenePatch& patch = scene_.patches[stepper_.copies()[c].patch];
+  first.over =
+      first.turned || first.way() > 2.0 * scene_.materials[patch.material].material.snap_length.mean();
+  if (first.way() >= result.first_loading.way()) result.first_loading = first;
 }
 
 void SceneRun::account_body(std::size_t b, double t) {
@@ -218,7 +251,12 @@ void SceneRun::finish() {
   result_.isa = stepper_.batch().isa();
   result_.threads = stepper_.batch().threads();
   result_.state_hash = stepper_.batch().state_hash();
-  if (force_file_) force_file_->finish();
+  if (!options_.drawn.empty()) {
+    result_.drawn = force_files_.back();
+    force_files_.pop_back();
+    result_.drawn->flush();
+  }
+  for (const auto& file : force_files_) file->finish();
   if (!state_file_) return;
   try {
     state_file_.write(save_run(stepper_, result_.steps_before + result_.steps, scene_.dt, ways_));
@@ -336,6 +374,8 @@ RunResult SceneRun::run() {
 
 }  // namespace
 
+double FirstLoading::way() const noexcept { return std::sqrt(x * x + y * y); }
+
 double ForceStatistics::rms() const noexcept {
   return count ? std::sqrt(square_sum / static_cast<double>(count)) : 0.0;
 }
@@ -365,7 +405,26 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
   return features;
 }
 
-void run_command(const RunOptions& options) {
+namespace {
+
+/// Draws the forces of a run into a picture. A panel shows the first five presliding lengths if a patch slid.
+void draw_forces(const Scene& scene, const RunResult& result, const std::string& script,
+                 const std::string& picture, bool vectors, const char* option) {
+  double zoom = 0.0;  // um
+  for (std::size_t p = 0; p < scene.patches.size(); ++p) {
+    const bristle::Material& m = scene.materials[scene.patches[p].material].material;
+    const double length = m.residual_length + m.snap_length.mean();
+    if (result.patches[p].sliding_steps > 0 && result.patches[p].first_loading.longest_step < 0.5 * length)
+      zoom = std::max(zoom, 5e6 * length);
+  }
+  draw_csv(script, result.drawn->place(), picture, vectors,
+           fmt::format("title = {}\nzoom = {}\n", gnuplot_string(one_line(scene.name)), zoom), option);
+}
+
+}  // namespace
+
+void run_command(const RunOptions& given) {
+  RunOptions options = given;
   const std::string text = read_text_file(options.scene, most_scene_bytes);
   if (run_bed_scene(options, text)) return;
   Scene scene = parse_scene(text, options.scene, options.limits, progress_line("reading", options.quiet));
@@ -385,17 +444,33 @@ void run_command(const RunOptions& options) {
   const bool goes_on = options.save_state == options.restore_state;
   std::vector<FileOption> inputs = inputs_of(scene);
   inputs.push_back({"--restore-state", goes_on ? std::string() : options.restore_state});
+  check_picture_name("--plot", options.plot);
   const bool on_stdout = check_files(inputs, {{"--json", options.json},
-                                              {"--out", options.out},
+                                              {"--csv", options.out},
+                                              {"--plot", options.plot},
+                                              {"--html", options.html},
                                               {"--histograms", histogram_file},
                                               {"--save-state", options.save_state}});
-  OutputFile json(options.json), histograms(histogram_file);
+  const char* const drawn_by = !options.plot.empty() ? "--plot" : !options.html.empty() ? "--html" : nullptr;
+  const std::string script = drawn_by ? find_plot_script("forces.gp", drawn_by) : std::string();
+  if (drawn_by) options.drawn = temporary_csv(drawn_by);
+  OutputFile json(options.json), histograms(histogram_file), picture(options.plot), html(options.html),
+      page_picture(options.html.empty() ? std::string() : options.html + ".png");
   if (options.realtime) stop_on_signals();
   RunResult result = run_scene(scene, options);
   if (result.realtime) result.realtime->scene_dt = scene_dt;
   if (!on_stdout) print_report(run_table(scene, options, result));
   if (json) json.write(run_json(scene, options, result));
   if (histograms) histograms.write(histogram_csv(*result.realtime));
+  if (picture) {
+    draw_forces(scene, result, script, picture.place(), is_vector_picture(options.plot), "--plot");
+    picture.finish();
+  }
+  if (html) {
+    draw_forces(scene, result, script, page_picture.place(), false, "--html");
+    html.write(
+        html_page(scene.name, filled(run_table(scene, options, result)), html_picture(page_picture.place())));
+  }
   // Throws only after the reports are written, so that a failure to save the state does not cost them.
   if (!result.save_failure.empty()) throw UserError(result.save_failure);
 }

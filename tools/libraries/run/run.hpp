@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@
 
 namespace cli {
 
+class ForceFile;
 class SceneStepper;
 
 struct RunOptions {
@@ -24,6 +26,8 @@ struct RunOptions {
   double clip_load = 0.0;  ///< loads from -clip_load to 0 count as 0, N
   std::string out;         ///< force file to write (CSV); empty: none
   std::string json;        ///< JSON report to write; empty: none, "-": stdout
+  std::string plot;        ///< picture of the forces to draw; empty: none
+  std::string html;        ///< page with report and picture to write; empty: none
   std::optional<int> threads;
   std::string isa;  ///< instruction set, such as "avx2"; empty: the library's choice
   std::optional<std::uint64_t> steps;
@@ -31,6 +35,7 @@ struct RunOptions {
   std::optional<RealtimeOptions> realtime;  ///< pace of steps in real time; none: without pauses
   std::string restore_state;                ///< file of a saved state to start from; empty: none
   std::string save_state;                   ///< file to which the final state is saved; empty: none
+  std::string drawn;                        ///< file for the forces that a picture shows; empty: none
   SceneLimits limits;
   bool quiet = false;  ///< whether the terminal shows no progress
 };
@@ -52,6 +57,16 @@ struct ForceStatistics {
   double rms() const noexcept;
 };
 
+/// First loading of a patch: its motion from straight bristles on, until it turns back or passes its peak.
+struct FirstLoading {
+  double x = 0.0, y = 0.0;                   ///< displacement since contact began, m
+  double longest_step = 0.0;                 ///< displacement in the longest step of it, m
+  double least_load = 0.0, most_load = 0.0;  ///< N
+  bool turned = false;                       ///< whether the motion turned back
+  bool over = false;                         ///< whether it turned back, or went two mean snap lengths
+  double way() const noexcept;
+};
+
 /// Results of one patch of the scene, over all its copies and all steps.
 struct PatchResult {
   bristle::PatchInfo info;  ///< facts of the patch's first copy at the end of the run
@@ -64,6 +79,7 @@ struct PatchResult {
   std::uint64_t sliding_steps = 0;
   /// Highest elastic force over load, of steps whose load is at least a tenth of max_normal_load.
   double highest_coefficient = 0.0;
+  FirstLoading first_loading;  ///< the farthest one; empty in a run that continues another
   std::uint64_t overload_steps = 0, bad_steps = 0, steps_in_contact = 0;
   std::uint64_t snaps = 0;
   double dissipated = 0.0, contact_loss = 0.0, damper_work = 0.0, work = 0.0, stored = 0.0;  // energies, J
@@ -99,6 +115,7 @@ struct RunResult {
   std::vector<PatchResult> patches;
   std::vector<BodyResult> bodies;
   std::optional<RealtimeResult> realtime;
+  std::shared_ptr<ForceFile> drawn;  ///< unfinished file of the forces that a picture shows; null: none
 
   /// Reason why the final state could not be saved, such as a full disk; empty if saved or not wanted.
   std::string save_failure;
@@ -115,6 +132,10 @@ RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObs
 
 /// Lists features that a patch does not use, such as "second axis", and that its kernel so leaves out.
 std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material);
+
+/// Returns which friction over load a patch reached in place of its material's peak, and why; empty if they
+/// agree within 2 %.
+std::string missed_peak(const Scene& scene, const PatchResult& result, std::size_t patch);
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& result);
 std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& result);

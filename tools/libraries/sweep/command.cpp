@@ -67,14 +67,25 @@ struct Overview {
   std::vector<Spread> spreads;
   std::uint64_t failures = 0;
   std::string first_failure;
+  std::uint64_t missed_peaks = 0;  ///< number of rows in which a patch did not reach its peak
+  std::string first_missed;
 };
 
+bool is_missed_peak(const SweepColumn& column) { return column.name.ends_with(".missed_peak"); }
+
 Overview overview_of(const SweepRows& rows) {
-  Overview overview{rows.columns(), std::vector<Spread>(rows.columns().size()), 0, {}};
+  Overview overview{rows.columns(), std::vector<Spread>(rows.columns().size()), 0, {}, 0, {}};
   for (const std::string& row : rows.rows()) {
     const auto cells = nlohmann::json::parse(row);
-    for (std::size_t c = 0; c < cells.size(); ++c)
+    bool missed = false;
+    for (std::size_t c = 0; c < cells.size(); ++c) {
       if (cells[c].is_number()) overview.spreads[c].add(cells[c].get<double>());
+      if (!cells[c].is_string() || !is_missed_peak(overview.columns[c])) continue;
+      if (overview.missed_peaks == 0 && !missed)
+        overview.first_missed = fmt::format("row {}: {}", cells[0].dump(), cells[c].get<std::string>());
+      missed = true;
+    }
+    overview.missed_peaks += missed;
     if (cells.back().is_null()) continue;
     if (overview.failures++ == 0)
       overview.first_failure = fmt::format("row {}: {}", cells[0].dump(), cells.back().get<std::string>());
@@ -123,6 +134,7 @@ std::string rows_table(const SweepRows& rows, const Overview& overview) {
   std::vector<std::string> heads;
   std::vector<std::size_t> shown;
   for (std::size_t c = 0; c + 1 < overview.columns.size(); ++c) {
+    if (is_missed_peak(overview.columns[c])) continue;  // said above the table
     heads.push_back(overview.columns[c].head());
     shown.push_back(c);
   }
@@ -194,7 +206,11 @@ std::string sweep_summary(const SweepRows& rows, const std::string& out) {
   if (overview.failures)
     text += fmt::format("{} of them refused by the scene (column failure); {}\n",
                         count_text(overview.failures), overview.first_failure);
-  text += ranges_answer(rows, overview) + '\n';
+  text += ranges_answer(rows, overview);
+  if (overview.missed_peaks)
+    text += fmt::format("{} of {} rows reach another peak than their material's (column missed_peak); {}.\n",
+                        count_text(overview.missed_peaks), count_text(rows.done()), overview.first_missed);
+  text += '\n';
   const std::string all = rows.done() <= 20 ? rows_table(rows, overview) : std::string();
   text += !all.empty() ? all : ranges_table(overview);
   text += fmt::format("\nstudy       {}\ntable hash  {}\n", rows.header()["study"].get<std::string>(),

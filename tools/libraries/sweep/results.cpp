@@ -67,6 +67,11 @@ const Kind patch_kinds[] = {
      [](const SweepRun& r, std::size_t p) { return finite(material(r, p).kinetic_coefficient()); }},
     {"peak_in_theory", "", number, Kind::never,
      [](const SweepRun& r, std::size_t p) { return finite(material(r, p).peak_coefficient()); }},
+    {"missed_peak", "", ColumnType::text, Kind::always,
+     [](const SweepRun& r, std::size_t p) {
+       const std::string missed = missed_peak(r.scene, patch(r, p), p);
+       return missed.empty() ? Json() : Json(missed);
+     }},
     {"fx_mean", "N", number, Kind::always, force<0, &ForceStatistics::mean>},
     {"fx_rms", "N", number, Kind::always, force<0, &ForceStatistics::rms>},
     {"fx_min", "N", number, Kind::always, force<0, &ForceStatistics::min>},

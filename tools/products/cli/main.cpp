@@ -263,11 +263,8 @@ void check_command(const CLI::App& app, const std::string& name) {
 
 /// Returns which script draws what a command without --plot writes; "" if there is none.
 std::string drawn_by(const cli::Command& called, const cli::NameList& options) {
-  const std::string name = called.path.empty() ? std::string() : called.path.front();
-  const bool runs = name == "run";
-  if (!runs && std::find(options.begin(), options.end(), "--csv") == options.end()) return {};
-  return fmt::format("; tools/plots/{}.gp draws what {} writes, by gnuplot", runs ? "forces" : name,
-                     runs ? "--out" : "--csv");
+  if (std::find(options.begin(), options.end(), "--csv") == options.end()) return {};
+  return fmt::format("; tools/plots/{}.gp draws what --csv writes, by gnuplot", called.path.front());
 }
 
 /// Returns the message for a command line that CLI11 refused; it begins with the words of the command.
@@ -281,11 +278,7 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
   cli::NameList known;
   for (const cli::OptionWords& option : cli::options_of(*called.app))
     if (!option.positional) known.push_back(option.name);
-  std::string text = error.what();
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr)
-    for (const std::string type : {"FLOAT", "UINT", "INT"})  // the library's words for kinds of number
-      if (const std::size_t at = text.find(type); at != std::string::npos)
-        text.replace(at, type.size(), "NUMBER");
+  std::string text = cli::complaint_of(*called.app, error);
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
     for (const std::string& word : words) {
       const std::string name = word.substr(0, word.find('='));
@@ -424,10 +417,11 @@ Action add_sweep(CLI::App* sweep) {
   sweep
       ->add_option("--window", options.study.window,
                    "FROM:UNTIL, s: results window_peak and window_mean, and the time of error")
-      ->type_name("FROM:UNTIL");
+      ->type_name("FROM:UNTIL")
+      ->option_text("FROM:UNTIL");
   sweep->add_option("--steps", options.study.steps, "Steps, instead of the scene's duration")
       ->check(cli::within(std::uint64_t{1}, std::uint64_t{1'000'000'000'000}));
-  add_file(sweep, "--out", options.out,
+  add_file(sweep, "--out,--csv", options.out,
            "Write the table to this CSV file (- for stdout), until it is done to FILE.part");
   add_report_file(sweep, options.json);
   sweep->add_option("--threads", options.threads, "Rows at a time; 0 = one per core")
@@ -455,7 +449,10 @@ Action add_run(CLI::App* command) {
       ->add_option("--clip-load", options.clip_load,
                    "Loads of that file from minus this, N, to 0 count as 0: the zero of a force sensor")
       ->check(cli::within(0.0, 1e9));
-  add_file(command, "--out", options.out, "Write forces to this CSV file (- for stdout)");
+  add_file(command, "--csv,--out", options.out, "Write forces to this CSV file (- for stdout)");
+  add_file(command, "--plot", options.plot, "Draw the forces, PNG or SVG (needs gnuplot)");
+  add_file(command, "--html", options.html,
+           "Write report and picture to this page, which opens offline (needs gnuplot)");
   add_report_file(command, options.json);
   command->add_option("--threads", options.threads, "Threads that step; 0 = one per core")
       ->check(cli::within(0, 1024));
@@ -650,7 +647,7 @@ constexpr CommandEntry entries[] = {
     {"stability", "Closed-loop stability of a mass on a patch, simulated, beside linear theory",
      "bristle stability --quick", add_stability},
     {"sweep", "A scene over a grid of parameters, as one table",
-     "bristle sweep tools/scenes/stroke.toml --vary material.skin.peak=0.5:0.7:5", add_sweep},
+     "bristle sweep tools/scenes/three_populations.toml --vary material.skin.peak=0.45:0.6:4", add_sweep},
     {"accuracy", "Error against run time of a scene, the cheapest setting for an error",
      "bristle accuracy tools/scenes/fingertip.toml --quick --error 1%", add_accuracy},
     {"completion", "Print what bash needs to complete words of this command line",

@@ -1,0 +1,15 @@
+// Makes a report a page that opens offline.
+#pragma once
+
+#include <string>
+
+namespace cli {
+
+/// Returns a page that loads nothing from outside: a title, a report as text, and a picture in HTML, such as
+/// an <svg>.
+std::string html_page(const std::string& title, const std::string& report, const std::string& picture);
+
+/// Returns a PNG file as a picture in HTML.
+std::string html_picture(const std::string& file);
+
+}  // namespace cli
