@@ -138,6 +138,22 @@ TEST_CASE("Each common mistake in a file has a message that says what to do", "[
              Contains("data.csv:2") && Contains("decimal commas?"));
   CHECK_THAT(refused("t,x,load,force\n12:30:01.5,0,1,1\n"),
              Contains("data.csv:2") && Contains("'12:30:01.5' is a time of day"));
+  CHECK_THAT(
+      refused(",t,x,load\n1,0,0,1\n"),
+      Contains("no force was measured") && Contains("column 1 has no name: give it one in the header"));
+  CHECK_THAT(refused("0\t0\t1\t1\t\n1\t1\t1\t1\t\n"), Contains("holds numbers"));
+  for (const char* text :
+       {",t,x,load,force\n7,0,0,1,5\n8,1,0,1,5\n", "t,x,load,force,\n0,0,1,5,\n1,0,1,5,\n"})
+    CHECK(cli::parse_fit_columns(text, "data.csv").force[1] == 5.0);
+  const cli::FitColumns inches =
+      cli::parse_fit_columns("t,x [inch],load [lbf],force [kip]\n0,1,2,3\n", "data.csv");
+  CHECK(inches.x[0] == Approx(0.0254));
+  CHECK(inches.load[0] == Approx(2.0 * 4.4482216152605));
+  CHECK(inches.force[0] == Approx(3000.0 * 4.4482216152605));
+  const TemporaryFolder of_others;
+  CHECK_THAT(
+      message_of<cli::UserError>([&] { cli::read_fit_columns({of_others.write("data.json", "{}")}, {}); }),
+      Contains("is JSON, not CSV") && Contains("pandas.read_json"));
   CHECK_THAT(refused("t,place,load,force\n" + row), Contains("no column x") && Contains("--columns x=NAME"));
   CHECK_THAT(refused("Time,x,load,force\n" + row), Contains("no column t") && Contains("--columns t=NAME"));
   cli::FitReading named;

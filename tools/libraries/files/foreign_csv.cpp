@@ -54,7 +54,9 @@ std::string with_point(std::string_view cell) {
 
 bool is_number(std::string_view cell) { return number_in<double>(with_point(cell)).has_value(); }
 
-bool all_numbers(const std::vector<std::string_view>& cells) {
+/// Returns whether all cells of a row are numbers; a separator at its end makes no cell.
+bool all_numbers(std::vector<std::string_view> cells) {
+  if (cells.size() > 1 && cells.back().empty()) cells.pop_back();
   return std::all_of(cells.begin(), cells.end(), is_number);
 }
 

@@ -37,13 +37,17 @@ constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {"kN", 1e-3},
                                   {"gf", 1e3 / 9.80665},
                                   {"kgf", 1.0 / 9.80665},
-                                  {grams, 1e3 / 9.80665}};
+                                  {grams, 1e3 / 9.80665},
+                                  {"lbf", 1.0 / 4.4482216152605},
+                                  {"kip", 1e-3 / 4.4482216152605}};
+constexpr Unit place_units[] = {{"m", 1.0},  {"cm", 1e2},          {"mm", 1e3},           {"um", 1e6},
+                                {"nm", 1e9}, {"in", 1.0 / 0.0254}, {"inch", 1.0 / 0.0254}};
 constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units, most_time},        {"x", length_units, most_length},
+    {"t", time_units, most_time},        {"x", place_units, most_length},
     {"v", speed_units, most_speed},      {"vx", speed_units, most_speed},
     {"load", weighed_units, most_force}, {"force", weighed_units, most_force},
     {"fx", weighed_units, most_force},   {"friction", weighed_units, most_force},
-    {"y", length_units, most_length},    {"fy", weighed_units, most_force},
+    {"y", place_units, most_length},     {"fy", weighed_units, most_force},
     {"angle", angle_units, most_length}, {"torque", torque_units, most_force}};
 constexpr const char* expected = "t,x,load,force";
 
@@ -132,13 +136,15 @@ Choice choose(const CsvHeader& header, std::string_view line, const FitReading& 
                       no_force ? column_count : pick(header, force_columns, where)};
   const auto need = [&](bool ok, const char* what, const char* ours) {
     if (!ok)
-      throw UserError(
-          fmt::format("{}: header '{}' has no {}; expected {}, or your own names: --columns {}=NAME", where,
-                      trim(line), what, expected, ours));
+      throw UserError(fmt::format(
+          "{}: header '{}' has no {}; expected {}, or your own names: --columns {}=NAME{}", where, trim(line),
+          what, expected, ours,
+          trim(line).starts_with(',') ? "; column 1 has no name: give it one in the header" : ""));
   };
   need(header.present[column_t], "column t", "t");
   need(choice.x != column_count || choice.v != column_count || no_motion, "column x (nor v)", "x");
-  need(choice.force != column_count || no_force, "column force (nor fx, friction)", "force");
+  need(choice.force != column_count || no_force,
+       "column force (nor fx, friction): as it stands, no force was measured", "force");
   const bool turns = choice.x == column_angle, twists = choice.force == column_torque;
   if ((turns || twists) && !reading.radius)
     throw UserError(
@@ -346,6 +352,25 @@ FitColumns join_fit_columns(std::vector<FitColumns> records) {
   return all;
 }
 
+/// Refuses files that are no text, or no table, by a message that says how to convert them.
+static void require_text(const std::string& file, std::string_view text) {
+  const struct {
+    const char *ending, *begin, *kind, *convert;
+  } others[] = {
+      {".json", "{", "JSON", "pandas.read_json('{0}').to_csv('record.csv', index=False)"},
+      {".xlsx", "PK", "a spreadsheet", "pandas.read_excel('{0}').to_csv('record.csv', index=False)"},
+      {".mat", "MATLAB", "a file of MATLAB",
+       "pandas.DataFrame({{k: v.ravel() for k, v in scipy.io.loadmat('{0}').items() if k[0] != '_'}})"
+       ".to_csv('record.csv', index=False)"},
+      {".h5", "\x89HDF", "HDF5",
+       "pandas.DataFrame({{k: v[:].ravel() for k, v in h5py.File('{0}').items()}}).to_csv('record.csv', "
+       "index=False)"}};
+  for (const auto& other : others)
+    if (file.ends_with(other.ending) || text.starts_with(other.begin))
+      throw UserError(fmt::format("{}: is {}, not CSV; in Python: {}", file, other.kind,
+                                  fmt::format(fmt::runtime(other.convert), file)));
+}
+
 FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading) {
   if (!reading.position.empty()) {
     if (files.size() > 1) throw UserError("--position: one file of the force only");
@@ -354,8 +379,11 @@ FitColumns read_fit_columns(const std::vector<std::string>& files, const FitRead
   }
   if (reading.clock != 0.0) throw UserError("--clock: only with --position");
   std::vector<FitColumns> records;
-  for (const std::string& file : files)
-    records.push_back(parse_fit_columns(read_text_file(file), file, reading));
+  for (const std::string& file : files) {
+    const std::string text = read_text_file(file);
+    require_text(file, text);
+    records.push_back(parse_fit_columns(text, file, reading));
+  }
   return join_fit_columns(std::move(records));
 }
 
