@@ -183,7 +183,7 @@ std::string overload_answer(const Scene& scene, const RunResult& r) {
 std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, double dt,
                         const FirstLoading& first) {
   const double mean = m.snap_length.mean(), way = first.way();
-  const auto um = [](double length) { return fmt::format("{:.3g} um", 1e6 * length); };
+  const auto um = [](double length) { return fmt::format("{:.4g} um", 1e6 * length); };
   if (first.most_load == 0.0) return "the run continues another whose first loading is past";
   if (way < mean)
     return fmt::format("its first loading {} {} and the peak comes near {}",
