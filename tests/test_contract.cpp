@@ -221,8 +221,9 @@ std::string find_harm(const Answers& answers) {
     for (std::size_t i = 0; i < answer.bits.size(); ++i)
       if (!std::isfinite(std::bit_cast<double>(answer.bits[i])))
         return "output " + std::to_string(i) + " is not finite";
-    // Forged random states may give every bristle the longest length of its law.
-    if (!(answer.excess <= 4.0)) return "a force of " + std::to_string(answer.excess) + " limits";
+    // Forged random states may give every bristle the longest length of its law, forged ages the strength of
+    // the oldest.
+    if (!(answer.excess <= 10.0)) return "a force of " + std::to_string(answer.excess) + " limits";
   }
   return {};
 }
@@ -250,8 +251,8 @@ void forge_states(const std::vector<int>& lengths, std::size_t others, std::size
         std::string harm = find_harm(subject->step(steps + 1, &unloaded));
         if (harm.empty()) harm = find_harm(subject->find(steps + 2));
         for (int k = steps + 2; harm.empty() && k < steps + 4; ++k) harm = find_harm(subject->step(k));
-        if (harm.empty() && message_of([&] { subject->restore(subject->save()); }) != "(no error)")
-          harm = "its own state is refused";
+        if (harm.empty()) harm = message_of([&] { subject->restore(subject->save()); });
+        if (harm == "(no error)") harm.clear();
         if (!harm.empty() && ++reported <= 10) FAIL_CHECK(kind.name << "," << what << ": " << harm);
       };
       const std::vector<std::byte> good = subject->save();

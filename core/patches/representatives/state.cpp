@@ -281,9 +281,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   const SavedPlaces places = saved_places(r);
   const Material& m = p.material().material;
   const double residual = p.material().residual;
-  // No bristle has held for longer than since PatchRecord::Hold::oldest.
   const double now = time_of(contact);
-  const double most_held = (now - contact.record->hold.oldest) / m.ageing_time * (1.0 + 1e-3) + 1e-3;
   ByteReader blocks = read;
   ByteReader columns = read;
   columns.skip(r.block_count * block_size_of(r));
@@ -319,7 +317,6 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
         const double age = number_at(places.age);
         if (!within(age, -oldest_bristle, oldest_bristle)) return "an age";
         const double held = std::max(age + std::max(now - since, 0.0) / m.ageing_time, 0.0);
-        if (!within(held, 0.0, most_held)) return "an age";
         grown = m.ageing_factor(held * m.ageing_time);
       }
       double squared = 0.0;
