@@ -1,5 +1,5 @@
-// Objects of every kind that a batch steps (patches, outlines, beds, joints) behind one small interface, for
-// tests of what all kinds promise. Each object has three members, moved by a script.
+// Objects of every kind that a batch steps (patches, groups, outlines, beds, joints) behind one small
+// interface, for tests of what all kinds promise. Each object has three members, moved by a script.
 #pragma once
 
 #include <algorithm>
@@ -298,6 +298,85 @@ class Beds : public Listed<bristle::BedBatch, bristle::BedId, bristle::BedMotion
   mutable bristle::BedBatch batch_;
 };
 
+/// A group with every output; the members are its last three contacts. Their seeds are those that they would
+/// have alone.
+class Group : public Subject {
+ public:
+  Group(const BatchOptions& how, const Material& material, const PatchOptions& options, std::size_t company)
+      : count_(company + members), axes_(options.axes), batch_(how) {
+    const auto before = static_cast<std::uint32_t>(company);
+    group_ = batch_.add_group(
+        material, PatchOptions(options).with_seed(7u - before).with_key(0 - std::uint64_t{company}), count_);
+    batch_.warm_up();
+  }
+  Answers step(int k, const Spoilt* spoilt) override { return go(k, spoilt, true); }
+  Answers find(int k) override { return go(k, nullptr, false); }
+  std::uint64_t hash() const override { return batch_.state_hash(); }
+  std::uint64_t hash(std::size_t member) const override {
+    return batch_.state_hash(group_[count_ - members + member]);
+  }
+  std::vector<std::byte> save() const override { return saved_state(batch_); }
+  std::size_t save(bristle::Span<std::byte> to) const override { return batch_.save_state(to); }
+  void restore(bristle::Span<const std::byte> from) override { batch_.restore_state(from); }
+  void seal(std::vector<std::byte>& state) const override { seal_patches(state); }
+  void reset() override {
+    for (std::size_t i = 0; i < count_; ++i) batch_.reset(group_[i]);
+  }
+  int numbers() const override { return 3; }
+
+ private:
+  Answers go(int k, const Spoilt* spoilt, bool keep) {
+    std::vector<double> in[3], out[14];
+    for (std::vector<double>& column : in) column.resize(count_);
+    for (std::vector<double>& column : out) column.resize(count_);
+    std::vector<std::uint64_t> snaps(count_);
+    std::vector<Status> status(count_);
+    std::vector<std::uint32_t> which;
+    const std::size_t first = count_ - members;
+    const bool some = spoilt != nullptr && spoilt->number < 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      Motion motion;
+      write_script(motion, i < first ? i % members : i - first, i < first ? k + 1 : k, axes_);
+      if (spoilt != nullptr && !some && i == first + spoilt->member)
+        *numbers_of(motion)[static_cast<std::size_t>(spoilt->number)] = spoilt->by;
+      for (std::size_t c = 0; c < 3; ++c) in[c][i] = *numbers_of(motion)[c];
+      if (some && i != first + spoilt->member) which.push_back(static_cast<std::uint32_t>(i));
+    }
+    bristle::GroupStep step;
+    step.group = group_;
+    if (some) step.which = which;
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      step.displacement[axis] = in[axis];
+      step.end[axis] = out[axis];
+      step.elastic[axis] = out[2 + axis];
+      step.damper[axis] = out[4 + axis];
+      step.mean[axis] = out[6 + axis];
+    }
+    step.normal_load = in[2];
+    step.stiffness = out[8];
+    step.damping = out[9];
+    step.force_limit = out[10];
+    step.dissipated = out[11];
+    step.contact_loss = out[12];
+    step.damper_work = out[13];
+    step.snaps = snaps;
+    step.status = status;
+    note(keep ? batch_.step(tick, step) : batch_.find_force(tick, step));
+    Answers answers;
+    for (std::size_t i = first; i < count_; ++i) {
+      Answer answer{status[i], {snaps[i]}};
+      for (const std::vector<double>& column : out)
+        answer.bits.push_back(std::bit_cast<std::uint64_t>(column[i]));
+      answers.push_back(answer);
+    }
+    return answers;
+  }
+  std::size_t count_;
+  int axes_;
+  mutable PatchBatch batch_;
+  bristle::PatchGroup group_;
+};
+
 /// Joints with every output; the members are the last three.
 class Joints : public Subject {
  public:
@@ -410,6 +489,21 @@ inline std::vector<Kind> all_kinds() {
   patches("slide with a lay", material(SnapRule::slide), PatchOptions(thirty_two).with_lay(lay));
   patches("slide with a lay to and fro", material(SnapRule::slide),
           PatchOptions(thirty_two).with_lay(Lay(lay).with_to_over_fro(2.0)));
+
+  const auto groups = [&](const char* name, const Material& m, const PatchOptions& options) {
+    kinds.push_back({name, [=](const BatchOptions& how, std::size_t company) -> std::unique_ptr<Subject> {
+                       return std::make_unique<Group>(how, m, options, company);
+                     }});
+  };
+  groups("group, slide", material(SnapRule::slide), thirty_two);
+  groups("group, slide without dampers", plain_material(law, SnapRule::slide), thirty_two);
+  groups("group, slide, one axis, end force only", plain_material(law, SnapRule::slide),
+         PatchOptions(thirty_two).with_axes(1).with_outputs(Outputs::end));
+  groups("group, slide, drop and ageing", material(SnapRule::slide).with_drop(0.2).with_ageing(ages),
+         thirty_two);
+  groups("group, slide with a lay", material(SnapRule::slide), PatchOptions(thirty_two).with_lay(lay));
+  groups("group, representatives", material(SnapRule::redraw), some);
+  groups("group, infinite and rubbed", rubbed(SnapRule::redraw), infinite);
 
   const auto outlines = [&](const char* name, const Material& m, const PatchOptions& options,
                             const Outline& outline) {

@@ -29,6 +29,9 @@ TEST_CASE("A C program goes from coefficients to bristles and back", "[c]") {
   REQUIRE(c_program_goes_to_coefficients_and_back() == 0);
 }
 TEST_CASE("A C program finds its patches by contact", "[c]") { REQUIRE(c_program_names_contacts() == 0); }
+TEST_CASE("A C program moves a group by its arrays", "[c][group]") {
+  REQUIRE(c_program_moves_a_group() == 0);
+}
 TEST_CASE("A C program twists a pad", "[c][extended]") { REQUIRE(c_program_twists_a_pad() == 0); }
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }
 

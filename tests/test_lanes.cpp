@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include "core/materials/strata.hpp"
@@ -102,6 +103,278 @@ TEST_CASE(
   unsetenv("BRISTLE_SHARING");
 }
 
+namespace {
+
+/// Arrays of a group, stepped beside patches that get the same motions one by one.
+struct Pair {
+  Pair(const Material& material, const PatchOptions& the_options, std::size_t n)
+      : options(the_options), count(n), group(groups.add_group(material, options, n)) {
+    for (std::size_t i = 0; i < n; ++i)
+      ids.push_back(patches.add(material, PatchOptions(options)
+                                              .with_seed(options.seed + static_cast<std::uint32_t>(i))
+                                              .with_key(options.key + i)));
+    for (std::vector<double>& column : columns) column.resize(n);
+    snaps.resize(n);
+    status.resize(n);
+  }
+
+  /// Steps contacts `which`, or all. Every number must be the same to the bit.
+  void step(Walk& path, const std::optional<std::vector<std::uint32_t>>& which, bool trial,
+            bool has_velocity) {
+    std::vector<std::uint32_t> named = which.value_or(std::vector<std::uint32_t>{});
+    for (std::uint32_t i = 0; !which && i < count; ++i) named.push_back(i);
+    bristle::GroupStep step;
+    step.group = group;
+    if (which) step.which = *which;
+    std::vector<Motion> motions;
+    for (const std::uint32_t i : named) {
+      Motion motion = path.next(ids[i], options.axes, 1.3);
+      if (path.random() % 4 == 0)
+        motion = {ids[i], {0.0, 0.0}, columns[2][i]};
+      else if (path.random() % 50 == 0)
+        motion.displacement[options.axes - 1] = std::numeric_limits<double>::quiet_NaN();
+      else if (path.random() % 50 == 0)
+        motion.displacement[1] = 0.1 * dbar;  // bad input with one axis
+      motion.has_velocity = has_velocity;
+      for (std::size_t axis = 0; axis < 2 && has_velocity; ++axis)
+        motion.velocity[axis] = 900.0 * motion.displacement[axis];
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        columns[axis][i] = motion.displacement[axis];
+        columns[3 + axis][i] = motion.velocity[axis];
+      }
+      columns[2][i] = motion.normal_load;
+      motions.push_back(motion);
+    }
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      step.displacement[axis] = columns[axis];
+      if (has_velocity) step.velocity[axis] = columns[3 + axis];
+      step.end[axis] = columns[5 + axis];
+      step.elastic[axis] = columns[7 + axis];
+      step.damper[axis] = columns[9 + axis];
+      step.mean[axis] = columns[11 + axis];
+    }
+    step.normal_load = columns[2];
+    step.stiffness = columns[13];
+    step.damping = columns[14];
+    step.force_limit = columns[15];
+    step.dissipated = columns[16];
+    step.contact_loss = columns[17];
+    step.damper_work = columns[18];
+    step.snaps = snaps;
+    step.status = status;
+    std::vector<Response> responses(motions.size());
+    bristle::StepReport one, other;
+    if (trial) {
+      groups.find_force(tick, step);
+      for (std::size_t k = 0; k < motions.size(); ++k) responses[k] = patches.find_force(tick, motions[k]);
+    } else {
+      one = groups.step(tick, step);
+      other = patches.step(tick, motions, responses);
+    }
+    bool same = one.status == other.status && one.patches_stepped == other.patches_stepped &&
+                one.bristles_visited == other.bristles_visited;
+    for (std::size_t k = 0; k < named.size(); ++k) {
+      const std::size_t i = named[k];
+      const Response& r = responses[k];
+      same = same && status[i] == r.status && columns[13][i] == r.stiffness && columns[14][i] == r.damping &&
+             columns[15][i] == r.force_limit;
+      for (std::size_t axis = 0; axis < 2; ++axis)
+        same = same && columns[5 + axis][i] == r.end[axis] && columns[7 + axis][i] == r.elastic[axis] &&
+               columns[9 + axis][i] == r.damper[axis] &&
+               (options.outputs == Outputs::end || columns[11 + axis][i] == r.mean[axis]);
+      if (options.outputs == Outputs::end) continue;
+      same = same && columns[16][i] == r.dissipated && columns[17][i] == r.contact_loss &&
+             columns[18][i] == r.damper_work && snaps[i] == r.snaps;
+    }
+    expect(same, "a group answers as its patches do");
+  }
+  void check_states() {
+    for (std::size_t i = 0; i < count; ++i) {
+      expect(groups.state_hash(group[i]) == patches.state_hash(ids[i]), "states are equal");
+      expect(groups.stored_energy(group[i]) == patches.stored_energy(ids[i]), "energies are equal");
+      expect(groups.info(group[i]).normal_load == patches.info(ids[i]).normal_load, "loads are equal");
+      expect(groups.info(group[i]).key == patches.info(ids[i]).key, "keys are equal");
+    }
+  }
+
+  PatchOptions options;
+  std::size_t count;
+  PatchBatch groups, patches;
+  bristle::PatchGroup group;
+  std::vector<PatchId> ids;
+  std::vector<double> columns[19];
+  std::vector<std::uint64_t> snaps;
+  std::vector<Status> status;
+};
+
+}  // namespace
+
+TEST_CASE("a group has, to the bit, the answers and states of patches added one by one", "[lanes][group]") {
+  const Material damped = sliding(SnapLength::lognormal(dbar, 0.3))
+                              .with_bristle_damping(0.01)
+                              .with_viscous_friction(0.2)
+                              .with_speed_strengthening(0.02, 1e-4);
+  std::vector<Material> all = materials();
+  all.push_back(damped);
+  all.push_back(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw));
+  for (const Material& material : all)
+    for (const Outputs outputs : {Outputs::end, Outputs::all})
+      for (const int axes : {1, 2}) {
+        CAPTURE(static_cast<int>(material.snap_rule), material.drop, material.ageing_strength, axes);
+        PatchOptions options = plain_options(9, axes, Precision::single, outputs).with_max_normal_load(1.0);
+        if (axes == 2 && material == damped) options.lay.limit_ratio = 0.5;
+        Pair pair(material, options, 37);
+        Walk path(11);
+        for (int k = 0; k < 60; ++k) {
+          std::optional<std::vector<std::uint32_t>> which;
+          if (k % 3 == 1) which.emplace();
+          for (std::uint32_t i = 0; which && k > 1 && i < 37; ++i)
+            if (path.random() % 3 == 0) which->push_back(36 - i);
+          pair.step(path, which, k % 7 == 3, k % 5 == 2);
+          if (k % 11 == 5) {
+            pair.groups.reset(pair.group[3]);
+            pair.patches.reset(pair.ids[3]);
+          }
+          if (k % 9 == 4) {  // moves single contacts of the group by Motion, too
+            Motion motion = path.next(pair.group[20], axes);
+            const Response one = step_one(pair.groups, motion);
+            motion.id = pair.ids[20];
+            expect(one.end[0] == step_one(pair.patches, motion).end[0], "a contact is a patch");
+          }
+          if (k == 30) {
+            const Material next = Material(material).with_bristle_stiffness(0.7 * material.bristle_stiffness);
+            pair.groups.set_material(pair.group, next);
+            for (const PatchId id : pair.ids) pair.patches.set_material(id, next);
+          }
+          if (k == 45) {
+            const std::vector<std::byte> saved = saved_state(pair.groups);
+            pair.step(path, std::nullopt, false, false);
+            pair.groups.restore_state(saved);
+            for (std::size_t i = 0; i < pair.count; ++i) pair.patches.reset(pair.ids[i]);
+            for (std::size_t i = 0; i < pair.count; ++i) pair.groups.reset(pair.group[i]);
+          }
+          if (k % 6 == 0) pair.check_states();
+        }
+        pair.check_states();
+      }
+}
+
+TEST_CASE("groups are refused as a whole, and one contact of a group cannot be removed or changed",
+          "[lanes][group][bad-input]") {
+  PatchBatch batch;
+  const Material material = materials()[0];
+  const PatchOptions options = plain_options(4).with_max_normal_load(1.0);
+  const PatchId alone = batch.add(material, options);
+  const bristle::PatchGroup group = batch.add_group(material, options, 20);
+  std::vector<double> x(20, 0.1 * dbar), load(20, 0.5), force(20), short_one(19);
+  std::vector<Status> status(20);
+  bristle::GroupStep good;
+  good.group = group;
+  good.displacement[0] = good.displacement[1] = x;
+  good.normal_load = load;
+  good.end[0] = force;
+  good.status = status;
+  CHECK(batch.step(tick, good).patches_stepped == 20);
+  const std::uint64_t hash = batch.state_hash();
+  const auto refused = [&](const bristle::GroupStep& step, Status why) {
+    std::fill(status.begin(), status.end(), Status::ok);
+    const bristle::StepReport report = batch.step(tick, step);
+    CHECK(report.status == why);
+    CHECK(report.patches_stepped == 0);
+    CHECK(status[7] == why);
+    CHECK(batch.find_force(tick, step).status == why);
+    CHECK(batch.state_hash() == hash);
+  };
+  bristle::GroupStep step = good;
+  step.normal_load = short_one;
+  refused(step, Status::bad_input);
+  step = good;
+  step.end[1] = short_one;
+  refused(step, Status::bad_input);
+  step = good;
+  step.displacement[1] = {};
+  refused(step, Status::bad_input);
+  step = good;
+  step.velocity[0] = x;
+  refused(step, Status::bad_input);
+  step = good;
+  const std::uint32_t beyond[] = {3, 20};
+  step.which = beyond;
+  refused(step, Status::bad_input);
+  step = good;
+  step.group.count = 21;
+  refused(step, Status::unknown_id);
+  step.group = {alone, 20};
+  refused(step, Status::unknown_id);
+  step.group = {group[1], 20};
+  refused(step, Status::unknown_id);
+  step.group = {};
+  refused(step, Status::unknown_id);
+
+  const std::uint32_t twice[] = {3, 5, 3};
+  step = good;
+  step.which = twice;
+  const bristle::StepReport report = batch.step(tick, step);
+  CHECK(report.status == Status::repeated_id);
+  CHECK(report.patches_stepped == 2);
+
+  CHECK_THROWS_AS(batch.remove(group[2]), bristle::Error);
+  CHECK_THROWS_AS(batch.set_material(group[2], material), bristle::Error);
+  CHECK_THROWS_AS(batch.remove(bristle::PatchGroup(group.first, 19)), bristle::Error);
+  CHECK_THROWS_AS(batch.remove(bristle::PatchGroup(group[1], 19)), bristle::Error);
+  CHECK_THROWS_AS(batch.remove(bristle::PatchGroup(alone, 1)), bristle::Error);
+  CHECK_THROWS_AS(batch.add_group(material, options, 0), bristle::Error);
+  CHECK_THROWS_AS(
+      batch.set_material(group, plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw)),
+      bristle::Error);
+  batch.remove(group);
+  CHECK_THROWS_AS(batch.remove(group), bristle::Error);
+  CHECK(batch.patch_count() == 1);
+  CHECK(batch.step(tick, good).status == Status::unknown_id);
+}
+
+TEST_CASE("slots of removed groups serve groups that come later, under ids of their own", "[lanes][group]") {
+  PatchBatch batch;
+  const Material material = materials()[0];
+  const PatchOptions options = plain_options(4).with_max_normal_load(1.0);
+  std::vector<bristle::PatchGroup> groups;
+  std::vector<PatchId> gone;
+  std::mt19937 random(5);
+  std::uint64_t last_slot = 0;
+  for (int k = 0; k < 400; ++k) {
+    if (groups.size() < 4) {
+      groups.push_back(batch.add_group(material, options, 1 + random() % 40));
+      for (std::size_t i = 0; i < groups.back().size(); ++i)
+        expect(std::find(gone.begin(), gone.end(), groups.back()[i]) == gone.end(), "no id is given twice");
+      last_slot = std::max(last_slot, groups.back()[groups.back().size() - 1].value & 0xFFFFFFFFu);
+    } else {
+      const std::size_t at = random() % groups.size();
+      for (std::size_t i = 0; i < groups[at].size(); ++i) gone.push_back(groups[at][i]);
+      batch.remove(groups[at]);
+      groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(at));
+    }
+    std::size_t count = 0;
+    for (const bristle::PatchGroup& group : groups) count += group.size();
+    expect(batch.patch_count() == count, "the batch has the groups' patches");
+  }
+  CHECK(last_slot < 320);  // four groups of at most 40, with gaps between them
+}
+
+TEST_CASE("a contact keeps its force under a new material, and leaves none to the next in its lane",
+          "[slide][lanes]") {
+  PatchBatch batch;
+  const PatchOptions options = plain_options(8).with_max_normal_load(1.0);
+  PatchId id = batch.add(materials()[0], options);
+  const double force = step_one(batch, Motion{id, {0.2 * dbar, 0.0}, 0.5}).end[0];
+  CHECK(force == Approx(-0.1 * dbar));
+  batch.set_material(id, Material(materials()[0]).with_bristle_stiffness(2.0));
+  CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).end[0] == Approx(2.0 * force));
+  batch.remove(id);
+  CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).status == Status::unknown_id);
+  id = batch.add(materials()[0], options);
+  CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).end[0] == 0.0);
+}
+
 TEST_CASE("a lane that a removed contact leaves begins anew", "[slide][lanes]") {
   PatchBatch batch;
   const Material material = materials()[0];
@@ -144,7 +417,7 @@ TEST_CASE("random laws, paths and loads balance their energy, and no force excee
           "[slide][lanes][energy]") {
   std::mt19937 random(8);
   for (int trial = 0; trial < 1500; ++trial) {
-    const double cv = 0.05 + 0.01 * (random() % 120);
+    const double cv = 0.05 + 0.01 * static_cast<double>(random() % 120);
     const SnapLength law = trial % 3 == 0   ? SnapLength::exponential(dbar)
                            : trial % 3 == 1 ? SnapLength::lognormal(dbar, cv)
                                             : SnapLength::uniform(0.1 * dbar, (1.0 + cv) * dbar);
@@ -154,7 +427,8 @@ TEST_CASE("random laws, paths and loads balance their energy, and no force excee
       material.with_ageing(trial % 2 == 0 ? bristle::Ageing::saturating(0.4, 5.0 * tick)
                                           : bristle::Ageing::logarithmic(1.0, tick));
     const Precision precision = precisions()[random() % precisions().size()];
-    PatchOptions options = plain_options(4 + random() % 20, 2, precision).with_max_normal_load(1.0);
+    PatchOptions options =
+        plain_options(4 + static_cast<unsigned>(random() % 20), 2, precision).with_max_normal_load(1.0);
     if (random() % 4 == 0) {
       bristle::Lay lay;
       lay.angle = 0.4;
@@ -163,7 +437,7 @@ TEST_CASE("random laws, paths and loads balance their energy, and no force excee
       options.lay = lay;
     }
     OnePatch patch(material, options);
-    Walk path(random());
+    Walk path(static_cast<unsigned>(random()));
     double work = 0.0, spent = 0.0, moved = 0.0;
     for (int k = 0; k < 60; ++k) {
       const Motion motion = path.next(patch.id);

@@ -943,6 +943,74 @@ class Scenes(unittest.TestCase):
             self.assertLess(time.perf_counter() - start, 3.0)
 
 
+class Groups(unittest.TestCase):
+    def setUp(self):
+        self.material = bristle.Material(snap_rule="slide")
+        self.options = bristle.PatchOptions(max_normal_load=2.0, bristles=8, outputs="all")
+        self.n = 37
+
+    def moves(self, k):
+        random = np.random.default_rng(k)
+        return random.normal(0.0, 1e-5, (2, self.n)), random.uniform(0.0, 2.5, self.n)
+
+    def test_they_are_patches_behind_arrays(self):
+        one, other = bristle.PatchBatch(), bristle.PatchBatch()
+        group = one.add_group(self.n, self.material, self.options)
+        ids = other.add_many(self.n, self.material, self.options)
+        self.assertEqual(len(group), self.n)
+        self.assertEqual(repr(group), "<bristle.PatchGroup of 37 contacts>")
+        self.assertRaises(IndexError, lambda: group[self.n])
+        end, mean, lost = np.empty((2, self.n)), np.empty((2, self.n)), np.empty(self.n)
+        snaps, status = np.empty(self.n, dtype=np.uint64), np.empty(self.n, dtype=np.uint32)
+        motions, responses = bristle.motions(ids), bristle.responses(self.n)
+        for k in range(20):
+            way, load = self.moves(k)
+            motions.displacement, motions.normal_load = way.T, load
+            other.step(1e-3, motions, responses)
+            trial = one.find_group_force(1e-3, group, way, load)
+            result = one.step_group(1e-3, group, way, load, end=end, mean=mean, dissipated=lost, snaps=snaps,
+                                    status=status)
+            self.assertIs(result, end)
+            np.testing.assert_array_equal(end, trial)
+            np.testing.assert_array_equal(end.T, responses.end)
+            np.testing.assert_array_equal(mean.T, responses.mean)
+            np.testing.assert_array_equal(lost, responses.dissipated)
+            np.testing.assert_array_equal(snaps, responses.snaps)
+            np.testing.assert_array_equal(status, responses.status)
+        self.assertEqual(one.state_hash(group[5]), other.state_hash(int(ids[5])))
+
+    def test_some_of_a_group_move(self):
+        batch = bristle.PatchBatch()
+        group = batch.add_group(self.n, self.material, self.options)
+        end = np.full((2, self.n), 9.0)
+        batch.step_group(1e-3, group, *self.moves(1), which=[4, 20], end=end)
+        self.assertEqual(set(np.flatnonzero(end[0] != 9.0)), {4, 20})
+        before = batch.state_hash()
+        batch.step_group(1e-3, group, *self.moves(2), which=[])
+        self.assertEqual(batch.state_hash(), before)
+        with self.assertRaisesRegex(bristle.Error, "which: the group has no contact 37"):
+            batch.step_group(1e-3, group, *self.moves(2), which=[37])
+        with self.assertRaisesRegex(bristle.Error, "displacement: an array of 74 numbers is needed"):
+            batch.step_group(1e-3, group, np.zeros(37), np.zeros(37))
+        with self.assertRaisesRegex(bristle.Error, "snaps: a numpy array of uint64 is needed"):
+            batch.step_group(1e-3, group, *self.moves(2), snaps=np.zeros(37))
+        way, load = self.moves(3)
+        with self.assertRaisesRegex(bristle.Error, "end: the array shares memory with displacement"):
+            batch.step_group(1e-3, group, way, load, end=way)
+
+    def test_they_are_changed_and_removed_together(self):
+        batch = bristle.PatchBatch()
+        group = batch.add_group(self.n, self.material, self.options)
+        force = batch.step_group(1e-3, group, *self.moves(1))
+        batch.set_group_material(group, bristle.Material(snap_rule="slide", bristle_stiffness=1e-9))
+        self.assertGreater(abs(force).max(), 1e3 * abs(batch.step_group(1e-3, group, *self.moves(1))).max())
+        self.assertRaises(bristle.Error, batch.remove, group[0])
+        batch.remove_group(group)
+        self.assertEqual(len(batch), 0)
+        with self.assertRaisesRegex(bristle.Error, "group: it has been removed"):
+            batch.step_group(1e-3, group, *self.moves(1))
+
+
 @unittest.skipUnless(HAS_TOOLS, "the module was built without the tools")
 class Joints(unittest.TestCase):
     def gear(self):
@@ -1290,6 +1358,7 @@ class EveryCall(unittest.TestCase):
               "np.ndarray[Any, Any]": bristle.motions([1]), "Outline": bristle.Outline.disc(1e-3),
               "BedMaterial": bristle.BedMaterial(0.3), "BedShape": bristle.BedShape.disc(1e-3),
               "Callable[[float, float], float]": lambda x, y: 1.0,
+              "PatchGroup": bristle.PatchBatch().add_group(1, bristle.Material(snap_rule="slide")),
               "JointMaterial | Sequence[JointMaterial]": bristle.JointMaterial(stiffness=1.0)}
 
     def calls(self):

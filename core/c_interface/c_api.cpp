@@ -3,6 +3,7 @@
 #include "bristle/bristle.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
@@ -327,6 +328,8 @@ template <>
 constexpr const char* name_of<bristle_bed> = "bristle_bed";
 template <>
 constexpr const char* name_of<bristle_joint_step> = "bristle_joint_step";
+template <>
+constexpr const char* name_of<bristle_group_step> = "bristle_group_step";
 
 // ------------------------------------------------------------------------- structs of the caller
 
@@ -447,6 +450,32 @@ typename Mirror<C>::Cpp to_cpp(const C& c) {
   };
   std::apply([&](const auto&... f) { (copy(f), ...); }, Mirror<C>::fields);
   return cpp;
+}
+
+PatchGroup to_cpp(const bristle_group& group) { return {{group.first}, group.count}; }
+GroupStep to_cpp(const bristle_group_step& c) {
+  const auto span = [&](auto* column) { return Span(column, column != nullptr ? c.group.count : 0); };
+  GroupStep step;
+  step.group = to_cpp(c.group);
+  for (int axis = 0; axis < 2; ++axis) {
+    step.displacement[axis] = span(c.displacement[axis]);
+    step.velocity[axis] = span(c.velocity[axis]);
+    step.end[axis] = span(c.end[axis]);
+    step.elastic[axis] = span(c.elastic[axis]);
+    step.damper[axis] = span(c.damper[axis]);
+    step.mean[axis] = span(c.mean[axis]);
+  }
+  step.normal_load = span(c.normal_load);
+  if (c.which != nullptr) step.which = Span(c.which, c.which_count);
+  step.stiffness = span(c.stiffness);
+  step.damping = span(c.damping);
+  step.force_limit = span(c.force_limit);
+  step.dissipated = span(c.dissipated);
+  step.contact_loss = span(c.contact_loss);
+  step.damper_work = span(c.damper_work);
+  step.snaps = span(c.snaps);
+  step.status = span(reinterpret_cast<Status*>(c.status));
+  return step;
 }
 
 /// Checks a struct of the caller for null and size, and converts it to C++. `name`: its name in errors.
@@ -682,6 +711,7 @@ bristle_result bristle_snap_length_moment(const bristle_snap_length* snap_length
 BRISTLE_INIT(batch_options, batch_options, to_c<bristle_batch_options>(BatchOptions{}))
 BRISTLE_INIT(patch_options, patch_options, to_c<bristle_patch_options>(PatchOptions{}))
 BRISTLE_INIT(step_report, report, bristle_step_report{})
+BRISTLE_INIT(group_step, step, bristle_group_step{})
 BRISTLE_INIT(patch_info, info, bristle_patch_info{})
 
 bristle_result bristle_create(const bristle_batch_options* options, bristle_batch** batch) {
@@ -726,6 +756,57 @@ bristle_result bristle_remove(bristle_batch* batch, bristle_id id) {
 
 bristle_result bristle_set_material(bristle_batch* batch, bristle_id id, const bristle_material* material) {
   return with(batch, "batch", [&](auto& it) { it.set_material({id}, read_material(material)); });
+}
+
+bristle_result bristle_add_group(bristle_batch* batch, const bristle_material* material,
+                                 const bristle_patch_options* options, size_t count, bristle_group* group) {
+  return with(batch, "batch", [&](auto& it) {
+    need(group, "group");
+    const PatchGroup added = it.add_group(read_material(material), read_options(options, "options"), count);
+    *group = {added.first.value, added.count};
+  });
+}
+
+bristle_result bristle_remove_group(bristle_batch* batch, bristle_group group) {
+  return with(batch, "batch", [&](auto& it) { it.remove(to_cpp(group)); });
+}
+
+bristle_result bristle_set_group_material(bristle_batch* batch, bristle_group group,
+                                          const bristle_material* material) {
+  return with(batch, "batch", [&](auto& it) { it.set_material(to_cpp(group), read_material(material)); });
+}
+
+bristle_result bristle_step_groups(bristle_batch* batch, double dt_s, const bristle_group_step* groups,
+                                   size_t group_count, const bristle_motion* motions, size_t motion_size,
+                                   bristle_response* responses, size_t response_size, size_t count,
+                                   bristle_step_report* report) {
+  if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
+    return fail(BRISTLE_BAD_ARGUMENT, refusal);
+  return with(batch, "batch", [&](auto& it) {
+    if (report != nullptr) check_size(*report, "report");  // checked first, because a step cannot be undone
+    if (group_count > BRISTLE_MOST_GROUPS) throw Error("bristle_step_groups: too many groups in one call");
+    if (group_count > 0) need(groups, "groups");
+    std::array<GroupStep, BRISTLE_MOST_GROUPS> steps;
+    for (size_t i = 0; i < group_count; ++i) {
+      check_size(groups[i], "groups");
+      steps[i] = to_cpp(groups[i]);
+    }
+    const StepReport done =
+        it.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
+                {reinterpret_cast<Response*>(responses), count}, {steps.data(), group_count});
+    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+  });
+}
+
+bristle_result bristle_find_group_force(bristle_batch* batch, double dt_s, const bristle_group_step* step,
+                                        bristle_step_report* report) {
+  return with(batch, "batch", [&](auto& it) {
+    need(step, "step");
+    check_size(*step, "step");
+    if (report != nullptr) check_size(*report, "report");
+    const StepReport done = it.find_force(dt_s, to_cpp(*step));
+    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+  });
 }
 
 bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key) {

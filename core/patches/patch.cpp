@@ -19,20 +19,31 @@ Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept 
   return p;
 }
 
+double damping_of(const Material& m, bool damps, double zeta, double load, double speed) noexcept {
+  if (!(load > 0.0)) return 0.0;
+  if (!damps) return m.viscous_friction;
+  return zeta * m.damping_at(speed) + m.viscous_friction + load * m.strengthening_damping(speed);
+}
+
 double damping_at(const Patch& p, double speed) noexcept {
-  const Material& m = p.material().material;
-  return p.zeta * m.damping_at(speed) + m.viscous_friction + p.normal_load * m.strengthening_damping(speed);
+  return damping_of(p.material().material, p.damps, p.zeta, p.normal_load, speed);
+}
+
+void find_velocity(const Motion& motion, double dt_s, double (&velocity)[2]) noexcept {
+  for (int axis = 0; axis < 2; ++axis)
+    velocity[axis] = std::clamp(
+        motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300),
+        -1e150, 1e150);
 }
 
 void note_contact(Patch& p) noexcept {
   const CompiledMaterial& m = p.material();
   p.rests = false;
   p.overloaded = p.overload > 1.0;
-  p.damps = m.material.bristle_damping != 0.0 || m.material.speed_strengthening != 0.0;
+  p.damps = damps(m.material);
   p.stiffness = p.zeta * m.material.bristle_stiffness * p.record->lay.stiffest;
   p.force_limit = m.peak_coefficient * p.normal_load * p.record->lay.strongest;
-  p.rest_damping = 0.0;
-  if (p.normal_load > 0.0) p.rest_damping = p.damps ? damping_at(p, 0.0) : m.material.viscous_friction;
+  p.rest_damping = damping_at(p, 0.0);
 }
 
 }  // namespace bristle::detail

@@ -35,6 +35,7 @@ struct PatchRecord {
   double full_weight = 0.0;  ///< physical bristles per representative if all representatives are in use; a
                              ///< change of material does not alter it
   std::size_t bytes = 0;     ///< size of the record with its columns
+  std::uint32_t group = 0;   ///< number of the group (PatchGroup) that the patch belongs to; 0 = none
 
   /// Rounding remainder of displacements so short that they would be lost in fixed point (creep), in units of
   /// the position; longer displacements do not change it.
@@ -144,6 +145,15 @@ void note_contact(Patch& patch) noexcept;
 /// Returns the damping of the whole patch at a speed, N s/m. Times the velocity it is the force of damper,
 /// lubricant and strengthening with speed.
 double damping_at(const Patch& patch, double speed) noexcept;
+/// Returns the damping of `zeta` bristles in contact under a load, N s/m. Without `damps` (Patch::damps) it
+/// is that of the lubricant alone.
+double damping_of(const Material& material, bool damps, double zeta, double load, double speed) noexcept;
+/// Finds the slip velocity of a motion, m/s, limited so that its square is finite however short the step is.
+void find_velocity(const Motion& motion, double dt_s, double (&velocity)[2]) noexcept;
+/// Whether the damping of a material depends on load or speed.
+inline bool damps(const Material& m) noexcept {
+  return m.bristle_damping != 0.0 || m.speed_strengthening != 0.0;
+}
 
 /// Returns the difference of two fixed-point positions, right even where a position has wrapped around.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {

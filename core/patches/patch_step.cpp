@@ -200,11 +200,7 @@ template <bool plain, class Asked, class Answer>
     const bool mean = has(p.outputs, Outputs::mean);
     const bool energy = has(p.outputs, Outputs::energy);
     double velocity[2] = {0.0, 0.0};
-    // Limits duration and velocity, so that the square of the velocity is finite however short the step is.
-    for (int axis = 0; axis < 2 && !plain; ++axis)
-      velocity[axis] = std::clamp(
-          motion.has_velocity ? motion.velocity[axis] : motion.displacement[axis] / std::max(dt_s, 1e-300),
-          -1e150, 1e150);
+    if (!plain) find_velocity(motion, dt_s, velocity);
     const double damping = plain ? p.rest_damping : find_damping(p, velocity);
     out.status = p.overloaded ? Status::overload : Status::ok;
     double work = 0.0;
@@ -295,17 +291,13 @@ template <bool plain, class Asked, class Answer>
 template <class Asked>
 [[gnu::always_inline]] inline void place(const Patch& p, const Asked& motion, double load, double dt_s,
                                          std::uint32_t lane, LaneMotions& to) noexcept {
-  to.displacement[0].lane[lane] = motion.displacement[0];
-  to.displacement[1].lane[lane] = motion.displacement[1];
-  to.load.lane[lane] = load;
-  to.duration = dt_s;
+  to.place(lane, motion.displacement, load, dt_s);
   if (p.ages) {
     PatchStep step;
     read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
     to.start.lane[lane] = step.begins;
     to.duration = step.advance.duration;
   }
-  to.named |= 1u << lane;
 }
 
 /// Writes the response to a motion under the load that has been placed with it.
@@ -316,10 +308,10 @@ template <bool plain, class Asked, class Answer>
   PatchStep step;
   if constexpr (plain) {
     step.advance.commit = commit ? 1 : 0;
-    step.creeps = false;
   } else {
     read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, commit, step);
   }
+  step.creeps = false;  // a contact in a lane has no position that could lose a remainder
   StepSums sums;
   for (int axis = 0; axis < p.axes; ++axis) sums.end[axis] = 0.0 - answers.end[axis].lane[lane];
   if (p.outputs != Outputs::end) {
@@ -339,12 +331,12 @@ double apply_load(Patch& p, const Motion& motion) noexcept {
 
 }  // namespace
 
-bool is_good_motion(const Patch& patch, const Motion& motion) noexcept {
+bool is_good_motion(int axes, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
                       motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
   // Refuses, as bad input, motion along the second axis of a patch that has only one.
-  const bool planar = patch.axes == 1;
+  const bool planar = axes == 1;
   if (planar && motion.displacement[1] != 0.0) return false;
   if (motion.has_velocity)
     return std::isfinite(motion.velocity[0]) && std::isfinite(motion.velocity[1]) &&
@@ -426,14 +418,14 @@ void take_hold_over(Patch& to, const Patch& from) noexcept {
   to.record->hold = {from.record->hold.oldest, std::max(time_of(to), from.record->hold.since), {0, 0}};
 }
 
-void write_refusal(const Patch* patch, Status status, Response& out) noexcept {
+void write_refusal(Outputs computed, Status status, Response& out) noexcept {
   out.status = status;
   for (int axis = 0; axis < 2; ++axis) {
     out.end[axis] = out.elastic[axis] = out.damper[axis] = 0.0;
-    if (patch == nullptr || has(patch->outputs, Outputs::mean)) out.mean[axis] = 0.0;
+    if (has(computed, Outputs::mean)) out.mean[axis] = 0.0;
   }
   out.stiffness = out.damping = out.force_limit = 0.0;
-  if (patch == nullptr || has(patch->outputs, Outputs::energy)) {
+  if (has(computed, Outputs::energy)) {
     out.dissipated = out.contact_loss = out.damper_work = 0.0;
     out.snaps = 0;
   }

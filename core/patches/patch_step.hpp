@@ -16,7 +16,7 @@ struct CellMotion {
 };
 
 /// Whether a motion is finite, in range, and along axes that the patch has; false = bad input.
-bool is_good_motion(const Patch& patch, const Motion& motion) noexcept;
+bool is_good_motion(int axes, const Motion& motion) noexcept;
 
 /// Whether a motion leaves a resting patch at rest, so that its last force is still right. Reads only the
 /// first of the patch's four cache lines.
@@ -95,7 +95,8 @@ bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 /// Copies the bounds on holding times to a patch with another material, because its bristles keep their ages.
 void take_hold_over(Patch& to, const Patch& from) noexcept;
 
-/// Writes a response of zero force with a status that says why the motion was refused.
-void write_refusal(const Patch* patch, Status status, Response& out) noexcept;
+/// Writes a response of zero force with a status that says why the motion was refused. `computed`: outputs of
+/// the patch, all if there is none.
+void write_refusal(Outputs computed, Status status, Response& out) noexcept;
 
 }  // namespace bristle::detail

@@ -17,6 +17,23 @@ PatchBatch::Impl::Record& PatchBatch::Impl::record_of(PatchId id) {
   const std::uint32_t slot = slot_of(id);
   if (slot >= records.size() || !records[slot].alive || slots.generation(slot) != generation_of(id))
     throw Error("PatchBatch: there is no patch with id " + std::to_string(id.value));
+  if (records[slot].group != 0)
+    throw Error("PatchBatch: patch " + std::to_string(id.value) +
+                " belongs to a group, whose contacts are removed and changed together");
+  return records[slot];
+}
+
+const PatchBatch::Impl::Record& PatchBatch::Impl::record_of(const PatchGroup& group) {
+  const std::uint32_t slot = slot_of(group.first);
+  const auto is_its = [&](std::uint32_t at) {
+    return at < records.size() && records[at].alive && records[at].group != 0 &&
+           records[at].group == records[slot].group && slots.generation(at) == generation_of(group.first);
+  };
+  const bool is_whole = group.count > 0 && is_its(slot) && is_its(slot + group.count - 1) &&
+                        !is_its(slot + group.count) && (slot == 0 || !is_its(slot - 1));
+  if (!is_whole)
+    throw Error("PatchBatch: there is no group of " + std::to_string(group.count) + " patches from id " +
+                std::to_string(group.first.value) + " on");
   return records[slot];
 }
 
@@ -43,6 +60,7 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
       pool.outlook(c.slot) = {-1.0, c.patch.in_lane ? Outlook::in_lane : c.patch.record->largest_work, 0};
       if (c.patch.in_lane) {
         enter_lane(pool.patch(c.slot));
+        pool.lane(c.slot) = {lane_of(c.patch).block, c.patch.generation, lane_of(c.patch).lane};
         ++scheduler.patches_in_lanes;
       }
       c.patch.record = nullptr;
@@ -57,18 +75,27 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
       c.patch.pending_snaps = p.pending_snaps;
       c.patch.pending_dissipated = p.pending_dissipated;
       c.patch.pending_loss = p.pending_loss;
-      if (c.patch.in_lane) enter_lane(c.patch);
+      if (c.patch.in_lane) {
+        settle(p);
+        enter_lane(c.patch);
+      }
       p.model->take_over(c.patch, p);
       take_hold_over(c.patch, p);
       keep_place(c.patch, p);
       std::swap(p, c.patch);
-      if (p.in_lane) lane_of(p).block->patch[lane_of(p).lane] = &p;
+      if (p.in_lane) {
+        lane_of(p).block->patch[lane_of(p).lane] = &p;
+        pool.lane(c.slot) = {lane_of(p).block, p.generation, lane_of(p).lane};
+      }
       break;
     }
     case Command::Kind::remove: {
       Patch& p = pool.patch(c.slot);
       c.removed = std::exchange(p.record, nullptr);
-      if (p.in_lane) --scheduler.patches_in_lanes;
+      if (p.in_lane) {
+        --scheduler.patches_in_lanes;
+        pool.lane(c.slot) = {};
+      }
       p.generation = 0;
       --patches;
       break;
@@ -84,13 +111,14 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
   }
 }
 
-void PatchBatch::Impl::prepare(Command& command) {
+void PatchBatch::Impl::prepare(Command& command, std::size_t& has_scratch) {
   std::size_t bytes = command.patch.record->bytes;
 #if BRISTLE_ASSERTS
   bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into the scratch
                                                           // memory
 #endif
-  if (bytes > scratch_bytes) {
+  if (bytes > has_scratch) {
+    has_scratch = bytes;
     command.scratch.memory.reset(
         static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
     command.scratch.bytes = bytes;
@@ -109,7 +137,8 @@ PatchId PatchBatch::Impl::add(const Patch& made) {
   auto command = std::make_unique<Command>();
   command->patch = made;
   owner.release();  // the command owns the patch's record from here on
-  prepare(*command);
+  std::size_t has_scratch = scratch_bytes;
+  prepare(*command, has_scratch);
   return add_to(slots.take(), std::move(command));
 }
 
@@ -119,7 +148,8 @@ PatchId PatchBatch::Impl::add_to(const SlotList::Slot& slot, std::unique_ptr<Com
   command->patch.skips = skips;
   records.resize(slots.size());
   while (slot.number >= PatchPool::first_of(chunks - 1) + PatchPool::slots_of(chunks - 1)) grow_pool();
-  records[slot.number] = {made.record->options, made.record->full_weight, true, made.model};
+  records[slot.number] = {made.record->options, made.record->full_weight, true, made.record->group,
+                          made.model};
   command->slot = slot.number;
   command->patch.generation = slot.generation;
   send(std::move(command));
@@ -135,10 +165,83 @@ void PatchBatch::Impl::grow_pool() {
   send(std::move(grow));
 }
 
+Patch PatchBatch::Impl::make_replacement(std::shared_ptr<const CompiledMaterial> material,
+                                         const Record& record) const {
+  const Patch made = make_patch(std::move(material), record.options, kernels, record.full_weight);
+  if (made.model == record.model) return made;
+  release(made.record);
+  throw Error(
+      "PatchBatch::set_material: the patch and the new material are not of one kind: bristles that slide "
+      "(SnapRule::slide) and bristles that snap have other states; remove the patch and add another");
+}
+
 PatchId PatchBatch::add(const Material& material, const PatchOptions& options) {
   const SteppingCall call(impl_->adding_side);
   const FloatModeScope mode;  // keeps the caller's rounding mode from changing the bits of the patch
   return impl_->add(make_patch(impl_->compiled(material), options, impl_->kernels));
+}
+
+template <class Make>
+PatchBatch::Impl::Commands PatchBatch::Impl::make_group(Command::Kind kind, std::size_t contacts,
+                                                        const Make& make) {
+  Commands made(contacts);
+  std::size_t has_scratch = scratch_bytes;
+  ++last_group;
+  for (std::size_t i = 0; i < contacts; ++i) {
+    made[i] = std::make_unique<Command>();
+    made[i]->kind = kind;
+    made[i]->patch = make(i);
+    made[i]->patch.record->group = last_group;
+    prepare(*made[i], has_scratch);
+  }
+  return made;
+}
+
+namespace {
+
+/// Gives the scheduler room for the motions of a larger group.
+struct MakeRoom : Change {
+  MakeRoom(GroupRoom& old, std::size_t count) : room(old), made(count) {}
+  void apply() noexcept override { std::swap(room, made); }
+  GroupRoom& room;
+  GroupRoom made;
+};
+
+/// Number of motions at a time, of contacts whose blocks step them but for a few special steps.
+constexpr std::size_t few_motions = 256;
+
+}  // namespace
+
+PatchGroup PatchBatch::add_group(const Material& material, const PatchOptions& options,
+                                 std::size_t contacts) {
+  const SteppingCall call(impl_->adding_side);
+  const FloatModeScope mode;
+  if (contacts == 0 || contacts > max_group_size)
+    throw Error("PatchBatch::add_group: contacts = " + std::to_string(contacts) + "; must be 1 to " +
+                std::to_string(max_group_size));
+  const std::shared_ptr<const CompiledMaterial> compiled = impl_->compiled(material);
+  Impl::Commands commands = impl_->make_group(Command::Kind::add, contacts, [&](std::size_t i) {
+    PatchOptions its = options;
+    its.seed += static_cast<std::uint32_t>(i);
+    its.key += i;
+    return make_patch(compiled, its, impl_->kernels);
+  });
+  const auto count = static_cast<std::uint32_t>(contacts);
+  const Patch& made = commands.front()->patch;
+  const std::size_t room = made.in_lane && !made.ages ? std::min(contacts, few_motions) : contacts;
+  auto make_room = std::make_unique<Command>();
+  make_room->kind = Command::Kind::change;
+  if (room > impl_->group_room)
+    make_room->change = std::make_unique<MakeRoom>(impl_->scheduler.group_room, room);
+  const SlotList::Slot first = impl_->slots.take_run(count);
+  const BatchAccess::Changes at_once(*this);
+  if (make_room->change != nullptr) {
+    impl_->send(std::move(make_room));
+    impl_->group_room = room;
+  }
+  for (std::uint32_t i = 0; i < count; ++i)
+    impl_->add_to({first.number + i, first.generation}, std::move(commands[i]));
+  return {make_id(first.number, first.generation), count};
 }
 
 PatchId BatchAccess::add(PatchBatch& batch, const Patch& made) {
@@ -158,6 +261,23 @@ void PatchBatch::remove(PatchId id) {
   impl.slots.give_back(slot_of(id));
 }
 
+void PatchBatch::remove(const PatchGroup& group) {
+  Impl& impl = *impl_;
+  const SteppingCall call(impl.adding_side);
+  impl.record_of(group);
+  Impl::Commands commands(group.count);
+  const std::uint32_t first = slot_of(group.first);
+  for (std::unique_ptr<Command>& command : commands) command = std::make_unique<Command>();
+  const BatchAccess::Changes at_once(*this);
+  for (std::uint32_t i = 0; i < group.count; ++i) {
+    commands[i]->kind = Command::Kind::remove;
+    commands[i]->slot = first + i;
+    impl.send(std::move(commands[i]));
+    impl.records[first + i] = {};
+  }
+  impl.slots.give_back_run(first, group.count);
+}
+
 void PatchBatch::set_material(PatchId id, const Material& material) {
   Impl& impl = *impl_;
   const SteppingCall call(impl.adding_side);
@@ -166,13 +286,28 @@ void PatchBatch::set_material(PatchId id, const Material& material) {
   auto command = std::make_unique<Command>();
   command->kind = Command::Kind::replace;
   command->slot = slot_of(id);
-  command->patch = make_patch(impl.compiled(material), record.options, impl.kernels, record.full_weight);
-  if (command->patch.model != record.model)
-    throw Error(
-        "PatchBatch::set_material: the patch and the new material are not of one kind: bristles that slide "
-        "(SnapRule::slide) and bristles that snap have other states; remove the patch and add another");
-  impl.prepare(*command);
+  command->patch = impl.make_replacement(impl.compiled(material), record);
+  std::size_t has_scratch = impl.scratch_bytes;
+  impl.prepare(*command, has_scratch);
   impl.send(std::move(command));
+}
+
+void PatchBatch::set_material(const PatchGroup& group, const Material& material) {
+  Impl& impl = *impl_;
+  const SteppingCall call(impl.adding_side);
+  impl.record_of(group);
+  const FloatModeScope mode;
+  const std::shared_ptr<const CompiledMaterial> compiled = impl.compiled(material);
+  const std::uint32_t first = slot_of(group.first);
+  Impl::Commands commands = impl.make_group(Command::Kind::replace, group.count, [&](std::size_t i) {
+    return impl.make_replacement(compiled, impl.records[first + i]);
+  });
+  const BatchAccess::Changes at_once(*this);
+  for (std::uint32_t i = 0; i < group.count; ++i) {
+    commands[i]->slot = first + i;
+    impl.records[first + i].group = impl.last_group;
+    impl.send(std::move(commands[i]));
+  }
 }
 
 BatchAccess::Turn::Turn(PatchBatch& batch) noexcept : impl_(*batch.impl_), is_outermost_(impl_.enter()) {}
@@ -181,7 +316,7 @@ BatchAccess::Turn::~Turn() { impl_.leave(is_outermost_); }
 StepReport BatchAccess::step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                              Span<Response> out) noexcept {
   const PatchBatch::Impl::Turn impl(*batch.impl_);
-  return impl->step(dt_s, cells, in, out);
+  return impl->step(dt_s, cells, {}, in, out);
 }
 
 BatchAccess::Changes::Changes(PatchBatch& batch) noexcept : impl_(*batch.impl_) {

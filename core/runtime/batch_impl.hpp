@@ -27,6 +27,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
     PatchOptions options;
     double full_weight = 0.0;
     bool alive = false;
+    std::uint32_t group = 0;  ///< PatchRecord::group
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
@@ -36,19 +37,31 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
                                                                            ///< recently used first
   int chunks = 1;
   std::size_t scratch_bytes = 0;
+  std::size_t group_room = 0;    ///< number of contacts for which Scheduler::group_room is made
+  std::uint32_t last_group = 0;  ///< number of the last group that was added or got another material
   const std::shared_ptr<detail::LanePlaces> lanes = std::make_shared<detail::LanePlaces>();
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
   // Functions of the adding side. All but send() throw std::bad_alloc.
-  Record& record_of(PatchId id);  ///< throws Error if there is no such patch
+  /// Returns the record of a patch that is in no group. Throws Error if there is none.
+  Record& record_of(PatchId id);
+  /// Returns the record of the first patch of a group. Throws Error if there is no such group.
+  const Record& record_of(const PatchGroup& group);
   std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
   PatchId add(const detail::Patch& made);
   /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
   void grow_pool();  ///< adds the next chunk of slots
+  /// Makes the patch that another material puts in the place of a patch. Throws Error if they differ in kind.
+  detail::Patch make_replacement(std::shared_ptr<const detail::CompiledMaterial> material,
+                                 const Record& record) const;
   /// Takes a lane for the patch that `command` holds, if it is one in a lane, and scratch memory if it needs
-  /// it.
-  void prepare(detail::Command& command);
+  /// more than `has_scratch` bytes, which is then its size.
+  void prepare(detail::Command& command, std::size_t& has_scratch);
+  using Commands = std::vector<std::unique_ptr<detail::Command>>;
+  /// Makes a command of a kind for each contact of a group, with the patch that make(i) returns.
+  template <class Make>
+  Commands make_group(detail::Command::Kind kind, std::size_t contacts, const Make& make);
   /// Pushes a command. No failure can follow, so the size of its scratch memory is noted only here.
   void send(std::unique_ptr<detail::Command> command) noexcept;
 
@@ -102,20 +115,29 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
 
   /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches. `cells`: as in
   /// Scheduler::step.
-  StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const Motion> motions,
-                  Span<Response> responses) noexcept;
+  StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const GroupStep> groups,
+                  Span<const Motion> motions, Span<Response> responses) noexcept;
+  Response find_force(double dt_s, const Motion& motion) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
   std::size_t state_size() const noexcept;
   /// Checks all patches for impossible values: after each of the first steps and later from time to time,
   /// because a check costs more than a step.
   bool is_sound() noexcept;
 
+  /// Returns the patch of an id with all its state (settle()), null if there is none.
+  detail::Patch* find(PatchId id) const noexcept {
+    detail::Patch* const p = pool.find(id);
+    if (p != nullptr && p->in_lane) settle(*p);
+    return p;
+  }
   /// Calls `visit(slot, patch)` for each patch, in the order of slots.
   template <class Visit>
   void for_each_patch(Visit&& visit) const {
     for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) {
       detail::Patch& p = pool.patch(slot);
-      if (p.generation != 0) visit(slot, p);
+      if (p.generation == 0) continue;
+      if (p.in_lane) settle(p);
+      visit(slot, p);
     }
   }
 };

@@ -37,19 +37,21 @@ PatchBatch::Impl::~Impl() {
   for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) release(pool.patch(slot).record);
 }
 
-StepReport PatchBatch::Impl::step(double dt_s, Span<CellMotion> cells, Span<const Motion> motions,
-                                  Span<Response> responses) noexcept {
+StepReport PatchBatch::Impl::step(double dt_s, Span<CellMotion> cells, Span<const GroupStep> groups,
+                                  Span<const Motion> motions, Span<Response> responses) noexcept {
   StepReport report;
   if (!is_good_time(dt_s) || motions.size() != responses.size()) {
     report.status = Status::bad_input;
     for (std::size_t i = 0; i < responses.size(); ++i) {
       if (i < motions.size()) responses[i].id = motions[i].id;
-      write_refusal(i < motions.size() ? pool.find(motions[i].id) : nullptr, Status::bad_input, responses[i]);
+      const Patch* p = i < motions.size() ? pool.find(motions[i].id) : nullptr;
+      write_refusal(p != nullptr ? p->outputs : Outputs::all, Status::bad_input, responses[i]);
     }
+    for (const GroupStep& group : groups) std::fill(group.status.begin(), group.status.end(), report.status);
     return report;
   }
   trial.of = nullptr;
-  report = scheduler.step(dt_s, cells, motions, responses);
+  report = scheduler.step(dt_s, cells, groups, motions, responses);
   if (!stands_still(clock)) {
     const double units = std::min(dt_s, longest_time) * clock_units_per_second;
     // Avoids the slow conversion to 128 bits for a short step.
@@ -60,7 +62,7 @@ StepReport PatchBatch::Impl::step(double dt_s, Span<CellMotion> cells, Span<cons
 }
 
 bool PatchBatch::Impl::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
-  Patch* p = pool.find(id);
+  Patch* p = find(id);
   if (p == nullptr) return false;
   const FloatModeScope mode;
   trial.of = nullptr;
@@ -103,14 +105,15 @@ void PatchBatch::warm_up() {
   impl->scheduler.workers.warm_up();
 }
 
-StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept {
+StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out,
+                            Span<const GroupStep> groups) noexcept {
   const Impl::Turn impl(*impl_);
-  return impl->step(dt_s, {}, in, out);
+  return impl->step(dt_s, {}, groups, in, out);
 }
 
 bool PatchBatch::reset(PatchId id) noexcept {
   const Impl::Turn impl(*impl_);
-  const Patch* p = impl->pool.find(id);
+  const Patch* p = impl->find(id);
   return p != nullptr && impl->reset(id, p->record->options.seed, p->record->options.key);
 }
 
@@ -121,16 +124,41 @@ bool PatchBatch::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexce
 
 Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   const Impl::Turn impl(*impl_);
-  FloatModeScope mode;
+  const FloatModeScope mode;
+  return impl->find_force(dt_s, motion);
+}
+
+StepReport PatchBatch::find_force(double dt_s, const GroupStep& group) noexcept {
+  const Impl::Turn impl(*impl_);
+  StepReport report;
+  report.status = is_good_time(dt_s) ? impl->scheduler.find_fault(group) : Status::bad_input;
+  if (report.status != Status::ok) {
+    std::fill(group.status.begin(), group.status.end(), report.status);
+    return report;
+  }
+  report.tasks = report.threads = 1;
+  const FloatModeScope mode;
+  if (impl->scheduler.try_group(dt_s, group, report)) return report;
+  const Outputs computed = impl->pool.find(group.group.first)->outputs;
+  for_each_named(group, [&](std::size_t contact) {
+    const Response response = impl->find_force(dt_s, motion_of(group, contact));
+    write_response(group, contact, computed, response);
+    report.status = report.status | response.status;
+    if (was_stepped(response.status)) ++report.patches_stepped;
+  });
+  return report;
+}
+
+Response PatchBatch::Impl::find_force(double dt_s, const Motion& motion) noexcept {
   Response response;
   response.id = motion.id;
-  Patch* p = impl->pool.find(motion.id);
+  Patch* p = find(motion.id);
   if (p == nullptr) {
-    write_refusal(nullptr, why_missing(motion.id.value), response);
+    write_refusal(Outputs::all, why_missing(motion.id.value), response);
     return response;
   }
-  if (!is_good_time(dt_s) || !is_good_motion(*p, motion)) {
-    write_refusal(p, Status::bad_input, response);
+  if (!is_good_time(dt_s) || !is_good_motion(p->axes, motion)) {
+    write_refusal(p->outputs, Status::bad_input, response);
     return response;
   }
   if (p->in_lane && find_bound(*p, motion) == Bound::rest) {
@@ -148,15 +176,14 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
   }
   if (changes_in_trials(*p)) {  // steps a copy, because a trial would change the patch
     Patch copy;
-    p->model->copy(*p, copy, impl->scratch.memory.get());
-    impl->trial.of = nullptr;
+    p->model->copy(*p, copy, scratch.memory.get());
+    trial.of = nullptr;
     step_patch(copy, motion, dt_s, response);
     return response;
   }
   // Tries another load on a copy, because applying a load moves bristles in and out of contact.
-  Impl::Trial& trial = impl->trial;
   if (trial.of != p || trial.normal_load != motion.normal_load) {
-    p->model->copy(*p, trial.patch, impl->scratch.memory.get());
+    p->model->copy(*p, trial.patch, scratch.memory.get());
     trial.contact_loss = trial.patch.model->apply_load(trial.patch, motion.normal_load);
     trial.of = p;
     trial.normal_load = motion.normal_load;
@@ -174,7 +201,7 @@ Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
 double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
                                          double speed_m_per_s) const noexcept {
   const Impl::Turn impl(*impl_);
-  const Patch* p = impl->pool.find(id);
+  const Patch* p = impl->find(id);
   return p != nullptr && normal_load_n > 0.0
              ? normal_load_n * p->material().material.strengthening_damping(speed_m_per_s)
              : 0.0;
@@ -182,7 +209,7 @@ double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
 
 bool PatchBatch::ages(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
-  const Patch* p = impl->pool.find(id);
+  const Patch* p = impl->find(id);
   return p != nullptr && (p->ages || p->laid);
 }
 
@@ -191,7 +218,7 @@ PatchInfo PatchBatch::info(PatchId id) const noexcept {
   const FloatModeScope mode;  // masks exceptions that the caller may have unmasked, since a division may
                               // raise them
   PatchInfo info;
-  const Patch* p = impl->pool.find(id);
+  const Patch* p = impl->find(id);
   if (p == nullptr) return info;
   info.key = p->record->options.key;
   info.normal_load = p->normal_load;
@@ -203,13 +230,13 @@ PatchInfo PatchBatch::info(PatchId id) const noexcept {
 double PatchBatch::stored_energy(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
   FloatModeScope mode;
-  const Patch* p = impl->pool.find(id);
+  const Patch* p = impl->find(id);
   return p != nullptr ? p->model->stored_energy(*p) : 0.0;
 }
 
 std::uint64_t PatchBatch::state_hash(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
-  const Patch* p = impl->pool.find(id);
+  const Patch* p = impl->find(id);
   return p != nullptr ? hash_of(*p) : 0;
 }
 
@@ -223,7 +250,7 @@ std::uint64_t PatchBatch::state_hash() const noexcept {
 std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> zy,
                                       Span<double> delta) const noexcept {
   const Impl::Turn impl(*impl_);
-  const Patch* p = impl->pool.find(id);
+  const Patch* p = impl->find(id);
   if (p == nullptr) return 0;
   std::size_t largest = 0;
   for (const Span<double>& column : {zx, zy, delta}) largest = std::max(largest, column.size());

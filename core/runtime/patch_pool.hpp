@@ -1,6 +1,7 @@
 // Memory of the patches of a batch: slots side by side, in chunks that never move.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -41,10 +42,21 @@ struct Outlook {
       0;  ///< low bits of the number of the last step that named the slot; detects repeated ids
 };
 
+struct LaneBlock;
+
+/// Where the state of a slot's patch is, if that is in a lane: all that a step needs of the slot to place a
+/// motion.
+struct LaneAddress {
+  LaneBlock* block = nullptr;  ///< null if the patch has no lane
+  std::uint32_t generation = 0, lane = 0;
+};
+
 struct PatchChunk {
-  explicit PatchChunk(std::uint32_t slots) : patches(new Patch[slots]), outlooks(new Outlook[slots]) {}
+  explicit PatchChunk(std::uint32_t slots)
+      : patches(new Patch[slots]), outlooks(new Outlook[slots]), lanes(new LaneAddress[slots]) {}
   std::unique_ptr<Patch[]> patches;
   std::unique_ptr<Outlook[]> outlooks;
+  std::unique_ptr<LaneAddress[]> lanes;
 };
 
 /// Chunks of 64, 64, 128, 256, ... slots. A chunk is made by the thread that adds patches and put in place by
@@ -68,6 +80,7 @@ class PatchPool {
   std::uint32_t capacity() const noexcept { return capacity_; }
   void put(int chunk, std::unique_ptr<PatchChunk> slots) noexcept {
     patches_[static_cast<std::size_t>(chunk)] = slots->patches.get();
+    lanes_[static_cast<std::size_t>(chunk)] = slots->lanes.get();
     chunks_[static_cast<std::size_t>(chunk)] = std::move(slots);
     capacity_ = first_of(chunk) + slots_of(chunk);
   }
@@ -80,6 +93,11 @@ class PatchPool {
     const int chunk = chunk_of(slot);
     return chunks_[static_cast<std::size_t>(chunk)]->outlooks[slot - first_of(chunk)];
   }
+  LaneAddress& lane(std::uint32_t slot) const noexcept {
+    BRISTLE_ASSERT(slot < capacity_);
+    const int chunk = chunk_of(slot);
+    return lanes_[static_cast<std::size_t>(chunk)][slot - first_of(chunk)];
+  }
   /// Returns the patch of an id, null if there is none.
   Patch* find(PatchId id) const noexcept {
     const std::uint32_t slot = slot_of(id);  // number of the slot; for PatchId{} the largest number, which
@@ -91,7 +109,9 @@ class PatchPool {
 
  private:
   std::array<std::unique_ptr<PatchChunk>, most_chunks> chunks_;
-  std::array<Patch*, most_chunks> patches_{};  ///< patches of each chunk, copied here to save one look-up
+  // Arrays of each chunk, copied here to save one look-up.
+  std::array<Patch*, most_chunks> patches_{};
+  std::array<LaneAddress*, most_chunks> lanes_{};
   std::uint32_t capacity_ = 0;
 };
 
@@ -119,6 +139,41 @@ class SlotList {
     BRISTLE_ASSERT(slot < generations_.size() && free_.size() < free_.capacity());
     if (generations_[slot] != last_generation) free_.push_back(slot);
   }
+
+  /// Returns the first of `count` slots side by side, all under one new generation: part of a run that
+  /// give_back_run() freed, or else fresh slots. Throws std::bad_alloc.
+  Slot take_run(std::uint32_t count) {
+    runs_.reserve(runs_.size() + ++runs_taken_);  // reserved here, so that give_back_run() cannot fail
+    for (auto run = runs_.begin(); run != runs_.end(); ++run) {
+      if (run->count < count) continue;
+      const auto first = generations_.begin() + run->first;
+      const std::uint32_t generation = *std::max_element(first, first + count);
+      if (generation == last_generation) continue;
+      std::fill_n(first, count, generation + 1);
+      const Slot taken{run->first, generation + 1};
+      *run = {run->first + count, run->count - count};
+      if (run->count == 0) runs_.erase(run);
+      return taken;
+    }
+    const std::uint32_t first = size();
+    generations_.resize(generations_.size() + count, 1);
+    free_.reserve(generations_.capacity());
+    return {first, 1};
+  }
+  /// Frees slots side by side for another take_run(). Neighbouring runs become one.
+  void give_back_run(std::uint32_t first, std::uint32_t count) noexcept {
+    --runs_taken_;
+    const auto next = std::find_if(runs_.begin(), runs_.end(), [=](const Run& r) { return r.first > first; });
+    auto run = runs_.insert(next, {first, count});
+    const auto join = [this](auto before) {
+      const auto after = before + 1;
+      if (after == runs_.end() || before->first + before->count != after->first) return;
+      before->count += after->count;
+      runs_.erase(after);
+    };
+    join(run);
+    if (run != runs_.begin()) join(run - 1);
+  }
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
   /// Sets the generation of a slot, as if it had held so many patches. For tests.
@@ -129,6 +184,11 @@ class SlotList {
  private:
   std::vector<std::uint32_t> generations_;
   std::vector<std::uint32_t> free_;
+  struct Run {
+    std::uint32_t first, count;
+  };
+  std::vector<Run> runs_;  ///< free runs of slots, in order
+  std::size_t runs_taken_ = 0;
 };
 
 }  // namespace bristle::detail

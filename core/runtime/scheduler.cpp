@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <type_traits>
 #include <utility>
 
 #include "bristle/deadline_monitor.hpp"
@@ -50,16 +51,55 @@ struct Scheduler::Motions {
       why = why_missing(in[i].id.value);
     else if (p->last_step == step_number)
       why = Status::repeated_id;
-    else if (p->last_step = step_number; !is_good_motion(*p, in[i]))
+    else if (p->last_step = step_number; !is_good_motion(p->axes, in[i]))
       why = Status::bad_input;
     if (why == Status::ok) return p;
-    write_refusal(p, why, out[i]);
+    write_refusal(p != nullptr ? p->outputs : Outputs::all, why, out[i]);
     status = status | why;
     return nullptr;
   }
-  void answer(Patch& p, std::size_t i, const LaneAnswers& answers, Status& status) const noexcept {
-    answer_motion(p, in[i], dt, answers, out[i]);
-    status = status | out[i].status;
+  /// Places the motion of a contact in its block, unless it is refused or answered at once.
+  bool place(LaneBlock& block, std::uint32_t lane, std::size_t i, bool repeats,
+             Outcome& outcome) const noexcept {
+    out[i].id = in[i].id;
+    const bool lent = (block.lent >> lane & 1u) != 0 || lend(*block.patch[lane]);
+    if (lent && !repeats && stays_at_rest(block, lane, in[i])) {
+      answer_resting_lane(block, lane, out[i]);
+      outcome.status = outcome.status | out[i].status;
+      ++outcome.stepped;
+      return false;
+    }
+    const Status why = repeats                              ? Status::repeated_id
+                       : !is_good_motion(block.axes, in[i]) ? Status::bad_input
+                                                            : Status::ok;
+    if (why != Status::ok) {
+      write_refusal(block.outputs, why, out[i]);
+      outcome.status = outcome.status | why;
+      return false;
+    }
+    ++outcome.stepped;
+    if (!lent) {
+      place_motion(*block.patch[lane], in[i], dt);
+      return true;
+    }
+    block.motions.place(lane, in[i].displacement, in[i].normal_load, dt);
+    return true;
+  }
+  void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
+    LaneAnswers answers;
+    block.run(block, block.motions.input(true), answers.columns());
+    for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(named));
+      const std::uint32_t i = block.motions.item[lane];
+      if ((block.lent >> lane & 1u) != 0) {
+        answer_lane(block, lane, in[i], dt, answers, out[i]);
+        note_step(block, lane, in[i].normal_load, answers);
+        block.rests |= 1u << lane;
+      } else {
+        answer_motion(*block.patch[lane], in[i], dt, answers, out[i]);
+      }
+      outcome.status = outcome.status | out[i].status;
+    }
   }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     out[i].id = in[i].id;
@@ -100,9 +140,26 @@ struct Scheduler::Cells {
     status = status | Status::unknown_id;
     return nullptr;
   }
-  void answer(Patch& p, std::size_t i, const LaneAnswers& answers, Status& status) const noexcept {
-    answer_motion(p, cells[i], dt, answers);
-    status = status | status_of(p);
+  bool place(LaneBlock& block, std::uint32_t lane, std::size_t i, bool, Outcome& outcome) const noexcept {
+    Patch& p = *block.patch[lane];
+    settle(p);
+    ++outcome.stepped;
+    if (find_bound(p, cells[i]) == Bound::rest) {
+      outcome.status = outcome.status | rest(p, i);
+      return false;
+    }
+    place_motion(p, cells[i], dt);
+    return true;
+  }
+  void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
+    LaneAnswers answers;
+    block.run(block, block.motions.input(true), answers.columns());
+    for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(named));
+      Patch& p = *block.patch[lane];
+      answer_motion(p, cells[block.motions.item[lane]], dt, answers);
+      outcome.status = outcome.status | status_of(p);
+    }
   }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     std::copy_n(p.elastic, 2, cells[i].force);
@@ -131,7 +188,12 @@ struct Scheduler::Cells {
   }
 };
 
-/// One step of all items of one kind (Motions or Cells).
+/// Items of a step: blocks of a group, which link_group() has chosen.
+struct Scheduler::Blocks : GroupColumns {
+  std::uint64_t cost;
+};
+
+/// One step of all items of one kind (Motions, Cells or Blocks).
 template <class Items>
 class Scheduler::Step {
  public:
@@ -140,83 +202,74 @@ class Scheduler::Step {
   void run(StepReport& report) noexcept {
     std::size_t others = items_.size();
     LaneBlock* blocks = nullptr;
-    if (s.patches_in_lanes > 0) blocks = place_motions(others, report);
+    std::uint64_t cost = 0;
+    if (s.patches_in_lanes > 0) blocks = place_motions(others, cost, report);
     if (others > 0) run_patches(report);
-    if (blocks != nullptr) run_blocks(blocks, report);
+    if (blocks != nullptr) run_blocks(blocks, cost, report);
   }
 
- private:
-  /// Places the motions of contacts in lanes. Sets `others` to the number of items of other patches. Returns
-  /// the first of the blocks that the step has to run, null if there is none.
-  LaneBlock* place_motions(std::size_t& others, StepReport& report) noexcept {
-    Outcome outcome;
-    LaneBlock *first = nullptr, *last = nullptr;
-    others = 0;
-    lane_cost_ = 0;
-    for (std::size_t i = 0; i < items_.size(); ++i) {
-      if (Items::fetches) fetch_ahead(items_, i, items_.size());
-      Patch* p = s.pool.find(items_.id(i));
-      if (p == nullptr || !p->in_lane) {
-        ++others;
-        continue;
-      }
-      if (p->last_step != s.step_number_ && find_bound(*p, items_.motion(i)) == Bound::rest) {
-        p->last_step = s.step_number_;
-        outcome.status = outcome.status | items_.rest(*p, i);
-        ++outcome.stepped;
-        continue;
-      }
-      if (items_.admit(p, i, s.step_number_, outcome.status) == nullptr) continue;
-      const LaneRecord& record = lane_of(*p);
-      LaneBlock& block = *record.block;
-      if (block.motions.named == 0) {
-        (first == nullptr ? first : last->next) = &block;
-        last = &block;
-        block.next = nullptr;
-        lane_cost_ += block.work;
-      }
-      place_motion(*p, items_.motion(i), items_.dt);
-      block.motions.item[record.lane] = static_cast<std::uint32_t>(i);
-      outcome.visited += record.largest_work;
-      ++outcome.stepped;
-    }
-    add_to(report, outcome);
-    return first;
-  }
-
-  /// Runs `count` blocks from `block` on, and answers the motions placed in them.
-  void step_blocks(LaneBlock* block, std::uint32_t count, Outcome& outcome) const noexcept {
-    LaneAnswers answers;
-    for (; block != nullptr && count > 0; block = block->next, --count) {
-      block->run(*block, block->motions.input(true), answers.columns());
-      for (std::uint32_t named = block->motions.named; named != 0; named &= named - 1) {
-        const auto lane = static_cast<std::uint32_t>(std::countr_zero(named));
-        items_.answer(*block->patch[lane], block->motions.item[lane], answers, outcome.status);
-      }
-      block->motions.named = 0;
-    }
-  }
-
-  void run_blocks(LaneBlock* first, StepReport& report) noexcept {
-    if (!pays(lane_cost_)) {
+  /// Runs the blocks from `first` on.
+  void run_blocks(LaneBlock* first, std::uint64_t cost, StepReport& report) noexcept {
+    if (!pays(cost)) {
       Outcome outcome;
       step_blocks(first, ~0u, outcome);
       add_to(report, outcome);
     } else {
-      const std::uint64_t piece = piece_of(lane_cost_);
+      const std::uint64_t piece = piece_of(cost);
       int task_count = 0;
       for (LaneBlock* block = first; block != nullptr;) {
         Task& task = s.tasks_[static_cast<std::size_t>(task_count++)] = Task{};
         task.blocks = block;
         const bool is_last = task_count == max_tasks;
-        for (std::uint64_t cost = 0; block != nullptr && (cost < piece || is_last); block = block->next) {
-          cost += block->work;
+        for (std::uint64_t taken = 0; block != nullptr && (taken < piece || is_last); block = block->next) {
+          taken += block->work;
           ++task.block_count;
         }
       }
       run_tasks(task_count, report);
     }
-    note_sizable(lane_cost_);
+    note_sizable(cost);
+  }
+
+ private:
+  /// Places the motions of contacts in lanes. Sets `others` to the number of items of other patches, and
+  /// `cost` to the cost of the blocks that the step has to run. Returns the first of them, null if there is
+  /// none.
+  LaneBlock* place_motions(std::size_t& others, std::uint64_t& cost, StepReport& report) noexcept {
+    Outcome outcome;
+    LaneBlock *first = nullptr, *last = nullptr;
+    others = 0;
+    for (std::size_t i = 0; i < items_.size(); ++i) {
+      const std::uint32_t slot = slot_of(items_.id(i));
+      const LaneAddress at = slot < s.pool.capacity() ? s.pool.lane(slot) : LaneAddress{};
+      if (at.block == nullptr || at.generation != generation_of(items_.id(i))) {
+        ++others;
+        continue;
+      }
+      LaneBlock& block = *at.block;
+      const std::uint32_t repeats = block.see(1u << at.lane, s.step_number_);
+      const bool is_new = block.motions.named == 0;
+      if (!items_.place(block, at.lane, i, repeats != 0, outcome)) continue;
+      if (is_new) {
+        (first == nullptr ? first : last->next) = &block;
+        last = &block;
+        block.next = nullptr;
+        cost += block.work;
+      }
+      block.motions.item[at.lane] = static_cast<std::uint32_t>(i);
+      outcome.visited += block.springs;
+    }
+    add_to(report, outcome);
+    return first;
+  }
+
+  /// Runs `count` blocks from `block` on.
+  void step_blocks(LaneBlock* block, std::uint32_t count, Outcome& outcome) const noexcept {
+    for (; block != nullptr && count > 0; --count) {
+      LaneBlock* const next = block->next;
+      items_.step_block(*block, outcome);
+      block = next;
+    }
   }
 
   /// Whether a step of this cost, in bristles, is worth sharing among threads.
@@ -282,7 +335,7 @@ class Scheduler::Step {
       // fast.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = patches.find(items.id(i));
-      if (p != nullptr && p->in_lane) continue;
+      if (p != nullptr && p->in_lane) continue;  // place_motions() has placed or answered it
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
         p->last_step = step_number;
         outcome.status = outcome.status | items.rest(*p, i);
@@ -306,6 +359,8 @@ class Scheduler::Step {
     FloatModeScope mode;
     if (task.blocks != nullptr) {
       step.step_blocks(task.blocks, task.block_count, task.outcome);
+    } else if constexpr (std::is_same_v<Items, Blocks>) {
+      BRISTLE_ASSERT(false);  // a group has no other tasks
     } else if (task.split >= 0) {
       const Split& split = s.splits_[static_cast<std::size_t>(task.split)];
       Totals totals{};  // kept out of `task`, whose neighbours in memory belong to other threads
@@ -352,7 +407,7 @@ class Scheduler::Step {
     Patch* const found = s.pool.find(items_.id(i));
     if (found == nullptr || found->model->shared == nullptr) return false;
     const auto& motion = items_.whole_motion(*found, i);
-    if (find_bound(*found, motion) == Bound::rest || !is_good_motion(*found, motion)) return false;
+    if (find_bound(*found, motion) == Bound::rest || !is_good_motion(found->axes, motion)) return false;
     Patch& p = *items_.admit(found, i, s.step_number_, status);
     Split& split = s.splits_[static_cast<std::size_t>(s.split_count_)];
     split.patch = &p;
@@ -433,11 +488,127 @@ class Scheduler::Step {
 
   Scheduler& s;
   const Items& items_;
-  std::uint64_t lane_cost_ = 0;
 };
 
-StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const Motion> in,
-                           Span<Response> out) noexcept {
+LaneBlock* Scheduler::link_group(const GroupStep& step, std::uint64_t& cost, Status* repeats) noexcept {
+  const std::uint32_t slot = slot_of(step.group.first);
+  const auto block_of = [&](std::size_t i) noexcept -> LaneBlock* {
+    return pool.lane(slot + static_cast<std::uint32_t>(i)).block;
+  };
+  if (block_of(0) == nullptr) return nullptr;
+  constexpr std::uint32_t all_lanes = (1u << lane_count) - 1;
+  // Calls visit(block, index of its first contact, lanes) for all named contacts.
+  const auto for_each_block = [&](const auto& visit) {
+    if (step.which.has_value()) {
+      for (const std::uint32_t i : *step.which)
+        visit(*block_of(i), i / lane_count * lane_count, 1u << i % lane_count);
+      return;
+    }
+    for (std::uint32_t i = 0; i < step.group.count; i += lane_count) {
+      const std::uint32_t left = step.group.count - i;
+      visit(*block_of(i), i, left < lane_count ? (1u << left) - 1 : all_lanes);
+    }
+  };
+  bool lent = true;
+  for_each_block([&](LaneBlock& block, std::uint32_t, std::uint32_t lanes) {
+    for (std::uint32_t left = lanes & ~block.lent; left != 0; left &= left - 1)
+      lent = lend(*block.patch[std::countr_zero(left)]) && lent;
+  });
+  if (!lent) return nullptr;
+  LaneBlock *first = nullptr, *last = nullptr;
+  for_each_block([&](LaneBlock& block, std::uint32_t index, std::uint32_t lanes) {
+    if (repeats != nullptr) {
+      const std::uint32_t repeated = block.see(lanes, step_number_);
+      if (repeated != 0) *repeats = *repeats | Status::repeated_id;
+      lanes &= ~repeated;
+    }
+    if (lanes == 0) return;
+    if (block.motions.named == 0) {
+      (first == nullptr ? first : last->next) = &block;
+      last = &block;
+      block.next = nullptr;
+      cost += block.work;
+    }
+    block.motions.named |= lanes;
+    block.motions.item[0] = index;
+  });
+  return first;
+}
+
+Status Scheduler::find_fault(const GroupStep& step) const noexcept {
+  const PatchGroup& group = step.group;
+  const Patch* first = group.count > 0 ? pool.find(group.first) : nullptr;
+  const Patch* last = first != nullptr ? pool.find(group[group.count - 1]) : nullptr;
+  if (last == nullptr || first->record->group == 0 || first->record->group != last->record->group ||
+      pool.lane(slot_of(group.first)).lane != 0)
+    return Status::unknown_id;
+  bool fits = !step.displacement[0].empty() && !step.normal_load.empty() &&
+              (!step.displacement[1].empty() || first->axes == 1) &&
+              step.velocity[0].empty() == step.velocity[1].empty();
+  const auto check = [&](const auto& column) {
+    fits = fits && (column.empty() || column.size() == group.size());
+  };
+  for (int axis = 0; axis < 2; ++axis) {
+    check(step.displacement[axis]);
+    check(step.velocity[axis]);
+    check(step.end[axis]);
+    check(step.elastic[axis]);
+    check(step.damper[axis]);
+    check(step.mean[axis]);
+  }
+  for (const Span<double>& column :
+       {step.stiffness, step.damping, step.force_limit, step.dissipated, step.contact_loss, step.damper_work})
+    check(column);
+  check(step.normal_load);
+  check(step.snaps);
+  check(step.status);
+  if (step.which.has_value())
+    for (const std::uint32_t i : *step.which) fits = fits && i < group.count;
+  return fits ? Status::ok : Status::bad_input;
+}
+
+void Scheduler::step_group(double dt_s, const GroupStep& step, StepReport& report) noexcept {
+  const Status fault = find_fault(step);
+  report.status = report.status | fault;
+  if (fault != Status::ok) {
+    std::fill(step.status.begin(), step.status.end(), fault);
+    return;
+  }
+  Blocks blocks{{dt_s, step, true}, 0};
+  if (LaneBlock* first = link_group(step, blocks.cost, &report.status)) {
+    Step<Blocks>(*this, blocks).run_blocks(first, blocks.cost, report);
+    return;
+  }
+  // Steps the contacts as patches, as many at a time as there is room.
+  const Outputs computed = pool.find(step.group.first)->outputs;
+  std::vector<Motion>& motions = group_room.motions;
+  std::vector<Response>& responses = group_room.responses;
+  std::size_t count = 0;
+  const auto run = [&] {
+    const Motions items{dt_s, {motions.data(), count}, {responses.data(), count}};
+    Step<Motions>(*this, items).run(report);
+    for (std::size_t i = 0; i < count; ++i)
+      if (!has(responses[i].status, Status::repeated_id))
+        write_response(step, group_room.contacts[i], computed, responses[i]);
+    count = 0;
+  };
+  for_each_named(step, [&](std::size_t contact) {
+    motions[count] = motion_of(step, contact);
+    group_room.contacts[count] = contact;
+    if (++count == motions.size()) run();
+  });
+  if (count > 0) run();
+}
+
+bool Scheduler::try_group(double dt_s, const GroupStep& step, StepReport& report) noexcept {
+  Blocks blocks{{dt_s, step, false}, 0};
+  LaneBlock* const first = link_group(step, blocks.cost, nullptr);
+  if (first != nullptr) Step<Blocks>(*this, blocks).run_blocks(first, blocks.cost, report);
+  return first != nullptr;
+}
+
+StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const GroupStep> groups,
+                           Span<const Motion> in, Span<Response> out) noexcept {
   StepReport report;
   report.tasks = report.threads = 1;
   ++step_number_;
@@ -446,6 +617,7 @@ StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const Motio
     const Cells items{dt_s, cells};
     Step(*this, items).run(report);
   }
+  for (const GroupStep& group : groups) step_group(dt_s, group, report);
   const Motions items{dt_s, in, out};
   Step(*this, items).run(report);
   return report;

@@ -6,6 +6,7 @@
 
 #include "bristle/patch_batch.hpp"
 #include "core/patches/patch_step.hpp"
+#include "core/runtime/group_columns.hpp"
 #include "core/runtime/patch_pool.hpp"
 #include "core/runtime/sharing.hpp"
 #include "core/runtime/workers.hpp"
@@ -19,12 +20,20 @@ class Scheduler {
   Workers workers;
   PatchPool pool;
 
-  /// Steps all motions and cells. Threads and pieces do not change a bit. Requires a valid `dt_s`, no patch
-  /// that is both among the cells and among the motions, and no cell that is named twice.
-  StepReport step(double dt_s, Span<CellMotion> cells, Span<const Motion> in, Span<Response> out) noexcept;
+  /// Steps all groups, motions and cells. Threads and pieces do not change a bit. Requires a valid `dt_s`, no
+  /// patch that is both among the cells and among the motions, and no cell that is named twice.
+  StepReport step(double dt_s, Span<CellMotion> cells, Span<const GroupStep> groups, Span<const Motion> in,
+                  Span<Response> out) noexcept;
+
+  /// Returns why a group cannot be stepped as asked: there is no such group, or an array does not fit it.
+  Status find_fault(const GroupStep& step) const noexcept;
+  /// Finds the answers to a group's motions without a change of state. Returns false, and does nothing, for a
+  /// group whose contacts have to be tried one by one.
+  bool try_group(double dt_s, const GroupStep& step, StepReport& report) noexcept;
 
   std::uint64_t step_number() const noexcept { return step_number_; }
 
+  GroupRoom group_room;
   std::size_t patches_in_lanes = 0;  ///< number of patches of the pool whose state is in a lane
 
  private:
@@ -36,12 +45,7 @@ class Scheduler {
     int next_split = 0;  ///< index in `splits_` of the first large patch that may lie in this range of
                          ///< motions
   };
-  /// Result of stepping a range of motions or cells.
-  struct Outcome {
-    std::uint64_t visited = 0;
-    std::uint32_t stepped = 0;
-    Status status = Status::ok;
-  };
+  using Outcome = StepOutcome;
   /// A task of a shared step: blocks of contacts in lanes, a range of blocks of one large patch, or a range
   /// of motions.
   struct Task {
@@ -62,8 +66,15 @@ class Scheduler {
   };
   struct Motions;
   struct Cells;
+  struct Blocks;
   template <class Items>
   class Step;
+
+  /// Links the blocks of a group whose named contacts are all lent, with their `named` lanes. Returns the
+  /// first, null if the contacts have to be stepped one by one. `repeats`: gets Status::repeated_id for a
+  /// contact that the step has named before; null for a trial.
+  LaneBlock* link_group(const GroupStep& step, std::uint64_t& cost, Status* repeats) noexcept;
+  void step_group(double dt_s, const GroupStep& step, StepReport& report) noexcept;
 
   static void add_to(StepReport& report, const Outcome& outcome) noexcept;
   void note_outlook(const Patch& p, PatchId id) const noexcept;

@@ -348,6 +348,41 @@ typedef struct bristle_patch_info {
   double max_normal_load; /**< N, load from which all representatives are in contact */
 } bristle_patch_info;
 
+/** Contacts that were added together: bristle::PatchGroup. Contact i has the id first + i. The struct never
+ *  changes. */
+typedef struct bristle_group {
+  bristle_id first;
+  uint32_t count;
+} bristle_group;
+
+/** The caller's arrays for a step of a group, one number for each contact: bristle::GroupStep. Null: not
+ *  given, or not asked for; `displacement` and `normal_load` are needed. Read and written in place. */
+typedef struct bristle_group_step {
+  size_t struct_size;
+  bristle_group group;
+  const double* displacement[2]; /**< m; the second may be null with one axis */
+  const double* normal_load;     /**< N */
+  const double* velocity[2];     /**< m/s; null: displacement / dt */
+  const uint32_t* which;         /**< indices of the contacts that move; null: all */
+  size_t which_count;            /**< number of these indices */
+  double* end[2];                /**< N */
+  double* elastic[2];            /**< N */
+  double* damper[2];             /**< N */
+  double* mean[2];               /**< N (BRISTLE_OUTPUT_MEAN) */
+  double* stiffness;             /**< N/m */
+  double* damping;               /**< N s/m */
+  double* force_limit;           /**< N */
+  double* dissipated;            /**< J (BRISTLE_OUTPUT_ENERGY) */
+  double* contact_loss;          /**< J (BRISTLE_OUTPUT_ENERGY) */
+  double* damper_work;           /**< J (BRISTLE_OUTPUT_ENERGY) */
+  uint64_t* snaps;               /**< (BRISTLE_OUTPUT_ENERGY) */
+  uint32_t* status;              /**< BRISTLE_STATUS_... */
+} bristle_group_step;
+/** Largest number of groups in one call of bristle_step_groups. */
+enum { BRISTLE_MOST_GROUPS = 64 };
+
+/** Sets all arrays of `step` to null. [any] */
+BRISTLE_API bristle_result bristle_init_group_step(bristle_group_step* step, size_t struct_size);
 /** Fills `options` with the defaults of bristle::BatchOptions. [any] */
 BRISTLE_API bristle_result bristle_init_batch_options(bristle_batch_options* options, size_t struct_size);
 /** Fills `options` with the defaults of bristle::PatchOptions. [any] */
@@ -376,6 +411,16 @@ BRISTLE_API bristle_result bristle_remove(bristle_batch* batch, bristle_id id);
 BRISTLE_API bristle_result bristle_set_material(bristle_batch* batch, bristle_id id,
                                                 const bristle_material* material);
 
+/** Adds `count` contacts to be moved by plain arrays: see PatchBatch::add_group. [change] */
+BRISTLE_API bristle_result bristle_add_group(bristle_batch* batch, const bristle_material* material,
+                                             const bristle_patch_options* options, size_t count,
+                                             bristle_group* group);
+/** Removes a group. Refuses one that does not exist. [change] */
+BRISTLE_API bristle_result bristle_remove_group(bristle_batch* batch, bristle_group group);
+/** Changes the material of a group as bristle_set_material that of a patch. [change] */
+BRISTLE_API bristle_result bristle_set_group_material(bristle_batch* batch, bristle_group group,
+                                                      const bristle_material* material);
+
 /** Returns a patch to the state in which bristle_add would make it with this seed and key: out of contact,
  * all deflections zero. Refuses an id that names no patch. Never allocates. [step] */
 BRISTLE_API bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key);
@@ -393,6 +438,20 @@ BRISTLE_API bristle_result bristle_warm_up(bristle_batch* batch);
 BRISTLE_API bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_motion* motions,
                                         size_t motion_size, bristle_response* responses, size_t response_size,
                                         size_t count, bristle_step_report* report);
+
+/** Moves groups, and patches as bristle_step does, in one step: see PatchBatch::step. Without patches `count`
+ *  is 0 and both pointers are null. Refuses more than BRISTLE_MOST_GROUPS groups. `report` may be null; it
+ * has the status of a group that could not be stepped. Never allocates or locks. [step] */
+BRISTLE_API bristle_result bristle_step_groups(bristle_batch* batch, double dt_s,
+                                               const bristle_group_step* groups, size_t group_count,
+                                               const bristle_motion* motions, size_t motion_size,
+                                               bristle_response* responses, size_t response_size,
+                                               size_t count, bristle_step_report* report);
+/** Calculates the responses to a group's trial motions, each alone, without changing the state. `report` may
+ *  be null. Never allocates. [step] */
+BRISTLE_API bristle_result bristle_find_group_force(bristle_batch* batch, double dt_s,
+                                                    const bristle_group_step* step,
+                                                    bristle_step_report* report);
 
 /** Calculates the responses to trial motions, each alone, without changing the state. For implicit solvers.
  * Never allocates. [step] */

@@ -12,6 +12,7 @@
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/patch_batch.hpp"
+#include "bristle/patch_group.hpp"
 #include "bristle/snap_length.hpp"
 #include "bristle/span.hpp"
 #include "bristle/time_histogram.hpp"

@@ -8,6 +8,7 @@
 #include "bristle/export.hpp"
 #include "bristle/material.hpp"
 #include "bristle/patch.hpp"
+#include "bristle/patch_group.hpp"
 #include "bristle/set_field.hpp"
 #include "bristle/span.hpp"
 
@@ -44,8 +45,8 @@ struct StepReport {
 /// Contact patches of the brush model.
 ///
 /// Thread rule of a batch and of all that is made over it (KeyedPatches, ExtendedPatches), two sides:
-/// - The adding thread calls add, remove and set_material, and makes and destroys what is made over the
-/// batch.
+/// - The adding thread calls add, add_group, remove and set_material, and makes and destroys what is made
+/// over the batch.
 /// - The stepping thread makes all other calls: step, reset, find_force, strengthening_damping,
 ///   ages, info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state,
 ///   patch_count, warm_up, and all calls of KeyedPatches and ExtendedPatches that the adding thread does not
@@ -71,12 +72,18 @@ class BRISTLE_API PatchBatch {
 
   /// Adds a patch, out of contact (load 0), all deflections zero. Throws bristle::Error.
   PatchId add(const Material& material, const PatchOptions& options = {});
-  /// Throws bristle::Error if there is no such patch.
+  /// Adds `contacts` patches at once, out of contact, to be moved by plain arrays (GroupStep). Contact i has
+  /// the seed options.seed + i and the key options.key + i. Their bits are those of patches added one by one.
+  /// Throws bristle::Error, also for 0 contacts and more than max_group_size.
+  PatchGroup add_group(const Material& material, const PatchOptions& options, std::size_t contacts);
+  /// Throws bristle::Error if there is no such patch or group, and for one patch of a group.
   void remove(PatchId id);
+  void remove(const PatchGroup& group);
   /// Changes the material. Deflections and the weight w stay; bristles beyond their new snap length snap at
   /// once, and the next response counts them. Throws bristle::Error, also for a change from or to
-  /// SnapRule::slide.
+  /// SnapRule::slide, and for one patch of a group.
   void set_material(PatchId id, const Material& material);
+  void set_material(const PatchGroup& group, const Material& material);
 
   /// Applies all waiting changes and makes all allocations, those of the workers included. Call it on the
   /// stepping thread before the loop.
@@ -85,7 +92,14 @@ class BRISTLE_API PatchBatch {
   /// Moves patches by their displacement over dt_s (s). out[i] is the response to in[i]; out must be as long
   /// as in, otherwise every status is Status::bad_input. A patch that no motion names rests under its last
   /// load. A step never throws, allocates or locks, and waits only for its own workers.
-  StepReport step(double dt_s, Span<const Motion> in, Span<Response> out) noexcept;
+  ///
+  /// `groups`: groups that move in the same step, before the patches. A contact that is named twice keeps its
+  /// first motion (Status::repeated_id). A group that does not exist, or whose arrays are of another length
+  /// or whose indices lie beyond it, stays as it is: nothing but its `status` is written, which becomes
+  /// Status::unknown_id or bad_input, as does the report's.
+  StepReport step(double dt_s, Span<const Motion> in, Span<Response> out,
+                  Span<const GroupStep> groups = {}) noexcept;
+  StepReport step(double dt_s, const GroupStep& group) noexcept { return step(dt_s, {}, {}, {&group, 1}); }
 
   /// Returns a patch to the state in which `add` made it: out of contact, all deflections zero, no draw made.
   /// With another seed and key, the result is, to the bit, what `add` would make with them. False if there is
@@ -98,6 +112,7 @@ class BRISTLE_API PatchBatch {
   /// Returns the response that step would give to a trial motion, without changing the state. For implicit
   /// solvers.
   Response find_force(double dt_s, const Motion& motion) noexcept;
+  StepReport find_force(double dt_s, const GroupStep& group) noexcept;
 
   /// Returns the part of Response::damping, N s/m, from strengthening with speed, under a load and at a slip
   /// speed; 0 for a material that does not strengthen. This friction is nearly the same at any speed and

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 
 namespace bristle::detail {
 
@@ -9,9 +10,103 @@ void set_load(Patch& p, double normal_load_n) noexcept {
   const PatchRecord& r = *p.record;
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
-  p.overload = std::max(p.zeta / (r.full_weight * r.options.bristles), 1.0);
-  if (p.overload < 1.0 + 1e-14) p.overload = 1.0;
+  const double excess = p.zeta / (r.full_weight * r.options.bristles);
+  p.overload = is_overloaded(excess) ? excess : 1.0;
   note_contact(p);
+}
+
+void enter_lane(Patch& p) noexcept {
+  const LaneRecord& r = lane_of(p);
+  LaneBlock& b = *r.block;
+  b.patch[r.lane] = &p;
+  b.full.lane[r.lane] = r.full_weight * r.options.bristles;
+  b.light.lane[r.lane] = r.material->material.load_on_bristles(b.full.lane[r.lane]) * (1.0 - 1e-9);
+  b.lent &= ~(1u << r.lane);
+  b.clear(b, r.lane);
+}
+
+bool lend(const Patch& p) noexcept {
+  const LaneRecord& r = lane_of(p);
+  LaneBlock& b = *r.block;
+  const std::uint32_t bit = 1u << r.lane;
+  if ((b.lent & bit) != 0) return true;
+  if (p.ages || p.pending_dissipated != 0.0 || p.pending_loss != 0.0 || p.pending_snaps != 0) return false;
+  b.load.lane[r.lane] = p.normal_load;
+  for (int axis = 0; axis < 2; ++axis) b.force[axis].lane[r.lane] = p.elastic[axis];
+  b.rests = p.rests ? b.rests | bit : b.rests & ~bit;
+  b.lent |= bit;
+  return true;
+}
+
+void settle(Patch& p) noexcept {
+  const LaneRecord& r = lane_of(p);
+  LaneBlock& b = *r.block;
+  const std::uint32_t bit = 1u << r.lane;
+  if ((b.lent & bit) == 0) return;
+  if (b.load.lane[r.lane] != p.normal_load) set_load(p, b.load.lane[r.lane]);
+  for (int axis = 0; axis < 2; ++axis) p.elastic[axis] = b.force[axis].lane[r.lane];
+  p.rests = (b.rests & bit) != 0;
+  if (p.rests) p.stiffness = b.stiffness(r.lane);
+  b.lent &= ~bit;
+}
+
+namespace {
+
+/// Writes what follows from the load alone.
+void answer_load(const LaneBlock& b, std::uint32_t lane, double load, double damping,
+                 Response& out) noexcept {
+  out.status = b.overload_status(lane, load);
+  out.damping = damping;
+  out.force_limit = b.material->peak_coefficient * load * b.strongest;
+}
+/// Returns the damping of a contact at a velocity, N s/m.
+double damping_of_lane(const LaneBlock& b, double load, const double (&velocity)[2]) noexcept {
+  const Material& m = b.material->material;
+  const double speed = b.damps ? std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]) : 0.0;
+  return damping_of(m, b.damps, m.bristles_in_contact(load), load, speed);
+}
+
+}  // namespace
+
+void answer_resting_lane(const LaneBlock& b, std::uint32_t lane, Response& out) noexcept {
+  const double load = b.load.lane[lane];
+  answer_load(b, lane, load, b.damps_at_all() ? damping_of_lane(b, load, {0.0, 0.0}) : 0.0, out);
+  for (int axis = 0; axis < 2; ++axis) {
+    out.damper[axis] = 0.0;
+    out.elastic[axis] = out.end[axis] = b.force[axis].lane[lane];
+    if (has(b.outputs, Outputs::mean)) out.mean[axis] = b.force[axis].lane[lane];
+  }
+  out.stiffness = b.stiffness(lane);
+  if (has(b.outputs, Outputs::energy)) {
+    out.dissipated = out.contact_loss = out.damper_work = 0.0;
+    out.snaps = 0;
+  }
+}
+
+void answer_lane(const LaneBlock& b, std::uint32_t lane, const Motion& motion, double dt_s,
+                 const LaneAnswers& answers, Response& out) noexcept {
+  double velocity[2] = {0.0, 0.0}, damping = 0.0, work = 0.0;
+  if (b.damps_at_all()) {
+    find_velocity(motion, dt_s, velocity);
+    damping = damping_of_lane(b, motion.normal_load, velocity);
+  }
+  answer_load(b, lane, motion.normal_load, damping, out);
+  for (int axis = 0; axis < 2; ++axis) {
+    const bool moves = axis < b.axes;
+    out.damper[axis] = 0.0 - damping * velocity[axis];
+    out.elastic[axis] = moves ? answers.end[axis].lane[lane] : 0.0;
+    out.end[axis] = out.elastic[axis] + out.damper[axis];
+    if (has(b.outputs, Outputs::mean))
+      out.mean[axis] = (moves ? answers.mean[axis].lane[lane] : 0.0) + out.damper[axis];
+    work -= std::clamp(out.damper[axis] * motion.displacement[axis], -highest_energy, highest_energy);
+  }
+  out.stiffness = answers.stiffness.lane[lane] * b.stiffest;
+  if (has(b.outputs, Outputs::energy)) {
+    out.dissipated = answers.dissipated.lane[lane];
+    out.contact_loss = answers.contact_loss.lane[lane];
+    out.damper_work = work;
+    out.snaps = static_cast<std::uint64_t>(answers.slid.lane[lane]);
+  }
 }
 
 /// A taken lane, which its record's head owns.

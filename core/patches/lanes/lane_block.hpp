@@ -34,25 +34,76 @@ struct LaneMotions {
   std::uint32_t named = 0;              ///< bits of the lanes with a motion
   std::uint32_t item[lane_count] = {};  ///< number of each lane's motion in the step
 
+  void place(std::uint32_t lane, const double (&way)[2], double normal_load, double dt_s) noexcept {
+    for (int axis = 0; axis < 2; ++axis) displacement[axis].lane[lane] = way[axis];
+    load.lane[lane] = normal_load;
+    duration = dt_s;
+    named |= 1u << lane;
+  }
   LaneInput input(bool stores) const noexcept {
     return {{displacement[0].lane, displacement[1].lane}, load.lane, start.lane, duration, named, stores};
   }
 };
 
+/// Whether a contact whose load asks for this number of bristles, over the number that it has, is overloaded.
+/// A rounding does not count.
+inline bool is_overloaded(double excess) noexcept { return excess >= 1.0 + 1e-14; }
+
 /// Sixteen contacts. Only the stepping thread and its workers touch a block, but for the free lanes.
+///
+/// Load and force of a contact's last step are in its patch or, once a step has lent them (lend()), in
+/// columns of the block: steps of such contacts do not touch their patches. settle() returns them.
 struct LaneBlock {
   LaneState state{};
-  LaneMotions motions;        ///< motions that a step has placed, until it runs the block
-  LaneBlock* next = nullptr;  ///< next block of the step
+  LaneColumn<double> load{};      ///< N, normal load of the last step
+  LaneColumn<double> force[2]{};  ///< N, elastic force on the body at the end of the last step
+  std::uint32_t lent = 0;         ///< bits of the lanes whose `load`, `force` and `rests` are valid
+  std::uint32_t rests = 0;        ///< bits of the lanes that a step without motion leaves as they are
+  std::uint32_t seen = 0;         ///< bits of the lanes that the step `step` has named
+  std::uint64_t step = 0;         ///< number of the last step that named a lane
+  LaneMotions motions;            ///< motions that a step has placed, until it runs the block
+  LaneBlock* next = nullptr;      ///< next block of the step
   Patch* patch[lane_count] = {};
-  std::uint32_t work = 0;  ///< cost of a step, in bristles (Sharing)
+  LaneColumn<double> full{};   ///< number of physical bristles beyond which the contact is overloaded
+  LaneColumn<double> light{};  ///< N, load up to which the contact certainly is not
+  std::uint32_t work = 0;      ///< cost of a step, in bristles (Sharing)
 
   void (*run)(const LaneBlock&, const LaneInput&, const LaneOutput&) noexcept = nullptr;
   void (*clear)(LaneBlock&, std::uint32_t lane) noexcept = nullptr;  ///< makes a lane's contact a new one
 
+  // Properties that the contacts share
+  std::shared_ptr<const CompiledMaterial> material;
+  double lengths_per_metre = 0.0;
+  double stiffest = 1.0, strongest = 1.0;  ///< those of LayMap
+  std::uint32_t springs = 0;               ///< number of springs of a contact
+  int axes = 2;
+  Outputs outputs = Outputs::end;
+  bool ages = false;   ///< Patch::ages: such contacts are never lent
+  bool damps = false;  ///< Patch::damps
+
   // The adding thread's side
   std::uint64_t kind = 0;  ///< hash of what the contacts of the block share
   std::uint32_t free = (1u << lane_count) - 1;
+
+  /// Returns Status::overload for a contact that is overloaded by a load, else Status::ok.
+  Status overload_status(std::uint32_t lane, double load_n) const noexcept {
+    if (load_n <= light.lane[lane]) return Status::ok;
+    const double bristles = material->material.bristles_in_contact(load_n);
+    return is_overloaded(bristles / full.lane[lane]) ? Status::overload : Status::ok;
+  }
+  /// Notes that a step names lanes. Returns those that it has named before.
+  std::uint32_t see(std::uint32_t lanes, std::uint64_t step_number) noexcept {
+    if (step != step_number) seen = 0;
+    step = step_number;
+    const std::uint32_t before = seen & lanes;
+    seen |= lanes;
+    return before;
+  }
+  bool damps_at_all() const noexcept { return damps || material->material.viscous_friction != 0.0; }
+  /// Returns the stiffness of a contact, N/m (Response::stiffness).
+  double stiffness(std::uint32_t lane) const noexcept {
+    return state.stiffness.lane[lane] * lengths_per_metre * stiffest;
+  }
 };
 
 /// Record of a patch whose state is in a lane.
@@ -91,10 +142,28 @@ class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
 void set_load(Patch& patch, double normal_load_n) noexcept;
 
 /// Takes the patch's lane, which may have held another contact before, for a new contact.
-inline void enter_lane(Patch& p) noexcept {
-  const LaneRecord& r = lane_of(p);
-  r.block->patch[r.lane] = &p;
-  r.block->clear(*r.block, r.lane);
+void enter_lane(Patch& patch) noexcept;
+
+/// Lends load and force of a patch's last step to its block, unless its response needs more of the patch: it
+/// ages, or has energies of a change of material to report. Returns whether they are lent now.
+bool lend(const Patch& patch) noexcept;
+/// Returns load and force that are lent to the block of a patch in a lane.
+void settle(Patch& patch) noexcept;
+
+/// Whether a motion of a lane that is lent leaves its contact at rest.
+inline bool stays_at_rest(const LaneBlock& b, std::uint32_t lane, const Motion& motion) noexcept {
+  return (b.rests >> lane & 1u) != 0 && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
+         motion.normal_load == b.load.lane[lane] && !motion.has_velocity;
+}
+/// Writes the response of a contact that is lent from the answers of its block.
+void answer_lane(const LaneBlock& block, std::uint32_t lane, const Motion& motion, double dt_s,
+                 const LaneAnswers& answers, Response& out) noexcept;
+/// Writes the response of a contact that is lent and stays at rest: its last force.
+void answer_resting_lane(const LaneBlock& block, std::uint32_t lane, Response& out) noexcept;
+/// Stores load and force of a step for the contact's next one. The caller adds the lane to LaneBlock::rests.
+inline void note_step(LaneBlock& b, std::uint32_t lane, double load, const LaneAnswers& answers) noexcept {
+  b.load.lane[lane] = load;
+  for (int axis = 0; axis < b.axes; ++axis) b.force[axis].lane[lane] = answers.end[axis].lane[lane];
 }
 
 }  // namespace bristle::detail

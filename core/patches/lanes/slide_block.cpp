@@ -155,11 +155,20 @@ LanePlaces::Block make_block(const LaneRecord& like) {
   block->work = lane_count * (40 + 3 * n);
   block->run = &run<T>;
   block->clear = &clear<T>;
+  block->material = head_of(*const_cast<LaneRecord*>(&like)).material;
+  block->lengths_per_metre = 1.0 / law.metres_per_length;
+  block->stiffest = lay.stiffest;
+  block->strongest = lay.strongest;
+  block->springs = n;
+  block->axes = r.options.axes;
+  block->outputs = r.options.outputs;
+  block->ages = times;
+  block->damps = damps(m.material);
   return owner;
 }
 
 /// Takes a lane for the patch. Contacts share blocks if material, number of springs, axes, outputs and lay
-/// are equal.
+/// are equal; those of a group share them only with each other.
 template <class T>
 void take_lane(Patch& p, LanePlaces& places) {
   SlideRecord& r = record_of(p);
@@ -168,6 +177,7 @@ void take_lane(Patch& p, LanePlaces& places) {
   kind.add(std::uint64_t{sizeof(T)} << 48 | std::uint64_t{r.springs()} << 16 |
            static_cast<std::uint64_t>(r.options.axes) << 8 | static_cast<std::uint64_t>(r.options.outputs));
   r.lay.add_to(kind);
+  kind.add(std::uint64_t{r.group});
   places.take(r, kind.value(), &make_block<T>);
 }
 
@@ -322,7 +332,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   if (contact.zeta == 0.0 && stiffness != 0.0) return "stiffness";
   if (!within(phase, 0.0, 1.0)) return "phase";
   const double excess = contact.zeta / (r.full_weight * r.springs());
-  if (contact.overload != (excess < 1.0 + 1e-14 ? 1.0 : excess)) return "overload";
+  if (contact.overload != (is_overloaded(excess) ? excess : 1.0)) return "overload";
   const double growth = lane.has_times() ? m.ageing_factor(longest_time) : 1.0;
   const double largest =
       of_load * p.material().longest * growth * (1.0 + 1e-3) * (1.0 + std::abs(r.lay.lean));
@@ -356,7 +366,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
   read(rests);
   p.rests = rests != 0.0;
   Lane<T>(p).fields([&read](auto& number) { read(number); });
-  p.stiffness = Lane<T>(p).stiffness() / Lane<T>(p).block.law.metres_per_length * p.record->lay.stiffest;
+  p.stiffness = lane_of(p).block->stiffness(lane_of(p).lane);
 }
 
 template <class T>

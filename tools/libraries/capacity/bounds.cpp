@@ -36,6 +36,9 @@ constexpr Bound bounds[] = {
     {"plain_loop/", "instructions"},
     {"streaming/", "bytes: 12 of a bristle are read, 8 written where its block is rewritten"},
     {"batch/", "bytes: up to four cache lines of a patch, its bristles, motion and response"},
+    {"lanes/resting", "bytes: motion, response, address and three columns of a contact"},
+    {"lanes/", "instructions: sums and scales of each contact in double; the loop over its springs"},
+    {"tick/lanes", "latency: a worker that sleeps begins some 30 us after the caller"},
     {"infinite/sticking", "instructions of the call: no cohort is looked at"},
     {"infinite/",
      "instructions: a turn is followed piece by piece of the path, each past all cohorts; with the "

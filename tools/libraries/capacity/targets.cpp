@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "bench/hand_scene.hpp"
+#include "bench/lanes_scene.hpp"
 #include "bench/plain_loops.hpp"
 #include "bench/timing.hpp"
 
@@ -45,10 +46,12 @@ class Targets {
     if (bristle::plain::plain_loops_run_here()) against_plain_loops();
     against_streaming();
     many_patches();
+    lanes();
     infinite_steps();
     spinning();
 #if BRISTLE_WITH_TBB
     if (std::thread::hardware_concurrency() >= 2) {
+      lanes_tick();
       two_threads();
       paced();
       whole_ticks();
@@ -153,6 +156,61 @@ class Targets {
     add_ratio("batch/out_of_cache", bristle_kernel(sliding, a_million, options_.isa), std::move(in_turn),
               ten_thousand, 1.6, false,
               "10,000 patches of 100, all snap: time of a patch over that with 100 patches, in cache");
+  }
+
+  bristle::BatchOptions batch_options(int threads = 1) const {
+    return bristle::BatchOptions{}.with_threads(threads).with_isa(
+        options_.isa.empty() ? nullptr : options_.isa.c_str());
+  }
+  template <class Scene, class... Options>
+  static Contestant lane_contestant(const char* name, const Options&... options) {
+    auto scene = std::make_shared<Scene>(options...);
+    return {name, [scene] { return scene->step(); }, {}};
+  }
+
+  /// Compares contacts in lanes, as a group, with a plain loop of the same physics; at rest, named one by
+  /// one, with a copy of their messages.
+  void lanes() {
+    using namespace bristle_bench;
+    for (const std::uint32_t springs : {8u, 16u, 32u})
+      for (const LanePath path : lane_paths) {
+        if (path == LanePath::rest || !bristle::plain::plain_loops_run_here()) continue;
+        const char* motion = lane_path_names[static_cast<int>(path)];
+        add_ratio(
+            fmt::format("lanes/{}/{}", springs, motion).c_str(),
+            lane_contestant<LaneGroup>("group", springs, path, batch_options()),
+            lane_contestant<LanePlain>("plain loop", springs, path), ten_thousand, 1.6, false,
+            fmt::format("a group of 10,000 contacts of {} springs, {}: time over a plain loop of the same "
+                        "springs",
+                        springs, motion));
+      }
+    add_ratio("lanes/resting", lane_contestant<LanePatches>("patches", 16u, LanePath::rest, batch_options()),
+              copy_of_messages(ten_thousand), ten_thousand, 1.5, false,
+              "10,000 contacts of 16 springs, each named, at rest: time over memcpy of the same motions and "
+              "responses");
+  }
+
+  /// Measures the 99th percentile of the time of a group's steps in a loop of 1 kHz.
+  void lanes_tick() {
+    using namespace bristle_bench;
+    const char* name = "tick/lanes/10000";
+    report_(name);
+    LaneGroup group(16, LanePath::ripple, batch_options(2));
+    std::vector<double> p50, p99;
+    for (int round = 0; round < 3; ++round) {
+      PacedClock pace(1e-3, 0.0);
+      pace.start();
+      std::vector<double> ms;
+      for (int k = 0; k < (options_.quick ? 200 : 600); ++k) {
+        pace.wait();
+        ms.push_back(1e3 * time_of([&] { group.step(); }, 1));
+      }
+      p50.push_back(quantile(ms, 0.5));
+      p99.push_back(quantile(ms, 0.99));
+    }
+    rows_.push_back({name,
+                     "a group of 10,000 contacts of 16 springs on a bend under a rippling load, two threads",
+                     quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 0.25, false, "ms at p99"});
   }
 
   /// Compares a step of one infinite patch with one of 900 representatives: with few snaps, and in sliding at

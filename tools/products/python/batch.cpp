@@ -7,7 +7,7 @@
 
 #include "core/c_interface/field_count.hpp"
 #include "core/runtime/patch_outputs.hpp"
-#include "tools/products/python/owned.hpp"
+#include "tools/products/python/batch.hpp"
 
 namespace bristle_python {
 
@@ -15,8 +15,6 @@ using bristle::Motion;
 using bristle::Response;
 
 namespace {
-
-using Batch = Owned<bristle::PatchBatch>;
 
 /// Returns a numpy array's elements as objects of T, without a copy. Throws bristle::Error, which says how to
 /// make such an array, if dtype or layout differ.
@@ -210,6 +208,7 @@ void define_batch(py::module_& module) {
       .def_property_readonly("threads", [](const Batch& self) { return self.batch.threads(); })
       .def_property_readonly(
           "isa", [](const Batch& self) { return self.batch.isa(); }, "Instruction set in use.");
+  define_groups(module, type);
   define_state(
       type, "id", [](std::uint64_t id) { return bristle::PatchId{id}; },
       [](const bristle::PatchBatch& batch) { return batch.patch_count(); });

@@ -22,44 +22,6 @@ using Pair = std::array<double, 2>;
 using Material = std::array<double, bristle::joint_parameters>;
 
 using Joints = Owned<JointFriction>;
-using Room = std::optional<py::array>;  // array of the caller that a step of the joints writes
-
-/// Number of joints from which a step releases the interpreter's lock. With fewer, acquiring the lock again
-/// takes longer than the step.
-constexpr std::size_t lets_go_from = 64;
-
-/// Arrays of one step by name, of which those that it writes may share no memory with another.
-using Arrays = std::vector<std::pair<const char*, const py::array*>>;
-
-/// Returns the memory of the caller's array, to be written in place; an empty span for None.
-template <class T>
-bristle::Span<T> room_of(Arrays& arrays, const Room& array, std::size_t size, const char* name) {
-  if (!array) return {};
-  if (!py::isinstance<py::array_t<std::conditional_t<std::is_same_v<T, double>, double, std::uint32_t>>>(
-          *array))
-    throw bristle::Error(std::string(name) + ": a numpy array of " +
-                         (std::is_same_v<T, double> ? "float64" : "uint32") +
-                         " is needed: it is written in place");
-  if (static_cast<std::size_t>(array->size()) != size || (array->flags() & py::array::c_style) == 0 ||
-      !array->writeable())
-    throw bristle::Error(std::string(name) + ": a writeable array of " + std::to_string(size) +
-                         " numbers, one after the other, is needed");
-  for (const auto& [other_name, other] : arrays) refuse_overlap(name, *array, other_name, *other);
-  arrays.emplace_back(name, &*array);
-  return {static_cast<T*>(const_cast<void*>(array->data())), size};
-}
-
-bristle::Span<const double> numbers_in(Arrays& arrays, const Numbers* array, std::size_t size,
-                                       const char* name) {
-  if (array == nullptr) return {};
-  if (static_cast<std::size_t>(array->size()) != size)
-    throw bristle::Error(std::string(name) + ": one number for each of " + std::to_string(size) +
-                         " joints is needed");
-  arrays.emplace_back(name, array);
-  return {array->data(), size};
-}
-
-const Numbers* pointer(const std::optional<Numbers>& array) { return array ? &*array : nullptr; }
 
 template <bristle::StepReport (JointFriction::*go)(const JointInput&, const JointOutput&) noexcept>
 py::array step(Joints& self, const Numbers& angle, const std::optional<Numbers>& speed,
@@ -81,13 +43,7 @@ py::array step(Joints& self, const Numbers& angle, const std::optional<Numbers>&
                         room_of<bristle::Status>(arrays, status, n, "status"),
                         room_of<double>(arrays, gradient, n * bristle::joint_parameters, "gradient")};
   const Joints::Turn turn(self);
-  bristle::StepReport report;
-  if (n < lets_go_from) {
-    report = (self.batch.*go)(in, out);
-  } else {
-    const WithoutLock unlocked;
-    report = (self.batch.*go)(in, out);
-  }
+  const bristle::StepReport report = step_columns(n, [&] { return (self.batch.*go)(in, out); });
   if (report.tasks == 0) throw bristle::Error("gradient: JointFriction(gradients=True) is needed");
   return *torque;
 }

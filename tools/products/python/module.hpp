@@ -46,6 +46,8 @@ inline constexpr bool is_module_class<bristle::PatchOptions> = true;
 template <>
 inline constexpr bool is_module_class<bristle::SnapLength> = true;
 template <>
+inline constexpr bool is_module_class<bristle::PatchGroup> = true;
+template <>
 inline constexpr bool is_module_class<bristle::StepReport> = true;
 
 /// Return numpy dtypes with the memory layout of bristle::Motion and bristle::Response, so that a step reads

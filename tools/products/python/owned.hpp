@@ -1,10 +1,12 @@
 // Shares code of PatchBatch, BedBatch, ExtendedPatches and JointFriction in Python: use by one thread at a
-// time, columns of responses, the state as bytes.
+// time, columns of responses and of the caller, the state as bytes.
 #pragma once
 
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <pybind11/stl.h>
@@ -76,6 +78,51 @@ class Columns {
   }
   const std::vector<Response>& responses_;
 };
+
+using Room = std::optional<py::array>;  // array of the caller that a step writes
+
+/// Arrays of one step by name, of which those that it writes may share no memory with another.
+using Arrays = std::vector<std::pair<const char*, const py::array*>>;
+
+/// Returns the memory of the caller's array of float64, uint64 or uint32 (Status), to be written in place; an
+/// empty span for None.
+template <class T>
+bristle::Span<T> room_of(Arrays& arrays, const Room& array, std::size_t size, const char* name) {
+  using Number = std::conditional_t<std::is_arithmetic_v<T>, T, std::uint32_t>;
+  if (!array) return {};
+  if (!py::isinstance<py::array_t<Number>>(*array))
+    throw bristle::Error(std::string(name) + ": a numpy array of " +
+                         std::string(py::str(py::dtype::of<Number>())) +
+                         " is needed: it is written in place");
+  if (static_cast<std::size_t>(array->size()) != size || (array->flags() & py::array::c_style) == 0 ||
+      !array->writeable())
+    throw bristle::Error(std::string(name) + ": a writeable array of " + std::to_string(size) +
+                         " numbers, one after the other, is needed");
+  for (const auto& [other_name, other] : arrays) refuse_overlap(name, *array, other_name, *other);
+  arrays.emplace_back(name, &*array);
+  return {static_cast<T*>(const_cast<void*>(array->data())), size};
+}
+
+/// Returns the numbers of an array that a step reads; an empty span for null.
+inline bristle::Span<const double> numbers_in(Arrays& arrays, const Numbers* array, std::size_t size,
+                                              const char* name) {
+  if (array == nullptr) return {};
+  if (static_cast<std::size_t>(array->size()) != size)
+    throw bristle::Error(std::string(name) + ": an array of " + std::to_string(size) + " numbers is needed");
+  arrays.emplace_back(name, array);
+  return {array->data(), size};
+}
+
+inline const Numbers* pointer(const std::optional<Numbers>& array) { return array ? &*array : nullptr; }
+
+/// Steps `count` members by step(), without the interpreter's lock if there are many: with fewer, acquiring
+/// the lock again takes longer than the step.
+template <class Step>
+bristle::StepReport step_columns(std::size_t count, const Step& step) {
+  if (count < 64) return step();
+  const WithoutLock unlocked;
+  return step();
+}
 
 /// Adds the methods state_hash, save_state, restore_state and len() to a Python class. `id` converts an int
 /// to the library's id of a member of the batch; `argument` names that int in Python's signatures.

@@ -34,6 +34,7 @@ TYPES = {
     "numpy.ndarray": ("np.ndarray[Any, Any]",) * 2,
     "numpy.ndarray[numpy.float64]": ("ArrayLike", "NDArray[np.float64]"),
     "numpy.ndarray[numpy.uint64]": ("ArrayLike", "NDArray[np.uint64]"),
+    "numpy.ndarray[numpy.uint32]": ("ArrayLike", "NDArray[np.uint32]"),
 }
 SPECIAL = ("__init__", "__len__", "__getitem__")
 

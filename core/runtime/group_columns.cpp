@@ -1,0 +1,229 @@
+#include "core/runtime/group_columns.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "core/patches/patch_step.hpp"
+
+namespace bristle::detail {
+namespace {
+
+constexpr std::uint32_t all_lanes = (1u << lane_count) - 1;
+
+std::uint32_t count_of(std::uint32_t lanes) noexcept {
+  return lanes == all_lanes ? +lane_count : static_cast<std::uint32_t>(std::popcount(lanes));
+}
+
+/// The input of a block: columns of the caller's arrays, or copies where these end within the block.
+class BlockInput {
+ public:
+  BlockInput(const GroupStep& step, std::size_t first, int axes)
+      : first_(first),
+        count_(std::min<std::size_t>(step.group.count - first, lane_count)),
+        x(column(step.displacement[0], copies_[0])),
+        y(column(step.displacement[1], copies_[1])),
+        load(column(step.normal_load, copies_[2])),
+        velocity{column(step.velocity[0], copies_[3]), column(step.velocity[1], copies_[4])},
+        axes_(axes) {}
+
+ private:
+  const std::size_t first_, count_;
+  LaneColumn<double> copies_[5];
+
+ public:
+  const double *const x, *const y, *const load;
+  const double* const velocity[2];
+
+  /// Returns the bits of motions that are not good (is_good_motion()).
+  std::uint32_t bad() const noexcept {
+    // Numbers that are 0 for a good motion: a difference of a number from itself is NaN if it is not finite.
+    double odd[lane_count];
+    for (std::uint32_t i = 0; i < lane_count; ++i) {
+      const double within = std::min(std::max(load[i], 0.0), highest_load);
+      odd[i] = (x[i] - x[i]) + (y[i] - y[i]) + (velocity[0][i] - velocity[0][i]) +
+               (velocity[1][i] - velocity[1][i]) + std::fabs(load[i] - within);
+    }
+    for (std::uint32_t i = 0; axes_ == 1 && i < lane_count; ++i)
+      odd[i] += std::fabs(y[i]) + std::fabs(velocity[1][i]);
+    return bits_of([&](std::uint32_t i) { return odd[i] == 0.0 ? 0.0 : 1.0; });
+  }
+  /// Returns the bits of motions without a displacement under these loads.
+  std::uint32_t still(const LaneColumn<double>& loads) const noexcept {
+    return bits_of([&](std::uint32_t i) {
+      const double differs = std::fabs(x[i]) + std::fabs(y[i]) + std::fabs(load[i] - loads.lane[i]);
+      return differs == 0.0 ? 1.0 : 0.0;
+    });
+  }
+  /// Returns the bits of contacts that may be overloaded.
+  std::uint32_t above(const LaneColumn<double>& loads) const noexcept {
+    return bits_of([&](std::uint32_t i) { return load[i] > loads.lane[i] ? 1.0 : 0.0; });
+  }
+
+ private:
+  const int axes_;
+
+  const double* column(Span<const double> from, LaneColumn<double>& copy) const noexcept {
+    static constexpr LaneColumn<double> zeros{};
+    if (from.empty()) return zeros.lane;
+    if (count_ == lane_count) return from.data() + first_;
+    copy = {};
+    std::copy_n(from.data() + first_, count_, copy.lane);
+    return copy.lane;
+  }
+  /// Returns the bits of the lanes for which is(lane) is 1, not 0. Most blocks have none, or all: these take
+  /// no branch for a lane.
+  template <class Is>
+  static std::uint32_t bits_of(const Is& is) noexcept {
+    double ones[lane_count];
+    for (std::uint32_t i = 0; i < lane_count; ++i) ones[i] = is(i);
+    std::uint64_t any = 0, all = ~std::uint64_t{0};
+    for (const double one : ones) {
+      any |= std::bit_cast<std::uint64_t>(one);
+      all &= std::bit_cast<std::uint64_t>(one);
+    }
+    if (any == 0) return 0;
+    if (all != 0) return all_lanes;
+    std::uint32_t bits = 0;
+    for (std::uint32_t i = 0; i < lane_count; ++i)
+      if (ones[i] != 0.0) bits |= 1u << i;
+    return bits;
+  }
+};
+
+/// Gives lanes whose contacts stay at rest their last force as the answer.
+void answer_at_rest(const LaneBlock& b, std::uint32_t lanes, LaneAnswers& answers) noexcept {
+  const auto answer = [&](std::uint32_t i) {
+    for (int axis = 0; axis < 2; ++axis)
+      answers.end[axis].lane[i] = answers.mean[axis].lane[i] = b.force[axis].lane[i];
+    answers.stiffness.lane[i] = b.state.stiffness.lane[i] * b.lengths_per_metre;
+    answers.dissipated.lane[i] = answers.contact_loss.lane[i] = answers.slid.lane[i] = 0.0;
+  };
+  if (lanes == all_lanes)
+    for (std::uint32_t i = 0; i < lane_count; ++i) answer(i);
+  else
+    for (; lanes != 0; lanes &= lanes - 1) answer(static_cast<std::uint32_t>(std::countr_zero(lanes)));
+}
+
+/// Writes the responses of sixteen contacts without dampers to the arrays, from contact `first` on.
+/// `above`: bits of contacts that may be overloaded.
+void write_columns(const LaneBlock& b, const double* load, std::uint32_t above, const LaneAnswers& answers,
+                   const GroupStep& to, std::size_t first, Status& status) noexcept {
+  const CompiledMaterial& m = *b.material;
+  const auto write = [first](const auto& column, const auto& value) {
+    if (column.empty()) return;
+    auto* const at = column.data() + first;
+    for (std::uint32_t i = 0; i < lane_count; ++i) at[i] = value(i);
+  };
+  const auto zero = [](std::uint32_t) { return 0.0; };
+  const bool mean = has(b.outputs, Outputs::mean);
+  for (int axis = 0; axis < 2; ++axis) {
+    if (axis < b.axes) {
+      const auto end = [&](std::uint32_t i) { return answers.end[axis].lane[i]; };
+      write(to.end[axis], end);
+      write(to.elastic[axis], end);
+      if (mean) write(to.mean[axis], [&](std::uint32_t i) { return answers.mean[axis].lane[i]; });
+    } else {
+      write(to.end[axis], zero);
+      write(to.elastic[axis], zero);
+      if (mean) write(to.mean[axis], zero);
+    }
+    write(to.damper[axis], zero);
+  }
+  write(to.stiffness, [&](std::uint32_t i) { return answers.stiffness.lane[i] * b.stiffest; });
+  write(to.damping, zero);
+  write(to.force_limit, [&](std::uint32_t i) { return m.peak_coefficient * load[i] * b.strongest; });
+  if (has(b.outputs, Outputs::energy)) {
+    write(to.dissipated, [&](std::uint32_t i) { return answers.dissipated.lane[i]; });
+    write(to.contact_loss, [&](std::uint32_t i) { return answers.contact_loss.lane[i]; });
+    write(to.damper_work, zero);
+    write(to.snaps, [&](std::uint32_t i) { return static_cast<std::uint64_t>(answers.slid.lane[i]); });
+  }
+  if (above == 0) {
+    write(to.status, [](std::uint32_t) { return Status::ok; });
+    return;
+  }
+  const auto status_of = [&](std::uint32_t i) { return b.overload_status(i, load[i]); };
+  for (std::uint32_t i = 0; i < lane_count; ++i) status = status | status_of(i);
+  write(to.status, status_of);
+}
+
+}  // namespace
+
+Motion motion_of(const GroupStep& s, std::size_t i) noexcept {
+  const auto number = [i](Span<const double> column) { return column.empty() ? 0.0 : column[i]; };
+  Motion motion;
+  motion.id = s.group[i];
+  motion.normal_load = s.normal_load[i];
+  motion.has_velocity = s.velocity[0].empty() ? 0 : 1;
+  for (int axis = 0; axis < 2; ++axis) {
+    motion.displacement[axis] = number(s.displacement[axis]);
+    motion.velocity[axis] = number(s.velocity[axis]);
+  }
+  return motion;
+}
+
+void write_response(const GroupStep& to, std::size_t i, Outputs computed, const Response& r) noexcept {
+  const auto write = [i](const auto& column, const auto& value) {
+    if (!column.empty()) column[i] = value;
+  };
+  for (int axis = 0; axis < 2; ++axis) {
+    write(to.end[axis], r.end[axis]);
+    write(to.elastic[axis], r.elastic[axis]);
+    write(to.damper[axis], r.damper[axis]);
+    if (has(computed, Outputs::mean)) write(to.mean[axis], r.mean[axis]);
+  }
+  write(to.stiffness, r.stiffness);
+  write(to.damping, r.damping);
+  write(to.force_limit, r.force_limit);
+  if (has(computed, Outputs::energy)) {
+    write(to.dissipated, r.dissipated);
+    write(to.contact_loss, r.contact_loss);
+    write(to.damper_work, r.damper_work);
+    write(to.snaps, r.snaps);
+  }
+  write(to.status, r.status);
+}
+
+void GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept {
+  const std::size_t first = b.motions.item[0];
+  const std::uint32_t asked = std::exchange(b.motions.named, 0);
+  const BlockInput in(step, first, b.axes);
+  const std::uint32_t bad = in.bad() & asked;
+  const std::uint32_t resting = step.velocity[0].empty() ? in.still(b.load) & b.rests & asked & ~bad : 0;
+  const std::uint32_t moving = asked & ~bad & ~resting;
+  LaneAnswers answers;
+  if (moving != 0) b.run(b, {{in.x, in.y}, in.load, nullptr, dt, moving, stores}, answers.columns());
+  outcome.visited += std::uint64_t{b.springs} * count_of(moving);
+  outcome.stepped += count_of(asked & ~bad);
+
+  if (asked == all_lanes && bad == 0 && !b.damps_at_all()) {
+    answer_at_rest(b, resting, answers);
+    write_columns(b, in.load, in.above(b.light), answers, step, first, outcome.status);
+  } else {
+    for (std::uint32_t left = asked; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+      Response response;
+      if ((bad >> lane & 1u) != 0)
+        write_refusal(b.outputs, response.status = Status::bad_input, response);
+      else if ((resting >> lane & 1u) != 0)
+        answer_resting_lane(b, lane, response);
+      else
+        answer_lane(b, lane, motion_of(step, first + lane), dt, answers, response);
+      write_response(step, first + lane, b.outputs, response);
+      outcome.status = outcome.status | response.status;
+    }
+  }
+  if (!stores) return;
+  if (moving == all_lanes)
+    for (std::uint32_t i = 0; i < lane_count; ++i) note_step(b, i, in.load[i], answers);
+  else
+    for (std::uint32_t left = moving; left != 0; left &= left - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+      note_step(b, lane, in.load[lane], answers);
+    }
+  b.rests |= moving;
+}
+
+}  // namespace bristle::detail
