@@ -156,10 +156,12 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
   if (bed.rolls) most.rolled[0] = most_waiting(bed, s);
   if (bed.turns_rows) most.rolled[1] = most.rolled[0];
   // Largest plausible displacement of the roots: `farthest_root` plus one motion.
-  for (int k = 0; k < 4; ++k) {
-    double motion = k < 2 ? most_moved * bed.per_metre[k] : most_spin * bed.per_radian[k - 2];
-    if (!bed.all_outputs) motion = std::min(motion, longest_under(bed, s));
-    most.root[k] = 1.000001 * (farthest_root + motion);
+  for (int k = 0; k < 2; ++k) {
+    const double longest[] = {most_moved * bed.per_metre[k], most_spin * bed.per_radian[k]};
+    for (int part = 0; part < 2; ++part) {
+      const double motion = bed.all_outputs ? longest[part] : std::min(longest[part], longest_under(bed, s));
+      most.root[2 * part + k] = 1.000001 * (farthest_root + motion);
+    }
   }
   const char* fault = nullptr;
   bed_fields(s, most, [&fault](double x, const FieldRule& rule) {
