@@ -594,7 +594,7 @@ TEST_CASE("Hopeless data are refused in one clear line", "[fit]") {
       {"t,x,load,force\n0,0,1,1\n0.1,0,1,nan\n", "data.csv:3: column force: 'nan' is not finite"},
       {"t,x,load,force\n0,0,1,1\n0,0,1,1\n", "data.csv:3: column t: 0 s does not come after 0 s"},
       {"t,x,load,force\n0,0,-1,1\n", "data.csv:2: column load: -1 is negative"},
-      {"t,x,load\n0,0,1\n", "has no column force (nor fx, friction); expected t,x,load,force"},
+      {"t,x,load\n0,0,1\n", "has no column force (nor fx, friction): as it stands, no force was measured"},
       {"t,load,force\n0,0,1\n", "has no column x (nor v)"},
       {"t,x,load,force,fx\n0,0,1,1,1\n", "columns force and fx together: give one"},
       {"t,x,load,force[kg]\n0,0,1,1\n", "unit of column force is 'kg'; allowed: N, mN"},

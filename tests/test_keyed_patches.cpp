@@ -581,7 +581,7 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   {
     // Two contacts of one pair and number would get one key, and so one patch.
     std::vector<std::byte> doubled = matcher;
-    constexpr std::size_t head = bristle::detail::seal_size, point = 40;
+    constexpr std::size_t head = bristle::detail::seal_size, point = 68;
     REQUIRE(doubled.size() >= head + 2 * point);
     std::memcpy(doubled.data() + head + point, doubled.data() + head, point);
     std::uint64_t magic = 0;

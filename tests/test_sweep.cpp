@@ -367,7 +367,9 @@ TEST_CASE("The peaks that a sweep asks for come out, or it says in how many rows
   const auto summary = [&](const std::string& arguments) {
     const Outcome outcome = run_cli(folder, "sweep '" BRISTLE_SCENES "/" + arguments);
     REQUIRE(outcome.code == 0);
-    return outcome.out;
+    std::string text = outcome.out;
+    std::replace(text.begin(), text.end(), '\n', ' ');  // lines break at 80 columns
+    return text;
   };
   // The example of --help.
   const std::string reached = summary("three_populations.toml' --vary material.skin.peak=0.45:0.6:4");
