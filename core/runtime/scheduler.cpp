@@ -28,6 +28,15 @@ constexpr std::size_t resting_row = 16;  ///< number of resting patches in a row
     __builtin_prefetch(reinterpret_cast<const void*>(address + 64 * line));
 }
 
+/// Steps the contacts of a block that motions were placed for, then calls answer(lane, answers) for each.
+template <class Answer>
+void run_block(LaneBlock& block, const Answer& answer) noexcept {
+  LaneAnswers answers;
+  block.run(block, block.motions.input(true), answers.columns());
+  for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1)
+    answer(static_cast<std::uint32_t>(std::countr_zero(named)), answers);
+}
+
 }  // namespace
 
 /// Items of a step: motions of patches, also of cells of outlines whose step is not light.
@@ -86,10 +95,7 @@ struct Scheduler::Motions {
     return true;
   }
   void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
-    LaneAnswers answers;
-    block.run(block, block.motions.input(true), answers.columns());
-    for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(named));
+    run_block(block, [&](std::uint32_t lane, const LaneAnswers& answers) {
       const std::uint32_t i = block.motions.item[lane];
       if ((block.lent >> lane & 1u) != 0) {
         answer_lane(block, lane, in[i], dt, answers, out[i]);
@@ -99,7 +105,7 @@ struct Scheduler::Motions {
         answer_motion(*block.patch[lane], in[i], dt, answers, out[i]);
       }
       outcome.status = outcome.status | out[i].status;
-    }
+    });
   }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     out[i].id = in[i].id;
@@ -152,14 +158,11 @@ struct Scheduler::Cells {
     return true;
   }
   void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
-    LaneAnswers answers;
-    block.run(block, block.motions.input(true), answers.columns());
-    for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(named));
+    run_block(block, [&](std::uint32_t lane, const LaneAnswers& answers) {
       Patch& p = *block.patch[lane];
       answer_motion(p, cells[block.motions.item[lane]], dt, answers);
       outcome.status = outcome.status | status_of(p);
-    }
+    });
   }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     std::copy_n(p.elastic, 2, cells[i].force);
