@@ -656,6 +656,18 @@ TEST_CASE("Every field outside its range is refused by name", "[material][coeffi
     return message_of([&] { bristle::PatchBatch().add(Material{}, options); });
   };
   check_refusals<bristle::PatchOptions>(add);
+  // An infinite brush takes the ends of the ranges that are listed for it, and so has no narrower ones.
+  bristle::for_each_field<bristle::PatchOptions>([&](const auto& field) {
+    bristle::PatchOptions options;
+    options.population = bristle::Population::infinite;
+    const std::string name = field.name;
+    if constexpr (std::is_arithmetic_v<std::decay_t<decltype(options.*field.member)>>)
+      if (name == "cohorts" || name == "resolution") {
+        INFO(name);
+        options.*field.member = static_cast<std::decay_t<decltype(options.*field.member)>>(field.about.most);
+        CHECK(add(options) == "(no error)");
+      }
+  });
   check_refusals<bristle::Lay>(
       [&](const bristle::Lay& lay) { return add(bristle::PatchOptions{}.with_lay(lay)); });
 }

@@ -77,24 +77,34 @@ Range range_of(const Field& field) {
   return {field.about.least, most, false, field.about.unit};
 }
 
-/// Reads the fields of `to` that the table has a key for. Refuses other keys than these and `others`.
-template <class Parameters>
-void read_fields(const TomlTable& table, std::vector<std::string_view> others, Parameters& to) {
-  bristle::for_each_field<Parameters>([&](const auto& field) { others.push_back(key_of(field.name)); });
-  table.allow(others);
+/// Reads those fields of `to` that pass `chosen(name)` and that the table has a key for.
+template <class Parameters, class Chosen>
+void read_keys(const TomlTable& table, const Chosen& chosen, Parameters& to) {
   bristle::for_each_field<Parameters>([&](const auto& field) {
     auto& value = to.*field.member;
     using Value = std::decay_t<decltype(value)>;
     const std::string_view key = key_of(field.name);
-    if (!table.has(key)) return;
+    if (!chosen(key) || !table.has(key)) return;
     if constexpr (std::is_enum_v<Value>)
       value = static_cast<Value>(
           table.choice(key, {field.about.names, field.about.names + field.about.name_count}, 0));
     else if constexpr (std::is_same_v<Value, bristle::SnapLength>)
       value = read_snap_length(table.table(key));
-    else
+    else if constexpr (std::is_integral_v<Value>)
+      value = static_cast<Value>(table.integer(key, static_cast<std::int64_t>(field.about.least),
+                                               static_cast<std::int64_t>(field.about.most), 0));
+    else if constexpr (std::is_same_v<Value, double>)
       value = table.number(key, range_of(field));
   });
+}
+
+/// Reads all fields of `to` that the table has a key for. Refuses other keys than these and `others`.
+template <class Parameters>
+void read_fields(const TomlTable& table, std::vector<std::string_view> others, Parameters& to) {
+  bristle::for_each_field<Parameters>([&](const auto& field) { others.push_back(key_of(field.name)); });
+  table.allow(others);
+  read_keys(
+      table, [](std::string_view) { return true; }, to);
 }
 
 bristle::Material read_bristle_parameters(const TomlTable& table) {
@@ -194,8 +204,8 @@ class Names {
 /// Reads a patch's keys population, resolution and cohorts. Refuses those that the chosen population does not
 /// use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
-  o.population = static_cast<bristle::Population>(table.choice(
-      "population", {std::begin(bristle::population_names), std::end(bristle::population_names)}, 0));
+  read_keys(
+      table, [](std::string_view key) { return key == "population"; }, o);
   o.population = bristle::choose_population(material, o);
   if (o.population != bristle::Population::infinite) {
     for (const char* key : {"resolution", "cohorts"})
@@ -214,7 +224,8 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail(
         "resolution",
         fmt::format("is {}; allowed: 0 (automatic), or 1 to 128 pieces per mean snap length", o.resolution));
-  o.cohorts = static_cast<std::uint32_t>(table.integer("cohorts", 0, 512, 0));
+  read_keys(
+      table, [](std::string_view key) { return key == "cohorts"; }, o);
   if (o.cohorts > 0 && o.cohorts < 8)
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
 }
@@ -257,8 +268,12 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
-  o.bristles = static_cast<std::uint32_t>(table.integer("bristles", 0, bristle::max_bristles_per_patch, 0));
-  o.axes = static_cast<int>(table.integer("axes", 1, 2, 2));
+  read_keys(
+      table,
+      [](std::string_view key) {
+        return key == "bristles" || key == "axes" || key == "precision" || key == "seed";
+      },
+      o);
   for (const std::string& output : table.texts("outputs")) {
     if (output == "mean") {
       o.outputs = o.outputs | bristle::Outputs::mean;
@@ -268,9 +283,6 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
       table.fail("outputs", fmt::format("holds '{}'; allowed: end, mean, energy", output));
     }
   }
-  o.precision = static_cast<bristle::Precision>(table.choice(
-      "precision", {std::begin(bristle::precision_names), std::end(bristle::precision_names)}, 0));
-  o.seed = static_cast<std::uint32_t>(table.integer("seed", 0, std::numeric_limits<std::uint32_t>::max(), 1));
   read_population(table, materials[patch.material].material, o);
   check_material(patch, materials[patch.material]);
   read_lay(table, materials[patch.material].material, o);
