@@ -4,7 +4,6 @@
 #include <cstdio>
 
 int main() {
-  // begin
   using namespace bristle;
   const double load = 4000.0, radius = 0.3, dt = 1e-3;
   BedOptions options;
@@ -18,6 +17,7 @@ int main() {
   const double mass = 400.0, inertia = 1.0, slope = 0.05 * mass * 9.81, brake = 900.0;
   double fastest = 0.0;
   for (int tick = 0; tick < 8000; ++tick) {
+    // begin
     BedMotion motion;
     motion.id = contact;
     motion.displacement[0] = (speed - radius * spin) * dt;  // slip of the tyre over the road, m
@@ -38,12 +38,12 @@ int main() {
     motion.rolled[0] = radius * spin * dt;
     BedResponse response;
     beds.step({&motion, 1}, {&response, 1});
+    // end
     if (tick >= 7000 && speed * speed > fastest * fastest) fastest = speed;
     if (tick % 1000 == 0)
       std::printf("%4.1f s: car %6.3f m/s, wheel %6.3f m/s, force %7.1f N, %3.0f %% slips\n", tick * dt,
                   speed, radius * spin, response.force[0], 100.0 * response.slipping_share);
   }
   std::printf("fastest in the last second: %.2g m/s\n", fastest);
-  // end
   return fastest < 1e-4 && fastest > -1e-4 ? 0 : 1;
 }
