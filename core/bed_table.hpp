@@ -78,8 +78,9 @@ struct BedStep {
                          ///< long motion.
   bool rolls;            ///< Whether the bed rolled just before this step (bed_old_pressure).
   float half_rolled[2];  ///< half of the distance rolled in the step, as a vector; 0 without rolling
-  /// Whether the motion is so short that tips add their way instead of being recomputed, and the rounding of
-  /// their places is spread by `spread`, -1/2 to 1/2 of a digit. Only kernels with all outputs read it.
+  /// Whether the motion is very short. Then each tip's path is added to its place, instead of recomputing the
+  /// place, and `spread` (-1/2 to 1/2 of a digit) is added before rounding. Only kernels with all outputs
+  /// read it.
   bool creeps;
   float spread;
   float limit_of_pressure;
@@ -97,17 +98,18 @@ struct BedSums {
   // Sums that only kernels with all outputs fill:
   double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;
-  double energy[2];                                    ///< sums of stiffness x squared deflection at the end
-                                                       ///< of the step, along x and y
-  double start_energy;                                 ///< sum of stiffness x squared deflection at the
-                                                       ///< beginning of the step, after bed_kept has reduced
-                                                       ///< the deflections; 0 without bed_carried
-  double start[2], start_torque;                       ///< force and torque there; 0 without bed_carried
-  double entered, entered_stuck;                       ///< stiffness that has entered in this step, and its
-                                                       ///< part on that part of the motion on which it
-                                                       ///< sticks; 0 without rolling
-  double dissipated;                                   ///< energy dissipated by sliding, and by deflections
-                                                       ///< that drop to a limit
+  double energy[2];               ///< sums of stiffness x squared deflection at the end
+                                  ///< of the step, along x and y
+  double start_energy;            ///< sum of stiffness x squared deflection at the
+                                  ///< beginning of the step, after bed_kept has reduced
+                                  ///< the deflections; 0 without bed_carried
+  double start[2], start_torque;  ///< force and torque at the beginning of the step, after bed_kept has
+                                  ///< reduced the deflections; 0 without bed_carried
+  double entered, entered_stuck;  ///< stiffness that has entered in this step, and its
+                                  ///< part on that part of the motion on which it
+                                  ///< sticks; 0 without rolling
+  double dissipated;              ///< energy dissipated by sliding, and by deflections
+                                  ///< that drop to a limit
   double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide: of
                                                        ///< their stiffness, and of stiffness times x, y,
                                                        ///< x^2 and y^2

@@ -34,8 +34,9 @@ enum CohortColumn : std::uint32_t {
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number of doubles in a row of eight
                                                                      ///< cohorts
 
-/// Margin, scaled, by which a stored reach R exceeds the deflection that set it. So a patch that trembles can
-/// return to its farthest place, and to the place of the newest cohort, without a visit to its cohorts.
+/// Margin, scaled, by which a stored reach R exceeds the deflection that set it. With this margin a patch
+/// that trembles can return to its farthest place, and to the place of the newest cohort, without a visit to
+/// its cohorts.
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< reach R of an unused lane, so long that no deflection exceeds it
 
@@ -182,9 +183,9 @@ struct CohortKernels {
   /// renewal, or plus 4 for laws that age. Changes rows, births and state except CohortState::base, direction
   /// and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Returns how far the deflections, with the patch at `at`, stay below l_r + R (R a cohort's reach),
-  /// scaled: the least over all cohorts. Below 0: a cohort is bent beyond its reach. For laws without
-  /// ageing.
+  /// Returns the smallest distance, over all cohorts, by which the deflection stays below l_r + R (R the
+  /// cohort's reach), with the patch at `at`; scaled. A result below 0 means that a cohort is bent beyond its
+  /// reach. For laws without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the pairs of cohorts whose merging costs least (Partner, kernels/cohort_parts.hpp), to make room
   /// for more cohorts. Returns twice the energy lost. Index: 1 for laws that age.

@@ -1,7 +1,7 @@
 // The interface between core and kernels for contacts in lanes: sixteen contacts of equal material and
 // options form a block, one contact in each lane. Every quantity is a column of sixteen numbers, one for each
-// lane. No lane reads another, so neither instruction set, nor company, nor number of threads can change a
-// bit.
+// lane. No lane reads another, so a contact's bits depend neither on the instruction set nor on threads or
+// other contacts.
 #pragma once
 
 #include <cstdint>
@@ -20,30 +20,33 @@ struct alignas(64) LaneColumn {
 /// options.
 template <class T>
 struct SlideLaw {
-  const T* limit;      ///< of each spring: deflection at which it slides, scaled lengths
-  const T* per_limit;  ///< of each spring: one over `limit`
-  const T* weight;     ///< of each spring: share in the stiffness of the contact; the shares sum to 1
-  double stiffness_per_newton;  ///< stiffness of a contact, N per scaled length, for each N of its load
+  const T* limit;               ///< deflection at which each spring slides, scaled lengths
+  const T* per_limit;           ///< one over the limit of each spring
+  const T* weight;              ///< share of each spring in the contact's stiffness; the shares sum to 1
+  double stiffness_per_newton;  ///< stiffness of a contact per newton of its load, N per scaled length
   double mean_limit;            ///< sum of weight x limit
   double metres_per_length;     ///< m per scaled length
-  double to[2][2];            ///< displacement, m, to isotropic scaled lengths (rows: along the lay, across)
-  double from[2][2];          ///< isotropic force to the force in the axes of the contact
+  double to[2][2];  ///< map of a displacement (m) to isotropic axes, in scaled lengths; rows: along the lay,
+                    ///< across it
+  double from[2][2];          ///< map of a force from isotropic axes to the axes of the contact
   double energy;              ///< LayMap::energy
   double lean;                ///< LayMap::lean
   double least_loss;          ///< LayMap::least_loss()
-  double kinetic;             ///< limit of a spring that slides over its limit before: 1 - drop
+  double kinetic;             ///< limit of a sliding spring over that of a sticking one: 1 - drop
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< Material::ageing_strength
-  std::uint32_t ageing_form;  ///< 1: saturating, 0: logarithmic
+  std::uint32_t ageing_form;  ///< form of ageing: 1 saturating, 0 logarithmic
   std::uint32_t springs;
 };
 
 /// Numbers of a contact that belong to no single spring. The force of a spring is its column x + `base`.
 struct LaneState {
-  LaneColumn<double> base[2];    ///< part of every spring's force that it gained since it was written, N
-  LaneColumn<double> stiffness;  ///< N per scaled length; 0 = no contact. That of the load, or of a higher
-                                 ///< load before a fall, until sliding has lowered it
-  LaneColumn<double> phase;      ///< place in the sequence by which rounding is spread evenly, in [0, 1)
+  LaneColumn<double>
+      base[2];  ///< force that every spring has gained since its stored force was last written, N
+  LaneColumn<double>
+      stiffness;  ///< stiffness, N per scaled length; 0 = no contact. Belongs to the present load or, after a
+                  ///< fall, to the higher load before, until sliding has lowered it
+  LaneColumn<double> phase;  ///< position in the sequence that spreads rounding evenly over steps, in [0, 1)
 };
 
 /// State of sixteen contacts. `x`, `y` and `since` have one column for each spring.
@@ -58,33 +61,35 @@ struct SlideColumns {
 
 /// Input of a step: columns, which may be a caller's own arrays.
 struct LaneInput {
-  const double* displacement[2];  ///< m, in the axes of the contact; the second is not read with one axis
-  const double* load;             ///< N, 0 to 1e15
+  const double* displacement[2];  ///< displacement, m, in the contact's axes; with one axis y is not read
+  const double* load;             ///< normal load, N, 0 to 1e15
   const double* start;            ///< time of the contact at the start, s (SlideColumns::since)
   double duration;                ///< s
   std::uint32_t named;            ///< bits of the lanes that the step moves; other contacts keep their state
-  bool stores;                    ///< false: a trial, which changes no state
+  bool stores;                    ///< whether the step changes the state; false for a trial
 };
 
-/// Output of a step; columns of contacts that are not named hold no valid numbers. Null: not asked for.
+/// Output of a step. A null column was not asked for; numbers of contacts that the step does not name are
+/// invalid.
 struct LaneOutput {
   double* end[2];        ///< elastic force on the body at the end of the step, N
   double* mean[2];       ///< elastic force on the body, mean over the step, N
   double* stiffness;     ///< N/m
   double* dissipated;    ///< J
-  double* contact_loss;  ///< elastic energy that the change of load took, J
+  double* contact_loss;  ///< elastic energy lost by the change of load, J
   double* slid;          ///< number of springs that slid
 };
 
 template <class T>
 struct LaneKernels {
   using Slide = void (*)(const SlideLaw<T>&, const SlideColumns<T>&, const LaneInput&, const LaneOutput&);
-  Slide slide[2][3];  ///< index: axes - 1, then 0: end and stiffness, 1: all outputs, 2: with drop or ageing
+  Slide slide[2][3];  ///< step functions; first index: axes - 1; second: 0 end force and stiffness, 1 all
+                      ///< outputs, 2 with drop or ageing
 };
 
 struct LaneTable {
   LaneKernels<float> f32;
-  LaneKernels<double> f64;  ///< null in a build without double precision
+  LaneKernels<double> f64;  ///< kernels for double precision; null in a build without it
 };
 template <class T>
 const LaneKernels<T>& lane_kernels_of(const LaneTable& table) {

@@ -96,9 +96,9 @@ bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
 /// are laid out as the bed's; their constants are not read.
 const char* find_bed_fault(const Bed& bed, const BedState& state, const float* columns) noexcept;
 
-/// Ranges of a saved bed's numbers that follow from the bed and its load.
+/// Ranges of those numbers of a saved bed that follow from the bed and its load.
 struct BedRanges {
-  double size = 0.0, limit_of_pressure = 0.0;  ///< what they must be
+  double size = 0.0, limit_of_pressure = 0.0;  ///< the only values allowed
   double rolled[2] = {}, root[4] = {};         ///< largest magnitudes
   bool turns_rows = false;
 };

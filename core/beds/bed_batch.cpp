@@ -83,8 +83,8 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     }
   }
 
-  /// Lets beds rest that the last step moved and this step does not move: those that it does not name and
-  /// those whose motion it refuses. Notes the beds that it moves.
+  /// Lets beds rest that moved in the last step and do not move in this one: beds that the step does not name
+  /// and beds whose motion it refuses. Records the beds that the step moves.
   void rest_others() noexcept {
     for (const std::uint32_t slot : moved)
       if (beds[slot].last_step != step_number) rest(beds[slot]);
@@ -356,7 +356,8 @@ void BedBatch::restore_state(Span<const std::byte> from) {
         refuse_saved(where, (std::string("has a value that no bed can have (") + fault + ")").c_str());
     }
   }
-  // A bed that slid in the last step before it was saved holds its static limits again when it rests.
+  // Releases, at rest, the kinetic limits of a bed that slid just before it was saved: its bristles hold
+  // static limits again.
   impl_->moved.clear();
   for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot)
     if (impl_->beds[slot].drops) impl_->moved.push_back(slot);

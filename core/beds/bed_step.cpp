@@ -258,7 +258,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.count = bed.count;
   step.creeps = creeps;
   if (creeps) {
-    // Multiples of the golden ratio of any motion spread evenly.
+    // Spreads rounding evenly over the steps of any motion: multiples of the golden ratio, modulo 1, are
+    // spread evenly.
     const double turns =
         1e9 * 0.6180339887498949 / s.limit_of_pressure * ((s.root[0] + s.root[1]) + (s.root[2] + s.root[3]));
     step.spread = static_cast<float>(turns - std::floor(turns) - 0.5);
@@ -413,10 +414,10 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   StepSum sum;
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
-    // Keeps the force of the last step: the bed has not moved, and no friction limit has fallen.
+    // Returns the force of the last step, because the bed has not moved and no friction limit has fallen.
     rest(bed);
   } else if (rolls) {
-    if (carried) {  // applies the changed load first, without motion; rolling follows
+    if (carried) {  // applies the changed load without motion; rolling follows
       Piece piece{};
       piece.carried = true;
       run_kernel(bed, kernels, piece, sum.last);

@@ -580,8 +580,8 @@ const char* bristle_version(void) { return library_version(); }
 
 bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options) {
   return guarded([&] {
-           BuildSignature headers = header_build;  // with the library's struct sizes, so that these pass:
-                                                   // each C struct carries its own size
+           BuildSignature headers = header_build;  // takes the library's struct sizes, because each C struct
+                                                   // carries its own size, which its calls check
            headers.version = version_number;
            headers.options = build_options;
            check_build(headers);
@@ -735,7 +735,8 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     need_columns(options, "options", ids, "ids", count);
     if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
-    std::vector<PatchOptions> all(count);  // converted first, so that a wrong one is refused before any add
+    std::vector<PatchOptions> all(
+        count);  // converted first, so that a wrong struct is refused before any patch is added
     for (size_t i = 0; i < count; ++i)
       all[i] = read_cpp(options + i, ("options[" + std::to_string(i) + "]").c_str());
     std::vector<PatchId> added;

@@ -85,7 +85,7 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     reserve();
   }
 
-  /// Makes room for the contacts of a step and for as many that are held, or missing but remembered.
+  /// Makes room for the contacts of a step and for as many old contacts, which are held or missing.
   void reserve() {
     table = KeyTable(3 * std::size_t{options.capacity});
     points[0].resize(2 * std::size_t{options.capacity});
@@ -135,9 +135,9 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     }
   }
 
-  /// Matches the old and the new contacts of two bodies as a search in order of distance would. The shortest
-  /// match of all joins two contacts that are each other's nearest, and this holds again for the contacts
-  /// that are left. So repeated rounds of matching mutually nearest contacts find the same matches.
+  /// Matches the old and the new contacts of two bodies, with the result of a search in order of distance,
+  /// but in rounds. Each round matches all pairs of contacts that are each other's nearest. The shortest
+  /// match left is always such a pair, so every round makes progress.
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
@@ -198,7 +198,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     p.ordinal = nearest->ordinal;
     return p.joined = true;
   }
-  /// Holds the old contacts that are not listed while another one of their surfaces is.
+  /// Keeps (holds) old contacts that the caller did not list, while another contact of the same two surfaces
+  /// is listed.
   void hold_pair(const Pair& pair) noexcept {
     for (std::uint32_t j = pair.first[0]; j != none; j = points[0][j].after) {
       Point& old = points[0][j];
@@ -216,7 +217,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   std::vector<Point> points[2];
   std::vector<Pair> pairs;
   std::vector<HeldContact> held;
-  std::vector<std::uint32_t> joined;  ///< places in the caller's last list, ascending, that joined another
+  std::vector<std::uint32_t> joined;  ///< indices, ascending, of contacts in the caller's last list that were
+                                      ///< merged into another contact
   std::uint32_t old_count = 0;
   std::uint32_t pair_count = 0;
 };

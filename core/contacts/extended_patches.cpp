@@ -489,7 +489,7 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
     for (const PatchId id : ids) {
       try {
         batch->remove(id);
-      } catch (...) {  // the cell's patch was already removed, or there is no memory for the command
+      } catch (...) {  // ignored: the cell's patch was already removed, or there is no memory for the command
       }
     }
   }

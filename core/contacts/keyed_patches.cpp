@@ -116,7 +116,7 @@ struct KeyedPool {
     for (; pool.size() > kept; pool.pop_back()) {
       try {
         owner.remove(owner.it, pool.back().id);
-      } catch (...) {  // the patch or bed was already removed, or there is no memory for the command
+      } catch (...) {  // ignored: the patch or bed was already removed, or there is no memory for the command
       }
     }
   }

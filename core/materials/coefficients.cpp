@@ -137,7 +137,7 @@ struct Family {
       best = i;
     }
     if (best == 0 || best == points) return start + best * pace;
-    constexpr int iterations = 18;  // leave an error of 1e-5
+    constexpr int iterations = 18;  // they leave an error of 1e-5
     return detail::find_maximum([&](double spread) { return -ratio(spread); }, start + (best - 1) * pace,
                                 start + (best + 1) * pace, iterations)
         .place;

@@ -336,13 +336,13 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.kinetic = c.residual + kinetic * length.mean() * per_metre;
   c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
-  // With a drop, bristles of all lengths may reach their static limits at once, after rests between short
-  // ways.
+  // Counts every bristle at its static limit if the rule has a drop: after rests between short slides all may
+  // reach it at once.
   c.peak_coefficient = material.snap_rule == SnapRule::slide
                            ? material.kinetic_coefficient() / (1.0 - material.drop)
                            : material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // Never fails, because every law limits the ratio of its longest to its mean length.
+  // Cannot fail, because every law limits the ratio of its longest to its mean length.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)

@@ -52,7 +52,7 @@ double newton(double x, const Step& step_from) {
   for (int i = 0; i < most_steps; ++i) {
     const double step = step_from(x);
     if (first == 0.0) first = step;
-    if (!(step * first > 0.0)) break;  // rounding alone turns back
+    if (!(step * first > 0.0)) break;  // a step in the other direction comes from rounding alone
     x += step;
     if (!(magnitude(step) > 1e-15 * magnitude(x))) break;
   }

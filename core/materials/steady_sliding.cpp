@@ -47,7 +47,7 @@ void add_range(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Adds nodes of the trapezoidal rule in z, the standard normal variable of a lognormal law; this rule is
+/// Adds nodes of the trapezoidal rule in z, the standard normal variable of a lognormal law. The rule is
 /// exact to rounding for smooth integrands.
 void add_lognormal(std::vector<Node>& nodes, double cv) {
   constexpr double step = 0.125;
@@ -58,7 +58,7 @@ void add_lognormal(std::vector<Node>& nodes, double cv) {
 
 void add_normal(std::vector<Node>& nodes, const SnapLength& law) {
   const double mean = law.first_parameter() / law.mean(), deviation = law.second_parameter() / law.mean();
-  if (deviation < 1e-12 * mean) {  // an interval of a deviation would end where it begins
+  if (deviation < 1e-12 * mean) {  // stops where an interval of one standard deviation would have no width
     nodes.push_back({1.0, 1.0});
     return;
   }

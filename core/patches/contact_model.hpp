@@ -33,7 +33,8 @@ struct ContactModel {
   double (*apply_load)(Patch&, double normal_load_n) noexcept;
 
   /// Advances a patch by a whole step in which it moves, on one thread. Fills the sums over the bristles. A
-  /// trial step (not committed) changes no state; a patch that changes_in_trials() makes none.
+  /// trial step (not committed) changes no state. A patch for which changes_in_trials() is true gets no trial
+  /// step: the caller steps a copy.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
   /// Answers a motion that leaves Patch::bound if no bristle need be stepped for it, else returns

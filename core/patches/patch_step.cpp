@@ -287,7 +287,7 @@ template <bool plain, class Asked, class Answer>
   return 0;
 }
 
-/// Writes a motion to a lane of `to`.
+/// Writes a motion to the input columns `to` of its lane.
 template <class Asked>
 [[gnu::always_inline]] inline void place(const Patch& p, const Asked& motion, double load, double dt_s,
                                          std::uint32_t lane, LaneMotions& to) noexcept {
@@ -300,7 +300,7 @@ template <class Asked>
   }
 }
 
-/// Writes the response to a motion under the load that has been placed with it.
+/// Writes the response to a motion, under the load that was placed with it.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void answer(Patch& p, const Asked& motion, double dt_s, bool commit,
                                           const LaneAnswers& answers, Answer& out) noexcept {

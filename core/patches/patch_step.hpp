@@ -67,7 +67,7 @@ std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept
 
 // --- contacts in lanes (Patch::in_lane): a step places all motions, runs the blocks, then answers
 
-/// Places a motion in the patch's block.
+/// Places a motion in the block of the patch's lane.
 void place_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;
 void place_motion(const Patch& patch, const CellMotion& motion, double dt_s) noexcept;
 /// Writes the response to a motion from the answers of the patch's block.

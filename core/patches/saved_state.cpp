@@ -173,7 +173,8 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   const PatchRecord::Hold& hold = record.hold;
   if (p.ages) time_fields(time, record.hold, check);
   if (check.fault != nullptr) return check.fault;
-  // Without load there is no bristle in contact, not even one of a negative number that rounding would allow.
+  // Allows exactly 0 bristles without load, although the tolerance for rounding would also allow a negative
+  // number.
   const double zeta = p.material().material.bristles_in_contact(contact.normal_load);
   if (!(std::abs(contact.zeta - zeta) <= 1e-9 * zeta)) return "zeta";
   record.clock = &time;

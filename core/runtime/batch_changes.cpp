@@ -114,8 +114,7 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
 void PatchBatch::Impl::prepare(Command& command, std::size_t& has_scratch) {
   std::size_t bytes = command.patch.record->bytes;
 #if BRISTLE_ASSERTS
-  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into the scratch
-                                                          // memory
+  bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into this memory
 #endif
   if (bytes > has_scratch) {
     has_scratch = bytes;
@@ -207,7 +206,8 @@ struct MakeRoom : Change {
   GroupRoom made;
 };
 
-/// Number of motions at a time, of contacts whose blocks step them but for a few special steps.
+/// Largest number of a group's contacts that are stepped as patches at a time. Blocks step all but a few
+/// contacts.
 constexpr std::size_t few_motions = 256;
 
 }  // namespace

@@ -55,8 +55,8 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Makes the patch that another material puts in the place of a patch. Throws Error if they differ in kind.
   detail::Patch make_replacement(std::shared_ptr<const detail::CompiledMaterial> material,
                                  const Record& record) const;
-  /// Takes a lane for the patch that `command` holds, if it is one in a lane, and scratch memory if it needs
-  /// more than `has_scratch` bytes, which is then its size.
+  /// Takes a lane for the patch that `command` holds, if its model has lanes. Allocates scratch memory if the
+  /// patch needs more than `has_scratch` bytes, which then becomes the new size.
   void prepare(detail::Command& command, std::size_t& has_scratch);
   using Commands = std::vector<std::unique_ptr<detail::Command>>;
   /// Makes a command of a kind for each contact of a group, with the patch that make(i) returns.

@@ -81,8 +81,8 @@ void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
   keep(step);
 }
 
-/// Judges a step and reads the thread's counters before a Change begins, so that a Change lasts only a few
-/// nanoseconds.
+/// Compares a step with its deadline and reads the thread's counters before a Change begins, so that a Change
+/// lasts only a few nanoseconds.
 DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
                                              double cpu_s) const noexcept {
   Step step;

@@ -16,7 +16,7 @@ class FloatModeScope {
   FloatModeScope() noexcept : before_(_mm_getcsr()) {
     if (before_ != kernel_mode) _mm_setcsr(kernel_mode);
   }
-  // Restores the control word, and with it the status flags: those raised since are dropped.
+  // Restores control word and status flags, which drops flags raised since.
   ~FloatModeScope() { _mm_setcsr(before_); }
 #elif defined(__aarch64__)
   FloatModeScope() noexcept {

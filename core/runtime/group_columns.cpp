@@ -16,7 +16,7 @@ std::uint32_t count_of(std::uint32_t lanes) noexcept {
   return lanes == all_lanes ? +lane_count : static_cast<std::uint32_t>(std::popcount(lanes));
 }
 
-/// The input of a block: columns of the caller's arrays, or copies where these end within the block.
+/// Input of a block: columns of the caller's arrays, or copies where the arrays end within the block.
 class BlockInput {
  public:
   BlockInput(const GroupStep& step, std::size_t first, int axes)
@@ -38,7 +38,8 @@ class BlockInput {
 
   /// Returns the bits of motions that are not good (is_good_motion()).
   std::uint32_t bad() const noexcept {
-    // Numbers that are 0 for a good motion: a difference of a number from itself is NaN if it is not finite.
+    // Computes numbers that are 0 for a good motion: a number that is not finite gives NaN when subtracted
+    // from itself.
     double odd[lane_count];
     for (std::uint32_t i = 0; i < lane_count; ++i) {
       const double within = std::min(std::max(load[i], 0.0), highest_load);
@@ -72,8 +73,8 @@ class BlockInput {
     std::copy_n(from.data() + first_, count_, copy.lane);
     return copy.lane;
   }
-  /// Returns the bits of the lanes for which is(lane) is 1, not 0. Most blocks have none, or all: these take
-  /// no branch for a lane.
+  /// Returns the bits of the lanes for which is(lane) is 1, not 0. In most blocks no lane or every lane has
+  /// it, so two cases take no branch per lane.
   template <class Is>
   static std::uint32_t bits_of(const Is& is) noexcept {
     double ones[lane_count];
@@ -92,7 +93,7 @@ class BlockInput {
   }
 };
 
-/// Gives lanes whose contacts stay at rest their last force as the answer.
+/// Answers lanes whose contacts stay at rest with their last force.
 void answer_at_rest(const LaneBlock& b, std::uint32_t lanes, LaneAnswers& answers) noexcept {
   const auto answer = [&](std::uint32_t i) {
     for (int axis = 0; axis < 2; ++axis)

@@ -18,7 +18,7 @@ struct StepOutcome {
   Status status = Status::ok;
 };
 
-/// Returns the motion of a contact.
+/// Returns the motion of contact number `contact`.
 Motion motion_of(const GroupStep& step, std::size_t contact) noexcept;
 /// Writes the response of a contact to the arrays. `computed`: outputs of its group.
 void write_response(const GroupStep& step, std::size_t contact, Outputs computed,
@@ -42,11 +42,11 @@ struct GroupRoom {
   std::vector<std::size_t> contacts;  ///< index of each motion's contact
 };
 
-/// The blocks of a group, all of whose contacts are lent (lend()).
+/// The blocks of a group whose contacts are all lent to them (lend()).
 struct GroupColumns {
   double dt;
   const GroupStep& step;
-  bool stores;  ///< false: a trial, which changes no state
+  bool stores;  ///< whether the step changes the state; false for a trial
 
   /// Steps the contacts `LaneMotions::named` of a block. LaneMotions::item[0] is the index of the contact in
   /// its first lane.

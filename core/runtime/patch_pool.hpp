@@ -44,10 +44,9 @@ struct Outlook {
 
 struct LaneBlock;
 
-/// Where the state of a slot's patch is, if that is in a lane: all that a step needs of the slot to place a
-/// motion.
+/// Place of a slot's patch in a block of lanes, if it has one: all that a step needs to place a motion.
 struct LaneAddress {
-  LaneBlock* block = nullptr;  ///< null if the patch has no lane
+  LaneBlock* block = nullptr;  ///< null if the patch is in no lane
   std::uint32_t generation = 0, lane = 0;
 };
 
@@ -123,11 +122,12 @@ class SlotList {
   };
   static constexpr std::uint32_t last_generation = ~std::uint32_t{0};
 
-  /// Returns the slot freed last, under a new generation, or else a fresh slot. Throws std::bad_alloc.
+  /// Returns the slot that was freed last, with a new generation, or a new slot if none is free. Throws
+  /// std::bad_alloc.
   Slot take() {
     if (free_.empty()) {
       generations_.push_back(1);
-      free_.reserve(generations_.capacity());  // reserved here, so that give_back() cannot fail
+      free_.reserve(generations_.capacity());  // reserves memory here, so that give_back() cannot fail
       return {static_cast<std::uint32_t>(generations_.size() - 1), 1};
     }
     const std::uint32_t slot = free_.back();
@@ -140,10 +140,10 @@ class SlotList {
     if (generations_[slot] != last_generation) free_.push_back(slot);
   }
 
-  /// Returns the first of `count` slots side by side, all under one new generation: part of a run that
-  /// give_back_run() freed, or else fresh slots. Throws std::bad_alloc.
+  /// Returns the first of `count` slots side by side, all with one new generation: part of a run that
+  /// give_back_run() freed, or new slots. Throws std::bad_alloc.
   Slot take_run(std::uint32_t count) {
-    runs_.reserve(runs_.size() + ++runs_taken_);  // reserved here, so that give_back_run() cannot fail
+    runs_.reserve(runs_.size() + ++runs_taken_);  // reserves memory here, so that give_back_run() cannot fail
     for (auto run = runs_.begin(); run != runs_.end(); ++run) {
       if (run->count < count) continue;
       const auto first = generations_.begin() + run->first;

@@ -19,7 +19,7 @@ constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
 constexpr std::size_t resting_row = 16;  ///< number of resting patches in a row at which prefetching stops
 
-// Prefetches cache lines. Inlined by force, because g++ 12 drops calls to a function that only prefetches.
+// Prefetches cache lines. Always inlined, because g++ 12 drops calls to a function that only prefetches.
 // Computes with the address as a number, because a slot without a patch has a null record, and arithmetic on
 // a null pointer is undefined.
 [[gnu::always_inline]] inline void fetch(const void* memory, int lines) noexcept {
@@ -338,7 +338,8 @@ class Scheduler::Step {
       // fast.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = patches.find(items.id(i));
-      if (p != nullptr && p->in_lane) continue;  // place_motions() has placed or answered it
+      if (p != nullptr && p->in_lane)
+        continue;  // skips a contact that place_motions() has placed or answered
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
         p->last_step = step_number;
         outcome.status = outcome.status | items.rest(*p, i);
@@ -363,7 +364,7 @@ class Scheduler::Step {
     if (task.blocks != nullptr) {
       step.step_blocks(task.blocks, task.block_count, task.outcome);
     } else if constexpr (std::is_same_v<Items, Blocks>) {
-      BRISTLE_ASSERT(false);  // a group has no other tasks
+      BRISTLE_ASSERT(false);  // unreachable: blocks of lanes are the only tasks of a group
     } else if (task.split >= 0) {
       const Split& split = s.splits_[static_cast<std::size_t>(task.split)];
       Totals totals{};  // kept out of `task`, whose neighbours in memory belong to other threads
@@ -483,8 +484,8 @@ class Scheduler::Step {
       add_to(report, task.outcome);
     }
     s.retreat_.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
-    // Keeps the larger numbers of the two runs, of cells and of motions. Both stay 1 if there was no task,
-    // because the calling thread then did all the work.
+    // Reports the larger numbers of two runs, that of cells and that of motions. Both numbers stay 1 if there
+    // was no task, because the calling thread then did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
     report.threads = std::max(s.count_threads(task_count), report.threads);
   }

@@ -10,12 +10,12 @@ namespace bristle::detail {
 /// Constants by which work is shared, measured by `bristle_bench --benchmark_filter='^threads/'`; see
 /// bench/README.md for figures.
 struct Sharing {
-  /// Least number of bristles to visit for which a step is shared, for steps back to back: a worker that has
+  /// Least number of bristles to visit for which a step is shared, for steps back to back. A worker that has
   /// just worked starts within a microsecond (measured break-even below 20,000 bristles).
   std::uint64_t parallel_from = 20000;
   /// Least number of bristles to visit for which a step is shared after a pause, as between the ticks of a
-  /// servo loop: a sleeping worker starts after 30 us, in which the calling thread steps some
-  /// 100,000 bristles alone (measured break-even 200,000).
+  /// servo loop. A sleeping worker starts after 30 us, in which the calling thread steps some 100,000
+  /// bristles alone (measured break-even 200,000).
   std::uint64_t parallel_from_paused = 200000;
   /// Time since the last step worth sharing, s, after which workers count as asleep; they spin some 10 us.
   double awake = 20e-6;
@@ -44,10 +44,10 @@ inline Sharing chosen_sharing() noexcept {
   return {from, from, 0.0, piece, patch};
 }
 
-/// A pause during which steps are not shared, after workers have made the caller wait. A worker that the
-/// system takes off its core within a piece holds the caller up until it is back, up to tens of milliseconds;
-/// nobody can take over that piece. Other programs then want the cores, and sharing would lose more than it
-/// gains.
+/// A pause during which steps are not shared, after workers have made the caller wait. If the system takes a
+/// worker off its core within a piece, the caller waits until the worker is back, up to tens of milliseconds,
+/// because nobody can take over that piece. Other programs then want the cores, and sharing would lose more
+/// than it gains.
 class Retreat {
  public:
   /// Whether the pause in sharing steps is over. Call it once for each step that is worth sharing.

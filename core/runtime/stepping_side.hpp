@@ -43,7 +43,7 @@ class SteppingSide {
 };
 #endif
 
-/// Marks the side of a batch as busy for the duration of one call.
+/// Marks the side of a batch as busy while one call lasts.
 class SteppingCall {
  public:
   explicit SteppingCall(SteppingSide& side) noexcept : side_(side) { side_.enter(); }

@@ -1,5 +1,5 @@
-// Switches skipping off in a batch: for tests that compare lazy with eager stepping, and for measurements of
-// what skipping saves.
+// Switches skipping off in a batch, for tests that compare lazy with eager stepping, and to measure what
+// skipping saves.
 #pragma once
 
 #include "core/runtime/batch_access.hpp"

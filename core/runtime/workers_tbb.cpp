@@ -27,7 +27,8 @@ namespace bristle::detail {
 
 namespace {
 
-/// Tasks of one thread that nobody has begun. That thread takes them from the front, others from the back.
+/// Tasks of one thread that no thread has begun. Their thread takes them from the front, other threads from
+/// the back.
 class alignas(64) Share {
  public:
   void fill(int first, int last) noexcept { range_.store(pack(first, last), std::memory_order_relaxed); }
@@ -69,8 +70,8 @@ struct Workers::Impl {
       shares[static_cast<std::size_t>(k)].fill(static_cast<int>(tasks * k / n),
                                                static_cast<int>(tasks * (k + 1) / n));
   }
-  /// Returns the next task for the thread in this slot: one of its own, else one of another thread that
-  /// nobody has begun; -1 if none is left.
+  /// Returns the next task for the thread in this slot: one of its own, or one of another thread that nobody
+  /// has begun; -1 if none is left.
   int next_task(std::size_t slot) noexcept {
     for (std::size_t k = 0; k < shares.size(); ++k) {
       const int task = shares[(slot + k) % shares.size()].take(k == 0);
@@ -113,7 +114,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
 
 void Workers::warm_up() noexcept {
   if (!impl_) return;
-  // Runs more loops than the first 100, in which oneTBB allocates.
+  // Runs more than 100 loops, because oneTBB allocates memory in the first 100.
   std::atomic<int> done{0};
   const auto spin = [](void* counter, int) {
     static_cast<std::atomic<int>*>(counter)->fetch_add(1, std::memory_order_relaxed);

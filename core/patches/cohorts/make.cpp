@@ -163,7 +163,7 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = (renewed ? table.forget : table.follow) + reversed;
   // Calculates mean deflection and mean square of steady sliding without shared renewal. Renewal lowers both,
-  // but a length of path can be judged by them.
+  // but they only have to judge lengths of path.
   const double kinetic = 0.5 * table.square / table.mean;
   const double square = table.cube / (3.0 * table.mean);
   made.memory = square / kinetic;

@@ -125,8 +125,8 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0 || a.snaps_all != 0)  // position from the length, since a far step has no
-                                                  // displacement in fixed point
+    if (slide.carried > 0.0 || a.snaps_all != 0)  // computes the position from length and direction, since a
+                                                  // far step has no displacement in fixed point
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
@@ -264,8 +264,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (!forgets || needs_pieces(r, slide.move))
       r.kernels->move[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     if (forgets) slide_far(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // the bound allowed for snaps, but none
-                                                       // happened
+    if (totals.pieces == 0 &&
+        slide.carried == 0.0) {  // the bound left room for a snap, but no bristle snapped
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
@@ -293,7 +293,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
     p.part_sum[axis] = 0;
-    // Takes the place from the position, as restore does: far from the base slide.move.to is rounded.
+    // Computes the place from the fixed-point position, as a restored patch does, because slide.move.to is
+    // rounded far from the base.
     p.sum[axis] = axis < p.axes ? deflections_at(r, place(p, r, axis), axis) : 0;
   }
   p.bound.reach = no_reach;

@@ -52,7 +52,8 @@ void settle(Patch& p) noexcept {
 
 namespace {
 
-/// Writes what follows from the load alone.
+/// Writes those fields of a response that follow from the load alone: status, damping, force
+/// limit.
 void answer_load(const LaneBlock& b, std::uint32_t lane, double load, double damping,
                  Response& out) noexcept {
   out.status = b.overload_status(lane, load);
@@ -109,7 +110,7 @@ void answer_lane(const LaneBlock& b, std::uint32_t lane, const Motion& motion, d
   }
 }
 
-/// A taken lane, which its record's head owns.
+/// Owner of a lane in a block, freed with the record.
 struct LanePlaces::Place {
   std::shared_ptr<LanePlaces> places;
   LaneBlock* block;
@@ -128,7 +129,7 @@ void LanePlaces::take(LaneRecord& record, std::uint64_t kind, Block (*make)(cons
   if (open.empty()) {
     Block made = make(record);
     made->kind = kind;
-    open.reserve(its.blocks + 1);  // reserved here, so that give_back() cannot fail
+    open.reserve(its.blocks + 1);  // reserves memory here, so that give_back() cannot fail
     LaneBlock* const block = made.get();
     blocks_.emplace(block, std::move(made));
     ++its.blocks;

@@ -49,36 +49,38 @@ struct LaneMotions {
 /// A rounding does not count.
 inline bool is_overloaded(double excess) noexcept { return excess >= 1.0 + 1e-14; }
 
-/// Sixteen contacts. Only the stepping thread and its workers touch a block, but for the free lanes.
+/// Sixteen contacts in the lanes of a block. Only the stepping thread and its workers touch a block, except
+/// for its list of free lanes.
 ///
-/// Load and force of a contact's last step are in its patch or, once a step has lent them (lend()), in
-/// columns of the block: steps of such contacts do not touch their patches. settle() returns them.
+/// Load and force of a contact's last step are stored in its patch. lend() moves them to columns of the
+/// block, so that steps need not touch the patch; settle() moves them back.
 struct LaneBlock {
   LaneState state{};
   LaneColumn<double> load{};      ///< N, normal load of the last step
   LaneColumn<double> force[2]{};  ///< N, elastic force on the body at the end of the last step
-  std::uint32_t lent = 0;         ///< bits of the lanes whose `load`, `force` and `rests` are valid
-  std::uint32_t rests = 0;        ///< bits of the lanes that a step without motion leaves as they are
-  std::uint32_t seen = 0;         ///< bits of the lanes that the step `step` has named
+  std::uint32_t lent = 0;         ///< bits of the lanes whose load and force are lent to the block
+  std::uint32_t rests = 0;        ///< bits of the lanes whose contacts a step without motion leaves at rest
+  std::uint32_t seen = 0;         ///< bits of the lanes that step number `step` has named
   std::uint64_t step = 0;         ///< number of the last step that named a lane
-  LaneMotions motions;            ///< motions that a step has placed, until it runs the block
-  LaneBlock* next = nullptr;      ///< next block of the step
+  LaneMotions motions;            ///< motions placed for the present step, until the block is run
+  LaneBlock* next = nullptr;      ///< next block in the list of blocks that the step runs
   Patch* patch[lane_count] = {};
   LaneColumn<double> full{};   ///< number of physical bristles beyond which the contact is overloaded
-  LaneColumn<double> light{};  ///< N, load up to which the contact certainly is not
-  std::uint32_t work = 0;      ///< cost of a step, in bristles (Sharing)
+  LaneColumn<double> light{};  ///< load, N, up to which the contact is certainly not overloaded
+  std::uint32_t work = 0;      ///< cost of a step of the block, in bristles (Sharing)
 
   void (*run)(const LaneBlock&, const LaneInput&, const LaneOutput&) noexcept = nullptr;
-  void (*clear)(LaneBlock&, std::uint32_t lane) noexcept = nullptr;  ///< makes a lane's contact a new one
+  void (*clear)(LaneBlock&, std::uint32_t lane) noexcept = nullptr;  ///< resets a lane for a new contact
 
   // Properties that the contacts share
   std::shared_ptr<const CompiledMaterial> material;
   double lengths_per_metre = 0.0;
-  double stiffest = 1.0, strongest = 1.0;  ///< those of LayMap
-  std::uint32_t springs = 0;               ///< number of springs of a contact
+  double stiffest = 1.0,
+         strongest = 1.0;     ///< largest stiffness and limit of any direction, over the material's (LayMap)
+  std::uint32_t springs = 0;  ///< number of springs of a contact
   int axes = 2;
   Outputs outputs = Outputs::end;
-  bool ages = false;   ///< Patch::ages: such contacts are never lent
+  bool ages = false;   ///< whether the contacts age (Patch::ages); such contacts are never lent
   bool damps = false;  ///< Patch::damps
 
   // The adding thread's side
@@ -91,7 +93,7 @@ struct LaneBlock {
     const double bristles = material->material.bristles_in_contact(load_n);
     return is_overloaded(bristles / full.lane[lane]) ? Status::overload : Status::ok;
   }
-  /// Notes that a step names lanes. Returns those that it has named before.
+  /// Records the lanes that a step names. Returns those that the same step has already named.
   std::uint32_t see(std::uint32_t lanes, std::uint64_t step_number) noexcept {
     if (step != step_number) seen = 0;
     step = step_number;
@@ -108,11 +110,11 @@ struct LaneBlock {
 
 /// Record of a patch whose state is in a lane.
 struct LaneRecord : PatchRecord {
-  LaneBlock* block = nullptr;  ///< null until LanePlaces::take()
+  LaneBlock* block = nullptr;  ///< block of the contact; null until LanePlaces::take()
   std::uint32_t lane = 0;
 
   template <class Self, class Visit>
-  static void columns(Self&, Visit&&) {}  // all columns are the block's
+  static void columns(Self&, Visit&&) {}  // lists no columns of its own, because all are the block's
 };
 inline LaneRecord& lane_of(const Patch& p) noexcept { return static_cast<LaneRecord&>(*p.record); }
 
@@ -131,7 +133,7 @@ class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
   void give_back(LaneBlock& block, std::uint32_t lane) noexcept;
 
   struct Kind {
-    std::vector<LaneBlock*> open;  ///< blocks with free lanes
+    std::vector<LaneBlock*> open;  ///< blocks with free lanes, by kind
     std::size_t blocks = 0;
   };
   std::unordered_map<LaneBlock*, Block> blocks_;
@@ -141,26 +143,27 @@ class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
 /// Sets the load of a patch in a lane, and what follows from load and material alone.
 void set_load(Patch& patch, double normal_load_n) noexcept;
 
-/// Takes the patch's lane, which may have held another contact before, for a new contact.
+/// Resets a patch's lane, which may have held another contact before, for a new contact.
 void enter_lane(Patch& patch) noexcept;
 
-/// Lends load and force of a patch's last step to its block, unless its response needs more of the patch: it
-/// ages, or has energies of a change of material to report. Returns whether they are lent now.
+/// Lends load and force of a patch's last step to its block. Refuses if a response needs more of the patch:
+/// it ages, or has energies of a change of material to report. Returns whether they are lent.
 bool lend(const Patch& patch) noexcept;
 /// Returns load and force that are lent to the block of a patch in a lane.
 void settle(Patch& patch) noexcept;
 
-/// Whether a motion of a lane that is lent leaves its contact at rest.
+/// Whether a motion leaves a lent contact at rest.
 inline bool stays_at_rest(const LaneBlock& b, std::uint32_t lane, const Motion& motion) noexcept {
   return (b.rests >> lane & 1u) != 0 && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
          motion.normal_load == b.load.lane[lane] && !motion.has_velocity;
 }
-/// Writes the response of a contact that is lent from the answers of its block.
+/// Writes the response of a lent contact from the answers of its block.
 void answer_lane(const LaneBlock& block, std::uint32_t lane, const Motion& motion, double dt_s,
                  const LaneAnswers& answers, Response& out) noexcept;
-/// Writes the response of a contact that is lent and stays at rest: its last force.
+/// Writes the response of a lent contact that stays at rest: its last force.
 void answer_resting_lane(const LaneBlock& block, std::uint32_t lane, Response& out) noexcept;
-/// Stores load and force of a step for the contact's next one. The caller adds the lane to LaneBlock::rests.
+/// Stores load and force of a step in the block, for the contact's next step. The caller adds the lane to
+/// LaneBlock::rests.
 inline void note_step(LaneBlock& b, std::uint32_t lane, double load, const LaneAnswers& answers) noexcept {
   b.load.lane[lane] = load;
   for (int axis = 0; axis < b.axes; ++axis) b.force[axis].lane[lane] = answers.end[axis].lane[lane];

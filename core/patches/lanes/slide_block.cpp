@@ -14,7 +14,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Record of a contact, with what its block will need.
+/// Record of a contact, with the data from which its block is made.
 struct SlideRecord : LaneRecord {
   const KernelTable* kernels = nullptr;
 
@@ -51,7 +51,7 @@ struct Lane {
   double force(std::uint32_t i, int axis) const noexcept {
     return axis < axes() ? static_cast<double>(stored(i, axis)) + base(axis) : 0.0;
   }
-  /// Calls visit(number) for all that is saved.
+  /// Calls visit(number) for each saved number of a contact.
   template <class Visit>
   void fields(Visit&& visit) const noexcept {
     visit(stiffness());
@@ -83,7 +83,7 @@ void clear(LaneBlock& block, std::uint32_t lane) noexcept {
   }
 }
 
-/// Makes a block for contacts like that of the record.
+/// Makes a block for contacts of the record's kind.
 template <class T>
 LanePlaces::Block make_block(const LaneRecord& like) {
   const auto& r = static_cast<const SlideRecord&>(like);
@@ -151,7 +151,8 @@ LanePlaces::Block make_block(const LaneRecord& like) {
 
   const bool all = r.options.outputs != Outputs::end;
   block->kernel = lane_kernels_of<T>(*r.kernels->lanes).slide[r.options.axes - 1][times ? 2 : all ? 1 : 0];
-  // A contact costs some 12 ns, and each of its springs 1 ns; a bristle of Sharing costs 0.3 ns.
+  // Cost of a contact in bristles (Sharing): a bristle takes 0.3 ns, a contact some 12 ns, and each of its
+  // springs 1 ns.
   block->work = lane_count * (40 + 3 * n);
   block->run = &run<T>;
   block->clear = &clear<T>;
@@ -210,7 +211,7 @@ double stored_energy(const Patch& p) noexcept {
   return 0.5 * sum / lane.stiffness() * lane.block.law.metres_per_length;
 }
 
-/// Moves a contact to another material: deflections stay, and tips beyond their new limits slide.
+/// Moves a contact to another material: deflections stay, and tips beyond their new limits slip.
 template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   const Lane<T> now(to), before(from);
@@ -219,7 +220,8 @@ void take_over(Patch& to, Patch& from) noexcept {
   set_load(to, from.normal_load);
   if (!(before.stiffness() > 0.0) || !(to.normal_load > 0.0)) return;
   const double of_load = before.block.law.stiffness_per_newton * from.normal_load;
-  // The contact is as much stiffer than its load as it was.
+  // Keeps the ratio of the contact's stiffness to the stiffness for its load, which is above 1 after a fall
+  // of the load.
   now.stiffness() =
       now.block.law.stiffness_per_newton * to.normal_load * std::max(before.stiffness() / of_load, 1.0);
   const double scale = before.block.law.metres_per_length * now.stiffness() /
@@ -304,10 +306,10 @@ std::uint64_t signature(const Patch& p) noexcept {
 
 template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept {
-  // The force at the end of the last step is saved, because stored forces give it only to a rounding.
+  // Saves the force at the end of the last step, because the stored forces give it only to rounding.
   for (const double force : p.elastic) write(force);
   write(p.rests ? 1.0 : 0.0);
-  // A patch that has no lane yet is saved as a contact without load.
+  // Saves a patch that has no lane yet as a contact without load.
   if (lane_of(p).block != nullptr) return Lane<T>(p).fields([&write](const auto& number) { write(number); });
   const SlideRecord& r = record_of(p);
   for (int k = 0; k < 2 + r.options.axes; ++k) write(0.0);

@@ -10,7 +10,7 @@
 namespace bristle::detail {
 
 constexpr std::uint32_t default_sliders = 32;
-/// Number of strata above which more change nothing that matters: their error falls with the square.
+/// Largest number of strata. More would not matter, because the error falls with the square of their number.
 constexpr std::uint32_t most_sliders = 4096;
 
 template <class T>
