@@ -158,7 +158,8 @@ template <class A>
 inline double age_at(const A& step, double time, double since) {
   return least(most((time - since) * step.ageing_rate, 0.0), oldest);
 }
-/// Ages that bristles gained from the last rewrite of their block to the start and to the end of a step.
+/// Ages that bristles have gained since the last rewrite of their block: at the start and at the end of a
+/// step.
 struct BlockAge {
   double before, after;
 };

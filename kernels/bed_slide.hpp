@@ -87,10 +87,10 @@ inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
   const V size = most(root(ux * ux + uy * uy), smallest);
   const V per_size = divide(one, size);
   const V cosine = (ux * ex + uy * ey) * per_size, sine = (ux * ey - uy * ex) * per_size;
-  const V tangent = divide(sine, most(one + cosine, V(1e-6f)));  // of half the angle phi
+  const V tangent = divide(sine, most(one + cosine, V(1e-6f)));  // tangent of half the angle phi
   const V cos2 = ex * ex - ey * ey, sin2 = (ex + ex) * ey;
   const V at_end = ex * ex + g * (ey * ey);
-  const V longest(1e6f);  // limits, after which a tip lies along the motion
+  const V longest(1e6f);  // limits; after a longer path the tip lies along the motion
   const V over_limit = g * least(divide(length, most(limit, smallest)), longest);
   const V way = over_limit - lack * (cos2 * cosine + sin2 * sine);
   const auto slope_at = [&](V c, V s) {  // D

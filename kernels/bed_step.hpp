@@ -48,7 +48,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const bool askew = step.gain != 1.0f;
   const bool creeps = all && !carried && step.creeps;
   [[maybe_unused]] constexpr float eps = std::numeric_limits<float>::epsilon();
-  // 0 if the step rewrites all tips relative to roots at zero (BedStep::rolled); else 1.
+  // 0 if the step rewrites all tips relative to roots at zero (BedStep::rolled), otherwise 1.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -87,7 +87,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Place of the bristle's tip at which the bristle would be straight at the end of the step.
+    // Place of a bristle's tip at which the bristle would be straight at the end of the step.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -101,7 +101,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V hold = limit;
     V limit_over_hold = one;
     if constexpr (drops) {
-      // A bristle that slid holds its static limit again when the motion turns back.
+      // Gives a bristle that slid its static limit again when the motion turns back.
       const auto held_less = (at[bed_slid] * kept > none) & (zx * dx + zy * dy >= none);
       hold = select_lanes(held_less, limit, limit * V(step.hold_over_limit));
       limit_over_hold = select_lanes(held_less, one, V(step.limit_over_hold));
@@ -142,7 +142,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
       V path = least(way_to_slide<float, 2>(start, reach), length);
       if (creeps) {
-        // A bristle at its limit, but for roundings, slides at once.
+        // Lets a bristle that is at its limit, within rounding, slide at once.
         const V nearly = reach * V(1.0f - 32.0f * eps);
         path = select_lanes((start.along >= none) & (z2 >= nearly * nearly), none, path);
       }
@@ -160,7 +160,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         }
         const V per_way = divide(one, most(way, smallest));
         if (creeps) {
-          // The tip moves by the root's motion less what turning and the limit change in the deflection.
+          // Moves the tip by the root's motion less the change of the deflection, by turning and by the
+          // limit.
           const V size = most(root(ux * ux + uy * uy), smallest);
           const V ratio = divide(slide_limit, size), change = divide(slide_limit - size, size);
           const V a = ratio * (ux * px + uy * py), b = ratio * (ux * py - uy * px);
@@ -175,7 +176,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
                                                                  reach, slide_limit, px, py, way);
           end.x = select_lanes(slides, slid.x, end.x);
           end.y = select_lanes(slides, slid.y, end.y);
-          // The mean over the isotropic motion stands for that over the displacement.
+          // Takes the mean over the isotropic motion for the mean over the displacement.
           const V half_path2 = V(0.5f) * path * path, share = left * per_way;
           end.integral_x =
               select_lanes(slides, zx * path + ex * half_path2 + slid.integral_x * share, end.integral_x);
@@ -185,7 +186,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       }
       if constexpr (carried) {
         if (step.rolls) {
-          // A limit that rolling raises grows all along the motion.
+          // Lets a limit that rolling raises grow evenly along the motion.
           const V old = at[bed_old_pressure] * limit_of_pressure;
           const V grown = select_lanes((old > none) & (old < limit),
                                        V(0.5f) * divide(old + limit, most(limit, smallest)), one);
@@ -228,7 +229,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
         if (any_rough) {
-          // The tip of a bristle that is within its limit, or that unloads, sticks first.
+          // Lets the tip of a bristle that is within its limit, or that unloads, stick first.
           V share = share_that_sticks(most(gap, none), zd * over_hold2, d2 * over_hold2);
           share = select_lanes(rough & ((gap > none) | unloads), share, none);
           ux = zx + dx * share;
@@ -238,7 +239,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V ud = (ux * dx + uy * dy) * left;
           const V ud2 = ud + ud;
           q2 = select_lanes(rough, ud2 * over_both, q2);
-          // If the limit has fallen below the deflection, the bristle slides at the mean of both.
+          // Lets the bristle slide at the mean of limit and deflection if the limit has fallen below the
+          // deflection.
           const auto outside = rough & (none > gap);
           if (any_lane(outside)) {
             const V n = root(z2);
@@ -413,8 +415,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // Half length of the part of the row in contact, relative to the whole row. Places along the row count
-    // towards the leading edge, so `sign` swaps the row's ends.
+    // Half length of the part of the row in contact, relative to the whole row. Places along the row are
+    // counted towards the leading edge; `sign` swaps the row's ends.
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
     V place = at[bed_along] * sign;
@@ -439,8 +441,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
     if constexpr (rolls) {
       at.put(bed_old_pressure, at[bed_pressure]);
-      // The cell covers the distances from `near` to `far` from the leading edge; its part nearer than
-      // `carried` has entered the contact in this step.
+      // Distances of the cell's ends from the leading edge, `near` to `far`. The part nearer than `carried`
+      // has entered the contact in this step.
       const V near = edge - high;
       const V far = edge - low;
       const V border = least(most(near, carried), far);

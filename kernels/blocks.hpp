@@ -1,5 +1,5 @@
 // Operations on blocks of 256 bristles other than a step: first contact, storing deflections relative to a
-// position, energy. Written for numbers; the compiler vectorises it.
+// position, energy. They are written for single numbers, and the compiler vectorises them.
 #pragma once
 
 #include "core/kernel_table.hpp"

@@ -1,6 +1,6 @@
-// Processes eight vectors together: in a chain of dependent operations (log, polynomial, exp) each waits for
-// the one before, and eight chains fill the waiting time. (Four vectors take a quarter longer.) Single
-// numbers are processed one by one, because they can branch on what a bristle does.
+// Processes eight vectors together. In a chain of dependent operations (log, polynomial, exp) each operation
+// waits for the one before, and eight chains fill the waiting time. (Four vectors take a quarter longer.)
+// Single numbers are processed one by one, because they can branch on what a bristle does.
 #pragma once
 
 #include "lanes.hpp"

@@ -339,8 +339,8 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// Adds the sums over renewed bristles to `p`; they and the snapped ones restart as one newborn cohort.
-/// Replaces x and y, because the pass of renewals sums them over all mass that remains.
+/// Adds the sums over renewed bristles to `p`, because renewed and snapped bristles restart as one newborn
+/// cohort. Replaces x and y, because the pass of renewals sums them over all mass that remains.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -355,12 +355,12 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   for (std::uint32_t w = 0; w < most_cohorts / 64; ++w) p.emptied.word[w] |= renewed.emptied.word[w];
 }
 
-/// Makes one newborn cohort of the mass that snapped or was renewed along a piece, at its mean place, bent
-/// by l_r. Bristles that snapped a second time (those whose new snap length is below the mean gap) count as
-/// one group. Books energy and path integral. `at`: end of the piece; `snapped`: mass that snapped;
+/// Makes one newborn cohort of the mass that snapped or was renewed along a piece, at its mean place, bent by
+/// l_r. Bristles that snapped a second time (those whose new snap length is below the mean gap) count as one
+/// group. Adds energy and path integral to the sums. `at`: end of the piece; `snapped`: mass that snapped;
 /// `renewed_rate`: renewals of a bristle per length of path. Sets `spread` to mass x variance of the places
-/// where the bristles were straight, which the caller stores. Always inlined: a result in memory would be
-/// written as numbers and read as pairs, which stalls the processor.
+/// where the bristles were straight, which the caller stores. Always inlined, because a result in memory
+/// would be written as numbers and read as pairs, which stalls the processor.
 template <bool rubs, bool ages>
 [[gnu::always_inline]] inline Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a,
                                            double piece, const double at[2], double snapped,
@@ -484,8 +484,9 @@ inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
   return near;
 }
 
-/// Brings straight bristles into contact at `at`, with the ranks [low, high). These bristles join the cohort
-/// that entered last or form a new cohort, for which the caller has made room. Returns twice the energy lost.
+/// Brings straight bristles with the ranks [low, high) into contact, with the patch at `at`. They join the
+/// cohort that entered last, or form a new cohort, for which the caller has made room. Returns twice the
+/// energy lost.
 template <bool ages>
 double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass, double low,
              double high, bool joins, const CohortTimes& times) {

@@ -142,8 +142,8 @@ struct CohortSums {
     emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
   }
 
-  /// Adds the losses of the cohorts at `place` to the sums. These are bent by z at the end of a piece; of
-  /// their mass `kept` is left, and `left_behind` was lost at a path `g` before the end.
+  /// Adds the losses of the cohorts at `place` to the sums. The cohorts are bent by z at the end of a piece;
+  /// the mass `kept` is left of them, and the mass `left_behind` was lost at a path `g` before the end.
   template <int axes>
   void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
            Vector left_behind, Vector g) {
@@ -309,7 +309,7 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
 }
 
 /// Advances all cohorts by one piece of the patch's path, which ends with the patch at `at`. Returns whether
-/// one is bent further than ever before; only then are the sums `p` written.
+/// a cohort is bent further than ever before; only then are the sums `p` written.
 template <int axes, bool rubs, bool ages>
 bool bend_cohorts(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                   double length, const double at[2], const CohortTimes& times, PieceSums& p) {

@@ -15,8 +15,8 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // Twice the mean snap length times each cohort's growth factor g: a part of the cost, so that cohorts of
-  // different age rarely merge. (With once the mean length the error is a fifth larger.)
+  // Twice the mean snap length times each cohort's growth factor g. It is part of the cost, so that cohorts
+  // of different age rarely merge. (With once the mean length the error is a fifth larger.)
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
@@ -123,8 +123,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
-        // Puts the newborn cohort into the lane of a cohort that lost its mass. In a slide the oldest cohorts
-        // do, so lanes form a ring and no cohort is moved.
+        // Puts the newborn cohort into the lane of a cohort that lost its mass. In a slide the oldest cohort
+        // loses its mass as a newborn begins, so no cohort has to be moved.
         std::uint32_t free = sums.emptied.take_last(s.count);
         if (free == no_cohort && s.count == s.capacity) {
           t.lost += make_room<ages>(law, s, rows, at, times);

@@ -1,9 +1,9 @@
 // Carries representative bristles of a steady slide round a corner of its path (core/patches/RUBBING.md).
 //
 // Along a gently bent path the lengths |z| of deflections are distributed as in a straight slide, to first
-// order in the angle, and a bristle took hold the distance |z| - residual ago. So every |z| stays, and each
-// deflection takes the direction of the chord back to where its bristle took hold. Written for numbers; the
-// compiler vectorises it.
+// order in the angle. A bristle took hold the distance |z| - residual ago. Carrying therefore keeps every |z|
+// and gives each deflection the direction of the chord back to where its bristle took hold. Written for
+// single numbers; the compiler vectorises it.
 #pragma once
 
 #include "blocks.hpp"
@@ -39,9 +39,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     const T bent = root(x * x + y * y);
     const T inverse = T(1) / (bent + tiny);
     const T to_ux = x * inverse - before_x, to_uy = y * inverse - before_y;
-    // `path`: distance since the bristle took hold. `low`: what is left, at the end, of the deflection
-    // before the corner. If the bristle took hold before the corner, that part keeps the share low / |z| of
-    // its angle to the earlier motion.
+    // Computes two lengths. `path`: distance since the bristle took hold. `low`: part of the deflection
+    // before the corner that is left at the end. If the bristle took hold before the corner, that part keeps
+    // the share low / |z| of its angle to the earlier motion.
     const T beyond = bent - residual;
     const T path = beyond > T(0) ? beyond : T(0);
     const T low = bent - (path < length ? path : length);
@@ -53,9 +53,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     row_x[k] = chord_x * scale;
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
-      // The part t of the deflection that dates from before the corner falls from `bent` to `low` along the
-      // carried path. Computes the integrals of t and of t times its share of the bend, then the contribution
-      // along the motion that keeps |z| unchanged, of second order in the angle.
+      // Integrates the part t of the deflection that dates from before the corner, which falls from `bent` to
+      // `low` along the carried path, and t times its share of the bend. Then adds the part along the motion
+      // that keeps |z| unchanged, of second order in the angle.
       const T back = T(0.5) * (bent * bent - low * low);
       const T bent_back = (bent * bent * bent - low * low * low) * T(1.0 / 3.0) * inverse;
       const T off_x = to_ux + (before_x - ex), off_y = to_uy + (before_y - ey);

@@ -14,7 +14,7 @@ namespace bristle::detail {
 namespace {
 
 /// Length (scaled) of a step beyond which double precision does not resolve the place of a bristle between
-/// two snaps, so that this place is random.
+/// two snaps. The place is then random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
 /// Outcome of a step in double precision for one bristle that snapped in it.
@@ -53,10 +53,9 @@ struct FarAge {
   double largest_growth;
 };
 
-/// Bristle met at a random place of a long slide: its fresh length `delta`, and the path `length` between
-/// its snaps. The chance to meet a bristle is proportional to its path: delta is drawn from the
-/// length-biased law and accepted with a probability proportional to length / delta, which grows with
-/// delta.
+/// Bristle at a random place of a long slide: its fresh length `delta`, and the path `length` between its
+/// snaps. A bristle is found with a probability proportional to that path. Hence delta is sampled from the
+/// length-biased law and accepted with a probability proportional to length / delta, which grows with delta.
 struct MetBristle {
   double delta, length;
 };
@@ -80,9 +79,9 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
 }
 
 /// Moves a bristle along the path left, by SnapRule::redraw: `delta` becomes its fresh snap length at the
-/// end, `state` its random state. With ageing at constant velocity the paths from snap to snap are
-/// independent too, but have another law: l = delta g(l / v). `law` then has the moments of l (core,
-/// aged_law.cpp), beside the parameters of delta.
+/// end, `state` its random state. With ageing at constant velocity the paths l = delta g(l / v) from snap to
+/// snap are independent too, but have another law. `law` then has the moments of l (core, aged_law.cpp)
+/// beside the parameters of delta.
 template <class T, bool ages>
 inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
                                 std::uint32_t& state) {
@@ -212,7 +211,8 @@ struct FarRow {
   alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
                                             ///< length
   alignas(64) double weight[lane_count];
-  /// Random place between two snaps, as a share of the snap length, for steps too long to resolve that place.
+  /// Random place between two snaps, as a share of the snap length, for steps so long that the place cannot
+  /// be computed.
   alignas(64) double phase[lane_count];
 };
 

@@ -136,7 +136,7 @@ void step_joints(const JointStep& step) {
       const SlideStart<V> start = slide_start<double, 1>(z, none, e, none);
       V holds = limit_ahead;
       if constexpr (drops) {
-        // A bristle that slid holds its static limit again when the motion turns back.
+        // Gives a bristle that slid its static limit again when the motion turns back.
         const auto turns_back = start.along < none;
         holds = select_lanes(e > none, select_lanes(turns_back, holds_at.forward * scale, reach.forward),
                              select_lanes(turns_back, holds_at.backward * scale, reach.backward));
@@ -156,8 +156,8 @@ void step_joints(const JointStep& step) {
       if constexpr (all) {
         mean = mean + share * select_lanes(length > none, end.integral_x, end.x);
         stuck = stuck + select_lanes(slides, none, share);
-        // Limit at which the bristle slides: 1 forward, -1 backward, 0 if it sticks. The deflection of a
-        // sliding bristle follows this limit.
+        // Limit at which the bristle slides: 1 forward, -1 backward, 0 if the bristle sticks. The deflection
+        // of a sliding bristle follows this limit.
         const V side = select_lanes(
             slides, e, select_lanes(beyond_forward, one, select_lanes(beyond_backward, none - one, none)));
         const V part = share * relative;

@@ -1,6 +1,6 @@
-// Parts of a step of sixteen contacts in lanes that are computed once for each contact, before and after its
-// springs (lane_slide.hpp): directions, scales and the place of `base` before; forces, energies and state
-// after; between them the way of a contact that sliding softens.
+// Parts of a step of sixteen contacts in lanes that are computed once for each contact. Before its springs
+// (lane_slide.hpp): directions, scales and the place of `base`. After them: forces, energies and state. In
+// between: the path (`way`) of a contact that sliding softens.
 #pragma once
 
 #include "ageing.hpp"
@@ -23,19 +23,20 @@ struct LaneMotion {
       base_after_x[lane_count], base_after_y[lane_count];
   alignas(64) T per_unit[lane_count], unit[lane_count], rebases[lane_count], phase[lane_count];
   alignas(64) T named[lane_count], softens[lane_count];
-  alignas(64) T per_length[lane_count];  ///< age that a spring gains per length of way, in ageing times
+  alignas(64) T per_length[lane_count];  ///< age that a spring gains per length of path, in ageing times
   bool any_softens = false;
   alignas(64) double direction[2][lane_count], base_after[2][lane_count];
-  alignas(64) double way[lane_count];        ///< length of the step in scaled lengths of the present load, at
-                                             ///< the contact's stiffness
-  alignas(64) double moved[lane_count];      ///< as `way`, at the stiffness that belongs to the load
-  alignas(64) double stiffness[lane_count];  ///< before sliding softens it, N per scaled length
+  alignas(64) double way[lane_count];    ///< length of the step's path in scaled lengths at the present load,
+                                         ///< for the contact's stiffness
+  alignas(64) double moved[lane_count];  ///< as `way`, for the stiffness that belongs to the load
+  alignas(64) double stiffness[lane_count];  ///< stiffness before sliding softens the contact, N per scaled
+                                             ///< length
   alignas(64) double of_load[lane_count];    ///< stiffness that belongs to the load; 0 = no contact
-  alignas(64) double used[lane_count];       ///< force of one scaled length in this step, N
+  alignas(64) double used[lane_count];       ///< force of one scaled length of deflection in this step, N
 
   LaneMotion(const SlideLaw<T>& law, const LaneState& state, const LaneInput& in, int axes) {
     constexpr double least_stiffness = sizeof(T) == 4 ? 1e-36 : 1e-290;
-    constexpr double longest = 1e150;  // keeps squares finite
+    constexpr double longest = 1e150;  // longest displacement whose square stays finite
     for (std::uint32_t i = 0; i < lane_count; ++i) {
       const double dx = in.displacement[0][i], dy = axes == 2 ? in.displacement[1][i] : 0.0;
       const double x = least(most(law.to[0][0] * dx + law.to[0][1] * dy, -longest), longest);
@@ -69,7 +70,7 @@ struct LaneMotion {
     }
   }
 
-  /// Sets the way of contact i, on which a spring that sticks gains the force `gain`, N.
+  /// Sets the path of contact i, on which a spring that sticks gains the force `gain`, N.
   void set_way(const LaneState& state, std::uint32_t i, double the_way, double gain_x, double gain_y) {
     way[i] = the_way;
     length[i] = static_cast<T>(least(the_way, longest_slide));
@@ -84,17 +85,17 @@ struct LaneMotion {
   }
 };
 
-/// Sums of weight x a quantity over the springs of a contact, in scaled lengths. A step that asks for force
-/// and stiffness alone has the first few.
+/// Sums of weight x a quantity over the springs of a contact, in scaled lengths. Steps that ask for force and
+/// stiffness alone fill only those before lane_sums_of_end.
 enum LaneSum : std::uint32_t {
   sum_end_x,
   sum_end_y,
-  sum_work,         ///< work that sliding does, without drops
+  sum_work,         ///< work done by sliding, drops not included
   sum_squares_end,  ///< squared deflection at the end, after the change of load and before it
   lane_sums_of_end,
   sum_squares_start = lane_sums_of_end,
   sum_squares_before,
-  sum_integral_x,  ///< integral of the deflection over the way of the step
+  sum_integral_x,  ///< integral of the deflection along the path of the step
   sum_integral_y,
   sum_lost,  ///< energy that sliding dissipates
   sum_slid,  ///< number of springs that slid
@@ -105,20 +106,21 @@ struct LaneSums {
   alignas(64) T of[lane_sums][lane_count];
 };
 
-/// Way of a contact that sliding softens, at the start of the last piece of a step. Its ease, the stiffness
-/// that belongs to the load over the contact's, grows as sliding dissipates (core/MODEL.md, section 30), so a
-/// way is longer than the displacement by less and less. Springs depend on the way alone.
+/// Path (`way`) of a contact that sliding softens, at the start of the last piece of a step. `ease` is the
+/// stiffness that belongs to the load over the contact's stiffness. It grows towards 1 as sliding dissipates
+/// (core/MODEL.md, section 30), so the path exceeds the displacement by less and less. Springs depend on the
+/// path alone.
 struct LanePiece {
-  bool cut = false;    ///< Whether the step has pieces; else the ease is that of its start throughout.
-  double way = 0.0;    ///< from the start of the step, scaled lengths
+  bool cut = false;    ///< whether the step has pieces; if not, the ease at its start holds throughout
+  double way = 0.0;    ///< path from the start of the step, scaled lengths
   double moved = 0.0;  ///< displacement so far, scaled lengths
   double ease = 1.0;
   double squares = 0.0, work = 0.0;  ///< sum_squares_end, sum_work
   double integral[2] = {0.0, 0.0};   ///< sum_integral_x, _y
   double impulse[2] = {0.0, 0.0};    ///< integral of the deflection over the displacement
 
-  /// Returns the ease at the end of a piece in which energy conserves: half the change of ease x `squares`
-  /// equals the mean ease x what sliding dissipates at least.
+  /// Returns the ease at the end of a piece that conserves energy: half the change of ease x `squares` equals
+  /// the mean ease x the least energy that sliding dissipates.
   double ease_after(double squares_after, double least_lost) const {
     const double mean = 0.5 * (squares + squares_after);
     if (!(least_lost > 0.0)) return ease;
@@ -126,13 +128,14 @@ struct LanePiece {
   }
 };
 
-/// Length of a piece of way, scaled, and most pieces of a step before the rest is one piece.
+/// Length of a piece of path, scaled, and largest number of pieces of a step, after which the rest is one
+/// piece.
 constexpr double soft_piece = 0.125;
 constexpr int most_soft_pieces = 128;
-/// Way x (1 - ease) of a step up to which it is one piece: then the way is too long by less than that.
+/// Path x (1 - ease) up to which a step is one piece. The path is then too long by less than this length.
 constexpr double least_cut = 0x1p-7;
 
-/// Makes the springs of a contact straight that has lost its load.
+/// Makes the springs of a contact that has lost its load straight.
 template <class T>
 void straighten_lane(const SlideLaw<T>& law, const SlideColumns<T>& columns, std::uint32_t lane) {
   for (std::uint32_t i = 0; i < law.springs; ++i) {
@@ -153,17 +156,17 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     const double load = m.of_load[i], k = m.stiffness[i], before = state.stiffness.lane[i];
     const auto sum = [&](LaneSum of) { return static_cast<double>(sums.of[of][i]); };
     const double end[2] = {sum(sum_end_x), sum(sum_end_y)};
-    // Softens a contact that is stiffer than its load, at unchanged forces, by what sliding dissipates at
-    // least.
+    // Softens a contact that is stiffer than its load, at unchanged forces, by the least energy that sliding
+    // dissipates.
     const double squares = sum(sum_squares_end);
-    // Beyond the length that was computed every spring slides along the motion.
+    // Adds the path beyond the length that was computed, on which every spring slides along the motion.
     const double way = m.way[i], more = way > longest_slide ? way - longest_slide : 0.0;
     const double beyond = more * (end[0] * m.direction[0][i] + end[1] * m.direction[1][i]);
     const LanePiece& last = pieces[i];
     const double freed = law.least_loss * (sum(sum_work) + beyond - last.work);
     double soft = k, mean_ease = 1.0;
     if (last.cut) {
-      // The displacement of the last piece gives its mean ease; energy gives the ease at its end.
+      // Takes the mean ease of the last piece from its displacement, and the ease at its end from the energy.
       mean_ease = (m.moved[i] - last.moved) / (way - last.way);
       const double energy = last.squares * last.ease + mean_ease * (squares - last.squares + 2.0 * freed);
       soft = m.used[i] / (squares > 0.0 ? least(energy / squares, 1.0) : last.ease);
@@ -172,7 +175,7 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     }
     if (soft <= load * (1.0 + 1e-9)) soft = load;
     if (load == 0.0) soft = 0.0;
-    // The force on the body; +0 for a straight contact.
+    // Turns forces to those on the body; subtracts from 0, so that a straight contact gives +0.
     const double force = load == 0.0 ? 0.0 : m.used[i];
     const auto write = [&](double* const(&to)[2], double along, double across) {
       along = (along + shift) * force;
@@ -194,7 +197,7 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
               (last.impulse[axis] + mean_ease * (way * mean[axis] - last.integral[axis])) / m.moved[i];
       }
       write(out.mean, mean[0], mean[1]);
-      // Energies are half a square times force per length: scaled forces of `used` over a stiffness.
+      // Computes energies as half a square times force per length: scaled forces of `used` over a stiffness.
       const double joules = m.used[i] * m.used[i] * law.metres_per_length;
       const double of_k = k > 0.0 ? joules / k : 0.0;
       const double stored = 0.5 * squares * (soft > 0.0 ? joules / soft : 0.0);

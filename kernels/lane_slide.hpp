@@ -1,12 +1,12 @@
 // A step of sixteen contacts whose springs slide at their limit (SnapRule::slide), one contact in each lane
 // (core/MODEL.md, section 30, has the formulas). One source for vectors and for plain numbers.
 //
-// A spring's state is its force: a load that rises at rest changes only the stiffness and the limits. Within
-// a step forces are divided by the stiffness that belongs to the present load. In these units, scaled
-// lengths, a spring slides at its limit l under every load; a contact that is stiffer than its load (after a
-// fall) moves by a longer way. A spring that sticks is not written: its force grows with `base`, which is in
-// double. What a slide adds to a stored force is the way of the tip, never the difference of two forces, and
-// its rounding is spread evenly; so slow sliding turns and dissipates as it should.
+// A spring's state is its force, so a load that rises at rest changes only the stiffness and the limits.
+// Within a step forces are divided by the stiffness that belongs to the present load. In these units, scaled
+// lengths, a spring slides at its limit l under every load, and a contact that is stiffer than its load
+// (after a fall) moves by a longer path. A spring that sticks is not written: its force grows with `base`,
+// which is in double. A slide adds the path of the tip to a stored force, never the difference of two forces,
+// and its rounding is spread evenly. Therefore slow sliding turns and dissipates as it should.
 #pragma once
 
 #include <limits>
@@ -17,16 +17,16 @@
 namespace bristle::detail {
 namespace {
 
-/// Ways per step, scaled, below which the rounding of stored forces is spread.
+/// Path per step, scaled, below which the rounding of stored forces is spread.
 constexpr double creep = 0x1p-6;
 
-/// Part of a step in which a spring's tip sticks, and what it does then.
+/// Part of a step in which a spring's tip sticks, and the lengths at which it slides then.
 template <class V, class Which>
 struct LaneStart {
   Which slides;
-  V path;   ///< way over which the tip sticks
-  V holds;  ///< |z| at which it begins to slide
-  V limit;  ///< |z| at which it slides
+  V path;   ///< path over which the tip sticks
+  V holds;  ///< |z| at which the tip begins to slide
+  V limit;  ///< |z| at which the tip slides
 };
 
 /// A step of one vector of contacts, lanes from `first` on.
@@ -58,7 +58,7 @@ class LaneSlider {
         creeps(sizeof(T) == 4 && any_lane((length > V(T(0))) & (length < V(T(creep))))) {}
 
   void run(LaneSums<T>& sums) {
-    // Sums over sixteen springs at a time first, which loses fewer digits.
+    // Sums over sixteen springs at a time, then over these sums, which loses fewer digits.
     V total[count];
     for (V& x : total) x = none;
     for (std::uint32_t i = 0; i < law.springs;) {
@@ -106,8 +106,8 @@ class LaneSlider {
     V y = axes == 2 ? stored_y * per_unit + base_y : none;
     if constexpr (all) add(sum_squares_before, weight * square_of(x, y, centre));
 
-    // A load that has fallen lowers the limits: the tips of springs beyond them slide although the contact
-    // does not move. All springs stay within their limit by a few roundings.
+    // Lets tips beyond their limits slide, although the contact does not move, after a fall of the load has
+    // lowered the limits. All springs stay within their limit by a few roundings.
     V kinetic = full * V(T(1) - 6 * eps);
     V most_held = full * V(T(1) - 2 * eps);
     V held = kinetic, age = none;
@@ -133,13 +133,13 @@ class LaneSlider {
     const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
     if constexpr (timed) goes_on = (goes_on | beyond) & (start.along >= none) & (length > none);
     const LaneStart<V, Which> way = start_of(start, bent2, full, kinetic, goes_on, held, age);
-    // Changes of the deflection by sliding, along the motion and across it, beside the way over which the
-    // tip sticks; integrals of the deflection over the way of the slide, along and across.
+    // Changes of the deflection by sliding, along the motion and across it, apart from the path over which
+    // the tip sticks; integrals of the deflection over the path of the slide, along and across.
     V along = none, aside = none, work = none, turned = none;
     V slide = none;
     if (any_lane(way.slides)) {
       slide = select_lanes(way.slides, length - way.path, none);
-      V a = start.along + way.path, b = start.aside;  // deflection where the tip begins to slide
+      V a = start.along + way.path, b = start.aside;  // deflection at which the tip begins to slide
       if constexpr (timed) {
         const V share = select_lanes(way.slides, divide(way.limit, most(way.holds, V(T(1e-30)))), V(T(1)));
         along = (share - V(T(1))) * a;
@@ -149,7 +149,7 @@ class LaneSlider {
       }
       work = select_lanes(way.slides, way.limit * slide, none);
       if constexpr (axes == 2) {
-        // An angle up to 4 eps s / l, at most 4 eps, counts as 0.
+        // Takes an angle up to 4 eps s / l, at most 4 eps, as 0.
         const V rounds = least(slide, way.limit) * V(4 * eps);
         const Which turns = way.slides & (b * b > rounds * rounds);
         if (any_lane(turns))
@@ -165,7 +165,7 @@ class LaneSlider {
     if (softens) add(sum_squares_end, weight * square_of(now_x, now_y, centre));
     if constexpr (all) add_integrals(weight, start, way, work, turned);
     if (!input.stores) return;
-    // A tip that slid moved by `slide` less what the turn added to the deflection, backwards in these units.
+    // Computes the tip's path: `slide` less what the turn added to the deflection, backwards in these units.
     const V tip = along - slide;
     const Which rewrites = rebases | beyond;
     store(at_x, stored_x, axes == 2 ? tip * ex + aside * ey : tip * ex,
@@ -176,10 +176,10 @@ class LaneSlider {
     if constexpr (timed) note_time(i, way.slides | goes_on, beyond);
   }
 
-  /// Turns the tips that slide over the way `slide` towards the motion, from the deflection (a, b) along and
+  /// Turns the tips that slide over the path `slide` towards the motion, from the deflection (a, b) along and
   /// across it (MODEL.md: the tangent of half the angle shrinks by the factor exp(-slide / limit)). Adds the
-  /// changes of the deflection; sets `work`, the integral of the deflection along the motion, and `turned`,
-  /// the one across it.
+  /// changes of the deflection. Sets `work`, the integral of the deflection along the motion, and `turned`,
+  /// that across it.
   void turn(Which turns, V a, V b, V slide, V limit, V per_limit, V& along, V& aside, V& work,
             V& turned) const {
     const Tractrix<V> tip(b, most(limit + a, V(T(1e-30))), decay<T>(slide * per_limit));
@@ -190,15 +190,15 @@ class LaneSlider {
     if constexpr (all) turned = select_lanes(turns, (limit * limit) * tip.template angle<T>(), none);
   }
 
-  /// Finds which tips slide in the step, from where and at which limit. `held`: greatest |z| at which a tip
-  /// that has stuck stays.
+  /// Finds which tips slide in the step, from which deflection, and at which limit. `held`: largest |z| at
+  /// which a tip that has stuck stays.
   LaneStart<V, Which> start_of(const SlideStart<V>& start, V bent2, V full, V kinetic, Which goes_on, V held,
                                V age) const {
     LaneStart<V, Which> way;
     way.limit = kinetic;
     way.holds = held;
-    // A tip at its limit, but for roundings, slides at once, also where the way is too short to be seen in
-    // the sum of deflection and way.
+    // Lets a tip that is at its limit, within rounding, slide at once, also where the path is too short to be
+    // seen in the sum of deflection and path.
     const Which outward = (start.along >= none) & (length > none);
     Which at_once = outward & (bent2 >= kinetic * kinetic * V(T(1) - 32 * eps));
     if constexpr (timed) {
@@ -289,8 +289,8 @@ class LaneSlider {
   }
 };
 
-/// Finds the ways of contacts that sliding softens in a step, by trials from its start to the ends of pieces.
-/// Sets them in `motion`, and the start of each one's last piece in `pieces`.
+/// Finds the paths of contacts that sliding softens in a step, by trials from its start to the ends of
+/// pieces. Sets them in `motion`, and the start of each contact's last piece in `pieces`.
 template <class T, int axes, bool all, bool timed>
 void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
                   LaneMotion<T>& motion, LanePiece (&pieces)[lane_count]) {
@@ -324,9 +324,10 @@ void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
       const double ease =
           n == 0 ? at.ease : at.ease_after(sum(sum_squares_end), law.least_loss * (sum(sum_work) - at.work));
       const double mean_ease = 0.5 * (at.ease + ease), left = motion.moved[i] - at.moved;
-      double last = 0.0;  // way of the last piece
+      double last = 0.0;  // path of the last piece
       if (mean_ease * step[i] >= left * (1.0 - 1e-12)) {
-        // The ease grows in proportion to the way within a piece, so the displacement as its square.
+        // Takes the displacement as quadratic, because the ease grows in proportion to the path within a
+        // piece.
         const double grown = (ease - at.ease) / step[i];
         last = 2.0 * left / (at.ease + root(at.ease * at.ease + 2.0 * grown * left));
       } else {

@@ -176,7 +176,8 @@ template <class T, bool sums, class AnyWalk>
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless && !AnyWalk::ages) {
-        // Computes mean and variance of the sum of squared exponential snap lengths, exact for any distance.
+        // Computes mean and variance of the sum of squared exponential snap lengths exactly, for any
+        // distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
         const Bundle<T> m2 = constant(law.mean * law.mean);
@@ -312,8 +313,8 @@ template <class T, std::uint32_t together, class Lengths>
   }
 }
 
-/// Advances one vector by a round: bristles with `rest` >= 0 keep the length drawn up to the end of the
-/// path, or snap again after the path `way`. Returns whether any bristle snaps again.
+/// Advances one vector by a round. Bristles with `rest` >= 0 keep the sampled length if it reaches to the end
+/// of the path, or snap again after the path `way`. Returns whether any bristle snaps again.
 template <class T, bool sums>
 [[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {

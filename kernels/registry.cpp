@@ -3,7 +3,7 @@
 
 namespace bristle::detail {
 
-// Each kernel object exports its table and nothing else.
+// Declares the tables of this build. A kernel object exports its table and nothing else.
 #if BRISTLE_HAS_AVX512
 extern const KernelTable kernels_avx512;
 #endif

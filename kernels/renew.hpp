@@ -2,12 +2,12 @@
 //
 // A draw selects a bristle in contact by number, and a place within the piece ahead. If the bristle is bent
 // along the motion by more than the residual at that place, it slips to the residual and samples a new snap
-// length (SnapRule::redraw); otherwise the draw is spent. The bristle is stored as if it had come from
-// (residual - way) e, `way` the path to the place: the kernels then carry it on with all others, and their
-// sums along `way` are corrected here. A renewer takes the bristles of a range of blocks and passes over the
-// draws of others. A draw changes only its own bristle, and sums are integers. Instruction sets differ in
-// `Lengths`, which turns draw states into snap lengths and says whether draws are processed in columns, for
-// the widest vectors, or one by one. Both ways give the same bits.
+// length (SnapRule::redraw); otherwise the draw has no effect. The bristle is stored as if it had come from
+// (residual - way) e, with `way` the path to the place. The kernels then carry it on with all others, and
+// their sums along `way` are corrected here. A renewer takes the bristles of a range of blocks and passes
+// over the draws of others. A draw changes only its own bristle, and sums are integers. Instruction sets
+// differ in `Lengths`, which turns draw states into snap lengths and says whether draws are processed in
+// columns, for the widest vectors, or one by one. Both give the same bits.
 #pragma once
 
 #include "ageing.hpp"
@@ -23,8 +23,8 @@ namespace {
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
 
-/// Number of fine units (1 / Renewal::unit) in a coarse unit. Sums over draws round each draw to coarse
-/// units, and add what the rounding leaves in fine ones.
+/// Number of fine units (1 / Renewal::unit) in a coarse unit. Sums over draws first round each draw to coarse
+/// units, and then add the remainders in fine units.
 constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
@@ -58,7 +58,8 @@ class Renewer {
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  /// First bristle of the range and number of bristles in it; its last block may extend beyond the contact.
+  /// First bristle of the range and number of bristles in it. The last block of the range may extend beyond
+  /// the contact.
   const std::uint32_t first, size;
   const double left;  ///< residual deflection that a snap leaves
   const double part;  ///< length of that part of the piece which belongs to each draw
@@ -357,8 +358,8 @@ class Renewer {
   }
 
   /// Sorts draws into bristles that slip without a snap and bristles to be handled one by one. Has no branch,
-  /// because it could not be predicted. A bristle that is drawn twice is in the first list with its first
-  /// draw only, so that list may be processed first.
+  /// because it could not be predicted. A bristle that is drawn twice is in the first list only with its
+  /// first draw, so the first list may be processed first.
   void sort(std::uint32_t count, const Columns& columns, List& slipping, List& rest) const {
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);
@@ -491,14 +492,15 @@ class Renewer {
     }
   }
 
-  /// Stores such a deflection that the bristle will be bent by the residual after the path `way`, and adds
+  /// Stores a deflection with which the bristle will be bent by the residual after the path `way`, and adds
   /// the changes to the totals.
   void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
             std::uint32_t k, Gains& gains) {
     const auto weight = static_cast<double>(weight_of(patch, i));
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
-    // Twice the integral of the deflection that the step kernels will count along `way`, to be subtracted.
+    // Computes twice the integral of the deflection that the step kernels will count along `way`, to subtract
+    // it.
     const double written = (2.0 * left - way) * way;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];

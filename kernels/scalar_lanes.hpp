@@ -1,5 +1,5 @@
-// The operations of lanes.hpp for plain numbers: those of one lane, and of steps so long that they are taken
-// bristle by bristle.
+// The operations of lanes.hpp for plain numbers: for a vector of one lane, and for steps so long that each
+// bristle is stepped by itself.
 #pragma once
 
 #include <cstdint>

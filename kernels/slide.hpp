@@ -1,11 +1,12 @@
-// The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. For one
-// bristle or a vector of bristles, each with its own direction and length (core/MODEL.md, section 30, with
-// the symbols). Beds and joints take whole steps from here; contacts in lanes (lane_slide.hpp) the parts.
+// The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. Written for
+// one bristle or a vector of bristles, each with its own direction and length (core/MODEL.md, section 30,
+// with the symbols). Beds and joints take whole steps from this file, contacts in lanes (lane_slide.hpp) the
+// parts of a step.
 //
 // A step moves the root of a bristle by `length` along the unit vector e. The tip sticks over the distance
 // tau, until |z| is the limit. From there it follows the tractrix: the angle theta between z and e shrinks as
 // tan(theta'/2) = tan(theta/2) exp(-s/l) over the distance s. Sliding always begins with theta <= 90 degrees,
-// because the tip sticks while z unloads. So no half-angle exceeds 45 degrees, and nothing overflows.
+// because the tip sticks while z unloads. Half-angles therefore stay below 45 degrees, and nothing overflows.
 #pragma once
 
 #include <limits>
@@ -115,7 +116,7 @@ template <class T, int axes, class V>
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
 }
 
-/// A tip that slides along its tractrix over the distance s. With p = l + l cos(theta) and a = l sin(theta),
+/// Slide of a tip along its tractrix over the distance s. With p = l + l cos(theta) and a = l sin(theta),
 /// both times the same number, half the angle has the tangent a / p at the start and w / p at the end, w = a
 /// exp(-s / l).
 template <class V>
@@ -126,8 +127,8 @@ struct Tractrix {
   Tractrix(V the_a, V the_p, const Decay<V>& the_turn)
       : a(the_a), p(the_p), w(a * the_turn.left), p2(p * p), both(p2 + w * w), turn(the_turn) {}
 
-  /// Return how much the deflection grows along the motion and shrinks across it, if a and p are lengths.
-  /// Neither is a difference of nearly equal numbers.
+  /// Return by how much the deflection grows along the motion and shrinks across it, if a and p are lengths.
+  /// Neither result is a difference of nearly equal numbers.
   template <class T>
   V gained_along() const {
     return divide(a * turn.lost, both) * (a * (V(T(1)) + turn.left)) * p;
@@ -177,15 +178,14 @@ template <class T, int axes, bool mean, bool energy, class V>
   V along_integral = limit * s;
   V aside_integral = none;
   if constexpr (axes == 2) {
-    // Takes an angle up to 4 eps s / l, at most 4 eps, as 0. In steps of any length the angles neglected
-    // along a path l add up to 4 eps at most.
+    // Takes an angle up to 4 eps s / l, at most 4 eps, as 0. Angles neglected along a path l then add up to 4
+    // eps at most, whatever the length of the steps.
     constexpr T few = 4 * std::numeric_limits<T>::epsilon();
     const V a = start.aside;
     const V rounds = least(s, limit) * V(few);
     const auto turns = slides & (a * a > rounds * rounds);
     if (any_lane(turns)) {
-      // The tip begins to slide where z along the motion is l cos(theta). No quotient is needed until the
-      // end.
+      // Starts the tractrix where z along the motion is l cos(theta). No quotient is needed until the end.
       const Tractrix<V> path_of_tip(a, most(holds + (start.along + path), V(T(1e-15))),
                                     decay<T>(divide(s, most(limit, V(T(1e-30))))));
       const V p = path_of_tip.p, p2 = path_of_tip.p2, w = path_of_tip.w;

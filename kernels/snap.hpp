@@ -222,7 +222,7 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  // For bristles that did not snap the path left is 0, so r is 0.
+  // Uses r = 0 for bristles that did not snap, because their path left is 0.
   const Lanes<T> left = motion.length - path;
   if constexpr (mean)
     weights.add(sums.along, motion.residual.passed_over((path * path + land.squares) + r * r, left));
@@ -246,7 +246,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   const Lanes<T> none(T(0));
   const Lanes<T> delta = motion.residual.length_of(load(motion.delta + i));
 
-  // Path left R = length - tau, later snaps floor(R / delta), deflection left R - floor(R / delta) delta.
+  // Computes the path left R = length - tau, the number of later snaps floor(R / delta), and the deflection
+  // left R - floor(R / delta) delta.
   const Lanes<T> rest = motion.length - path;
   AfterSnaps<T> land{rest, none, none};
   if constexpr (again) {

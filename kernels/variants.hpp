@@ -1,5 +1,5 @@
 // The kernel table of one instruction set, as one list of the variants of a step that a build has. Features
-// are left out here and nowhere else.
+// are left out of a build here and nowhere else.
 //
 // Included last by kernels.cpp, whose step_blocks, foresee_blocks and FreshLengths it lists.
 #pragma once
@@ -25,8 +25,8 @@ constexpr void fill_steps(KernelSet<T>& set) {
   at(true, false, false) = &step_blocks<T, axes, redraw, true, false, false, false>;
   at(false, true, false) = &step_blocks<T, axes, redraw, false, true, false, false>;
   at(true, true, false) = &step_blocks<T, axes, redraw, true, true, false, false>;
-  // A residual comes with shared renewal, which counts snaps, so instances with energy also serve patches
-  // without energy.
+  // Uses variants with energy also for patches without energy: a residual comes with shared renewal, which
+  // counts snaps.
   at(false, false, true) = at(false, true, true) = &step_blocks<T, axes, redraw, false, true, true, false>;
   at(true, false, true) = at(true, true, true) = &step_blocks<T, axes, redraw, true, true, true, false>;
   set.step[aged_variant_index(axes, redraw)] = &step_blocks<T, axes, redraw, true, true, true, true>;
