@@ -11,9 +11,9 @@
 //                             bristle::BedShape::disc(8e-3, bristle::BedPressure::hertz), {10.0});
 //   beds.step({&motion, 1}, {&response, 1});
 //
-// Axes: those of the contact. x is the direction in which a wheel rolls. Deflections are kept in these axes.
-// Equations, figures and limits: core/beds/BEDS.md. Left out: the half-space itself (places influence each
-// other), lubrication, temperature, plasticity.
+// The axes of a bed are those of the contact; x is the direction in which a wheel rolls. Not modelled: the
+// half-space itself (a load at one place deforms no other place), lubrication, temperature, plasticity.
+// Equations and error bounds: core/beds/BEDS.md.
 #pragma once
 
 #include <cstddef>
@@ -211,8 +211,8 @@ struct BedOptions {
   double max_normal_load = 1.0;  ///< N, > 0: full load. Under a higher load the friction limits grow and the
                                  ///< size stays
 
-  /// Whether a step computes all fields of BedResponse; else only `status`, `force` and `torque`, and the
-  /// others are 0.
+  /// Whether a step computes all fields of BedResponse. If not, it computes `status`, `force` and `torque`,
+  /// and the other fields are 0.
   bool all_outputs = true;
   /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is cut into pieces
   /// if the bed spins or all outputs are asked for.
@@ -247,9 +247,9 @@ struct BedResponse {
   double mean_torque = 0.0;      ///< N m, torque averaged over the step
   double dissipated = 0.0;       ///< J, energy that was put in during the step and not stored
   double stored = 0.0;           ///< J, elastic energy at the end of the step
-  double tangent[3][3] = {};     ///< N/m, N, N m: force(d + e) ~ force(d) - tangent e, from the bristles that
-                                 ///< stick
-  double slipping_share = 0.0;   ///< share of the contact that slips, by stiffness, 0 to 1
+  double tangent[3][3] = {};  ///< derivative of force and torque (N/m, N, N m), from the bristles that stick:
+                              ///< force(d + e) ~ force(d) - tangent e
+  double slipping_share = 0.0;  ///< share of the contact that slips, by stiffness, 0 to 1
 };
 
 struct BedInfo {
@@ -282,8 +282,8 @@ class BRISTLE_API BedBatch {
   BedBatch(BedBatch&&) noexcept;
   BedBatch& operator=(BedBatch&&) noexcept;
 
-  /// Adds a bed, out of contact. Throws bristle::Error for values out of range, and for a material that gives
-  /// no elasticity, two of them, or one that does not fit the shape.
+  /// Adds a bed, out of contact. Throws bristle::Error for values out of range, and unless the material gives
+  /// exactly one elasticity that fits the shape.
   BedId add(const BedMaterial& material, const BedShape& shape, const BedOptions& options = {});
   void remove(BedId id);  ///< throws bristle::Error if there is no such bed
 

@@ -348,10 +348,11 @@ class SlipByPlaces {
   bool both_round_ = false;
 };
 
-/// Returns the normal load (N) of a contact of surfaces of which the engine lists other points from step to
-/// step (ContactMatcher::set_hold): its share of their load in the step before, which follows within some 64
-/// steps the load on those points that have its key now (`on_its_points`). `before`: its load; `all_before`,
-/// `all`: loads of the surfaces, before and now.
+/// Returns the normal load (N) of a contact that a ContactMatcher holds (set_hold()) while the engine lists
+/// other points of its surfaces from step to step. The contact keeps its share of the surfaces' load of the
+/// step before. Within some 64 steps this share approaches the load on those points that have the contact's
+/// key now (`on_its_points`). `before`: the contact's load in the step before; `all_before`, `all`: loads of
+/// the surfaces, before and now.
 inline double held_load(double before, double all_before, double all, double on_its_points) noexcept {
   constexpr double follows = 1.0 / 64.0;
   if (!(all_before > 0.0)) return on_its_points;

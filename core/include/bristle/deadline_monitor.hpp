@@ -72,7 +72,7 @@ class BRISTLE_API DeadlineMonitor {
   void record_tick(const Tick& tick) noexcept;
   /// Records ticks of the grid that were skipped, which count in the longest run of misses.
   void record_skipped(std::uint64_t ticks) noexcept;
-  /// Tells that the loop paused: the next tick starts a new grid, and the time until it does not count as a
+  /// Records a pause of the loop: the next tick starts a new grid, and the time until it does not count as a
   /// period.
   void pause() noexcept;
   /// Reads ThreadEvents, so that the events of a late tick are counted from this call and not from the last

@@ -14,7 +14,7 @@
 // so keeps its energy balance however fast the body spins; the predictor takes it where the mean spin
 // of the step brings it.
 //
-// A body may rest on points as well: an extended patch whose only cell is its centre is one.
+// A body may rest on points as well: an extended patch whose only cell is its centre is a point.
 //
 // Equations, limits and measurements: core/MODEL.md, section 29. Thread rule: PatchBatch's stepping thread.
 // Nothing here locks. CellContacts allocates when a call has more cells than it has room for: reserve it at

@@ -27,7 +27,7 @@
 
 namespace bristle {
 
-/// Input of one extended patch for one step. Refused are values that a Motion may not have, and a spin of
+/// Input of one extended patch for one step. A step refuses values that a Motion may not have, and a spin of
 /// more than half a turn, which needs several steps.
 struct ExtendedMotion {
   PatchId id;
@@ -59,7 +59,7 @@ struct ExtendedResponse {
   double force_limit = 0.0;   ///< N, highest elastic force at first loading, summed over the cells
   double torque_limit = 0.0;  ///< N m, highest elastic torque at first loading by a pure turn about the
                               ///< centre
-  double dissipated = 0.0;    ///< J, as in Response, summed over the cells, and so are the next two
+  double dissipated = 0.0;    ///< J, as in Response, summed over the cells, like the next two fields
   double contact_loss = 0.0;
   double damper_work = 0.0;
   std::uint64_t snaps = 0;  ///< number of snaps in all cells; an estimate where one jump skips a long path

@@ -39,12 +39,13 @@ struct JointLosses {
 
 /// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
 struct JointMaterial {
-  double stiffness = 0.0;       ///< N m/rad, stiffness of the joint while it sticks, 1e-9 to 1e12
-  double viscous = 0.0;         ///< N m s/rad, viscous friction, 0 to 1e9
-  JointLosses kinetic;          ///< torque that a sliding joint holds at high speed
-  JointLosses static_part;      ///< additional torque that a joint holds while it sticks
-  double stribeck_speed = 0.0;  ///< rad/s, 0 or 1e-9 to 1e9: while sliding, exp(-(speed/stribeck_speed)^2) of
-                                ///< the static part is left; at 0 none is
+  double stiffness = 0.0;   ///< N m/rad, stiffness of the joint while it sticks, 1e-9 to 1e12
+  double viscous = 0.0;     ///< N m s/rad, viscous friction, 0 to 1e9
+  JointLosses kinetic;      ///< torque that a sliding joint holds at high speed
+  JointLosses static_part;  ///< additional torque that a joint holds while it sticks
+  double stribeck_speed =
+      0.0;  ///< rad/s, 0 or 1e-9 to 1e9. In sliding the share exp(-(speed/stribeck_speed)^2) of the static
+            ///< part is left; with a stribeck_speed of 0 nothing is left
 };
 
 static_assert(sizeof(JointMaterial) == joint_parameters * sizeof(double), "one number a parameter");

@@ -85,13 +85,13 @@ class BRISTLE_API KeyedPatches {
   /// Throws bristle::Error.
   void reserve(std::uint32_t patches);
 
-  /// Returns the patch of this contact, a fresh one if the key is new; the key counts as seen in this step.
-  /// PatchId::no_capacity() if all patches are in use or for no_contact_key, which refused() counts: a motion
-  /// with it returns zero force and Status::no_capacity.
+  /// Returns the patch of this contact, with straight bristles if the key is new; the key counts as seen in
+  /// this step. Returns PatchId::no_capacity() if all patches are in use, or for no_contact_key. refused()
+  /// counts these cases; a motion with that id returns zero force and Status::no_capacity.
   PatchId find_or_add(std::uint64_t key) noexcept;
   /// Finds or adds as find_or_add(), and returns a place for data beside each contact (as ContactFrames has).
   KeyedContact find_or_add_contact(std::uint64_t key) noexcept;
-  /// Returns the patch of this contact, PatchId{} if there is none. The key does not count as seen.
+  /// Returns the patch of this contact, or PatchId{} if there is none. The key does not count as seen.
   PatchId find(std::uint64_t key) const noexcept;
   /// Gives the patch of this contact back to the pool now; returns false if the contact has no patch.
   bool remove(std::uint64_t key) noexcept;
@@ -155,7 +155,7 @@ struct MatcherOptions {
 /// Contact of a pair that still touches, but not at the contact's point.
 struct HeldContact {
   std::uint64_t key = 0;
-  ContactPoint contact;  ///< as it was last listed
+  ContactPoint contact;  ///< the contact as the caller last listed it
 };
 
 /// Gives contacts lasting keys, by pair of bodies and nearest point of the previous step.
@@ -190,8 +190,8 @@ class BRISTLE_API ContactMatcher {
   /// are alike. Contacts whose normals differ by more than 45 degrees are different ones.
   std::size_t match(Span<const ContactPoint> contacts, Span<std::uint64_t> keys,
                     Span<const double> normals = {}) noexcept;
-  /// Lets the friction of a pair stay with this number of contacts while the pair touches, whatever points of
-  /// its surfaces the engine lists: 4 for engines that list others from step to step; 0, the default: a
+  /// Keeps this number of contacts of a pair while the pair touches, whatever points of its surfaces the
+  /// engine lists. Take 4 for engines that list other points from step to step. With 0, the default, a
   /// contact ends when its point is not listed.
   void set_hold(std::uint32_t contacts) noexcept;
   /// Whether contacts[i] of the last match() got the key of another contact of its surfaces.

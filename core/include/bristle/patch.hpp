@@ -94,7 +94,8 @@ struct PatchOptions {
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   std::uint32_t seed = 1;  ///< seed of random snap lengths; patches with different seeds are independent
-  std::uint64_t key = 0;   ///< the caller's name for the contact; with `seed` it keys renewal
+  std::uint64_t key =
+      0;  ///< the caller's key of the contact, which together with `seed` determines the random renewals
   Population population = Population::automatic;
   std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
                                       ///< 512
@@ -182,12 +183,13 @@ struct Response {
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
-  std::uint32_t representatives = 0;  ///< their number; Population::infinite: the resolution, rounded up
-  double weight = 0.0;                ///< w, physical bristles per representative; Population::infinite: 0
-  double active = 0.0;                ///< number of representatives in contact, not always whole
-  double normal_load = 0.0;           ///< N, load of the last step
-  double max_normal_load = 0.0;       ///< N, load from which all representatives are in contact
-  std::uint64_t memory_bytes = 0;     ///< bytes of this patch's state
+  std::uint32_t representatives =
+      0;                     ///< number of representatives; Population::infinite: the resolution, rounded up
+  double weight = 0.0;       ///< w, physical bristles per representative; Population::infinite: 0
+  double active = 0.0;       ///< number of representatives in contact, not always whole
+  double normal_load = 0.0;  ///< N, load of the last step
+  double max_normal_load = 0.0;    ///< N, load from which all representatives are in contact
+  std::uint64_t memory_bytes = 0;  ///< bytes of this patch's state
   std::uint32_t bytes_per_representative = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };

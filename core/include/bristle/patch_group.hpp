@@ -41,11 +41,13 @@ struct GroupStep {
   PatchGroup group;
 
   // --- input
-  Span<const double> displacement[2] = {};  ///< m; the second may be empty with one axis
+  Span<const double> displacement[2] = {};  ///< displacement, m; the second array may be empty with one axis
   Span<const double> normal_load = {};      ///< N
-  Span<const double> velocity[2] = {};      ///< m/s; empty: displacement / dt. Give both or none
-  /// Indices of the contacts that move; none given: all. Other contacts rest under their last load, and their
-  /// numbers are neither read nor written. Memory of the whole group's size is expected all the same.
+  Span<const double> velocity[2] =
+      {};  ///< slip velocity, m/s; empty arrays mean displacement / dt. Give both or none
+  /// Indices of the contacts that move; an empty array means all. Other contacts rest under their last load,
+  /// and their numbers are neither read nor written. The other arrays have the whole group's size all the
+  /// same.
   std::optional<Span<const std::uint32_t>> which = {};
 
   // --- output: an empty array is not written, nor is one that the options of the group do not compute

@@ -39,8 +39,8 @@ class SharedNumber {
 /// be some records apart: DeadlineMonitor::snapshot gives all numbers of one moment.
 class BRISTLE_API TimeHistogram {
  public:
-  /// Records a time in s; negative times and NaN count as 0. A bucket counts to at most 2^32 - 1 (five days
-  /// at 10 kHz, if all times are in one bucket); percentiles follow from the buckets.
+  /// Records a time in s; negative times and NaN count as 0. A bucket counts to at most 2^32 - 1, five days
+  /// at 10 kHz if all times are in one bucket. Percentiles follow from the buckets.
   void record(double time_s) noexcept;
 
   std::uint64_t count() const noexcept { return count_.get(); }
