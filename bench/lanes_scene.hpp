@@ -70,7 +70,7 @@ inline bristle::PatchOptions lane_options(std::uint32_t springs) {
   return bristle::PatchOptions{}.with_bristles(springs).with_max_normal_load(1.01);
 }
 
-/// The contacts as a group.
+/// Steps the contacts as a group.
 class LaneGroup {
  public:
   LaneGroup(std::uint32_t springs, LanePath path, const bristle::BatchOptions& options)
@@ -98,7 +98,7 @@ class LaneGroup {
   std::vector<double> fx_ = std::vector<double>(LaneMotions::contacts), fy_ = fx_;
 };
 
-/// The contacts as patches. A step writes the motions, too.
+/// Steps the contacts as patches. A step writes the motions, too.
 class LanePatches {
  public:
   LanePatches(std::uint32_t springs, LanePath path, const bristle::BatchOptions& options)
@@ -126,7 +126,7 @@ class LanePatches {
   std::vector<bristle::Response> responses_ = std::vector<bristle::Response>(LaneMotions::contacts);
 };
 
-/// The plain loop.
+/// Steps the contacts by the plain loop.
 class LanePlain {
  public:
   LanePlain(std::uint32_t springs, LanePath path)

@@ -240,7 +240,7 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    // Path left after the bristle's first snap; 0 without a snap, so that nothing is added for it.
+    // Path left after the bristle's first snap. It is 0 without a snap, so that nothing is added for it.
     const float rest = path.h - t;
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
@@ -404,7 +404,8 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Steps all bristles chunk by chunk. Sums in a chunk are float, as few terms lose little; totals are double.
+/// Steps all bristles chunk by chunk. Sums in a chunk are float, because few terms lose little; totals are
+/// double.
 template <int Axes, Rule R, bool Mean, Style S>
 Force step_all(const Columns& columns, const PlainOptions& options, double dx_m, double dy_m) noexcept {
   if (Axes == 1) dy_m = 0.0;
@@ -437,7 +438,7 @@ Force step_all(const Columns& columns, const PlainOptions& options, double dx_m,
   force.end[0] = -stiffness * end_x;
   force.end[1] = -stiffness * end_y;
   if constexpr (Mean) {
-    // At rest the mean force equals the end force.
+    // Takes the end force as the mean force at rest.
     force.mean[0] = h > 0.0 ? -stiffness * path_x * per_h : force.end[0];
     force.mean[1] = h > 0.0 ? -stiffness * path_y * per_h : force.end[1];
   }

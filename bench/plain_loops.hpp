@@ -134,7 +134,7 @@ class LanesLoop {
  private:
   std::size_t contacts_, springs_;
   double mean_m_;
-  float* limit_;       ///< in units of the mean limit
+  float* limit_;       ///< limit of each spring, in units of the mean limit
   float* springs_xy_;  ///< for each block of 16 contacts and each spring 16 deflections along x, then y
 };
 

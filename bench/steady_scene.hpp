@@ -35,7 +35,7 @@ void bring_to_steady_state(const Settling& settling, Slide slide, Move move) {
 
 class SteadyScene {
  public:
-  /// `eager`: whether steps visit every bristle.
+  /// Makes an empty scene. `eager`: whether steps visit every bristle.
   SteadyScene(const bristle::BatchOptions& options, double dt_s, const Settling& settling, bool eager = false)
       : batch_(options), dt_s_(dt_s), settling_(settling) {
     if (eager) bristle::detail::visit_all(batch_);

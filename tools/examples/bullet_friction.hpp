@@ -98,7 +98,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     Eigen::Vector3d arm = Eigen::Vector3d::Zero();
     Eigen::Vector3d turns[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     std::uint64_t pair = 0;
-    const btCollisionObject* objects[2] = {nullptr, nullptr};  // as `bodies`, static ones too
+    const btCollisionObject* objects[2] = {nullptr,
+                                           nullptr};  // the bodies as Bullet's objects, static bodies too
     int rider = 0;  // index of the body that may roll, or of the smaller one
     bristle::SlipByPlaces slip;
     // Slip velocity by the bodies' velocities, and by how much the slip of the last step was faster, which

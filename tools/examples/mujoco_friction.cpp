@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr std::uint32_t held_contacts = 4;  // of each pair of surfaces
+constexpr std::uint32_t held_contacts = 4;  // largest number of contacts kept for each pair of surfaces
 // Values of Contact::joined beside an index: a contact with a patch of its own, and one without friction,
 // whose surfaces have parted where their patch was.
 constexpr int own_patch = -1, no_friction = -2;
@@ -480,7 +480,8 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   contact.point = held_at ? *held_at : Map<const Vector3d>(found.pos);
   const Eigen::Matrix3d axes = axes_of(model, data, small);
   if (known && old->surfaces >= 0 && !held_at) {
-    // Keeps the height of a point that hops: it goes with the body's rocking, which would then walk.
+    // Keeps the height of a point that changes by less than 0.1 mm from step to step. The change belongs to
+    // the body's rocking, and following it would make the body walk.
     constexpr double hop = 1e-4;  // m
     const double up = normal.dot(contact.point - centre_of(data, small) - axes * contact.place);
     if (std::fabs(up) < hop) contact.point -= up * normal;
@@ -609,7 +610,7 @@ void BristleFriction::number_dofs(const mjModel& model) {
   if (!column_.empty() && dofs_ == dofs_before_ &&
       std::equal(contacts_.begin(), contacts_.end(), before_.begin(), before_.end(),
                  [](const Contact& a, const Contact& b) { return a.dofs == b.dofs; }))
-    return;  // keeps the columns if the same trees touch as in the last step
+    return;  // the same trees touch as in the last step, so their columns stay
   touching_.clear();
   for (const Contact& contact : contacts_) {
     if (contact.dofs == 0) continue;
@@ -660,7 +661,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
     if (!is_new(contact)) continue;
     contact.normal_load = data.efc_force[contact.row];
     if (contact.surfaces >= 0) contact.normal_load = bristle::held_load(0.0, 1.0, 0.0, contact.normal_load);
-    if (contact.bed) continue;  // reaches the limit of the force within a presliding displacement
+    if (contact.bed) continue;  // a bed reaches its force limit within a presliding displacement
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
     // Slides so far that the bristles' bends become those of steady sliding.

@@ -27,7 +27,7 @@ constexpr const char* attributes[] = {
 /// Returns a number from the plugin configuration in the model, or `otherwise` if it is missing.
 double number(const mjModel& model, int instance, const char* attribute, double otherwise) {
   const char* const text = mj_getPluginConfig(&model, instance, attribute);
-  if (text == nullptr || *text == 0) return otherwise;  // MuJoCo's value of a key that is not given
+  if (text == nullptr || *text == 0) return otherwise;  // the key is not given
   char* end = nullptr;
   const double value = std::strtod(text, &end);
   if (*end != 0) throw bristle::Error(std::string(attribute) + " is \"" + text + "\": give a number");

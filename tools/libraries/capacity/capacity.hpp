@@ -139,7 +139,7 @@ struct InfiniteRow {
 struct SnapshotRow {
   std::string what;
   std::uint64_t memory_bytes = 0;          ///< PatchInfo::memory_bytes
-  std::uint64_t state_bytes = 0;           ///< share of a contact in PatchBatch::state_size
+  std::uint64_t state_bytes = 0;           ///< bytes that a contact adds to PatchBatch::state_size
   std::uint64_t batch_bytes = 0;           ///< state_size of a batch without contacts
   double save_ns = 0.0, restore_ns = 0.0;  ///< median time per contact
 };

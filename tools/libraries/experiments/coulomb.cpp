@@ -14,8 +14,8 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
   const double step = 0.37 * s.number("presliding");  // length of a step, m; the odd factor keeps
-                                                      // steps and snaps from falling in with each
-                                                      // other
+                                                      // length of a step, m; the odd factor keeps steps and
+                                                      // snaps from coinciding
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;

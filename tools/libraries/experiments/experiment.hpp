@@ -66,7 +66,7 @@ struct ExperimentRun {
   }
 };
 
-/// Takes a step of one contact, or, unless `keeps`, only finds its response.
+/// Steps one contact or, without `keeps`, only finds its response to the step.
 template <class Batch, class Motion, class... Time>
 auto take(Batch& batch, const Motion& motion, bool keeps, Time... dt) {
   decltype(batch.find_force(dt..., motion)) response;
@@ -89,7 +89,7 @@ struct Experiment {
   std::vector<std::pair<std::string, std::string>> models = {};
   /// Checks settings that depend on each other. Throws UserError.
   void (*check)(const Settings&) = [](const Settings&) {};
-  /// Returns a sentence that stands below the table; empty: none.
+  /// Returns a sentence for the page, below the table; empty: none.
   std::string (*note)(const Settings&, const std::vector<std::string>& models) =
       [](const Settings&, const std::vector<std::string>&) { return std::string(); };
 };

@@ -16,8 +16,7 @@ using rivals::Wrench;
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
   SpinSubject subject(model, s, radius);
-  // Path (m) of the disc's fastest point in a step. The odd factor keeps steps and snaps from falling in with
-  // each other.
+  // Path (m) of the disc's fastest point in a step. The odd factor keeps steps and snaps from coinciding.
   const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
   const bool slides_alone = std::isinf(eps);

@@ -19,8 +19,8 @@ struct Pull {
   double force = 0.0, slope = 0.0;
 };
 
-/// Ground under a ball, as a function from a step's slip of the surfaces and rolled distance (m) to the
-/// friction force. `keeps` says whether the step is made or only tried.
+/// Ground under a ball: a function from a step's slip of the surfaces and rolled distance (m) to the friction
+/// force. `keeps` says whether the step is made or only tried.
 using Ground = std::function<Pull(double slip, double rolled, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s, double load) {

@@ -21,7 +21,8 @@ struct Curve {
 double steady_force(const std::string& model, const Settings& s, double speed) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
-  // Steps by an odd fraction of the presliding length (against falling in with snaps), or less if dt asks.
+  // Steps by an odd fraction of the presliding length, so that steps and snaps do not coincide, or by less if
+  // dt requires it.
   const double step = std::min(0.37 * dbar, speed * s.number("dt"));
   const double dt = step / speed;
   const auto settle = static_cast<long>(std::ceil(s.number("settling") * dbar / step));

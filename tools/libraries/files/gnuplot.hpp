@@ -6,11 +6,11 @@
 
 namespace cli {
 
-/// Returns a text as a string of gnuplot's language that stands for it, whatever bytes it holds.
+/// Returns a text as a string of gnuplot's language, whatever bytes the text holds.
 std::string gnuplot_string(std::string_view text);
 
-/// Returns a file's name as such a string. Makes the path absolute, because gnuplot takes names that begin
-/// with '|' or '<' for commands.
+/// Returns the name of a file as a string of gnuplot's language. Makes the path absolute, because gnuplot
+/// takes names that begin with '|' or '<' for commands.
 std::string gnuplot_file(const std::string& path);
 
 /// Runs gnuplot on a script. Throws a UserError that begins with `option` if gnuplot is not installed or

@@ -72,7 +72,8 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
   try {
     return toml::parse(text, path);
   } catch (const toml::parse_error& error) {
-    // Some texts of the parser end with the name of a macro: "... depth of 256 (TOML_MAX_NESTED_VALUES)".
+    // Shortens texts of the parser that end with the name of a macro: "... depth of 256
+    // (TOML_MAX_NESTED_VALUES)".
     const std::string_view why = error.description();
     throw UserError(fmt::format("{}:{}: not TOML: {}", path, error.source().begin.line,
                                 why.substr(0, why.find(" (TOML_"))));

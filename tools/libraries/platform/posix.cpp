@@ -72,7 +72,7 @@ bool wait_for_writer(int file, const std::string& path) noexcept {
 }  // namespace
 
 void hold_standard_streams() noexcept {
-  // A write beyond the limit of `ulimit -f` then fails instead of ending the program.
+  // Lets a write beyond the limit of `ulimit -f` fail instead of ending the program.
   std::signal(SIGXFSZ, SIG_IGN);
   for (const int number : {0, 1, 2})
     if (::fcntl(number, F_GETFD) < 0 && errno == EBADF)
@@ -141,7 +141,7 @@ struct HeldSignals::Mask {
 
 HeldSignals::HeldSignals() : before_(std::make_unique<Mask>()) {
   sigset_t held;
-  sigemptyset(&held);  // which may be a macro, as the next
+  sigemptyset(&held);  // called without ::, because it may be a macro, like sigaddset
   for (const int number : ending) sigaddset(&held, number);
   ::pthread_sigmask(SIG_BLOCK, &held, &before_->signals);
 }
@@ -165,13 +165,14 @@ std::FILE* open_to_read(const std::string& path) noexcept {
 std::FILE* open_special(const std::string& path) noexcept {
   struct stat there;
   if (is_cut(path) || ::stat(path.c_str(), &there) != 0) return nullptr;
-  if (S_ISSOCK(there.st_mode)) {  // cannot be opened: the system says ENXIO, as of a FIFO without a reader
+  if (S_ISSOCK(there.st_mode)) {  // a socket cannot be opened; without this line the system would report
+                                  // ENXIO, as for a FIFO without a reader
     errno = ENOTSUP;
     return nullptr;
   }
-  constexpr int pause_ms = 20, patience_ms = 1000;  // ms between trials; ms until a message says so
+  constexpr int pause_ms = 20, patience_ms = 1000;  // pause between trials, and time until a message says so
   int file = -1;
-  // The error ENXIO means a FIFO without a reader.
+  // Tries again after ENXIO, which means a FIFO without a reader.
   for (int waited = 0; waited < patience_ms; waited += pause_ms) {
     file = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
     if (file >= 0 || errno != ENXIO) break;

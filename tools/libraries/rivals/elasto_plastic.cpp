@@ -20,8 +20,8 @@ struct Band {
     if (size >= steady) return 1.0;
     return 0.5 + 0.5 * std::sin(pi * (size - 0.5 * (steady + elastic)) / (steady - elastic));
   }
-  // Returns a distance over which alpha |z| / zss hardly changes. It is longer where alpha nears 1, since z
-  // then approaches zss slowly.
+  // Returns a distance over which alpha |z| / zss hardly changes. The distance is longer where alpha nears 1,
+  // because there z approaches zss slowly.
   double piece(double size) const noexcept {
     const double left = (steady - size) / (steady - elastic);
     if (left > 0.5) return 0.0625 * (steady - elastic);

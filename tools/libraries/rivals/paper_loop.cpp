@@ -40,7 +40,7 @@ Force PaperLoop::step(Pair displacement, double dt_s, double load_n) noexcept {
   for (std::size_t i = 0; i < z_.size(); ++i) {
     const double share = std::clamp(touching - static_cast<double>(i), 0.0, 1.0);
     Pair& z = z_[i];
-    if (share == 0.0) {  // out of contact a bristle is straight
+    if (share == 0.0) {  // bristles out of contact are straight
       z = Pair{};
       continue;
     }

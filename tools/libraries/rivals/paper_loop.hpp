@@ -3,9 +3,10 @@
 //   z += v dt;  if |z| > delta: z = 0        F = sum over bristles in contact of (sigma0 z + sigma1(v) v) +
 //   sigma2 v
 //
-// A snap loses the path beyond it. In steps that are not short beside the snap lengths that is friction: the
-// force is about 1 - h / (2 dbar) of the brush's at steps of length h (core/MODEL.md, section 13). Plain
-// arrays in double. The loop knows no residual, shared renewal, ageing, drop and lay.
+// A snap loses the rest of the step's path. In steps that are not short compared with the snap lengths, much
+// of the friction is lost with it: the force is about 1 - h / (2 dbar) of the brush's at steps of length h
+// (core/MODEL.md, section 13). The loop uses plain arrays in double, and has no residual, shared renewal,
+// ageing, drop and lay.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +21,12 @@ namespace rivals {
 class PaperLoop {
  public:
   /// Makes n bristles at rest that stand for those in contact at `max_load_n` (N). Their first lengths are
-  /// quantiles of the law that spread evenly over it, also those of the first k bristles. `seed`: of that
-  /// spread and of the lengths after a snap.
+  /// quantiles of the law, spread evenly over it, also among the first k bristles. `seed` selects these
+  /// lengths and those after a snap.
   PaperLoop(const bristle::Material& material, std::uint32_t n, double max_load_n, std::uint32_t seed);
 
   /// Moves the body by `displacement` (m) in dt_s > 0 at constant velocity under load_n >= 0 (N). Returns the
-  /// force on the moving body at the end of the step, also as its mean: the loop knows no other.
+  /// force on the moving body at the end of the step, also as the mean, because the loop has no mean force.
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 
   Pair deflection(std::size_t i) const noexcept { return z_[i]; }

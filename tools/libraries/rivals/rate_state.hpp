@@ -6,7 +6,7 @@
 //   dz/dt     = v - V e,   F = sigma0 z,   e = z / |z|        (V: speed of the slider, along its spring)
 //
 // N is the load, v the velocity of the body, z the stretch of the spring, sigma0 its stiffness, theta the
-// state, Dc the distance over which it wears off.
+// state, Dc the distance over which the state wears off.
 //
 // Sources: Dieterich, JGR 84(B5), 1979; Ruina, JGR 88(B12), 1983; the asinh, which gives V = 0 at F = 0 and
 // allows reversal: Rice and Ben-Zion, PNAS 93, 1996; stability of a slider: Rice and Ruina, J. Appl. Mech.

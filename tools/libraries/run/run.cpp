@@ -54,7 +54,7 @@ class SceneRun {
   const StepObserver& observer_;
   SceneStepper stepper_;
   std::vector<Way> ways_;
-  std::vector<FirstLoading> first_loadings_;  ///< of each copy
+  std::vector<FirstLoading> first_loadings_;  ///< first loading of each copy
   /// Place where a body last stuck, which follows a sliding body at a distance of ten snap lengths: ten times
   /// `length`, the longest mean of its patches.
   struct Hold {

@@ -79,7 +79,8 @@ struct PatchResult {
   std::uint64_t sliding_steps = 0;
   /// Highest elastic force over load, of steps whose load is at least a tenth of max_normal_load.
   double highest_coefficient = 0.0;
-  FirstLoading first_loading;  ///< the farthest one; empty in a run that continues another
+  FirstLoading first_loading;  ///< first loading of the copy that moved farthest in it; empty in a run that
+                               ///< continues another
   std::uint64_t overload_steps = 0, bad_steps = 0, steps_in_contact = 0;
   std::uint64_t snaps = 0;
   double dissipated = 0.0, contact_loss = 0.0, damper_work = 0.0, work = 0.0, stored = 0.0;  // energies, J

@@ -134,7 +134,7 @@ std::string rows_table(const SweepRows& rows, const Overview& overview) {
   std::vector<std::string> heads;
   std::vector<std::size_t> shown;
   for (std::size_t c = 0; c + 1 < overview.columns.size(); ++c) {
-    if (is_missed_peak(overview.columns[c])) continue;  // said above the table
+    if (is_missed_peak(overview.columns[c])) continue;  // a sentence above the table reports missed peaks
     heads.push_back(overview.columns[c].head());
     shown.push_back(c);
   }
