@@ -1,9 +1,9 @@
 // Compares beds with what their users have otherwise (plain_beds.hpp, tools/libraries/rivals), in one run.
 //
-// Each row times a bed and one alternative (its rival), stepped alternately in blocks, so that whatever slows
-// the machine slows both; `ratio` is the median over the blocks of the rival's time over the bed's. `error`
-// and `rival_error` are the errors of force and torque, per cent of mu N and mu N R, where a closed or
-// converged answer exists.
+// Each row times a bed and one alternative (its rival). Both are stepped alternately in blocks, so that
+// whatever slows the machine slows both. `ratio` is the median over the blocks of the rival's time over the
+// bed's. `error` and `rival_error` are the errors of force and torque, per cent of mu N and mu N R, where a
+// closed or converged answer exists.
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -1,7 +1,7 @@
-// Measures sharing a step between threads: the cost of waking a worker once a millisecond, the number of
-// bristles from which sharing pays, the size of the pieces shared, and the gain of two threads in steps back
-// to back and in a paced 1 kHz loop.
-// Each row has the same number of steps, timed one by one; p50 and p99 are counters.
+// Measures what sharing a step between threads costs and gains. Rows: waking a worker once a millisecond; the
+// number of bristles from which sharing pays; the size of the pieces shared; the gain of two threads in steps
+// back to back and in a paced 1 kHz loop. Each row has the same number of steps, timed one by one; p50 and
+// p99 are counters.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// Runs bristle_bench: Google Benchmark with the data needed to judge a figure: commit, flags, CPU,
-// instruction set, and the state hash of a fixed scene, which shows a speed-up that changes the answer.
+// Runs bristle_bench, which is Google Benchmark with the data needed to judge a figure: commit, flags, CPU,
+// instruction set, and the state hash of a fixed scene. The hash shows a speed-up that changes the answer.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

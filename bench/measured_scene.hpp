@@ -80,9 +80,9 @@ class MeasuredScene : public SteadyScene {
   }
 };
 
-/// Returns the scene of this name, made on first use and kept until another name is asked for: Google
+/// Returns the scene of this name, made on first use and kept until another name is asked for. Google
 /// Benchmark calls a function several times to find the number of iterations, and a population of millions
-/// takes a while to make.
+/// takes long to make.
 template <class T, class Make>
 T& keep_while_named(const std::string& name, Make make) {
   static std::string kept_name;

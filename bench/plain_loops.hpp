@@ -25,9 +25,9 @@ struct Bristle {
   double zx = 0.0, zy = 0.0, delta = 0.0;
 };
 
-/// The paper's loop (section 4.1) as its authors would have written it: an array of structs, a vector class
-/// with operators, one bristle at a time, the literal rule `z += x; if |z| > delta then z = 0`, the damper
-/// inside the sum. Snap lengths are uniform on 0.5 to 1.5 of the mean and never change.
+/// The paper's loop (section 4.1) as its authors would have written it. It is an array of structs, moved one
+/// bristle at a time by a vector class with operators; the rule is literal, `z += x; if |z| > delta then z =
+/// 0`, and the damper is inside the sum. Snap lengths are uniform on 0.5 to 1.5 of the mean and never change.
 ///
 /// Real is float or double; Dimensions is 3 (the vectors of the haptic tool kits of the time, with a third
 /// component of 0) or 2. Compiled: <double, 3> and <float, 2>, the most and the least work.
@@ -80,10 +80,10 @@ struct PlainOptions {
   std::uint32_t seed = 1;
 };
 
-/// Plain loop of the same exact physics as bristle's kernels (every snap inside the step, the remainder
-/// carried): a structure of float arrays and loops for the compiler's auto-vectoriser. It does not write
-/// vector code, does not promise equal bits, and does not handle extreme input: steps up to some 1e3 mean
-/// snap lengths (beyond, float loses the phase), finite input only.
+/// Plain loop of the same exact physics as bristle's kernels, with every snap inside the step and the
+/// remainder carried. It is a structure of float arrays, with loops for the compiler's auto-vectoriser. It
+/// has no vector code, does not promise equal bits, and does not handle extreme input: only finite input and
+/// steps up to some 1e3 mean snap lengths, beyond which float loses the phase.
 class PlainLoop {
  public:
   /// Makes bristles at rest. Axes other than 1 or 2 count as 2.

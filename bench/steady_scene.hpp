@@ -20,8 +20,8 @@ struct SteadyMotion {
   bool zigzag = false;  ///< whether every other step is perpendicular to the one before (two axes only)
 };
 
-/// Motion that brings a scene from rest into its steady motion: `slides` steps of `slide` mean snap lengths,
-/// after which the distribution of the deflections is steady, then `moves` steps of the motion itself.
+/// Motion that brings a scene from rest into its steady motion. First `slides` steps of `slide` mean snap
+/// lengths make the distribution of the deflections steady; then `moves` steps of the motion itself follow.
 struct Settling {
   double slide;
   int slides, moves;

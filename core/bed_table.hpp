@@ -1,7 +1,7 @@
-// The interface between core and kernels for beds: plain structs of raw
-// pointers and a table of functions, as in kernel_table.hpp. The equations are in core/beds/BEDS.md.
-// Deflections and limits are divided by the bed's unit of deflection, places by its larger half width,
-// stiffnesses by the bed's stiffness at full load, so that all numbers of a column are of order 1.
+// The interface between core and kernels for beds: plain structs of raw pointers and a table of functions, as
+// in kernel_table.hpp. The equations are in core/beds/BEDS.md. Units make all numbers of a column of order 1:
+// deflections and limits are divided by the bed's unit of deflection, places by its larger half width,
+// stiffnesses by the bed's stiffness at full load.
 #pragma once
 
 #include <cstdint>

@@ -242,9 +242,9 @@ struct KernelSet {
   Renew renew[2][2];
 
   /// Carries the blocks [first, last) of a patch with two axes, none marked as straight, along the path
-  /// behind a corner and rewrites them at the patch's position. `stored` gains the change of the full blocks'
-  /// sums of present deflections; `twice_integral`, with index 1, twice the path integral of weight x
-  /// (deflection along the motion less |z|).
+  /// behind a corner, and rewrites them at the patch's position. Adds to `stored` the change of the full
+  /// blocks' sums of present deflections. Adds to `twice_integral`, with index 1, twice the path integral of
+  /// weight x (deflection along the motion less |z|).
   using Carry = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Carry carry[2];

@@ -2,10 +2,10 @@
 // grows.
 //
 // A bristle of age a (time it has held, in units of Material::ageing_time) snaps at |z| = residual + delta
-// g(a), delta its fresh snap length. In a step the age grows along the path, by `per_length` per length. g is
-// concave, so |z| less the limit, as a function of the path, is convex and negative at the start: the bristle
-// snaps at one place or not at all. The limit at the end of the step gives a place at or beyond that root;
-// Newton's steps from there approach it and never pass it (core/patches/AGEING.md).
+// g(a), delta its fresh snap length. In a step the age grows along the path, by `per_length` per length.
+// Because g is concave, |z| less the limit is a convex function of the path, negative at the start; the
+// bristle snaps at one place or not at all. The limit at the end of the step gives a place at or beyond that
+// root; Newton's steps from there approach it and never pass it (core/patches/AGEING.md).
 //
 // The template parameter V is a vector, a bundle of eight vectors, or a plain number.
 #pragma once
@@ -57,9 +57,9 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T, P>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Whether Newton's method needs another iteration: its error after a correction by `fall` exceeds rounding.
-/// The error is half curve fall^2 / (1 - slope), by the limit's derivatives before the correction; or at most
-/// `fall`, if the path only just touches the limit, because each correction then halves the error.
+/// Whether Newton's method needs another iteration, because its error after a correction by `fall` exceeds
+/// rounding. The error is half curve fall^2 / (1 - slope), by the limit's derivatives before the correction.
+/// If the path only just touches the limit, each correction halves the error, which is then at most `fall`.
 template <class T, class V>
 inline auto goes_on(V fall, V slope, V curve, V limit) {
   constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);

@@ -1,6 +1,6 @@
-// The path of a dragged tip (tractrix) for beds: for those that ask only for the end of a step, computed
-// without the motion's direction, without exp, and with one division; and for those that are stiffer along
-// one axis than along the other.
+// The path of a dragged tip (tractrix) for beds, in two forms. One is for beds that ask only for the end of a
+// step: it needs neither the motion's direction nor exp, and one division. The other is for beds that are
+// stiffer along one axis than along the other.
 #pragma once
 
 #include "slide.hpp"
@@ -15,10 +15,11 @@ struct Dragged {
 };
 
 /// Slides a bristle of deflection z at its limit l along a straight motion d, and finds only the deflection
-/// z' at the end. Given are t = x^2 = d^2 / l^2, q2 = 2 z d / l^2 and gap = 1 - z^2 / l^2, which is 0 but for
-/// rounding: one Newton step brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1 - t T^2) + d T (2 +
-/// q2 T)) / (1 + t T^2 + q2 T), which is as long as z for every T. T = above / below is a polynomial with an
-/// error of 6e-7 up to t = 1; four doublings of the argument of tanh reach t = 256; beyond, tanh is 1.
+/// z' at the end. Given are t = x^2 = d^2 / l^2, q2 = 2 z d / l^2 and gap = 1 - z^2 / l^2. Only rounding
+/// makes the gap differ from 0; one Newton step brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1
+/// - t T^2) + d T (2 + q2 T)) / (1 + t T^2 + q2 T), which is as long as z for every T. T = above / below is a
+/// polynomial with an error of 6e-7 up to t = 1. Four doublings of the argument of tanh reach t = 256;
+/// beyond, tanh is 1.
 template <class V>
 inline Dragged<V> drag(V t, V q2, V gap) {
   const V one(1.0f), two(2.0f);
@@ -104,7 +105,8 @@ inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
     const V c = (one - t * t) * inverse, s = (t + t) * inverse;
     x = most(x - divide(at_end * x - way - lack * (cos2 * c + sin2 * s), slope_at(c, s)), none);
   }
-  // On a short way single precision would lose the differences, and D hardly changes.
+  // Uses the slope at the start on a short path, where single precision would lose the differences and D
+  // hardly changes.
   x = select_lanes(V(1e-3f) > over_limit, divide(over_limit, slope_at(cosine, sine)), x);
   const V to = x * limit;
   return {ex * to, ey * to};

@@ -128,8 +128,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       over_length = divide(one, most(length, smallest));
       const V ex = dx * over_length;
       const V ey = dy * over_length;
-      // A bristle bent beyond its limit, because the limit has fallen in the step, slides at the mean of
-      // its deflection and the new limit; at the end its deflection drops to the new limit.
+      // Lets a bristle bent beyond its limit, because the limit has fallen in the step, slide at the mean of
+      // its deflection and the new limit. At the end its deflection drops to the new limit.
       V reach = hold;
       V slide_limit = limit;
       if constexpr (carried) {

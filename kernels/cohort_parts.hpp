@@ -70,9 +70,9 @@ inline double age_at(const CohortTimes& t, double factor) {
   return (exponential<double>(least(grown, 75.0)) - 1.0) / t.rate;
 }
 
-/// Returns the path left of a piece of motion after the snap of a bristle of fresh length delta: the gap
-/// for which |z - gap e| = l_r + delta g(age - gap / v). z is the deflection at the end of the piece had it
-/// not snapped: `square` = |z|^2, `along` = z . e, e the direction of motion. Takes g as linear near the
+/// Returns the path left of a piece of motion after the snap of a bristle of fresh length delta: the gap for
+/// which |z - gap e| = l_r + delta g(age - gap / v). Here z would be the deflection at the end of the piece
+/// without the snap: `square` = |z|^2, `along` = z . e, e the direction of motion. Takes g as linear near the
 /// end; the error is of second order in the length of the piece.
 template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
@@ -156,8 +156,8 @@ inline double mean_birth(const CohortTimes& t, double birth, double other, doubl
   return t.now - age_at(t, g + share * (of_other - g));
 }
 
-/// Merges a newborn cohort into cohort i; conserves mass, first moment and mean reach R (length up to which
-/// bristles have snapped), which is at least the deflection with the patch at `to`. Returns twice the energy
+/// Merges a newborn cohort into cohort i. Conserves mass, first moment and mean reach R (length up to which
+/// bristles have snapped); R is at least the deflection with the patch at `to`. Returns twice the energy
 /// lost. `even`: both were born along a path at constant speed, so that the mean birth fits the mean place.
 template <bool ages>
 inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
@@ -396,7 +396,8 @@ template <bool rubs, bool ages>
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
     // Uses half of the mean path instead where `half` would make the mean path since the last slip, or its
-    // variance, negative: in a piece as long as a snap length many newborn bristles are renewed.
+    // variance, negative. That happens in a piece as long as a snap length, in which many newborn bristles
+    // are renewed.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
     if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))

@@ -275,7 +275,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   return true;
 }
 
-/// Renews a vector of cohorts at the end of a piece in which something snapped: the share 1 - exp(-hazard) of
+/// Renews a vector of cohorts at the end of a piece in which something snapped. The share 1 - exp(-hazard) of
 /// their renewable bristles slips to l_r with new lengths, halfway along the path on which they can be
 /// renewed.
 template <int axes>

@@ -1,5 +1,5 @@
-// Steps computed in double precision: those too long for float to hold the remainder (above far_length), and
-// those under a law with a single snap length, whose bristles must stay in phase for ever.
+// Steps computed in double precision. These are steps too long for float to hold the remainder (above
+// far_length), and steps under a law with a single snap length, whose bristles must stay in phase for ever.
 //
 // Bristles are computed one by one, SnapRule::keep
 // without ageing by rows of 16 bristles, of which an instruction set computes far_width at once.
@@ -160,8 +160,8 @@ inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest,
 }
 
 /// Returns the key of the random noise of a block's sum of delta^2: the draw states of its first row before
-/// the step. At least one of 16 bristles has drawn since the last jump over many snaps, so blocks and steps
-/// differ; but a trial step of another length gets equal noise, so that solvers converge.
+/// the step. At least one of 16 bristles has drawn since the last jump over many snaps, so different blocks
+/// and steps get different noise. A trial step of another length gets equal noise, so that solvers converge.
 inline std::uint32_t noise_key(const std::uint32_t* draw) {
   std::uint32_t key = 0xA511E9B3u;
   for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);

@@ -1,11 +1,12 @@
 // SnapRule::redraw: motion of bristles after their first snap in a step, if each snap samples a new length.
 //
-// A bristle with path left samples a length. If the path is shorter than that length, it ends the bristle's
-// motion; otherwise the bristle snaps again. Uniform, normal and lognormal lengths, in a step in which many
-// bristles snap once or twice, are sampled vector by vector in registers (walk_in_registers). Otherwise the
-// bristles of a block advance by rounds, eight vectors at once, so that the latencies of their draws
-// overlap and no branch depends on a single bristle; vectors whose bristles have all arrived are left out.
-// Long paths are jumped: the state at their end is sampled from its distribution (core/MODEL.md, "Jumps").
+// A bristle with path left samples a length. If the path is shorter than that length, the path ends the
+// bristle's motion; otherwise the bristle snaps again. Uniform, normal and lognormal lengths, in a step in
+// which many bristles snap once or twice, are sampled vector by vector in registers (walk_in_registers). In
+// other steps the bristles of a block advance by rounds, eight vectors at once, so that the latencies of
+// their draws overlap and no branch depends on a single bristle. Vectors whose bristles have all arrived are
+// left out. Long paths are jumped: the state at their end is sampled from its distribution (core/MODEL.md,
+// "Jumps").
 #pragma once
 
 #include "ageing.hpp"

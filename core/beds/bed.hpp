@@ -75,9 +75,9 @@ struct Bed {
 /// Checks the caller's material, shape and options and makes a bed. Throws Error.
 Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOptions& options,
              const BedKernels& kernels);
-/// Writes the columns of stiffness and pressure (if the bed can roll, of places too) for the present size of
-/// the contact, after rolling by a distance (m) along the rows. `turned`: whether the rows have turned since
-/// the last call. Returns the sum of stiffness x pressure.
+/// Writes the columns of stiffness and pressure for the present size of the contact, after rolling by a
+/// distance (m) along the rows; if the bed can roll, writes the column of places too. `turned`: whether the
+/// rows have turned since the last call. Returns the sum of stiffness x pressure.
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
 /// Sets the cells of a bed that rolls to where they stand along their rows before it has rolled. Cells of a
 /// row are shifted by a part of their width, which differs from row to row and is equal for the two rows at

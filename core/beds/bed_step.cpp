@@ -400,8 +400,8 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Calls place() also at an unchanged size, because the column bed_kept must become 1 again: a part that
-    // came into contact in the last step would otherwise reduce its bristle's deflection once more.
+    // Calls place() at an unchanged size too, because the column bed_kept must become 1 again. Otherwise a
+    // part that came into contact in the last step would reduce its bristle's deflection once more.
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);

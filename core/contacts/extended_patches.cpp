@@ -440,7 +440,7 @@ struct AddOutline final : Change {
   std::shared_ptr<Stepped> to;
   std::uint32_t slot = 0;
   ExtendedPatch made;
-  std::vector<ExtendedPatch> places;  ///< longer list of outlines that replaces a full one; else empty
+  std::vector<ExtendedPatch> places;  ///< longer list of outlines that replaces a full one; otherwise empty
   Room room;                          ///< working memory that replaces the present one, if that is too small
 };
 

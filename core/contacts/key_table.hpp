@@ -48,7 +48,7 @@ class KeyTable {
     if (slots_[hole].value == none) return;
     for (std::size_t at = next(hole); slots_[at].value != none; at = next(at)) {
       // Moves an entry into the hole before it if the hole lies between the entry's first slot and its
-      // present one; a search would otherwise stop at the hole and miss the entry.
+      // present one. Otherwise a search would stop at the hole and miss the entry.
       const std::size_t home = home_of(slots_[at].key);
       if (((at - home) & mask_) < ((at - hole) & mask_)) continue;
       slots_[hole] = slots_[at];

@@ -6,9 +6,10 @@
 
 namespace bristle::detail {
 
-/// Returns a law for the aged lengths, in units of law.mean(): a table for a uniform law or a table,
-/// otherwise one of the family of `law` with the mean and (normal, lognormal) the cv of the aged lengths.
-/// Error of the peak at the strength 0.05: 2e-3 (normal, cv 0.25), 3e-4 (lognormal, cv 0.3; test_ageing_law).
+/// Returns a law for the aged lengths, in units of law.mean(): for a uniform law or a table it is a table.
+/// Otherwise it is a law of the family of `law`, with the mean and (normal, lognormal) the cv of the aged
+/// lengths. Error of the peak at the strength 0.05: 2e-3 (normal, cv 0.25), 3e-4 (lognormal, cv 0.3;
+/// test_ageing_law).
 SnapLength aged_law(const SnapLength& law, const WayAgeing& ageing);
 
 /// Returns the peak of first loading at this speed: the highest mean deflection beyond the residual, in units

@@ -56,8 +56,8 @@ struct Family {
     }
   }
 
-  /// Returns an upper end for the search of a spread, up to which the ratio peak / kinetic falls: if possible
-  /// one with a ratio of at most `wanted`, otherwise the one with the least ratio.
+  /// Returns an upper end for the search of a spread, up to which the ratio peak / kinetic falls. If possible
+  /// the ratio there is at most `wanted`; otherwise it is the least ratio.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
       return 0.6;  // a narrower law is enough, and is solved faster
@@ -257,9 +257,9 @@ double find_slide_spread(const Family& family, const Coefficients& c) {
   return spread;
 }
 
-/// Returns, for SnapRule::slide, the drop: c.drop if it is set or no peak is given, else the one that gives
-/// the ratio c.peak / c.kinetic. Throws if peak and drop disagree, or with the range of ratios that can be
-/// reached.
+/// Returns the drop for SnapRule::slide: c.drop if it is set or no peak is given, otherwise the drop that
+/// gives the ratio c.peak / c.kinetic. Throws if peak and drop disagree, or with the range of ratios that can
+/// be reached.
 double find_drop(const SnapLength& unit, const std::string& name, const Coefficients& c) {
   const auto ratio = [&unit](double drop) {
     return detail::slide_peak(unit, drop, 1.0).force / (1.0 - drop);

@@ -69,8 +69,8 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   if (cv < 0.2) {
     fill_narrow_jumps(m, cv, law);
   } else {
-    // Begins jumps early for the exponential law: it has no memory, so its jumps are exact over any distance,
-    // and from 0.3 mean lengths on they cost less than sampling snap by snap.
+    // Begins jumps early for the exponential law. Because it has no memory, its jumps are exact over any
+    // distance, and from 0.3 mean lengths on they cost less than sampling snap by snap.
     const bool memoryless = length.law() == SnapLaw::exponential;
     law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;

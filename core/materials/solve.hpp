@@ -16,9 +16,9 @@ struct ZeroTolerance {
 
 /// Finds a place between `low` and `high` where f changes its sign; f has the values `at_low` and `at_high`
 /// there. Takes the zero of the line between both ends (false position), halving the value at an end that
-/// stays (Illinois); bisects where that does not halve the interval, and while an end counts as 0: of a
-/// function that is 0 from some place on, that place is found. Returns the end of the last interval at which
-/// f has the sign of `at_high`.
+/// stays (Illinois). Bisects where that does not halve the interval, and while an end counts as 0, so that
+/// for a function that is 0 from some place on, that place is found. Returns the end of the last interval at
+/// which f has the sign of `at_high`.
 template <class Function>
 double find_zero(const Function& f, double low, double high, double at_low, double at_high,
                  ZeroTolerance tolerance) {

@@ -48,8 +48,8 @@ double find_tail(const SurvivalTable& table, double share) {
 ///
 /// Waves of lognormal, normal and exponential laws decay nearly as exp(-2 pi^2 cv^2 x / mean) or faster, and
 /// are followed until 1e-4 of them is left. A law whose density jumps, or that has several groups of lengths,
-/// may have slower and shorter waves than its spread says: its slowest wave is found and followed until 6e-6
-/// of it is left.
+/// may have slower and shorter waves than its spread suggests. Its slowest wave is found, and followed until
+/// 6e-6 of it is left.
 struct Waves {
   double path;
   double finest;  ///< SurvivalTable::finest, from the waves
@@ -76,10 +76,10 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   return waves;
 }
 
-/// Returns the path after which a long slide does not depend on how it began: its waves have decayed, and
-/// bristles left from before it carry at most the share `little` of the force. The longest length of those
-/// bristles counts twice, because a bristle bent against the slide first unbends along a path as long as its
-/// deflection.
+/// Returns the path after which a long slide does not depend on how it began. By then its waves have decayed,
+/// and bristles left from before it carry at most the share `little` of the force. The longest length of
+/// those bristles counts twice, because a bristle bent against the slide first unbends along a path as long
+/// as its deflection.
 double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);

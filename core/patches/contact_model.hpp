@@ -37,7 +37,7 @@ struct ContactModel {
   /// step: the caller steps a copy.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Answers a motion that leaves Patch::bound if no bristle need be stepped for it, else returns
+  /// Answers a motion that leaves Patch::bound if no bristle need be stepped for it; otherwise returns
   /// Bound::none. Called only for patches of two axes, without dampers and ageing, that report just the end
   /// force. If it returns Bound::glide, patch and sums are as after `advance`. Null: the model has no such
   /// function.

@@ -61,7 +61,7 @@ struct FieldCheck {
 };
 
 /// Returns the latest time, s, that a value of a saved patch can hold. A step's end is the rounded sum of its
-/// start and its length, while the clock counts the length in whole units, cut off: the two differ by at most
+/// start and its length, while the clock counts the length in whole units, cut off. The two differ by at most
 /// a unit and three roundings.
 inline double latest_time_of(const Patch& contact) noexcept {
   return time_of(contact) * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second;

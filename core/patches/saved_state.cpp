@@ -39,7 +39,7 @@ void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
   for (auto& part : remainder) visit(part, FieldRule{"remainder", -0.5, 0.5});
 }
 /// Lists what an ageing patch saves about time: its own time, which exceeds the longest time by at most a
-/// step, and the times and the displacement that tell how long a bristle can have held (PatchRecord::Hold).
+/// step; and the times and the displacement that bound how long a bristle can have held (PatchRecord::Hold).
 /// The displacement is at most 2^62 units.
 template <class Time, class Hold, class Visit>
 void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {

@@ -26,9 +26,10 @@ DeadlineMonitor::DeadlineMonitor(double deadline_s, double period_s) noexcept {
 
 namespace {
 
-/// Locks the numbers by a sequence count: the writer never waits, a reader may have to copy again. There are
-/// no fences, which the thread sanitizer does not support: every number is stored with release and read with
-/// acquire, so a reader that meets a number of a new tick also finds the count odd or increased.
+/// Locks the numbers by a sequence count: the writer never waits, and a reader may have to copy again. There
+/// are no fences, which the thread sanitizer does not support. Instead every number is stored with release
+/// and read with acquire, so a reader that meets a number of a new tick also finds the count odd or
+/// increased.
 class Change {
  public:
   explicit Change(detail::SharedNumber<std::uint64_t>& changes) noexcept : changes_(changes) {

@@ -7,23 +7,23 @@
 //   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
 //   world.stepSimulation(...)                                       // as usual
 //
-// A patch belongs to a pair of bodies and to a point of one that moves: each contact takes over the patch of
-// the nearest point of the step before. (Bullet's manifolds persist too, but a point that moves by more than
-// 2 % of its shape's size in a step is a new one to them.) Where Bullet lists other points of the same
-// surfaces from step to step (an upright cylinder, a mesh of triangles), patches stay where they are and the
-// load of the pair goes to them. Coefficients of friction stay those of the bodies
-// (btManifoldPoint::m_combinedFriction); the shape of the law is that of the material. Islands, joints,
-// sleeping bodies and sub-steps are as before.
+// A patch belongs to a pair of bodies and to a point of one that moves. Each contact takes over the patch of
+// the nearest point of the step before. (Bullet's manifolds persist too, but they treat a point that moves by
+// more than 2 % of its shape's size in a step as new.) Where Bullet lists other points of the same surfaces
+// from step to step (an upright cylinder, a mesh of triangles), patches stay where they are and carry the
+// load of the pair. Coefficients of friction stay those of the bodies (btManifoldPoint::m_combinedFriction);
+// the shape of the law is that of the material. Islands, joints, sleeping bodies and sub-steps work as
+// before.
 //
 // The order of a step. One linear solve for all bodies of a group gives the impulses that Bullet's iterations
-// begin with: a stack that is solved by iterations alone has an error in each step, and creeps. Bullet's
-// sequential impulses find the normal impulses; in every sweep each patch adds
-// the impulse with which it answers to the slip at the end of the step, with its stiffness and damping
-// implicit and its elastic force clipped at the force limit. From half of the sweeps on the patches
-// themselves are asked (PatchBatch::find_force) and their answers take the place of the clipped springs. At
-// the beginning of the next step, when Bullet has moved the bodies, the patches step by what the contacts
-// slipped, taken from places (bristle::SlipByPlaces), under the normal impulses of the step: they follow the
-// bodies, and nothing drifts, on turning surfaces neither.
+// begin with. (A stack that is solved by iterations alone has an error in each step, and creeps.) Bullet's
+// sequential impulses find the normal impulses. In every sweep each patch adds the impulse with which it
+// answers to the slip at the end of the step, with its stiffness and damping implicit and its elastic force
+// clipped at the force limit. From half of the sweeps on, answers of the patches themselves
+// (PatchBatch::find_force) take the place of the clipped springs. At the beginning of the next step, when
+// Bullet has moved the bodies, the patches step by the slip of the contacts, taken from places
+// (bristle::SlipByPlaces), under the normal impulses of the step. They follow the bodies, so nothing drifts,
+// even on turning surfaces.
 //
 // Contacts of round bodies can have beds, through which elastic wheels roll (FrictionOptions::rolling).
 //
@@ -82,7 +82,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     bristle::BedId bed;                 ///< bed, if a body is round; the contact's patch then rests
     bristle::Response response;  ///< response of the contact's patch or bed in the step before, not scaled by
                                  ///< `scale`
-    bool is_listed = true;  ///< whether Bullet lists the contact; else the pair touches at other points now
+    bool is_listed = true;  ///< whether Bullet lists the contact; if not, the pair touches at other points
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< bodies A and B
 
    private:
@@ -102,8 +102,9 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
                                            nullptr};  // the bodies as Bullet's objects, static bodies too
     int rider = 0;  // index of the body that may roll, or of the smaller one
     bristle::SlipByPlaces slip;
-    // Slip velocity by the bodies' velocities, and by how much the slip of the last step was faster, which
-    // this step will repeat: bodies that turn move along arcs, and Bullet moves them along tangents. m/s
+    // Slip velocity by the bodies' velocities (m/s), and the correction to it: by how much the slip of the
+    // last step was faster. This step will repeat the difference, because bodies that turn move along arcs,
+    // and Bullet moves them along tangents.
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> by_velocity = Eigen::Vector2d::Zero(),
                                                   arc = Eigen::Vector2d::Zero();
     int surfaces = -1;       // index in surfaces_ if Bullet lists other points of the pair than before

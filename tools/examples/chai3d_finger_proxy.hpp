@@ -171,7 +171,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
   /// Moves the contact's frame with the touched object. Reads only objects touched in this tick, since others
-  /// may be deleted. A new object at an old address is told by its material.
+  /// may be deleted. A new object at an old address is recognised by its material.
   void follow_object() {
     bool held = false;
     for (unsigned int i = 0; i < m_numCollisionEvents; ++i)
@@ -199,9 +199,9 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Motion motion_;
   bristle::Response response_;
   bristle::HapticPoint point_;
-  chai3d::cGenericObject* object_ = nullptr;   // object touched in the last tick
-  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, which tells a new object at the same
-                                               // address
+  chai3d::cGenericObject* object_ = nullptr;  // object touched in the last tick
+  std::weak_ptr<chai3d::cMaterial>
+      material_;  // material of object_, by which a new object at the same address is recognised
   Pose surface_ = Pose::Identity(),
        on_object_ = Pose::Identity();  // poses of the contact in the world, and on object_
 };

@@ -166,8 +166,9 @@ void BristleFriction::forward(const mjModel& model, mjData& data) {
   withdraw(model, data);
 }
 
-/// Runs a step as far as the friction force, and adds that to the applied forces: as forces on both bodies of
-/// each contact where sensors look at them, else as generalised forces, which costs less.
+/// Runs a step as far as the friction force, and adds that force to the applied forces. Where sensors look at
+/// the bodies of a contact, it acts on both bodies; elsewhere it is added as a generalised force, which costs
+/// less.
 void BristleFriction::prepare(const mjModel& model, mjData& data) {
   mj_step1(&model, &data);
   mj_fwdActuation(&model, &data);
@@ -281,8 +282,9 @@ void BristleFriction::forget_contacts() {
   other_constraints_.setZero();
 }
 
-/// Returns a contact's condim (which motions it resists) by MuJoCo's rules: that of the model's pair if it is
-/// listed, else of the geom of higher priority, else the larger one of both.
+/// Returns a contact's condim (which motions it resists) by MuJoCo's rules. A listed pair of the model has
+/// its own condim. Otherwise the geom of higher priority decides, or between equal priorities the larger
+/// condim.
 int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
   const int a = contact.geom1, b = contact.geom2;
   for (int p = 0; p < model.npair; ++p) {

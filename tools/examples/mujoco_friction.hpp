@@ -8,12 +8,11 @@
 //                                            bristle::Coefficients{}.with_presliding_length(20e-6));
 //   while (...) friction.step(*model, *data);          // in place of mj_step(model, data)
 //
-// A patch belongs to a pair of geoms and to a point: MuJoCo lists contacts without names in every step, and
-// each takes over the patch of the nearest point of the step before, seen from the smaller of the two geoms.
-// Where MuJoCo lists other points of the same surfaces from step to step (meshes, equal boxes), patches stay
-// where they are and the load of the pair goes to them.
-// Coefficients of friction stay those of the model (mjContact::friction[0]); the shape of the law is that of
-// the material.
+// A patch belongs to a pair of geoms and to a point. MuJoCo lists contacts without names in every step, and
+// each contact takes over the patch of the nearest point of the step before, seen from the smaller of the two
+// geoms. Where MuJoCo lists other points of the same surfaces from step to step (meshes, equal boxes),
+// patches stay where they are and carry the load of the pair. Coefficients of friction stay those of the
+// model (mjContact::friction[0]); the shape of the law is that of the material.
 //
 // The model's condim says what a contact resists. 1: nothing; 3: slip, a patch without extent; 4: slip and
 // spin, a disc with an even pressure. MuJoCo's torsional coefficient, a length, is the highest torque over
@@ -21,12 +20,12 @@
 // Bristles do not resist rolling: condim 6 is refused, or served as 4 if the options say so.
 // Contacts of round geoms can have beds, through which elastic wheels roll (FrictionOptions::rolling).
 //
-// The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; a clipped predictor finds how each
-// contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force
-// how its patch will answer; that goes to qfrc_applied for the time of mj_step2. Once the next mj_step1 has
-// placed the bodies, patches and beds step by what the contacts really slipped, taken from places
-// (bristle::SlipByPlaces): they follow the bodies, and nothing drifts, on turning surfaces neither. Normal
-// loads are those of the step before, of a new contact those of the step without friction.
+// The order of a step. After mj_step1, mj_fwdActuation and mj_fwdAcceleration, a clipped predictor finds how
+// each contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force how its
+// patch will answer. The answers are in qfrc_applied during mj_step2. Once the next mj_step1 has placed the
+// bodies, patches and beds step by the actual slip of the contacts, taken from places
+// (bristle::SlipByPlaces). They follow the bodies, so nothing drifts, even on turning surfaces. Normal loads
+// are those of the step before, for a new contact those of the step without friction.
 //
 // Not covered: rolling friction, RK4 (mj_step2 has none).
 #pragma once
@@ -114,10 +113,10 @@ class BristleFriction {
 
     /// Friction force along frame.along() and aside(), N, and torque about the normal, N m, on geom2's body.
     Eigen::Vector3d force = {0, 0, 0};
-    bool is_new = true;     ///< whether this contact did not exist in the step before
-    bool is_listed = true;  ///< whether MuJoCo lists the contact; else the pair touches at other points now
-    bool is_disc = false;   ///< whether the contact resists spin (condim 4)
-    double radius = 0.0;    ///< radius of the contact, if it is a disc, m
+    bool is_new = true;        ///< whether this contact did not exist in the step before
+    bool is_listed = true;     ///< whether MuJoCo lists the contact; if not, the pair touches at other points
+    bool is_disc = false;      ///< whether the contact resists spin (condim 4)
+    double radius = 0.0;       ///< radius of the contact, if it is a disc, m
     double normal_load = 0.0;  ///< normal load from MuJoCo's solver in this step, N
 
     /// Friction coefficient of the contact over that of the material.

@@ -4,9 +4,9 @@
 //   mujoco_example::BristleJoints joints(*model, {shoulder, elbow}, {&gear, 1});
 //   while (...) joints.step(*model, *data);          // in place of mj_step(model, data)
 //
-// The order of a step: mj_step1; mj_fwdActuation, mj_fwdAcceleration; the speeds at the end of the step by
-// Newton's method on J M^-1 J^T and JointFriction::find_torque; the torques go to qfrc_applied for the time
-// of mj_step2. Then the bristles step by the angles that the joints really have. `frictionloss` of these
+// The order of a step. After mj_step1, mj_fwdActuation and mj_fwdAcceleration, Newton's method on J M^-1 J^T
+// and JointFriction::find_torque finds the speeds at the end of the step. The torques are in qfrc_applied
+// during mj_step2. Then the bristles step by the angles that the joints really have. `frictionloss` of these
 // joints should be 0.
 //
 // The motor's torque is qfrc_actuator, the outside torque what is left of the smooth forces (gravity,

@@ -135,8 +135,8 @@ struct BedShape {
     shape.list = std::move(cells);
     return shape;
   }
-  /// Makes a bed of any outline from an nx by ny grid over the given box: a cell becomes a bristle where
-  /// `pressure` (relative, at x and y in m) is above 0. A cell at the edge counts by the share of its 4 x 4
+  /// Makes a bed of any outline from an nx by ny grid over the given box. A cell becomes a bristle where
+  /// `pressure` (relative, at x and y in m) is above 0; a cell at the edge counts by the share of its 4 x 4
   /// samples that lie inside. Throws bristle::Error if `pressure` is above 0 nowhere.
   BRISTLE_API static BedShape from_pressure(double half_x_m, double half_y_m, int nx, int ny,
                                             const std::function<double(double, double)>& pressure);
@@ -214,8 +214,8 @@ struct BedOptions {
   /// Whether a step computes all fields of BedResponse. If not, it computes `status`, `force` and `torque`,
   /// and the other fields are 0.
   bool all_outputs = true;
-  /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is cut into pieces
-  /// if the bed spins or all outputs are asked for.
+  /// Longest piece of a rolling step, in lengths of the contact, 1e-3 to 10. A longer step is divided into
+  /// pieces if the bed spins or all outputs are asked for.
   double longest_piece = 0.0625;
 };
 

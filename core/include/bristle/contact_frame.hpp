@@ -35,11 +35,11 @@
 //   patches.step(dt, {&motion, 1}, {&response, 1});
 //   wrench_on_a += frame.spin_wrench(response.end, centre_of_outline - centre_of_a);
 //
-// Order of error: displacements are taken in the axes half-way through the last carry. Compared with the
-// integral of the velocity along a smooth path, this is an error of order dt^2 over a given time (an arc of
-// angle a, given by its chord, is a^2/24 too short; motion along the normal does not contribute). In the axes
-// at either end it would be of order dt. Rolling without slip gives no error, for velocities as engines
-// provide them.
+// Order of error. Displacements are taken in the axes half-way through the last carry. Compared with the
+// integral of the velocity along a smooth path this gives an error of order dt^2 over a given time: an arc of
+// angle a, given by its chord, is a^2/24 too short. (Motion along the normal does not contribute.) In the
+// axes at either end the error would be of order dt. Rolling without slip gives no error, for velocities as
+// engines provide them.
 //
 // Thread rule: plain data, no locks. Nothing here but making or copying ContactFrames allocates or throws, or
 // calls libm beyond sqrt.
@@ -87,7 +87,7 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
 }
 
 /// Returns `v` rotated by the smallest rotation that takes the unit vector `from` to `to`. If they are
-/// opposite, there are many such rotations, and `axis`, a unit vector at a right angle to `from`, selects
+/// opposite there are many such rotations; then `axis`, a unit vector at a right angle to `from`, selects
 /// one.
 inline Eigen::Vector3d carry_along(const Eigen::Vector3d& v, const Eigen::Vector3d& from,
                                    const Eigen::Vector3d& to, const Eigen::Vector3d& axis) noexcept {

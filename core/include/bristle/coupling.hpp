@@ -48,9 +48,9 @@ inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noex
   return body;
 }
 
-/// Makes a contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes),
-/// whose displacement[0] and [1] run along the orthogonal unit vectors `along` and `aside` in the tangent
-/// plane. `place`: index of its patch in the arrays of motions and responses.
+/// Makes a contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes).
+/// The orthogonal unit vectors `along` and `aside` in the tangent plane are the directions of displacement[0]
+/// and [1]. `place`: index of the patch in the arrays of motions and responses.
 inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& arm,
                                     const Eigen::Vector3d& along, const Eigen::Vector3d& aside) noexcept {
   BodyContact<6> contact;
@@ -60,10 +60,10 @@ inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& ar
   return contact;
 }
 
-/// Sets the displacements of the next step in `motions` by linear solves: stiffness and damping of every
-/// patch are implicit. If a patch's elastic force would exceed its force limit, the patch pulls with that
-/// limit instead, and the solve is repeated. `motions` contains ids and loads of the step; `external` is the
-/// force on the body over the step (N, N m; including gyroscopic torque where it matters). Returns the
+/// Sets the displacements of the next step in `motions` by linear solves, in which stiffness and damping of
+/// every patch are implicit. If a patch's elastic force would exceed its force limit, the patch pulls with
+/// that limit instead, and the solve is repeated. `motions` contains ids and loads of the step. `external` is
+/// the force on the body over the step (N, N m; including gyroscopic torque where it matters). Returns the
 /// velocity that the displacements follow, averaged over the step.
 template <int Dof>
 BodyVector<Dof> predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
@@ -77,7 +77,7 @@ BodyVector<Dof> predict_displacements(PatchBatch& batch, double dt_s, const Movi
 
 /// Sets the displacements of the next step in `motions` by the midpoint rule. `external` is the force at the
 /// middle of the step (N, N m). Bristles that redraw over many snaps make F_mean jump a little with the
-/// displacement; if the equation has no solution because of such a jump, the best point is taken, and the
+/// displacement. If the equation has no solution because of such a jump, the best point is taken, and the
 /// report gives its residual.
 template <int Dof>
 SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,

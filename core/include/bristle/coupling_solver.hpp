@@ -101,10 +101,10 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
   body.velocity += mass.llt().solve(impulse);
 }
 
-// Returns theta, the share of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1):
-// a half, which gives the right stopping distance, and more if dampers stop the body within a step. For a
-// body against a damper alone the exact value is 1 - theta = 1/c - 1/(e^c - 1), c = C T / m; this function is
-// within 0.033 of it without an exponential, and never lets a damper reverse the velocity.
+// Returns theta, the share of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1).
+// It is a half, which gives the right stopping distance, and more if dampers stop the body within a step. For
+// a body against a damper alone the exact value is 1 - theta = 1/c - 1/(e^c - 1), c = C T / m. This function
+// is within 0.033 of it without an exponential, and never lets a damper reverse the velocity.
 template <int Dof>
 double implicit_share(double dt_s, const MovingBody<Dof>& body,
                       Span<const BodyContact<Dof>> contacts) noexcept {

@@ -46,8 +46,8 @@ struct Tick {
 /// A tick misses its deadline (is late) if its step ends more than the deadline after it was due. The miss is
 /// caused by this program ("ours") if the thread's CPU time in the tick exceeds the deadline or was not
 /// measured. Other misses are caused by the machine: the thread was woken late, was preempted, or waited for
-/// a worker that was. (A thread that spins while it waits for a worker uses CPU time, and time that a
-/// hypervisor takes without reporting it counts as CPU time: such misses count as ours.)
+/// a worker that was. Two kinds of time count as CPU time, and so as ours, all the same: spinning while the
+/// thread waits for a worker, and time that a hypervisor takes without reporting it.
 ///
 /// Thread rule: one thread records and resets, and never waits for a reader. Any thread may read at the same
 /// time: each number is whole, but two numbers may be some ticks apart. snapshot() gives all numbers of one

@@ -7,12 +7,12 @@
 //   patches.step(dt, {&motion, 1}, {&response, 1});
 //   bristle::apply_end_forces(dt, body, force, {&pad, 1}, {&response, 1});
 //
-// Every cell of every outline is a contact in the solves of coupling.hpp: it has its own stiffness and force
-// limit, so the rim may slip while the middle sticks. A solve finds one displacement and one spin for each
-// patch, and the patch steps by these: a body that returns to its pose without slip has not crept. The
-// midpoint rule takes a cell where the outline stands half-way through the turn, at any trial velocity, and
-// so keeps its energy balance however fast the body spins; the predictor takes it where the mean spin
-// of the step brings it.
+// Every cell of every outline is a contact in the solves of coupling.hpp. A cell has its own stiffness and
+// force limit, so the rim may slip while the middle sticks. A solve finds one displacement and one spin for
+// each patch, and the patch steps by these, so a body that returns to its pose without slip has not crept.
+// The midpoint rule takes each cell where the outline stands half-way through the turn, at any trial
+// velocity, which keeps its energy balance however fast the body spins. The predictor takes each cell where
+// the mean spin of the step brings it.
 //
 // A body may rest on points as well: an extended patch whose only cell is its centre is a point.
 //
@@ -49,8 +49,8 @@ struct ExtendedContact {
 };
 
 /// Makes a contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world
-/// axes). `along` and `aside`: orthogonal unit vectors, the axes of the surface in which displacement[0] and
-/// [1] are given; the spin is about their cross product.
+/// axes). `along` and `aside` are orthogonal unit vectors, the axes of the surface in which displacement[0]
+/// and [1] are given. The spin is about their cross product.
 inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen::Vector3d& arm,
                                                   const Eigen::Vector3d& along,
                                                   const Eigen::Vector3d& aside) noexcept {
@@ -112,7 +112,7 @@ void lay_out_cells(const ExtendedPatches& patches, Span<const ExtendedContact<Do
   for (std::size_t k = 0; k < count; ++k) cells.contacts[k].place = k;
 }
 
-/// Sets the cells' Jacobians for a step at the velocity u: a cell's displacement is that of the centre plus
+/// Sets the cells' Jacobians for a step at the velocity u. A cell's displacement is that of the centre plus
 /// the chord of its turn, and its force acts where the cell is half-way. Returns whether a spin changed so
 /// much since the last call that a prediction with the old places is unreliable.
 template <int Dof>

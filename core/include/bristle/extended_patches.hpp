@@ -34,10 +34,9 @@ struct ExtendedMotion {
   double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: displacement of the outline's centre, and turn
                                              ///< about the normal, of the moving body against the surface
   double normal_load = 0.0;                  ///< N, load on the whole patch, 0 to 1e15
-  std::uint8_t has_velocity = 0;             ///< whether `velocity` is given (not 0); else it is displacement
-                                             ///< / dt
-  double velocity[3] = {0.0, 0.0, 0.0};      ///< m/s, m/s, rad/s: velocity of the outline's centre and spin,
-                                             ///< for the forces in `damper` only
+  std::uint8_t has_velocity = 0;  ///< whether `velocity` is given (not 0); if not, it is displacement / dt
+  double velocity[3] = {0.0, 0.0, 0.0};  ///< m/s, m/s, rad/s: velocity of the outline's centre and spin,
+                                         ///< for the forces in `damper` only
 };
 
 /// Output of one extended patch for one step, ON the moving body: force, then torque about the outline's
@@ -124,8 +123,8 @@ class BRISTLE_API ExtendedPatches {
   /// Returns the patches of the batch behind the cells, in the order of the outline. The span holds until the
   /// next call of the stepping side.
   Span<const PatchId> cell_patches(PatchId id) const noexcept;
-  /// Writes the cells as they stand, in the axes of the surface, after a further turn by `spin` (rad) under
-  /// this load: position in m, share of the load, as many as fit. Returns the number written.
+  /// Writes the cells as they stand after a further turn by `spin` (rad) under this load: position in the
+  /// axes of the surface (m) and share of the load, as many as fit. Returns the number written.
   std::size_t read_cells(PatchId id, double spin, double normal_load_n, Span<PatchCell> out) const noexcept;
   /// Writes the motions of the cells of all patches named, one after the other, as many patches as fit; an
   /// unknown id has none. Entries of `cells` beyond them name no patch. Returns the number written.

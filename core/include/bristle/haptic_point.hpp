@@ -5,15 +5,15 @@
 //   batch.step(dt, {&motion, 1}, {&response, 1});
 //   send_to_device(point.finish(response));
 //
-// Displacements come from positions: the displacement of a tick is the difference of two positions, so
-// bristles bend by what the hand moved at any level of noise, and sticking does not creep.
+// Displacements come from positions. The displacement of a tick is the difference of two positions, so
+// bristles bend by the path of the hand at any level of noise, and sticking does not creep.
 //
 // The damper's velocity. displacement/dt has no lag and can never add energy, but with an encoder of 20 um at
 // 1 kHz it is a multiple of 20 mm/s. With `resolution` set, the velocity is the slope over the longest
 // stretch of past positions that lie within a resolution of a straight line (Janabi-Sharifi, Hayward and Chen
-// 2000, "end-fit first-order adaptive windowing"): short when the hand accelerates, long when it moves
-// evenly, without a time constant to choose. Where it opposes the displacement it is 0, so the damper never
-// adds energy to the hand.
+// 2000, "end-fit first-order adaptive windowing"). The stretch is short when the hand accelerates and long
+// when it moves evenly, without a time constant to choose. Where the velocity opposes the displacement it is
+// set to 0, so the damper never adds energy to the hand.
 //
 // The device's limit. Scaling down a force that is too large adds energy: the user presses in while friction
 // makes the scale small, stops the friction, and comes out with the full normal force. Therefore the limit is
@@ -113,10 +113,10 @@ class HapticPoint {
                       std::sqrt(1.0 + options.peak_coefficient * options.peak_coefficient)) {}
 
   /// Fills in displacement, load and velocity of the tick that ends at `position` (m; for a moving surface,
-  /// in its frame). `normal` points out of the surface and may have any length; `wall_force` (N, >= 0) is the
-  /// force with which the surface pushes back, 0 out of contact, where the normal does not matter. If the
+  /// in its frame). `normal` points out of the surface and may have any length. `wall_force` (N, >= 0) is the
+  /// force with which the surface pushes back; at 0, out of contact, the normal does not matter. If the
   /// position is not finite or the wall force is not a number >= 0, the patch returns Status::bad_input, and
-  /// the patch and the frame keep their states; the next good tick includes the missed displacement and time.
+  /// patch and frame keep their states. The next good tick then includes the missed displacement and time.
   void prepare(double dt_s, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double wall_force,
                Motion& motion) noexcept {
     const bool somewhere = position.allFinite();

@@ -1,9 +1,9 @@
 // Patches by key, for engines that list all their contacts in every step.
 //
-// KeyedPatches assigns the patches of a PatchBatch to contacts by a 64-bit key that means the same contact
-// from step to step, and returns to its pool the patches whose key is missing. ContactMatcher makes such keys
-// if an engine gives only a pair of bodies and points: it matches each point with the nearest point of the
-// previous step.
+// KeyedPatches assigns the patches of a PatchBatch to contacts by a 64-bit key, which must mean the same
+// contact from step to step. It returns to its pool the patches whose key is missing. ContactMatcher makes
+// such keys if an engine gives only a pair of bodies and points: it matches each point with the nearest point
+// of the previous step.
 //
 //   keys.match(contacts, key_of_contact)                       // only where the engine has no stable ids
 //   motion.id = patches.find_or_add(key)       for each contact
@@ -56,10 +56,10 @@ struct KeyedContact {
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.
 ///
 /// The patch of a new key behaves to the bit like one newly added to the batch with PatchOptions::seed =
-/// seed_of(key) and PatchOptions::key = key, regardless of its earlier contacts: forces do not depend on the
-/// order in which contacts appeared and ended. A contact that was lost for longer than keep_steps starts with
-/// a fresh patch; the energy stored in its bristles is dropped (to have it reported as contact_loss, step the
-/// patch once with load 0).
+/// seed_of(key) and PatchOptions::key = key. Forces therefore do not depend on the order in which contacts
+/// appeared and ended. A contact that was lost for longer than keep_steps starts with a fresh patch. The
+/// energy stored in its bristles is dropped; to have it reported as contact_loss, step the patch once with
+/// load 0.
 ///
 /// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys a pool, the stepping thread
 /// calls the rest. The batch (or the extended patches) must outlive it and must not be moved. Nothing
@@ -136,9 +136,9 @@ class BRISTLE_API KeyedPatches {
 struct ContactPoint {
   std::uint64_t pair = 0;  ///< name of the two bodies or geoms, the same in every step
 
-  /// m, place of the contact in a frame in which the point hardly moves: at the centre of the smaller body,
-  /// with that body's axes or, where it is round and may roll, the world's. In the world frame the points of
-  /// a fast pair would move out of reach.
+  /// m, place of the contact in a frame in which the point hardly moves. Take the centre of the smaller body
+  /// and that body's axes or, if the body is round and may roll, the world's axes. In the world frame the
+  /// points of a fast pair would move out of reach.
   double point[3] = {0.0, 0.0, 0.0};
 };
 
@@ -165,9 +165,9 @@ struct HeldContact {
 /// earlier contacts, not on other pairs, so results do not depend on events elsewhere. A new contact
 /// may get the key of a forgotten one, so keep_steps of KeyedPatches must not be larger than the matcher's.
 ///
-/// After set_hold(), friction belongs to the pair of surfaces: a contact whose point is not listed
-/// is held while its pair has another, and a new point of a pair with as many contacts gets the key of the
-/// nearest of them. The load of the pair then goes to its contacts by held_load() (contact_frame.hpp), and
+/// After set_hold(), friction belongs to the pair of surfaces. A contact whose point is not listed is held
+/// while its pair has another one, and a new point of a pair with as many contacts gets the key of the
+/// nearest of them. held_load() (contact_frame.hpp) then divides the load of the pair among its contacts, and
 /// friction acts where they are. release() ends a held contact, such as one whose place has left the other
 /// surface.
 ///
@@ -180,11 +180,11 @@ class BRISTLE_API ContactMatcher {
   ContactMatcher(ContactMatcher&&) noexcept;
   ContactMatcher& operator=(ContactMatcher&&) noexcept;
 
-  /// Gives keys to all contacts of one step; keys[i] names contacts[i] (no_contact_key if its point is not
-  /// finite, and for contacts beyond the capacity or beyond the length of `keys`). Returns the number of
-  /// contacts found again. The cost is of the order of the number of contacts times the contacts P of one
-  /// pair; at worst times P^2, if a row of contacts moved further than its own length and all of it lies
-  /// within reach.
+  /// Gives keys to all contacts of one step; keys[i] names contacts[i]. The key is no_contact_key if the
+  /// point is not finite, and for contacts beyond the capacity or beyond the length of `keys`. Returns the
+  /// number of contacts found again. The cost is of the order of the number of contacts times the contacts P
+  /// of one pair. At worst it is the number times P^2, if a row of contacts moved further than its own length
+  /// and all of it lies within reach.
   ///
   /// `normals`: unit normals, three numbers a contact, in the frames of the points; empty if all of a pair's
   /// are alike. Contacts whose normals differ by more than 45 degrees are different ones.

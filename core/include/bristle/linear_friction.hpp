@@ -53,8 +53,8 @@ struct LinearFriction {
         load(normal_load) {}
 
   /// Makes the line through the answer `there` of a patch to the slip velocity `slip` (m/s). Its slope is the
-  /// secant from `rest`, the elastic force without slip under this load (N): the tangent, 0 in sliding, would
-  /// brake a solver's iterations. `axes`: stiffness along each axis over the mean of both.
+  /// secant from `rest`, the elastic force without slip under this load (N), because the tangent, 0 in
+  /// sliding, would brake a solver's iterations. `axes`: stiffness along each axis over the mean of both.
   static LinearFriction through(const Response& there, const Vector& rest, const Vector& slip, double dt_s,
                                 double normal_load, double scale = 1.0,
                                 const Vector& axes = Vector::Ones()) noexcept {
@@ -77,9 +77,9 @@ struct LinearFriction {
   Vector slope() const noexcept { return spring + Vector::Constant(damping); }
   Vector force(const Vector& slip) const noexcept { return steady - slope().cwiseProduct(slip); }
 
-  /// Lets the patch slip if its elastic force at this slip velocity exceeds the limit: from then on it pulls
+  /// Lets the patch slip if its elastic force at this slip velocity exceeds the limit. The patch then pulls
   /// with the limit in the direction of that force, and only its damper depends on the slip. Returns whether
-  /// it did.
+  /// the patch slips.
   bool release(const Vector& slip) noexcept {
     if (slips || !bounded || !(spring.maxCoeff() > 0.0)) return false;
     const Vector elastic = steady - spring.cwiseProduct(slip);
@@ -91,8 +91,8 @@ struct LinearFriction {
   }
 
   /// Returns the friction impulse (N s) that is consistent with the slip it leaves while other contacts stay.
-  /// `normal`: normal impulse of the step, N s; the friction is in proportion to it. `mobility`: change of
-  /// the slip per impulse, 1/kg; `free`: slip without the impulse, m/s. Bristles that a falling load lifts
+  /// `normal`: normal impulse of the step, N s, to which the friction is proportional. `mobility`: change of
+  /// the slip per impulse, 1/kg. `free`: slip without the impulse, m/s. Bristles that a falling load lifts
   /// lose their force; those that a rising load adds are straight.
   Vector impulse(double normal, double dt_s, const Eigen::Matrix2d& mobility,
                  const Vector& free) const noexcept {
@@ -111,8 +111,8 @@ struct LinearFriction {
 };
 
 /// Linear equations for the changes of velocity of bodies that touch: a symmetric positive matrix of masses,
-/// and of the gain of friction and other contact forces. It stores each line from its first entry on (skyline
-/// storage), which is short for stacks of bodies: with six unknowns a body it takes less than half the time
+/// and of the gain of friction and other contact forces. Each line is stored from its first entry on (skyline
+/// storage), which is short for stacks of bodies. With six unknowns a body this takes less than half the time
 /// of Eigen's SimplicialLLT, analysis included.
 class BodySystem {
  public:

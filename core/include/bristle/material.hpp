@@ -189,7 +189,7 @@ struct BRISTLE_API Material {
   double speed_strengthening = 0.0;
   double strengthening_speed = 1e-6;
   /// SnapRule::slide, 0 to largest_drop: a sliding bristle holds only (1 - drop) of its snap length until it
-  /// sticks again, which needs a step in which it does not slide, or a reversal of the motion.
+  /// sticks again. It sticks after a step in which it does not slide, or at a reversal of the motion.
   double drop = 0.0;
 
   Material& with_bristle_stiffness(double newtons_per_metre) {
@@ -261,9 +261,9 @@ struct BRISTLE_API Material {
   /// of fast loading, in which nothing ages: the lowest value.
   double peak_coefficient() const;
   /// Returns peak friction over normal load where every bristle has held for `held_s` seconds and is loaded
-  /// fast: the part beyond the residual is ageing_factor times that of peak_coefficient() (SnapRule::slide:
-  /// only the part of bristles that stick grows).
-  /// Response::force_limit takes the longest time that any bristle of the patch can have held.
+  /// fast. The part beyond the residual is then ageing_factor times that of peak_coefficient().
+  /// (SnapRule::slide: only the part of bristles that stick grows.) Response::force_limit takes the longest
+  /// time that any bristle of the patch can have held.
   double peak_coefficient(double held_s) const;
   /// Returns nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for
   /// redraw, E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are

@@ -24,9 +24,9 @@ enum class Pressure : unsigned char {
 ///
 /// The cells are the nodes of Gauss rules, so their number is the knob between error and time. With n rings
 /// sums over the cells are exact for polynomials of the position up to degree 2 n - 1 (and below the number
-/// of cells around), with nx by ny cells of a rectangle up to 2 nx - 1 in x and 2 ny - 1 in y: stiffness
-/// against spin is exact from 2 rings or 2 by 2 cells on. Friction of a patch that slides and spins is no
-/// polynomial: its error falls with the area of a cell. Figures: core/MODEL.md, section 29.
+/// of cells around); with nx by ny cells of a rectangle up to 2 nx - 1 in x and 2 ny - 1 in y. Stiffness
+/// against spin is therefore exact from 2 rings or 2 by 2 cells on. Friction of a patch that slides and spins
+/// is no polynomial: its error falls with the area of a cell. Figures: core/MODEL.md, section 29.
 struct Outline {
   std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536 cells, in any order
   double full_size_load = 0.0;  ///< N, load; > 0: the outline has its given size at this load and grows with

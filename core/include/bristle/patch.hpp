@@ -24,7 +24,7 @@ enum class Precision : unsigned char { single, double_ };
 
 /// Kind of population that stands for the bristles of a patch.
 enum class Population : unsigned char {
-  automatic,        ///< `infinite` where the law allows it and no number of bristles is asked for, else
+  automatic,        ///< `infinite` where the law allows it and no number of bristles is asked for, otherwise
                     ///< `representatives`. The default.
   representatives,  ///< n bristles, each with its deflection and snap length
   infinite  ///< infinitely many: a list of cohorts, without noise. Needs SnapRule::redraw; computes in
@@ -129,8 +129,8 @@ struct Motion {
   double displacement[2] = {0.0, 0.0};  ///< m, displacement of the moving body over the step; small ones add
                                         ///< up without loss
   double normal_load = 0.0;             ///< N, normal load over the whole step, 0 to 1e15
-  std::uint8_t has_velocity = 0;        ///< whether `velocity` is given (not 0); else it is displacement / dt
-  double velocity[2] = {0.0, 0.0};      ///< m/s, slip velocity, for Response::damper, damping and damper_work
+  std::uint8_t has_velocity = 0;    ///< whether `velocity` is given (not 0); if not, it is displacement / dt
+  double velocity[2] = {0.0, 0.0};  ///< m/s, slip velocity, for Response::damper, damping and damper_work
 };
 
 /// Status of a response, a set of flags. `ok` means that the motion was carried out as requested.

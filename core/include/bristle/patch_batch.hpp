@@ -132,11 +132,11 @@ class BRISTLE_API PatchBatch {
   std::uint64_t state_hash(PatchId id) const noexcept;
   std::uint64_t state_hash() const noexcept;  ///< hash over all patches in slot order
 
-  /// Writes deflections (m) and snap lengths (m) of the first bristles, as many as fit into the spans (of
-  /// equal length, or empty for a column that is not needed; for a patch with a lay pass both deflections or
-  /// none, else no bristle is written). The deflection of a bristle out of contact is 0. Population::infinite
-  /// fills the spans: each cohort appears in proportion to its share of the bristles. Returns the number of
-  /// bristles written.
+  /// Writes deflections (m) and snap lengths (m) of the first bristles, as many as fit into the spans. The
+  /// spans have equal length; one may be empty if its column is not needed. For a patch with a lay pass both
+  /// deflections or none, otherwise no bristle is written. The deflection of a bristle out of contact is 0.
+  /// Population::infinite fills the spans: each cohort appears in proportion to its share of the bristles.
+  /// Returns the number of bristles written.
   std::size_t read_bristles(PatchId id, Span<double> zx, Span<double> zy, Span<double> delta) const noexcept;
 
   /// Returns the number of bytes that save_state writes now.

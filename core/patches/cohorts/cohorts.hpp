@@ -116,7 +116,7 @@ CohortTimes times_of(const Patch& p) noexcept;
 /// Sets the base from which births are counted to the present time. For a patch that has no cohorts yet.
 void begin_time(const Patch& p) noexcept;
 /// Moves the base from which births are counted to the present time, once it lies 2^20 ageing times back.
-/// Ages stay, but for rounding.
+/// Ages stay, except for rounding.
 void follow_time(const Patch& p) noexcept;
 double find_oldest(const Cohorts& r) noexcept;
 /// Returns g, the factor by which ageing has increased the snap lengths of cohort number i; 1 where the

@@ -26,8 +26,8 @@ struct Arc {
 };
 
 /// Finds the arc that would bend bristles as the last steps, which are chords of the path, have bent them.
-/// Its tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature c, chord
-/// length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
+/// The arc's tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature c,
+/// chord length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
@@ -245,7 +245,7 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
     }
     return Bound::glide;
   }
-  // Checks the end of the step alone: a cohort's deflection is a convex function along a step, so a cohort
+  // Checks the end of the step alone. A cohort's deflection is a convex function along a step, so a cohort
   // that is within its reach at both ends is within it in between.
   if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
   const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),

@@ -109,8 +109,8 @@ void set_pieces(Cohorts& r) noexcept {
   // Calculates the share of mass below which a cohort is negligible. In steady sliding a cohort begins with
   // the share `share` of the mass; under a wide law it matters until only the share `weak` of that is left.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
-  // Lengthens, for finer pieces, the path after which a step counts as having forgotten its start: what is
-  // left of a turn falls to a tenth along 0.3 of this path, and fine pieces tolerate less of it. Not for laws
+  // Lengthens, for finer pieces, the path after which a step counts as having forgotten its start. Along 0.3
+  // of this path what is left of a turn falls to a tenth, and fine pieces tolerate less of it. Not for laws
   // with corners and renewal, under which a turn may be remembered for longer.
   r.forget = 0.0;
   const bool renews = r.law.renewal > 0.0;
@@ -118,7 +118,7 @@ void set_pieces(Cohorts& r) noexcept {
   const double solved = r.material->renewal().forget * mean;
   const double finer = std::max(resolution / default_resolution, 1.0);
   double forget = solved * (1.0 + 0.25 * std::log2(finer)) + r.law.residual;
-  // Without renewal the path is longer: the longest bristles, if bent against the slide, must unbend and
+  // Takes a longer path without renewal. The longest bristles, if bent against the slide, must unbend and
   // snap, and bristles that a turn brought in step snap again about a mean length later.
   if (!renews) forget = std::max(forget + mean, 2.0 * (r.law.end + r.law.residual));
   if (solved < longest_solved * mean && forget < r.follow) r.forget = forget;

@@ -328,9 +328,9 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Carries the bristles along a part of a steady slide's path without stepping them, up to its last piece
-/// (which ends at `way`): turns them round a corner if the path turns, and steps young bristles as far as
-/// they need it.
+/// Carries the bristles along a part of a steady slide's path without stepping them, up to its last piece,
+/// which ends at `way`. Turns them round a corner if the path turns, and steps young bristles as far as they
+/// need it.
 template <class T>
 void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -347,8 +347,8 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Returns the path of a step along which every bristle is stepped: what the slide lacks to be steady, and
-/// at least so much that the end does not depend on the start and that several snaps are expected
+/// Returns the path of a step along which every bristle is stepped. It is the path that the slide lacks to be
+/// steady, and at least so long that the end does not depend on the start and that several snaps are expected
 /// (snaps_followed), which matters in a patch of few bristles.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
@@ -553,7 +553,7 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Shortens the carried path, for energy and snaps, where deflections lag behind a turn of the path: these
+  // Shortens the carried path, for energy and snaps, where deflections lag behind a turn of the path. There
   // bristles are bent less along the motion, so they dissipate less and snap less often.
   const double carried =
       walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;

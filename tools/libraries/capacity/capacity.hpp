@@ -191,7 +191,7 @@ std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
 /// Measures memory, saved state and times of contacts of the default material. Defined in snapshots.cpp.
 std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options);
-/// Resolution (pieces of path per mean snap length) at which the rms error of the force is within 1 % of
+/// Resolution (pieces of path per mean snap length) that keeps the rms error of the force within 1 % of
 /// kinetic friction in straight slides, on bends and in zigzags, and at 1.1 % round random right angles
 /// (core/patches/COHORTS.md).
 constexpr double coarse_resolution = 4.0;

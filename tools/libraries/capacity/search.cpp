@@ -92,8 +92,9 @@ class Search {
   void narrow() {
     for (int i = 0; i < 12 && static_cast<double>(too_many_) > resolution() * static_cast<double>(fits_);
          ++i) {
-      // Tries the number at which the line through both measured times meets the deadline, as step time grows
-      // almost in proportion to bristles, but moves each end of the interval by a tenth of it at least.
+      // Tries the number at which the line through both measured times meets the deadline, because step time
+      // grows almost in proportion to the number of bristles. Moves each end of the interval by at least a
+      // tenth of it.
       const double low = static_cast<double>(fits_), high = static_cast<double>(too_many_);
       const double along = (options_.deadline_s - fits_p99_s_) / (too_many_p99_s_ - fits_p99_s_);
       const std::uint64_t next = whole(low + std::clamp(along, 0.1, 0.9) * (high - low));

@@ -11,7 +11,7 @@ namespace cli {
 
 using NameList = std::vector<std::string>;
 
-/// Returns a name that begins with `name`, else the one nearest by edit distance; "" if none is near.
+/// Returns a name that begins with `name`, or the one nearest by edit distance; "" if none is near.
 inline std::string nearest_name(std::string_view name, const NameList& names) {
   std::string best;
   std::size_t least = std::min(std::max<std::size_t>(2, name.size() / 2) + 1, name.size());

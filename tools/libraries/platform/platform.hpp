@@ -73,7 +73,7 @@ std::FILE* open_special(const std::string& path) noexcept;
 /// Opens a new file to write. Fails with EEXIST if a file of that name exists.
 std::FILE* create_file(const std::string& path) noexcept;
 
-/// What a path names. After `nothing`, `errno` says why.
+/// Kind of file that a path names. After `nothing`, `errno` says why.
 enum class Kind { nothing, file, other };
 Kind kind_of(const std::string& path) noexcept;
 /// Whether this process may write an existing file.

@@ -129,7 +129,7 @@ std::string ranges_table(const Overview& overview) {
   return table.text() + (more ? fmt::format("... and {} more columns: see the table\n", more) : "");
 }
 
-/// Returns a table of all rows if the study is small and the table narrow enough to read; else "".
+/// Returns a table of all rows if the study is small and the table narrow enough to read, otherwise "".
 std::string rows_table(const SweepRows& rows, const Overview& overview) {
   std::vector<std::string> heads;
   std::vector<std::size_t> shown;
