@@ -124,11 +124,11 @@ struct Travel {
   double start;                 ///< time of the patch (time_of()) at the beginning of the step, s; 0 without
                                 ///< ageing
   double duration;              ///< duration of the step, s, > 0
-  double rounding;              ///< s, time by which the next step may seem to begin before the end of this
-                                ///< one, because times are rounded
-  std::uint32_t snaps_all;      ///< 1: a far step, so long that every bristle snaps (but for some that have
-                                ///< aged); the patch's position does not change
-  std::uint32_t commit;         ///< 0 for a trial step (find_force), which leaves the state unchanged
+  double rounding;          ///< time, s, by which the next step may seem to begin before the end of this one,
+                            ///< because times are rounded
+  std::uint32_t snaps_all;  ///< 1: a far step, so long that every bristle snaps (but for some that have
+                            ///< aged); the patch's position does not change
+  std::uint32_t commit;     ///< 0 for a trial step (find_force), which leaves the state unchanged
 };
 
 /// Constants of one step of one patch, for all its blocks.

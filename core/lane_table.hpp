@@ -41,11 +41,11 @@ struct SlideLaw {
 
 /// Numbers of a contact that belong to no single spring. The force of a spring is its column x + `base`.
 struct LaneState {
-  LaneColumn<double>
-      base[2];  ///< force that every spring has gained since its stored force was last written, N
-  LaneColumn<double>
-      stiffness;  ///< stiffness, N per scaled length; 0 = no contact. Belongs to the present load or, after a
-                  ///< fall, to the higher load before, until sliding has lowered it
+  LaneColumn<double> base[2];    ///< force that every spring has gained since its stored force was last
+                                 ///< written, N
+  LaneColumn<double> stiffness;  ///< stiffness, N per scaled length; 0 = no contact. Belongs to the present
+                                 ///< load or, after a fall, to the higher load before, until sliding has
+                                 ///< lowered it
   LaneColumn<double> phase;  ///< position in the sequence that spreads rounding evenly over steps, in [0, 1)
 };
 

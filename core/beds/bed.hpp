@@ -23,12 +23,12 @@ BedMemory make_columns(std::uint32_t count);
 struct BedState {
   double root[4] = {0.0, 0.0, 0.0, 0.0};
   double size = 0.0;               ///< size of the contact, relative to its size at full load
-  double load = 0.0;               ///< N, present normal load
+  double load = 0.0;               ///< present normal load, N
   double pressure_sum = 0.0;       ///< sum over the bristles of stiffness x relative pressure, in the bed's
                                    ///< units
   double limit_of_pressure = 0.0;  ///< limit of a bristle's deflection at relative pressure 1, scaled
-  double rolled[2] = {0.0, 0.0};   ///< m, distance rolled that is stored until it is long enough to move the
-                                   ///< bristles
+  double rolled[2] = {0.0, 0.0};   ///< distance rolled that is stored until it is long enough to move the
+                                   ///< bristles, m
   double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
   double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step, scaled; torque and energy too
   double torque = 0.0;
@@ -48,11 +48,11 @@ struct Bed {
        drops = false;
   bool isotropic = true;        ///< Whether the gain along y and both gains of spin are 1, as the energy
                                 ///< sums of the kernels assume. (The gain along x is always 1.)
-  double half[2] = {0.0, 0.0};  ///< m, half widths at full load
-  double length = 0.0;          ///< m, length by which places are divided in the columns
-  double deflection = 0.0;      ///< m, length by which deflections are divided
-  double stiffness = 0.0;       ///< N/m, stiffness of all bristles along x at full load, by which stiffnesses
-                                ///< are divided
+  double half[2] = {0.0, 0.0};  ///< half widths at full load, m
+  double length = 0.0;          ///< length by which places are divided in the columns, m
+  double deflection = 0.0;      ///< length by which deflections are divided, m
+  double stiffness = 0.0;       ///< stiffness of all bristles along x at full load, by which stiffnesses are
+                                ///< divided, N/m
   double gain[2] = {1.0, 1.0};  ///< deflection of a bristle over the displacement of the bed, along x and y
   double spin_gain[2] = {1.0, 1.0};              ///< deflection of a bristle over its displacement by spin,
                                                  ///< along x and y
@@ -60,8 +60,8 @@ struct Bed {
                                                  ///< displacement, per radian of spin at distance `length`
   double friction = 0.0;                         ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
-  double full_load = 0.0;       ///< N, full load (BedOptions::max_normal_load)
-  double longest_piece = 0.0;   ///< m, longest piece of a rolling step that is cut, at full load
+  double full_load = 0.0;       ///< full load (BedOptions::max_normal_load), N
+  double longest_piece = 0.0;   ///< longest piece of a rolling step that is cut, at full load, m
   double cell = 0.0;            ///< width of a cell along its row, over half the length of the row
   std::uint32_t in_row = 0;     ///< number of cells of a row; 0: the bed has no rows that roll
   double most_pressure = 0.0;   ///< largest relative pressure of a bristle at full load

@@ -211,7 +211,7 @@ namespace {
 /// Motion of a bed in one step, or in one of the pieces into which rolling is cut.
 struct Piece {
   double motion[4];  ///< scaled displacement along x and y, and by spin along x and y
-  double rolled[2];  ///< m, distance rolled along x and y
+  double rolled[2];  ///< distance rolled along x and y, m
   bool carried;
 };
 

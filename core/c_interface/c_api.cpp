@@ -735,8 +735,8 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     need_columns(options, "options", ids, "ids", count);
     if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
-    std::vector<PatchOptions> all(
-        count);  // converted first, so that a wrong struct is refused before any patch is added
+    std::vector<PatchOptions> all(count);  // converted first, so that a wrong struct is refused before any
+                                           // patch is added
     for (size_t i = 0; i < count; ++i)
       all[i] = read_cpp(options + i, ("options[" + std::to_string(i) + "]").c_str());
     std::vector<PatchId> added;

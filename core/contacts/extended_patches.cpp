@@ -64,7 +64,7 @@ struct Stiffnesses {
   bool known = false;
   Slopes stiffness;
   double force_limit = 0.0;
-  double arm = 0.0;  ///< N m, sum over the cells of force limit x distance from the centre, at full size
+  double arm = 0.0;  ///< sum over the cells of force limit x distance from the centre, at full size, N m
   Status status = Status::ok;
 };
 

@@ -398,8 +398,8 @@ void JointFriction::restore_state(Span<const std::byte> from) {
       joint_fields(layout, [&](std::uint32_t c, const FieldRule& rule) {
         double x = 0.0;
         read(x);
-        const bool is_none =
-            c == layout.before && x != x;  // the joint has had no step, and so no angle, since its reset
+        const bool is_none = c == layout.before && x != x;  // the joint has had no step, and so no angle,
+                                                            // since its reset
         if (writes)
           impl.at(i, c) = is_none ? std::numeric_limits<double>::quiet_NaN() : x;
         else if (!is_none && !is_allowed(x, rule))

@@ -59,8 +59,8 @@ double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, co
 
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
                     const WayAgeing& ageing) {
-  constexpr double step =
-      1e-3;  // relative change of speed in the central difference, which has a relative error of 1e-7
+  constexpr double step = 1e-3;  // relative change of speed in the central difference, which has a relative
+                                 // error of 1e-7
   const auto force = [&](double factor) {
     WayAgeing other = ageing;
     other.path *= factor;

@@ -11,8 +11,8 @@ namespace bristle::detail {
 struct CellMotion {
   PatchId id;              ///< id of the cell's patch; a step sets it to PatchId{} if the batch has no patch
                            ///< of this id
-  double displacement[2];  ///< m, tangential displacement of the cell in the step
-  double force[2];         ///< N, elastic force on the body at the end of the step
+  double displacement[2];  ///< tangential displacement of the cell in the step, m
+  double force[2];         ///< elastic force on the body at the end of the step, N
 };
 
 /// Whether a motion is finite, in range, and along axes that the patch has; false = bad input.

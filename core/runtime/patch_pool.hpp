@@ -36,7 +36,7 @@ struct Outlook {
   /// Value of `bristles` for a contact in a lane: its block has the cost.
   static constexpr std::uint32_t in_lane = ~std::uint32_t{0};
 
-  double normal_load = -1.0;   ///< N, load of the last step
+  double normal_load = -1.0;   ///< load of the last step, N
   std::uint32_t bristles = 0;  ///< Patch::in_contact() under this load
   std::uint32_t last_counted =
       0;  ///< low bits of the number of the last step that named the slot; detects repeated ids

@@ -338,8 +338,7 @@ class Scheduler::Step {
       // fast.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = patches.find(items.id(i));
-      if (p != nullptr && p->in_lane)
-        continue;  // skips a contact that place_motions() has placed or answered
+      if (p != nullptr && p->in_lane) continue;  // place_motions() has placed or answered it
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
         p->last_step = step_number;
         outcome.status = outcome.status | items.rest(*p, i);

@@ -301,8 +301,7 @@ void BristleSolver::step_patches() {
     Contact& contact = *solved_[i];
     const auto at = std::lower_bound(touching_.begin(), touching_.end(), contact.pair,
                                      [](const auto& a, std::uint64_t pair) { return a.first < pair; });
-    if (at == touching_.end() || at->first != contact.pair)
-      continue;  // skips a contact whose bodies have parted
+    if (at == touching_.end() || at->first != contact.pair) continue;  // the bodies have parted
     const auto place = [&](int k) { return place_of(body_of(*at->second, k), contact.turns[k]); };
     Vector3d slip = contact.slip.find(place(contact.rider), place(1 - contact.rider));
     if (contact.rider == 1) slip = -slip;
@@ -379,8 +378,7 @@ void BristleSolver::match() {
   }
   for (const bristle::HeldContact& held : matcher_.held()) hold(held);
   for (std::size_t i = 0; i < found_.size(); ++i) {
-    if (!matcher_.has_joined(i) || !patches_.find(keys_[i]))
-      continue;  // skips a point whose surfaces have parted at the place of its patch
+    if (!matcher_.has_joined(i) || !patches_.find(keys_[i])) continue;  // surfaces parted at the patch
     const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
     places_.push_back({found_[i], index_[keyed.place], true});
   }

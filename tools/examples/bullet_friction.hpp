@@ -75,11 +75,10 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     /// Contact frame; its normal points from body B of the manifold to body A.
     bristle::ContactFrame frame;
     Eigen::Vector3d point = {0, 0, 0};  ///< position of the contact point in the world, m
-    double force[2] = {0, 0};           ///< N, friction along frame.along() and frame.aside(), acting on body
-                                        ///< A
-    double normal_load = 0.0;           ///< N
-    double scale = 1.0;                 ///< friction coefficient of the contact over that of the material
-    bristle::BedId bed;                 ///< bed, if a body is round; the contact's patch then rests
+    double force[2] = {0, 0};    ///< friction along frame.along() and frame.aside(), N, acting on body A
+    double normal_load = 0.0;    ///< N
+    double scale = 1.0;          ///< friction coefficient of the contact over that of the material
+    bristle::BedId bed;          ///< bed, if a body is round; the contact's patch then rests
     bristle::Response response;  ///< response of the contact's patch or bed in the step before, not scaled by
                                  ///< `scale`
     bool is_listed = true;  ///< whether Bullet lists the contact; if not, the pair touches at other points
@@ -98,8 +97,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     Eigen::Vector3d arm = Eigen::Vector3d::Zero();
     Eigen::Vector3d turns[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     std::uint64_t pair = 0;
-    const btCollisionObject* objects[2] = {nullptr,
-                                           nullptr};  // the bodies as Bullet's objects, static bodies too
+    const btCollisionObject* objects[2] = {nullptr, nullptr};  // the bodies as Bullet's objects, static
+                                                               // bodies too
     int rider = 0;  // index of the body that may roll, or of the smaller one
     bristle::SlipByPlaces slip;
     // Slip velocity by the bodies' velocities (m/s), and the correction to it: by how much the slip of the

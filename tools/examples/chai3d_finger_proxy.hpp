@@ -199,9 +199,9 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Motion motion_;
   bristle::Response response_;
   bristle::HapticPoint point_;
-  chai3d::cGenericObject* object_ = nullptr;  // object touched in the last tick
-  std::weak_ptr<chai3d::cMaterial>
-      material_;  // material of object_, by which a new object at the same address is recognised
+  chai3d::cGenericObject* object_ = nullptr;   // object touched in the last tick
+  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, by which a new object at the same
+                                               // address is recognised
   Pose surface_ = Pose::Identity(),
        on_object_ = Pose::Identity();  // poses of the contact in the world, and on object_
 };

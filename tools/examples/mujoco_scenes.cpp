@@ -94,7 +94,7 @@ class Stepper {
   }
 
   Run result;
-  std::vector<double> times;  ///< s, CPU time per step in each block of steps
+  std::vector<double> times;  ///< CPU time per step in each block of steps, s
 
  private:
   void find_place(double (&place)[3]) const {

@@ -79,7 +79,7 @@ struct Run {
   Friction friction = Friction::stock;
   std::vector<Sample> samples;  ///< states of the observed body, at least ten per simulated second
   double creep = 0.0;           ///< mean speed in the last quarter of the run, m/s
-  double step_us = 0.0;         ///< us, CPU time per step: median over blocks of steps
+  double step_us = 0.0;         ///< CPU time per step, us: median over blocks of steps
   double contacts = 0.0;        ///< mean number of contact points per step
 };
 

@@ -60,7 +60,7 @@ struct Contact {
   Vector3d arm{0, 0, 0};     // as `corner`, in the world's axes
   Vector3d arm_below{0, 0, 0};  // and from that of the box below
   Vector3d up{0, 0, 1};         // normal of the surface below
-  double gap = 0.0;             // m, height over that surface; negative inside it
+  double gap = 0.0;             // height over that surface, m; negative inside it
   double normal_impulse = 0.0;  // N s; starts at that of the step before
   Vector2d impulse{0, 0};       // N s, friction impulse along frame.along() and aside()
   bristle::ContactFrame frame;

@@ -56,7 +56,7 @@ enum class BedGrowth : unsigned char {
 
 /// A bristle of BedShape::list.
 struct BedCell {
-  double position[2] = {0.0, 0.0};  ///< m, place of the bristle from the centre, 0 to 1e3 in magnitude
+  double position[2] = {0.0, 0.0};  ///< place of the bristle from the centre, m, 0 to 1e3 in magnitude
   double stiffness = 1.0;           ///< stiffness relative to the other bristles, > 0: usually the area that
                                     ///< it stands for
   double load = 1.0;                ///< share of the normal load, relative to the other bristles, >= 0
@@ -69,7 +69,7 @@ struct BedShape {
   BedPressure pressure = BedPressure::parabolic;
   BedGrowth growth = BedGrowth::fixed;
   bool rolls = false;           ///< whether the bed rolls: its surface moves through the contact
-  double half[2] = {0.0, 0.0};  ///< m, half widths along x and y at full load; 0 = calculated from the
+  double half[2] = {0.0, 0.0};  ///< half widths along x and y at full load, m; 0 = calculated from the
                                 ///< material's radius
   int cells[2] = {0, 0};        ///< number of bristles along x, then of rows; for an ellipse that does not
                                 ///< roll: of rings, then of cells around
@@ -164,17 +164,15 @@ struct BedMaterial {
 
   /// @name Elastic bodies. Only sphere_row and disc take them.
   ///@{
-  double normal_modulus = 0.0;  ///< Pa, combined modulus E*: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
-  double shear_modulus = 0.0;   ///< Pa, combined modulus G*: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
-  double radius = 0.0;          ///< m, combined radius R: 1/R = 1/R1 + 1/R2; 0 where the shape states its
-                                ///< size
+  double normal_modulus = 0.0;  ///< combined modulus E*, Pa: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
+  double shear_modulus = 0.0;   ///< combined modulus G*, Pa: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
+  double radius = 0.0;  ///< combined radius R, m: 1/R = 1/R1 + 1/R2; 0 where the shape states its size
   ///@}
-  double flexibility[3] = {0.0, 0.0, 0.0};  ///< m^3/N, Kalker's flexibilities L1, L2, L3 (x, y, spin) at full
-                                            ///< load
+  double flexibility[3] = {0.0, 0.0, 0.0};  ///< Kalker's flexibilities L1, L2, L3 (x, y, spin) at full load,
+                                            ///< m^3/N
   double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip, along x and y at full load, for a shape that
                                             ///< rolls
-  double presliding = 0.0;                  ///< m: the displacement at which every bristle slides, under full
-                                            ///< load
+  double presliding = 0.0;  ///< the displacement at which every bristle slides, under full load, m
 
   BedMaterial() = default;
   explicit BedMaterial(double friction) : static_friction(friction), kinetic_friction(friction) {}
@@ -208,7 +206,7 @@ struct BedMaterial {
 };
 
 struct BedOptions {
-  double max_normal_load = 1.0;  ///< N, > 0: full load. Under a higher load the friction limits grow and the
+  double max_normal_load = 1.0;  ///< full load, N, > 0. Under a higher load the friction limits grow and the
                                  ///< size stays
 
   /// Whether a step computes all fields of BedResponse. If not, it computes `status`, `force` and `torque`,
@@ -223,15 +221,15 @@ struct BedOptions {
 /// above 1e15 N, and rolling that the bed cannot do set Status::bad_input.
 struct BedMotion {
   BedId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, displacement of the moving body's surface against the other,
-                                        ///< where they touch. A wheel of radius r that rolls over the ground
-                                        ///< by x and turns by w has x - w r
-  double spin = 0.0;                    ///< rad, turn of the moving body against the surface about the normal
+  double displacement[2] = {0.0, 0.0};  ///< displacement of the moving body's surface against the other,
+                                        ///< where they touch, m. A wheel of radius r that rolls over the
+                                        ///< ground by x and turns by w has x - w r
+  double spin = 0.0;                    ///< turn of the moving body against the surface about the normal, rad
 
   /// m, distance by which the bristles' surface has moved through the contact, positive where the contact
   /// moves to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is locked.
   double rolled[2] = {0.0, 0.0};
-  double normal_load = 0.0;  ///< N, load on the bed
+  double normal_load = 0.0;  ///< load on the bed, N
 };
 
 /// Output of one bed for one step, ON the moving body.
@@ -239,14 +237,14 @@ struct BedResponse {
   BedId id;
   Status status = Status::ok;
   std::uint32_t reserved = 0;    ///< padding with a value, so that responses may be compared by memcmp
-  double force[2] = {0.0, 0.0};  ///< N, force at the end of the step
-  double torque = 0.0;           ///< N m, torque about the centre, at the end of the step
-  double mean[2] = {0.0, 0.0};   ///< N, force averaged over the step. The energy put in is -(mean .
+  double force[2] = {0.0, 0.0};  ///< force at the end of the step, N
+  double torque = 0.0;           ///< torque about the centre, at the end of the step, N m
+  double mean[2] = {0.0, 0.0};   ///< force averaged over the step, N. The energy put in is -(mean .
                                  ///< displacement + mean_torque spin), exactly without rolling, by the
                                  ///< trapezoidal rule with it
-  double mean_torque = 0.0;      ///< N m, torque averaged over the step
-  double dissipated = 0.0;       ///< J, energy that was put in during the step and not stored
-  double stored = 0.0;           ///< J, elastic energy at the end of the step
+  double mean_torque = 0.0;      ///< torque averaged over the step, N m
+  double dissipated = 0.0;       ///< energy that was put in during the step and not stored, J
+  double stored = 0.0;           ///< elastic energy at the end of the step, J
   double tangent[3][3] = {};  ///< derivative of force and torque (N/m, N, N m), from the bristles that stick:
                               ///< force(d + e) ~ force(d) - tangent e
   double slipping_share = 0.0;  ///< share of the contact that slips, by stiffness, 0 to 1
@@ -254,10 +252,10 @@ struct BedResponse {
 
 struct BedInfo {
   std::uint32_t bristles = 0;
-  double half[2] = {0.0, 0.0};      ///< m, half widths under the last load
-  double normal_load = 0.0;         ///< N, load of the last step
-  double stiffness = 0.0;           ///< N/m, stiffness along x, the sum over all bristles at full load
-  double longest_deflection = 0.0;  ///< m, largest deflection at which a bristle slides at full load
+  double half[2] = {0.0, 0.0};      ///< half widths under the last load, m
+  double normal_load = 0.0;         ///< load of the last step, N
+  double stiffness = 0.0;           ///< stiffness along x, N/m, the sum over all bristles at full load
+  double longest_deflection = 0.0;  ///< largest deflection at which a bristle slides at full load, m
   std::uint64_t memory_bytes = 0;
 };
 

@@ -308,9 +308,10 @@ class ContactFrame {
 
 /// Place of a body in space.
 struct BodyPlace {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< m, of the shape that touches
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< centre of the shape that touches, m
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< the body's axes in the world's
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero();      ///< rad, angular velocity times dt of the last step
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();      ///< turn of the body in the last step, rad: angular
+                                                       ///< velocity times dt
 };
 
 /// Slip of a contact, in space, from where its bodies are before and after a step: exact for bodies that turn

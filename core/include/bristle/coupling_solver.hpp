@@ -36,7 +36,7 @@ struct MovingBody {
   Eigen::Matrix<double, Dof, Dof, Eigen::DontAlign> mass =
       Eigen::Matrix<double, Dof, Dof>::Identity();                   ///< kg, kg m^2: mass matrix, positive
                                                                      ///< definite
-  BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< m/s, rad/s: velocity u
+  BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< velocity u, m/s, rad/s
 };
 
 /// Patch under a body. The caller sets `place`, `axes`, `jacobian`, `ground_velocity`, solvers the other
@@ -46,9 +46,10 @@ struct BodyContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
   int axes = 2;           ///< number of tangential axes of the patch
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
-      Eigen::Matrix<double, 2, Dof>::Identity();  ///< J, body velocity u to slip: J u - ground_velocity
+      Eigen::Matrix<double, 2, Dof>::Identity();  ///< J, the map from body velocity u to slip: J u -
+                                                  ///< ground_velocity
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> ground_velocity =
-      Eigen::Vector2d::Zero();  ///< m/s, velocity of the other surface in the tangent plane
+      Eigen::Vector2d::Zero();  ///< velocity of the other surface in the tangent plane, m/s
 
   double stiffness = 0.0, damping = 0.0, force_limit = 0.0;
   double plain_damping = 0.0;  ///< damping without the part from strengthening with speed

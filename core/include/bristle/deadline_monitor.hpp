@@ -89,7 +89,8 @@ class BRISTLE_API DeadlineMonitor {
   double deadline() const noexcept { return numbers_.deadline_s.get(); }
   double period() const noexcept { return numbers_.period_s.get(); }
   std::uint64_t count() const noexcept { return numbers_.steps.count(); }
-  double percentile(double share) const noexcept {  ///< s, step time; share in [0, 1], e.g. 0.999
+  double percentile(double share) const noexcept {  ///< step time, s, that the share `share` (0 to 1, as
+                                                    ///< 0.999) of the steps does not exceed
     return numbers_.steps.percentile(share);
   }
   double p50() const noexcept { return percentile(0.5); }
@@ -119,10 +120,10 @@ class BRISTLE_API DeadlineMonitor {
   /// The tick that ended the longest after it was due.
   struct WorstTick {
     std::uint64_t number = 0;    ///< number of the tick, counted from 0
-    double end_after_due = 0.0;  ///< s, time from when the tick was due to its end
-    double started_late = 0.0;   ///< s, time from when the tick was due to the start of its step
-    double step = 0.0;           ///< s, wall time of the step
-    double cpu = -1.0;           ///< s, CPU time of the step; negative: not measured
+    double end_after_due = 0.0;  ///< time from when the tick was due to its end, s
+    double started_late = 0.0;   ///< time from when the tick was due to the start of its step, s
+    double step = 0.0;           ///< wall time of the step, s
+    double cpu = -1.0;           ///< CPU time of the step, s; negative: not measured
     bool late = false;
     ThreadEvents events;  ///< events of the tick if it was late, counted as in late_events
   };

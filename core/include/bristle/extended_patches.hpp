@@ -33,7 +33,7 @@ struct ExtendedMotion {
   PatchId id;
   double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: displacement of the outline's centre, and turn
                                              ///< about the normal, of the moving body against the surface
-  double normal_load = 0.0;                  ///< N, load on the whole patch, 0 to 1e15
+  double normal_load = 0.0;                  ///< load on the whole patch, N, 0 to 1e15
   std::uint8_t has_velocity = 0;  ///< whether `velocity` is given (not 0); if not, it is displacement / dt
   double velocity[3] = {0.0, 0.0, 0.0};  ///< m/s, m/s, rad/s: velocity of the outline's centre and spin,
                                          ///< for the forces in `damper` only
@@ -55,10 +55,11 @@ struct ExtendedResponse {
   /// that cells turn while they carry force; this adds the sum of place . force to the last element.
   double stiffness[3][3] = {};
   double damping[3][3] = {};  ///< N s/m, N s, N m s: as `stiffness`, from Response::damping of the cells
-  double force_limit = 0.0;   ///< N, highest elastic force at first loading, summed over the cells
-  double torque_limit = 0.0;  ///< N m, highest elastic torque at first loading by a pure turn about the
-                              ///< centre
-  double dissipated = 0.0;    ///< J, as in Response, summed over the cells, like the next two fields
+  double force_limit = 0.0;   ///< highest elastic force at first loading, summed over the cells, N
+  double torque_limit = 0.0;  ///< highest elastic torque at first loading by a pure turn about the centre, N
+                              ///< m
+  double dissipated = 0.0;  ///< dissipated energy, J, as in Response, summed over the cells; so are the next
+                            ///< two
   double contact_loss = 0.0;
   double damper_work = 0.0;
   std::uint64_t snaps = 0;  ///< number of snaps in all cells; an estimate where one jump skips a long path
@@ -69,8 +70,8 @@ struct ExtendedInfo {
   std::uint32_t cells = 0;
   double scale = 0.0;  ///< scale of the outline's given size, from set_scale and growth with the load
   double along[2] = {1.0, 0.0};  ///< the outline's x axis in the axes of the surface, a unit vector
-  double normal_load = 0.0;      ///< N, load of the last step
-  double max_normal_load = 0.0;  ///< N, load up to which forces are not scaled
+  double normal_load = 0.0;      ///< load of the last step, N
+  double max_normal_load = 0.0;  ///< load up to which forces are not scaled, N
   std::uint64_t memory_bytes = 0;
   const char* kernel = "";  ///< name of the kernel variant that steps the patch's cells
 };

@@ -90,12 +90,12 @@ class WindowedVelocity {
 };
 
 struct HapticOptions {
-  double force_limit = std::numeric_limits<double>::infinity();  ///< N, > 0: largest force that the device
-                                                                 ///< may get
+  double force_limit = std::numeric_limits<double>::infinity();  ///< largest force that the device may get,
+                                                                 ///< N, > 0
   double peak_coefficient = 1.0;  ///< Material::peak_coefficient, which shares the limit between wall and
                                   ///< friction; too large a value only caps the wall lower
-  double resolution = 0.0;        ///< m, resolution of the device's positions; 0 = the damper uses
-                                  ///< displacement / dt
+  double resolution = 0.0;  ///< resolution of the device's positions, m; 0 = the damper uses displacement /
+                            ///< dt
   bool mean = false;  ///< Whether to render the mean force of the tick, half a tick late; the patch needs
                       ///< Outputs::mean
 
@@ -177,8 +177,8 @@ class HapticPoint {
     velocity_.restart();
   }
 
-  const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< N, friction force
-  double wall_force() const noexcept { return wall_; }                    ///< N, last wall force, capped
+  const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< friction force, N
+  double wall_force() const noexcept { return wall_; }                    ///< last wall force, capped, N
 
   /// Whether the last force was cut to the limit.
   bool limited() const noexcept { return limited_; }
@@ -214,7 +214,7 @@ class HapticPoint {
   Eigen::Vector3d sent_ = Eigen::Vector3d::Zero();
   double wall_ = 0.0;
   double taken_ = 0.0;
-  double missed_s_ = 0.0;  // s, duration of the bad ticks since the last good one
+  double missed_s_ = 0.0;  // duration of the bad ticks since the last good one, s
   bool started_ = false;
   bool limited_ = false;
 };

@@ -32,20 +32,20 @@ enum JointDirection : unsigned { joint_driving = 0, joint_driven = 1 };
 
 /// A torque of friction, N m: base + motor |motor torque| + outside |outside torque|.
 struct JointLosses {
-  double base = 0.0;               ///< N m, constant part of the friction, 0 to 1e9
+  double base = 0.0;               ///< constant part of the friction, N m, 0 to 1e9
   double motor[2] = {0.0, 0.0};    ///< share of the motor's torque that is lost, by JointDirection, 0 to 100
   double outside[2] = {0.0, 0.0};  ///< share of the outside torque that is lost, by JointDirection, 0 to 100
 };
 
 /// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
 struct JointMaterial {
-  double stiffness = 0.0;   ///< N m/rad, stiffness of the joint while it sticks, 1e-9 to 1e12
-  double viscous = 0.0;     ///< N m s/rad, viscous friction, 0 to 1e9
-  JointLosses kinetic;      ///< torque that a sliding joint holds at high speed
-  JointLosses static_part;  ///< additional torque that a joint holds while it sticks
-  double stribeck_speed =
-      0.0;  ///< rad/s, 0 or 1e-9 to 1e9. In sliding the share exp(-(speed/stribeck_speed)^2) of the static
-            ///< part is left; with a stribeck_speed of 0 nothing is left
+  double stiffness = 0.0;       ///< stiffness of the joint while it sticks, N m/rad, 1e-9 to 1e12
+  double viscous = 0.0;         ///< viscous friction, N m s/rad, 0 to 1e9
+  JointLosses kinetic;          ///< torque that a sliding joint holds at high speed
+  JointLosses static_part;      ///< additional torque that a joint holds while it sticks
+  double stribeck_speed = 0.0;  ///< rad/s, 0 or 1e-9 to 1e9. In sliding the share
+                                ///< exp(-(speed/stribeck_speed)^2) of the static part is left; with a
+                                ///< stribeck_speed of 0 nothing is left
 };
 
 static_assert(sizeof(JointMaterial) == joint_parameters * sizeof(double), "one number a parameter");
@@ -60,24 +60,24 @@ struct JointOptions {
 /// Input of a step: one number for each joint, in the caller's arrays. An empty `speed`, `motor` or `outside`
 /// counts as zeros.
 struct JointInput {
-  Span<const double> angle = {};    ///< rad, angle of the joint, -1e6 to 1e6, not wrapped
-  Span<const double> speed = {};    ///< rad/s, speed of the joint, -1e9 to 1e9
-  Span<const double> motor = {};    ///< N m, torque of the motor at the output, -1e12 to 1e12
-  Span<const double> outside = {};  ///< N m, torque of gravity and contacts, -1e12 to 1e12
+  Span<const double> angle = {};    ///< angle of the joint, rad, -1e6 to 1e6, not wrapped
+  Span<const double> speed = {};    ///< speed of the joint, rad/s, -1e9 to 1e9
+  Span<const double> motor = {};    ///< torque of the motor at the output, N m, -1e12 to 1e12
+  Span<const double> outside = {};  ///< torque of gravity and contacts, N m, -1e12 to 1e12
 };
 
 /// Output of a step: one number for each joint, in the caller's arrays. An empty array is not computed.
 /// Derivatives are those of `torque` as a function of this step's input; they jump where a bristle begins or
 /// ends to slide.
 struct JointOutput {
-  Span<double> torque = {};      ///< N m, torque of friction ON the joint, at the end of the step
-  Span<double> mean = {};        ///< N m, torque averaged over the step: -mean x (angle - last angle) is the
+  Span<double> torque = {};      ///< torque of friction ON the joint, at the end of the step, N m
+  Span<double> mean = {};        ///< torque averaged over the step, N m: -mean x (angle - last angle) is the
                                  ///< energy taken
-  Span<double> by_angle = {};    ///< N m/rad, derivative of the torque by the angle, 0 or negative
-  Span<double> by_speed = {};    ///< N m s/rad, derivative by the speed; positive where friction falls with
+  Span<double> by_angle = {};    ///< derivative of the torque by the angle, N m/rad, 0 or negative
+  Span<double> by_speed = {};    ///< derivative by the speed, N m s/rad; positive where friction falls with
                                  ///< speed
-  Span<double> by_motor = {};    ///< N m per N m, derivative by the motor torque
-  Span<double> by_outside = {};  ///< N m per N m, derivative by the outside torque
+  Span<double> by_motor = {};    ///< derivative by the motor torque, N m per N m
+  Span<double> by_outside = {};  ///< derivative by the outside torque, N m per N m
   Span<Status> status = {};      ///< Status::ok or Status::bad_input for each joint
 
   /// Derivatives of `torque` by the material's numbers, joint_parameters rows of one number for each joint,

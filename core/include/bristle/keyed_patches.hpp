@@ -144,7 +144,7 @@ struct ContactPoint {
 
 struct MatcherOptions {
   std::uint32_t capacity = 1024;  ///< largest number of contacts of one step; 1 to 2^24
-  double reach = 1e-3;            ///< m, > 0: largest distance at which a contact is found again
+  double reach = 1e-3;            ///< largest distance at which a contact is found again, m, > 0
   std::uint32_t keep_steps = 0;   ///< number of steps that a contact may be missing and still be found again
 
   MatcherOptions& with_capacity(std::uint32_t contacts) { return detail::set(*this, capacity, contacts); }

@@ -34,11 +34,11 @@ namespace bristle {
 /// velocity s.
 struct LinearFriction {
   using Vector = Eigen::Matrix<double, 2, 1, Eigen::DontAlign>;
-  Vector steady = Vector::Zero();  ///< N, force at rest
-  Vector spring = Vector::Zero();  ///< N s/m, part of the slope along each axis that comes from stiffness
-  double damping = 0.0;            ///< N s/m, part of the slope that comes from dampers
-  double limit = 0.0;              ///< N, largest elastic force
-  double load = 0.0;               ///< N, normal load for which the model holds
+  Vector steady = Vector::Zero();  ///< force at rest, N
+  Vector spring = Vector::Zero();  ///< part of the slope along each axis that comes from stiffness, N s/m
+  double damping = 0.0;            ///< part of the slope that comes from dampers, N s/m
+  double limit = 0.0;              ///< largest elastic force, N
+  double load = 0.0;               ///< normal load for which the model holds, N
   bool bounded = true;             ///< whether the elastic force may not exceed the limit
   bool slips = false;              ///< whether release() has set the elastic force to the limit
 
@@ -96,7 +96,7 @@ struct LinearFriction {
   /// lose their force; those that a rising load adds are straight.
   Vector impulse(double normal, double dt_s, const Eigen::Matrix2d& mobility,
                  const Vector& free) const noexcept {
-    const double share = normal / load;  // s: the step, scaled by the change of the load
+    const double share = normal / load;  // duration of the step, s, scaled by the change of the load
     const auto solve = [&](const Vector& held, const Vector& per_slip) -> Vector {
       const Eigen::Matrix2d system = Eigen::Matrix2d::Identity() + (share * per_slip).asDiagonal() * mobility;
       return system.inverse() * (held - (share * per_slip).cwiseProduct(free));

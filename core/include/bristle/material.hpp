@@ -43,7 +43,7 @@ enum class AgeingForm : unsigned char {
 struct Ageing {
   AgeingForm form = AgeingForm::logarithmic;
   double strength = 0.0;  ///< factor (beta or gain) of the growth of snap lengths; 0 = no ageing
-  double time = 1.0;      ///< s, tau: cut-off time of the logarithm, or time constant of saturation
+  double time = 1.0;      ///< cut-off time tau of the logarithm, or time constant of saturation, s
 
   static Ageing logarithmic(double beta, double cutoff_s) {
     return {AgeingForm::logarithmic, beta, cutoff_s};
@@ -78,17 +78,17 @@ struct Coefficients {
   /// Highest friction over normal load at first loading; 0: follows from `spread`. Equal to `kinetic` it asks
   /// for no peak, with the least spread that has none (some 0.4 for redrawn lognormal lengths).
   double peak = 0.46;
-  double presliding_length = 10e-6;    ///< m, mean deflection at a snap: residual plus mean snap length
-  double bristles_per_newton = 900.0;  ///< 1/N, bristles in contact over normal load: zeta / N of eq. (9)
+  double presliding_length = 10e-6;    ///< mean deflection at a snap, m: residual plus mean snap length
+  double bristles_per_newton = 900.0;  ///< bristles in contact over normal load, 1/N: zeta / N of eq. (9)
   SnapLaw law = SnapLaw::lognormal;    ///< family of snap lengths; its spread is given or follows from `peak`
   SnapRule rule = SnapRule::redraw;
-  double damping_per_newton = 0.0;  ///< s/m, damping coefficient of all bristles at rest over normal load
-  double viscous_friction = 0.0;    ///< N s/m, viscous friction of the lubricant (sigma2)
-  double stribeck_velocity = 1e-3;  ///< m/s, speed vs at which bristle dampers have decayed to 1/e
+  double damping_per_newton = 0.0;  ///< damping coefficient of all bristles at rest over normal load, s/m
+  double viscous_friction = 0.0;    ///< viscous friction of the lubricant (sigma2), N s/m
+  double stribeck_velocity = 1e-3;  ///< speed vs at which bristle dampers have decayed to 1/e, m/s
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])
   double shared_renewal = 1.0;  ///< kappa, Material::shared_renewal
-  double kinetic_speed = beyond_ageing;  ///< m/s, speed at which `kinetic` and `peak` hold
+  double kinetic_speed = beyond_ageing;  ///< speed at which `kinetic` and `peak` hold, m/s
 
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
   /// beyond_ageing, the slope of slow sliding to first order: ln 10 beta times the share of friction beyond
@@ -97,10 +97,10 @@ struct Coefficients {
   /// Growth of the static friction per decade of rest, over the kinetic friction, to first order: about twice
   /// the fall. Give it instead of fall_per_decade, for AgeingForm::logarithmic.
   double growth_per_decade = 0.0;
-  double ageing_time = 1.0;  ///< s, Material::ageing_time
+  double ageing_time = 1.0;  ///< Material::ageing_time, s
   AgeingForm ageing_form = AgeingForm::logarithmic;
   double speed_strengthening = 0.0;   ///< Material::speed_strengthening; not part of `kinetic`
-  double strengthening_speed = 1e-6;  ///< m/s, Material::strengthening_speed
+  double strengthening_speed = 1e-6;  ///< Material::strengthening_speed, m/s
 
   /// Standard deviation over mean of the snap length (of a normal law before its cut at 0). 0: the least of
   /// the spreads that give `peak`. If both `spread` and `peak` are given they must agree.
@@ -165,12 +165,12 @@ struct Coefficients {
 /// Bristle parameters, SI units. Plain data; validate(), coefficients() and the calls that add or change
 /// patches check it. The defaults are a surface with kinetic coefficient 0.4 at 900 bristles per newton.
 struct BRISTLE_API Material {
-  double bristle_stiffness = 82.05128205128205;  ///< N/m, >= 0, tangential stiffness sigma0 of a bristle
-  double bristle_damping = 0.0;                  ///< N s/m, >= 0, damper sigma1 of a bristle at rest
-  double viscous_friction = 0.0;                 ///< N s/m, >= 0, viscous friction sigma2 of lubricant
-  double stribeck_velocity = 1e-3;               ///< m/s, >= 0, decay speed vs of dampers; 0 = no dampers
-  double normal_stiffness = 1111.111111111111;   ///< N/m, > 0, normal stiffness sigma_perp of a bristle
-  double asperity_height_deviation = 1e-6;       ///< m, > 0, deviation sigma of exponential heights (eq. 6)
+  double bristle_stiffness = 82.05128205128205;  ///< tangential stiffness sigma0 of a bristle, N/m, >= 0
+  double bristle_damping = 0.0;                  ///< damper sigma1 of a bristle at rest, N s/m, >= 0
+  double viscous_friction = 0.0;                 ///< viscous friction sigma2 of lubricant, N s/m, >= 0
+  double stribeck_velocity = 1e-3;               ///< decay speed vs of dampers, m/s, >= 0; 0 = no dampers
+  double normal_stiffness = 1111.111111111111;   ///< normal stiffness sigma_perp of a bristle, N/m, > 0
+  double asperity_height_deviation = 1e-6;       ///< deviation sigma of exponential heights (eq. 6), m, > 0
   SnapLength snap_length;                        ///< law of the snap length delta
   SnapRule snap_rule = SnapRule::redraw;
   DamperDecay damper_decay = DamperDecay::exponential;

@@ -9,7 +9,7 @@ namespace bristle {
 
 /// A place within an outline, with the share of the load that it stands for.
 struct PatchCell {
-  double position[2] = {0.0, 0.0};  ///< m, place of the cell from the centre of the outline, in its own axes
+  double position[2] = {0.0, 0.0};  ///< place of the cell from the centre of the outline, in its own axes, m
   double weight = 1.0;              ///< share of the normal load, > 0; the shares of an outline sum to 1
 };
 
@@ -29,8 +29,9 @@ enum class Pressure : unsigned char {
 /// is no polynomial: its error falls with the area of a cell. Figures: core/MODEL.md, section 29.
 struct Outline {
   std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536 cells, in any order
-  double full_size_load = 0.0;  ///< N, load; > 0: the outline has its given size at this load and grows with
-                                ///< the cube root of the load (Hertz's law for spheres). 0: its size is fixed
+  double full_size_load = 0.0;  ///< load, N; > 0: the outline has its given size at this load and grows with
+                                ///< the cube root of the load (Hertz's law for spheres). 0: its size is
+                                ///< fixed
 
   /// Makes an ellipse with half axes in m, 0 to 1e3, along x and y. `rings` (1 to 64) of `around` cells each
   /// (3 to 256; 0 = three times the rings, 4 for a single ring). Half axes of zero give the one cell of a

@@ -82,7 +82,7 @@ struct Lay {
 
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
-  double max_normal_load = 1.0;  ///< N, > 0, load at which all bristles are in contact; a larger load scales
+  double max_normal_load = 1.0;  ///< load at which all bristles are in contact, N, > 0; a larger load scales
                                  ///< the force of every bristle
 
   /// Number of representative bristles, all in contact at max_normal_load; automatic: one per physical
@@ -94,8 +94,8 @@ struct PatchOptions {
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   std::uint32_t seed = 1;  ///< seed of random snap lengths; patches with different seeds are independent
-  std::uint64_t key =
-      0;  ///< the caller's key of the contact, which together with `seed` determines the random renewals
+  std::uint64_t key = 0;   ///< the caller's key of the contact, which together with `seed` determines the
+                           ///< random renewals
   Population population = Population::automatic;
   std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
                                       ///< 512
@@ -126,11 +126,11 @@ constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
 /// Status::bad_input.
 struct Motion {
   PatchId id;
-  double displacement[2] = {0.0, 0.0};  ///< m, displacement of the moving body over the step; small ones add
+  double displacement[2] = {0.0, 0.0};  ///< displacement of the moving body over the step, m; small ones add
                                         ///< up without loss
-  double normal_load = 0.0;             ///< N, normal load over the whole step, 0 to 1e15
+  double normal_load = 0.0;             ///< normal load over the whole step, N, 0 to 1e15
   std::uint8_t has_velocity = 0;    ///< whether `velocity` is given (not 0); if not, it is displacement / dt
-  double velocity[2] = {0.0, 0.0};  ///< m/s, slip velocity, for Response::damper, damping and damper_work
+  double velocity[2] = {0.0, 0.0};  ///< slip velocity, for Response::damper, damping and damper_work, m/s
 };
 
 /// Status of a response, a set of flags. `ok` means that the motion was carried out as requested.
@@ -159,22 +159,22 @@ constexpr bool was_stepped(Status status) noexcept {
 struct Response {
   PatchId id;
   Status status = Status::ok;
-  double end[2] = {0.0, 0.0};      ///< N, force at the end of the step: elastic + damper
-  double elastic[2] = {0.0, 0.0};  ///< N, part of `end` from bent bristles
-  double damper[2] = {0.0, 0.0};   ///< N, part of `end` and `mean` from dampers, lubricant, strengthening
-  double mean[2] = {0.0, 0.0};     ///< N, force averaged over the step (Outputs::mean)
-  double stiffness = 0.0;  ///< N/m, fall of the force per displacement while bristles stick, zeta sigma0; an
+  double end[2] = {0.0, 0.0};      ///< force at the end of the step, N: elastic + damper
+  double elastic[2] = {0.0, 0.0};  ///< part of `end` from bent bristles, N
+  double damper[2] = {0.0, 0.0};   ///< part of `end` and `mean` from dampers, lubricant, strengthening, N
+  double mean[2] = {0.0, 0.0};     ///< force averaged over the step (Outputs::mean), N
+  double stiffness = 0.0;  ///< fall of the force per displacement while bristles stick, zeta sigma0, N/m; an
                            ///< upper bound otherwise. With a lay, that of its stiffest direction
-  double damping = 0.0;    ///< N s/m, force over speed of dampers, lubricant and strengthening with speed
-                           ///< (the secant, not the slope at that speed); never negative
+  double damping = 0.0;    ///< force over speed of dampers, lubricant and strengthening with speed (the
+                           ///< secant, not the slope at that speed), N s/m; never negative
 
   /// N, highest elastic force at first loading under this load. With ageing all bristles count as held for as
   /// long as the oldest can have been; with a lay the limit is that of its strongest direction.
   double force_limit = 0.0;
-  double dissipated = 0.0;    ///< J, energy lost by snaps, renewals and slides (Outputs::energy)
-  double contact_loss = 0.0;  ///< J, energy that left with bristles that lost contact or weight
+  double dissipated = 0.0;    ///< energy lost by snaps, renewals and slides, J (Outputs::energy)
+  double contact_loss = 0.0;  ///< energy that left with bristles that lost contact or weight, J
                               ///< (Outputs::energy)
-  double damper_work = 0.0;   ///< J, energy taken by the force `damper`; negative if the given velocity
+  double damper_work = 0.0;   ///< energy taken by the force `damper`, J; negative if the given velocity
                               ///< opposes the displacement (Outputs::energy)
   std::uint64_t snaps = 0;    ///< number of snaps (Outputs::energy), an estimate where one jump skips a long
                               ///< path; an infinite brush counts its physical bristles
@@ -183,13 +183,13 @@ struct Response {
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
-  std::uint32_t representatives =
-      0;                     ///< number of representatives; Population::infinite: the resolution, rounded up
-  double weight = 0.0;       ///< w, physical bristles per representative; Population::infinite: 0
-  double active = 0.0;       ///< number of representatives in contact, not always whole
-  double normal_load = 0.0;  ///< N, load of the last step
-  double max_normal_load = 0.0;    ///< N, load from which all representatives are in contact
-  std::uint64_t memory_bytes = 0;  ///< bytes of this patch's state
+  std::uint32_t representatives = 0;  ///< number of representatives; Population::infinite: the resolution,
+                                      ///< rounded up
+  double weight = 0.0;                ///< w, physical bristles per representative; Population::infinite: 0
+  double active = 0.0;                ///< number of representatives in contact, not always whole
+  double normal_load = 0.0;           ///< load of the last step, N
+  double max_normal_load = 0.0;       ///< load from which all representatives are in contact, N
+  std::uint64_t memory_bytes = 0;     ///< bytes of this patch's state
   std::uint32_t bytes_per_representative = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };

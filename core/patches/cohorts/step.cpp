@@ -264,8 +264,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (!forgets || needs_pieces(r, slide.move))
       r.kernels->move[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     if (forgets) slide_far(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 &&
-        slide.carried == 0.0) {  // the bound left room for a snap, but no bristle snapped
+    if (totals.pieces == 0 && slide.carried == 0.0) {  // the bound left room for a snap, but no bristle
+                                                       // snapped
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;

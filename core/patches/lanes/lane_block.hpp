@@ -56,8 +56,8 @@ inline bool is_overloaded(double excess) noexcept { return excess >= 1.0 + 1e-14
 /// block, so that steps need not touch the patch; settle() moves them back.
 struct LaneBlock {
   LaneState state{};
-  LaneColumn<double> load{};      ///< N, normal load of the last step
-  LaneColumn<double> force[2]{};  ///< N, elastic force on the body at the end of the last step
+  LaneColumn<double> load{};      ///< normal load of the last step, N
+  LaneColumn<double> force[2]{};  ///< elastic force on the body at the end of the last step, N
   std::uint32_t lent = 0;         ///< bits of the lanes whose load and force are lent to the block
   std::uint32_t rests = 0;        ///< bits of the lanes whose contacts a step without motion leaves at rest
   std::uint32_t seen = 0;         ///< bits of the lanes that step number `step` has named
@@ -75,9 +75,9 @@ struct LaneBlock {
   // Properties that the contacts share
   std::shared_ptr<const CompiledMaterial> material;
   double lengths_per_metre = 0.0;
-  double stiffest = 1.0,
-         strongest = 1.0;     ///< largest stiffness and limit of any direction, over the material's (LayMap)
-  std::uint32_t springs = 0;  ///< number of springs of a contact
+  double stiffest = 1.0, strongest = 1.0;  ///< largest stiffness and limit of any direction, over the
+                                           ///< material's (LayMap)
+  std::uint32_t springs = 0;               ///< number of springs of a contact
   int axes = 2;
   Outputs outputs = Outputs::end;
   bool ages = false;   ///< whether the contacts age (Patch::ages); such contacts are never lent

@@ -70,7 +70,7 @@ class SweepRows {
   std::string path_;
   platform::LockedFile file_;
   std::size_t sound_bytes_ = 0;  ///< bytes of the file up to its last whole row
-  double synced_ = 0.0;          ///< s, time when the file was last forced to disk
+  double synced_ = 0.0;          ///< time when the file was last forced to disk, s
 };
 
 }  // namespace cli
