@@ -48,7 +48,14 @@ double steady_force(const SpringPull& pull) {
 // Returns the complex stiffness dF/dx of sliding with ageing by first-order perturbation: x = v t + u with u
 // = exp(p t). A bristle born at time s is bent by r = x(t) - x(s) and remains while its drawn snap length
 // exceeds r / g(t - s), where g is the growth by age. The conserved number of bristles gives the first-order
-// change of their birth rate n0 + n1, and from it the force.
+// change of their birth rate n0 + n1, and from it the force. With the age A = l / v at the snap, l the snap
+// path, delta the fresh snap length and w = 1 / (v - delta g'(A)):
+//
+//   H(p) = K / E[A] { E[w (1 - e^(-pA))] v M(p) / B(p) + E[A] - B(p) - v E[w A (1 - e^(-pA))] }
+//   B(p) = E[(1 - e^(-pA)) / p],  M(p) = E[((1 - e^(-pA)) / p - A e^(-pA)) / p]
+//
+// A mass m on a spring, with the contact's damping C = dF/dv, is at the limit of stability at the frequency
+// omega where C omega + Im H(i omega) = 0; the critical stiffness is m omega^2 - Re H(i omega).
 Complex sliding_stiffness(const SpringPull& pull, Complex p) {
   const double v = pull.speed_m_per_s;
   double number = 0.0;  // mean age of bristles at their snap: 1 / birth rate n0
