@@ -88,8 +88,8 @@ struct ExtendedPatch {
   Outputs outputs = Outputs::end;
   Pose pose;
   Stiffnesses common;           ///< stiffness and force limits of the outline in its last step
-  bool light_material = false;  ///< whether the material neither damps nor ages, and the caller asks only for
-                                ///< the force at the end of a step
+  bool light_material = false;  ///< whether light steps are possible: the material neither damps nor ages,
+                                ///< and the caller asks only for the force at the end of a step
 
   // Data of the present step of this outline.
   Course course;

@@ -83,7 +83,7 @@ std::size_t PatchBatch::Impl::state_size() const noexcept {
 
 bool PatchBatch::Impl::is_sound() noexcept {
   if (scheduler.step_number() > 16 && scheduler.step_number() % 64 != 0) return true;
-  const FloatModeScope mode;  // rounds denormal numbers to zero, as the step did that made the state
+  const FloatModeScope mode;  // rounds denormal numbers to zero, as in the steps that made the state
   bool sound = true;
   trial.of = nullptr;
   for_each_patch([&](std::uint32_t, const Patch& p) {

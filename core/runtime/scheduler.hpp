@@ -49,7 +49,7 @@ class Scheduler {
   /// A task of a shared step: blocks of contacts in lanes, a range of blocks of one large patch, or a range
   /// of motions.
   struct Task {
-    LaneBlock* blocks = nullptr;  ///< first of `block_count` blocks in lanes
+    LaneBlock* blocks = nullptr;  ///< first of the `block_count` blocks of lanes that the task steps
     std::uint32_t block_count = 0;
     int split = -1;
     Range range;

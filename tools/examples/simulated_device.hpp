@@ -13,8 +13,8 @@ enum CallbackCode { callback_done, callback_continue };  // HD_CALLBACK_DONE, HD
 using Callback = CallbackCode (*)(void* user);           // HDSchedulerCallback
 
 enum Parameter {
-  current_position,   // as HD_CURRENT_POSITION: three numbers, mm
-  current_force,      // as HD_CURRENT_FORCE: force to send to the device, three numbers, N
+  current_position,   // position, three numbers, mm (HD_CURRENT_POSITION)
+  current_force,      // force to send to the device, three numbers, N (HD_CURRENT_FORCE)
   nominal_max_force,  // HD_NOMINAL_MAX_FORCE: N
 };
 
@@ -29,7 +29,7 @@ bool is_scheduled();    // hdWaitForCompletion(handle, HD_WAIT_CHECK_STATUS): wh
 void stop_scheduler();  // as hdStopScheduler: waits until the callback has ended
 
 // Sets where the simulated hand aims. (The functions below serve tests; a real device lacks them.)
-void set_hand(void (*where)(double time_s, double (&metres)[3]));  // the hand's target
+void set_hand(void (*where)(double time_s, double (&metres)[3]));  // place that the hand aims at, m
 
 // Returns the position without encoder error, m. Call it in the callback, or once the scheduler has stopped.
 double true_position(int axis);

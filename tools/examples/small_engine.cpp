@@ -26,7 +26,7 @@ const auto law = bristle::Coefficients{}.with_kinetic(mu).with_peak(1.1 * mu).wi
 
 struct Box {
   double mass;        // kg
-  Vector3d half;      // half edges, m
+  Vector3d half;      // half edges of the box, m
   Vector3d position;  // m
   Vector3d velocity{0, 0, 0}, spin{0, 0, 0};
   Vector3d push{0, 0, 0};  // applied at the centre of the box, N
@@ -47,7 +47,8 @@ struct Box {
   double mobility(const Vector3d& arm, const Vector3d& a, const Vector3d& b) const {
     return a.dot(b) / mass + arm.cross(a).dot(inverse_inertia * arm.cross(b));
   }
-  Matrix3d inverse_inertia = Matrix3d::Zero();  // in the world's axes, for this step, 1/(kg m^2)
+  Matrix3d inverse_inertia = Matrix3d::Zero();  // inverse inertia in the world's axes, for this step, 1/(kg
+                                                // m^2)
 };
 
 /// Corner of a box that touches the plane or the top of another box.
@@ -56,12 +57,13 @@ struct Contact {
   int box = 0;               // box with the corner
   int below = -1;            // box whose top it touches; -1: the plane
   Vector3d corner{0, 0, 0};  // corner from the box's centre, in the box's axes, m
-  Vector3d under{0, 0, 0};   // where it began the step, from the box below, in that one's axes, or plane, m
-  Vector3d arm{0, 0, 0};     // as `corner`, in the world's axes
-  Vector3d arm_below{0, 0, 0};  // and from that of the box below
+  Vector3d under{0, 0, 0};   // place of the corner at the beginning of the step, m: seen from the box below,
+                             // in its axes, or from the plane
+  Vector3d arm{0, 0, 0};     // corner from the box's centre, in the world's axes
+  Vector3d arm_below{0, 0, 0};  // corner from the centre of the box below, in the world's axes
   Vector3d up{0, 0, 1};         // normal of the surface below
   double gap = 0.0;             // height over that surface, m; negative inside it
-  double normal_impulse = 0.0;  // N s; starts at that of the step before
+  double normal_impulse = 0.0;  // normal impulse, N s; starts at that of the step before
   Vector2d impulse{0, 0};       // N s, friction impulse along frame.along() and aside()
   bristle::ContactFrame frame;
   Matrix2d mobility = Matrix2d::Zero();  // change of slip per unit friction impulse, 1/kg
@@ -129,7 +131,8 @@ class World {
 
  private:
   static constexpr int sweeps = 2;
-  static constexpr double softness = 3e-3;      // of normal impulses in solve_bodies(), over their mobility
+  static constexpr double softness = 3e-3;      // softness of normal impulses in solve_bodies(), over their
+                                                // mobility
   static constexpr double highest_load = 50.0;  // highest load of one corner, N
 
   /// Lists the corners near the plane or the top of a box. Each keeps its impulses and patch of the step

@@ -54,7 +54,7 @@ struct CohortScalars : CohortState {
                                      ///< of that glide
 };
 
-/// Properties and state of an infinite brush.
+/// An infinite brush: its properties, its state, and pointers to its cohorts.
 struct Cohorts : PatchRecord, CohortScalars {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;

@@ -19,7 +19,8 @@ void slide_fields(State& s, const Cohorts& r, Visit&& visit) noexcept {
   visit(s.spread, FieldRule{"spread", 0.0, full_mass * 1e8, Hashed::apart});
 }
 
-/// Lists the scalars along one axis. `noted`: position at which the sum of deflections was computed exactly.
+/// Lists the saved scalars along one axis, for writing and for reading. `noted`: position at which the sum of
+/// deflections was computed exactly.
 template <class State, class Noted, class Visit>
 void axis_fields(State& s, Noted& noted, int axis, Visit&& visit) noexcept {
   visit(s.base[axis], placed(axis));

@@ -49,7 +49,7 @@ struct Slide {
                           ///< not depend on the state at its start
   double carried = 0.0;   ///< part of the path along which cohorts move with the patch unchanged, scaled
 
-  // Values for patches that age only:
+  // Values that only patches that age have:
   double oldest = 0.0;  ///< time when the oldest cohort was last straight, at the slide's start
   double growth = 1.0;  ///< factor by which ageing makes forgetting take longer: growth of the oldest
                         ///< cohort's snap lengths until the end of the slide

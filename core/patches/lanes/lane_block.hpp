@@ -13,7 +13,7 @@
 
 namespace bristle::detail {
 
-/// Answers of a step of sixteen contacts.
+/// Forces, stiffness and energies of sixteen contacts, which a step of their block fills.
 struct LaneAnswers {
   LaneColumn<double> end[2], mean[2], stiffness, dissipated, contact_loss, slid;
 
@@ -83,7 +83,7 @@ struct LaneBlock {
   bool ages = false;   ///< whether the contacts age (Patch::ages); such contacts are never lent
   bool damps = false;  ///< Patch::damps
 
-  // The adding thread's side
+  // Data of the thread that adds patches
   std::uint64_t kind = 0;  ///< hash of what the contacts of the block share
   std::uint32_t free = (1u << lane_count) - 1;
 
@@ -118,7 +118,7 @@ struct LaneRecord : PatchRecord {
 };
 inline LaneRecord& lane_of(const Patch& p) noexcept { return static_cast<LaneRecord&>(*p.record); }
 
-/// The blocks of a batch, on the side of the thread that adds patches. A block is freed with its last
+/// The blocks of lanes of a batch, as the thread that adds patches sees them. A block is freed with its last
 /// contact.
 class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
  public:

@@ -45,7 +45,8 @@ OptionWords words_of(const CLI::Option& option) {
   if (!words.positional && !option.get_snames().empty()) words.also = "-" + option.get_snames().front();
   if (option.get_lnames().size() > 1) words.also = "--" + option.get_lnames()[1];
   if (option.get_items_expected_max() == 0 || option.get_type_size_max() == 0) return words;
-  // CLI11 joins the type and the checks of an option: "FLOAT:NUMBER in [0 to 1]".
+  // Splits the text in which CLI11 joins the type and the checks of an option, such as "FLOAT:NUMBER in [0 to
+  // 1]".
   const std::string kind = option.get_type_name();
   words.value = kind.substr(0, kind.find(':'));
   if (words.value == "FLOAT" || words.value == "INT" || words.value == "UINT") words.value = "NUMBER";

@@ -51,7 +51,7 @@ constexpr int exit_done = 0;
 constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
 
-/// Function that runs a command and returns the exit code. It holds the options that the parser fills.
+/// Function that runs a command and returns the exit code; it owns the options that the parser fills.
 using Action = std::function<int()>;
 
 template <class Options>
@@ -127,8 +127,8 @@ double parse_share(const std::string& text) {
 /// Parses numbers of threads such as "1,2".
 std::vector<int> parse_threads(const std::string& text) {
   std::vector<int> counts;
-  std::istringstream words(text +
-                           ',');  // the comma shows an empty last count, which getline() would leave out
+  std::istringstream words(text + ',');  // the added comma shows an empty last count, which getline() would
+                                         // leave out
   for (std::string word; std::getline(words, word, ',');) {
     const std::optional<int> count = cli::number_in<int>(word);
     if (!count || *count < 1 || *count > 1024)
@@ -655,7 +655,7 @@ constexpr CommandEntry entries[] = {
 
 int run(const std::vector<std::string>& words) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
-  app.formatter(std::make_shared<cli::HelpText>());  // set before subcommands exist, which inherit it
+  app.formatter(std::make_shared<cli::HelpText>());  // set before subcommands exist, because they inherit it
   bool version = false;
   // Runs the action of --version as soon as it is read, so that a command is not required.
   app.add_flag_callback(
@@ -683,7 +683,7 @@ int run(const std::vector<std::string>& words) {
     if (name != "all" && name != "list") cli::find_experiment(name, {"all", "list"});
   }
   try {
-    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // takes words from the back
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // CLI11 takes words from the back
   } catch (const CLI::Success& success) {
     if (version) {
       cli::print_text(version_text());
@@ -711,9 +711,11 @@ int main(int argc, char** argv) {
     return run(std::vector<std::string>(argv + std::min(argc, 1), argv + argc));
   } catch (const cli::UserError& error) {
     return complain(error.what(), exit_bad_input);
-  } catch (const bristle::Error& error) {  // such as an instruction set that the machine lacks
+  } catch (const bristle::Error& error) {  // thrown, for example, for an instruction set that the machine
+                                           // lacks
     return complain(error.what(), exit_bad_input);
-  } catch (const std::filesystem::filesystem_error& error) {  // such as a working folder that was removed
+  } catch (const std::filesystem::filesystem_error& error) {  // thrown, for example, if the working folder
+                                                              // was removed
     return complain(
         fmt::format("{}: {}", error.path1().empty() ? "the working folder" : error.path1().string(),
                     error.code().message()),

@@ -6,7 +6,7 @@
 #include "tools/products/python/owned.hpp"
 
 namespace bristle_python {
-/// A function of Python that gives the pressure at a place.
+/// A Python function that gives the pressure at a place.
 struct PressureFunction : py::function {
   PYBIND11_OBJECT(PressureFunction, py::function, PyCallable_Check)
 };

@@ -195,7 +195,8 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   py::dict parameters;
   for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
     const FitEstimate& estimate = cli::report_estimate(fit.result, i);
-    // False for parameters that this record cannot determine, such as those of a second axis it lacks.
+    // Whether this record can determine a parameter; false, for example, for parameters of a second axis that
+    // the record lacks.
     const bool meant = estimate.fitted || !estimate.why.empty();
     if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_name(i)] = estimate;
   }
