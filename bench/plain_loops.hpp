@@ -135,7 +135,8 @@ class LanesLoop {
   std::size_t contacts_, springs_;
   double mean_m_;
   float* limit_;       ///< limit of each spring, in units of the mean limit
-  float* springs_xy_;  ///< for each block of 16 contacts and each spring 16 deflections along x, then y
+  float* springs_xy_;  ///< deflections: for each block of 16 contacts and each spring 16 along x, then 16
+                       ///< along y
 };
 
 /// Plain loop for joints of 8 bristles that slide at load-dependent limits: a clamp per bristle, double

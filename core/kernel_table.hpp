@@ -112,7 +112,7 @@ struct PatchView {
 
   // Null without ageing. Present age of a bristle: `age` + (now - `since` of its block) / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
-  double* since;  ///< for each block: the patch's time at its last rewrite, s
+  double* since;  ///< time of the patch at the last rewrite of each block, s
 };
 
 /// Displacement of a patch in a step or in a piece of it.
@@ -226,7 +226,7 @@ struct KernelSet {
   /// Advances the blocks [first, last) of a patch.
   using Step = void (*)(const PatchView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
                         Totals&);
-  Step step[variant_count];  ///< null if this build has no such variant
+  Step step[variant_count];  ///< step kernels; null for a variant that this build lacks
 
   /// Counts the bristles of the blocks [first, last) whose deflection would exceed their snap length at the
   /// end of the step. Index: axes - 1, then redraw.

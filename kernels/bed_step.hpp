@@ -117,7 +117,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V end_x = zx + dx;
     V end_y = zy + dy;
     auto slides = none > one;
-    [[maybe_unused]] V way_x = none, way_y = none;  // of the tip, in a step that creeps
+    [[maybe_unused]] V way_x = none, way_y = none;  // path of the tip, in a step that creeps
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
       // Sets the deflections of bristles out of contact to 0, because they hold only rounding errors.

@@ -98,7 +98,7 @@ class Renewer {
     /// Random state from which the bristle's next snap length is sampled, for SnapRule::redraw.
     alignas(64) std::uint32_t state[draws_together];
     alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
-    std::uint8_t alone[draws_together];    ///< 1 if the draw must be handled by itself, else 0
+    std::uint8_t alone[draws_together];    ///< 1 if the draw must be handled by itself, otherwise 0
   };
   struct List {
     std::uint32_t k[draws_together];
@@ -112,7 +112,7 @@ class Renewer {
     double limit;    ///< deflection at which the bristle snaps, residual + snap length
     double chord2;   ///< square of the deflection along the motion at which the bristle snaps
     double aside2;   ///< square of the bristle's deflection across the motion
-    double to_snap;  ///< with ageing: path to the bristle's snap, if it snaps before its renewal point
+    double to_snap;  ///< path to the bristle's snap, if it ages and snaps before its renewal point
   };
   /// Energy and path integral of a bristle up to its renewal point, the place of its draw.
   struct Passed {

@@ -121,8 +121,8 @@ template <class T, int axes, class V>
 /// exp(-s / l).
 template <class V>
 struct Tractrix {
-  V a, p, w, p2, both;  ///< both: p^2 + w^2
-  Decay<V> turn;        ///< of s / l
+  V a, p, w, p2, both;  ///< `both` is p^2 + w^2
+  Decay<V> turn;        ///< exp(-s / l) and 1 - exp(-s / l)
 
   Tractrix(V the_a, V the_p, const Decay<V>& the_turn)
       : a(the_a), p(the_p), w(a * the_turn.left), p2(p * p), both(p2 + w * w), turn(the_turn) {}

@@ -403,7 +403,7 @@ class Stepper {
       const bool again = advance.length >= shortest;
       AgedWays<T> ways;
       begin(ways.path);
-      for (T& way : ways.way) way = T(1);  // a valid path for vectors in which no bristle snaps
+      for (T& way : ways.way) way = T(1);  // any valid path will do for vectors in which no bristle snaps
       find_snaps<T, axes, true>(motion, extent.start, places, again, ways.path, ways.way);
       for (std::uint32_t part = 0; part < parts; ++part) {
         RowSums<T> sum;

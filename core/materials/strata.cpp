@@ -106,7 +106,7 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
 
   const Cells cells(law, std::max(std::uint32_t{4096}, 16 * n));
   const double all = cells.integral();
-  double first = 0.0, last = all, error = 0.0;  // for n = 2: two equal integrals of p^(1/2), no shift
+  double first = 0.0, last = all, error = 0.0;  // values for n = 2: two equal integrals of p^(1/2), no shift
   if (n > 2) {
     const Edges edges = find_edges(law, cells, n);
     first = cells.integral_at(edges.first);

@@ -51,7 +51,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   PatchId add(const detail::Patch& made);
   /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
-  void grow_pool();  ///< adds the next chunk of slots
+  void grow_pool();  ///< adds the next chunk of slots to the pool of patches
   /// Makes the patch that another material puts in the place of a patch. Throws Error if they differ in kind.
   detail::Patch make_replacement(std::shared_ptr<const detail::CompiledMaterial> material,
                                  const Record& record) const;

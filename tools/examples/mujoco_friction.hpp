@@ -207,7 +207,7 @@ class BristleFriction {
   ContactDims dims_;
   bristle::PatchBatch batch_;
   bristle::KeyedPatches points_;
-  bristle::ExtendedPatches patches_;  // owns the patches of discs
+  bristle::ExtendedPatches patches_;  // extended patches of the contacts that are discs
   std::optional<bristle::KeyedPatches> discs_;
   bristle::BedBatch bed_batch_;
   std::optional<bristle::KeyedBeds> beds_;

@@ -18,7 +18,7 @@ namespace cli {
 struct Phenomenon {
   std::string id;          ///< name of the phenomenon, such as "drift_per_cycle"
   std::string title;       ///< title such as "no drift under a wavering force"
-  std::string literature;  ///< what the literature reports, and who
+  std::string literature;  ///< text on what the literature reports, with its authors
   std::string measured;    ///< meaning of the measured number that decides
   std::string unit;
   std::string passes;  ///< which measured numbers count as a pass

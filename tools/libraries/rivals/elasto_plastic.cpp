@@ -60,7 +60,7 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
       const double size = length(z);
       double piece = rest;
       if (back > 1e-12 * steady) {
-        piece = std::min(rest, back);  // a bristle unloads elastically at any deflection
+        piece = std::min(rest, back);  // because a bristle unloads elastically at any deflection
         sum = sum + piece * (z + 0.5 * piece * e);
         z = z + piece * e;
       } else if (size < band.elastic * (1.0 - 1e-12)) {

@@ -38,7 +38,7 @@ class RealtimeThread {
 
   bool has_fifo_ = false, has_locked_memory_ = false;
   std::optional<std::vector<int>> before_;  // cores on which the thread might run before
-  int timers_;                              // what undoes the exact timers
+  int timers_;                              // setting of the timers before, by which it is restored
   std::vector<std::string> refused_;
 };
 

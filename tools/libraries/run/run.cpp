@@ -277,8 +277,8 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
-  const bool large = stepper_.batch().state_size() > 100'000'000;  // a state above 100 MB, for which a step
-                                                                   // may take a second
+  const bool large = stepper_.batch().state_size() > 100'000'000;  // whether the state exceeds 100 MB, for
+                                                                   // which a step may take a second
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
     if (large) progress.show(static_cast<double>(k) / static_cast<double>(result_.steps));

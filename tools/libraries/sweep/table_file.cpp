@@ -80,7 +80,7 @@ void check_table_file(const std::string& path) {
     throw UserError(fmt::format(
         "--out {}: tables are CSV; in Python bristle.sweep(...).to_xarray().to_netcdf() writes NetCDF",
         path));
-  std::error_code none;  // takes the error for a name that no file can have; opening the file says why
+  std::error_code none;  // ignored error for a name that no file can have; opening the file says why
   const std::filesystem::path folder =
       std::filesystem::absolute(std::filesystem::path(path), none).parent_path();
   if (!std::filesystem::is_directory(folder, none))
