@@ -13,97 +13,178 @@ namespace {
 /// Longest step, scaled, that is computed directly. After it every spring lies along the motion.
 constexpr double longest_slide = 1048576.0;  // 2^20
 
-/// Force of `base`, in scaled lengths, above which all springs are written and `base` becomes 0.
+/// Part of `base` along an axis, in scaled lengths, above which all springs take it over.
 constexpr double farthest_base = 0.25;
 
-/// Numbers of the contacts in a step, computed in double. Columns of T are read by the springs.
-template <class T>
-struct LaneMotion {
-  alignas(64) T ex[lane_count], ey[lane_count], length[lane_count], base_x[lane_count], base_y[lane_count],
-      base_after_x[lane_count], base_after_y[lane_count];
-  alignas(64) T per_unit[lane_count], unit[lane_count], rebases[lane_count], phase[lane_count];
-  alignas(64) T named[lane_count], softens[lane_count];
-  alignas(64) T per_length[lane_count];  ///< age that a spring gains per length of path, in ageing times
-  bool any_softens = false;
-  alignas(64) double direction[2][lane_count], base_after[2][lane_count];
-  alignas(64) double way[lane_count];    ///< length of the step's path in scaled lengths at the present load,
-                                         ///< for the contact's stiffness
-  alignas(64) double moved[lane_count];  ///< as `way`, for the stiffness that belongs to the load
-  alignas(64) double stiffness[lane_count];  ///< stiffness before sliding softens the contact, N per scaled
-                                             ///< length
-  alignas(64) double of_load[lane_count];    ///< stiffness that belongs to the load; 0 = no contact
-  alignas(64) double used[lane_count];       ///< force of one scaled length of deflection in this step, N
+/// Path per step, scaled, below which the rounding of stored forces is spread.
+constexpr double creep = 0x1p-6;
 
-  LaneMotion(const SlideLaw<T>& law, const LaneState& state, const LaneInput& in, int axes) {
-    constexpr double least_stiffness = sizeof(T) == 4 ? 1e-36 : 1e-290;
-    constexpr double longest = 1e150;  // longest displacement whose square stays finite
-    for (std::uint32_t i = 0; i < lane_count; ++i) {
-      const double dx = in.displacement[0][i], dy = axes == 2 ? in.displacement[1][i] : 0.0;
-      const double x = least(most(law.to[0][0] * dx + law.to[0][1] * dy, -longest), longest);
-      const double y = least(most(law.to[1][0] * dx + law.to[1][1] * dy, -longest), longest);
-      const double h = root(x * x + y * y);
-      const double per = h > 0.0 ? 1.0 / most(h, 1e-300) : 0.0;
-      const double asked = in.load[i] * law.stiffness_per_newton, before = state.stiffness.lane[i];
-      of_load[i] = asked > least_stiffness ? asked : 0.0;
-      stiffness[i] = most(of_load[i], before);
-      used[i] = of_load[i] > 0.0 ? of_load[i] : before;
-      const double inverse = used[i] > 0.0 ? 1.0 / most(used[i], least_stiffness) : 0.0;
-      softens[i] = stiffness[i] > of_load[i] ? T(1) : T(0);
-      moved[i] = h;
-      direction[0][i] = h > 0.0 ? x * per : 1.0;
-      direction[1][i] = y * per;
-      ex[i] = static_cast<T>(direction[0][i]);
-      ey[i] = static_cast<T>(direction[1][i]);
-      unit[i] = static_cast<T>(used[i]);
-      per_unit[i] = static_cast<T>(inverse);
-      phase[i] = static_cast<T>(state.phase.lane[i] - 0.5);
-      named[i] = (in.named >> i & 1u) != 0 ? T(1) : T(0);
-      base_x[i] = static_cast<T>(state.base[0].lane[i] * inverse);
-      base_y[i] = static_cast<T>(state.base[1].lane[i] * inverse);
-      set_way(state, i, h * (stiffness[i] * inverse), stiffness[i] * x, stiffness[i] * y);
-    }
-    for (std::uint32_t i = 0; i < lane_count; ++i) any_softens |= softens[i] > T(0);
-    if (law.ageing_strength == 0.0) return;
-    for (std::uint32_t i = 0; i < lane_count; ++i) {
-      const double aged = least(in.duration * law.ageing_rate, oldest);
-      per_length[i] = static_cast<T>(way[i] > 0.0 ? least(aged / most(way[i], 1e-300), oldest) : 0.0);
-    }
+using Wide = Engine<double>;
+
+/// One number for each contact, within a step.
+template <class Number>
+struct alignas(64) Lane16 {
+  Number lane[lane_count];
+
+  void fill(std::uint32_t bits) {
+    for (std::uint32_t i = 0; i < lane_count; ++i) lane[i] = static_cast<Number>(bits >> i & 1u);
   }
-
-  /// Sets the path of contact i, on which a spring that sticks gains the force `gain`, N.
-  void set_way(const LaneState& state, std::uint32_t i, double the_way, double gain_x, double gain_y) {
-    way[i] = the_way;
-    length[i] = static_cast<T>(least(the_way, longest_slide));
-    const double inverse = used[i] > 0.0 ? 1.0 / used[i] : 0.0;
-    const double after[2] = {state.base[0].lane[i] + gain_x, state.base[1].lane[i] + gain_y};
-    const double ax = after[0] * inverse, ay = after[1] * inverse;
-    const bool far = ax * ax + ay * ay > farthest_base * farthest_base;
-    rebases[i] = far ? T(1) : T(0);
-    for (int axis = 0; axis < 2; ++axis) base_after[axis][i] = far ? 0.0 : after[axis];
-    base_after_x[i] = static_cast<T>(base_after[0][i]);
-    base_after_y[i] = static_cast<T>(base_after[1][i]);
+  template <class From>
+  void convert(const From (&from)[lane_count]) {
+    for (std::uint32_t i = 0; i < lane_count; ++i) lane[i] = static_cast<Number>(from[i]);
   }
 };
 
-/// Sums of weight x a quantity over the springs of a contact, in scaled lengths. Steps that ask for force and
-/// stiffness alone fill only those before lane_sums_of_end.
+/// Numbers of the contacts in a step. Columns of T are read by the springs.
+template <class T>
+struct LaneMotion {
+  using D = Wide::V;
+  using V = typename Engine<T>::V;
+
+  Lane16<T> ex, ey, length;
+  Lane16<T> unit, per_unit;     ///< force of one scaled length in this step, N, and one over it
+  Lane16<T> base[2];            ///< before the step, scaled
+  Lane16<T> taken[2];           ///< force that all springs take over from `base`, N
+  Lane16<T> left[2];            ///< `base` after the step, N
+  Lane16<T> phase, named;       ///< filled if `creeps`, and unless `all_named`
+  Lane16<T> per_length;         ///< age that a spring gains per length of path, in ageing times
+  Lane16<double> direction[2];  ///< filled by widen_direction()
+  Lane16<double> moved;         ///< displacement in scaled lengths
+  Lane16<double> way;           ///< as `moved`, longer for a contact that is stiffer than its load
+  Lane16<double> gain[2];       ///< force that a spring that sticks gains in the step, N
+  Lane16<double> base_after[2];
+  Lane16<double> stiffness;  ///< before sliding softens it, N per scaled length
+  Lane16<double> of_load;    ///< stiffness that belongs to the load; 0 = no contact
+  Lane16<double> used;       ///< as `unit`
+  bool any_softens = false, creeps = false, all_named = true;
+
+  LaneMotion(const SlideLaw<T>& law, const LaneState& state, const LaneInput& in, int axes) {
+    constexpr double least_stiffness = sizeof(T) == 4 ? 1e-36 : 1e-290;
+    const D none(0.0), longest(1e150);  // longest displacement whose square stays finite
+    Lane16<double> x, y, scale;
+    auto softer = none > none;
+    for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
+      const D dx = Wide::get_any(in.displacement[0] + i);
+      const D dy = axes == 2 ? Wide::get_any(in.displacement[1] + i) : none;
+      const D along = least(most(D(law.to[0][0]) * dx + D(law.to[0][1]) * dy, none - longest), longest);
+      const D across = least(most(D(law.to[1][0]) * dx + D(law.to[1][1]) * dy, none - longest), longest);
+      // The direction is found in T, from a displacement that a power of two has brought near 1.
+      const D exponent = exponent_of(most(most(magnitude(along), magnitude(across)), D(1e-300)));
+      const D down = power_of_two(none - exponent);
+      Wide::put(x.lane + i, along * down);
+      Wide::put(y.lane + i, across * down);
+      Wide::put(scale.lane + i, power_of_two(exponent));
+      const D asked = Wide::get_any(in.load + i) * D(law.stiffness_per_newton);
+      const D before = Wide::get(state.stiffness.lane + i);
+      const D load = select_lanes(asked > D(least_stiffness), asked, none);
+      const D stiff = most(load, before);
+      softer = softer | (stiff > load);
+      Wide::put(of_load.lane + i, load);
+      Wide::put(stiffness.lane + i, stiff);
+      Wide::put(used.lane + i, select_lanes(load > none, load, before));
+      Wide::put(gain[0].lane + i, stiff * along);
+      Wide::put(gain[1].lane + i, stiff * across);
+    }
+    any_softens = any_lane(softer);
+    ex.convert(x.lane);
+    ey.convert(y.lane);
+    unit.convert(used.lane);
+    base[0].convert(state.base[0].lane);
+    base[1].convert(state.base[1].lane);
+    using E = Engine<T>;
+    for (std::uint32_t i = 0; i < lane_count; i += E::size) {
+      const V a = E::get(ex.lane + i), b = E::get(ey.lane + i), zero(T(0)), one(T(1));
+      const V h = root(a * a + b * b), per = divide(one, most(h, V(T(1e-30))));
+      E::put(length.lane + i, h);
+      E::put(ex.lane + i, select_lanes(h > zero, a * per, one));
+      E::put(ey.lane + i, b * per);
+      const V force = E::get(unit.lane + i);
+      const V inverse = select_lanes(force > zero, divide(one, most(force, V(T(least_stiffness)))), zero);
+      E::put(per_unit.lane + i, inverse);
+      for (Lane16<T>& each : base) E::put(each.lane + i, E::get(each.lane + i) * inverse);
+    }
+    moved.convert(length.lane);
+    for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
+      const D h = Wide::get(moved.lane + i) * Wide::get(scale.lane + i), force = Wide::get(used.lane + i);
+      D longer = h;
+      if (any_softens) longer = h * divide(Wide::get(stiffness.lane + i), most(force, D(least_stiffness)));
+      Wide::put(moved.lane + i, h);
+      Wide::put(way.lane + i, select_lanes(force > none, longer, none));
+    }
+    all_named = in.named == (1u << lane_count) - 1;
+    if (!all_named) named.fill(in.named);
+    place_base(law, state, in);
+  }
+
+  /// Finds what follows from `way` and `gain`.
+  void place_base(const SlideLaw<T>& law, const LaneState& state, const LaneInput& in) {
+    const D none(0.0);
+    Lane16<double> short_way, shift[2];
+    auto slow = none > none;
+    for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
+      const D path = Wide::get(way.lane + i), bound = D(farthest_base) * Wide::get(used.lane + i);
+      const D x = Wide::get(state.base[0].lane + i) + Wide::get(gain[0].lane + i);
+      const D y = Wide::get(state.base[1].lane + i) + Wide::get(gain[1].lane + i);
+      const auto far = (magnitude(x) > bound) | (magnitude(y) > bound);
+      slow = slow | ((path > none) & (path < D(creep)));
+      Wide::put(short_way.lane + i, least(path, D(longest_slide)));
+      Wide::put(shift[0].lane + i, select_lanes(far, x, none));
+      Wide::put(shift[1].lane + i, select_lanes(far, y, none));
+      Wide::put(base_after[0].lane + i, select_lanes(far, none, x));
+      Wide::put(base_after[1].lane + i, select_lanes(far, none, y));
+    }
+    length.convert(short_way.lane);
+    for (int axis = 0; axis < 2; ++axis) {
+      taken[axis].convert(shift[axis].lane);
+      left[axis].convert(base_after[axis].lane);
+    }
+    creeps = sizeof(T) == 4 && any_lane(slow);
+    if (creeps)
+      for (std::uint32_t i = 0; i < lane_count; ++i)
+        phase.lane[i] = static_cast<T>(state.phase.lane[i] - 0.5);
+    if (law.ageing_strength == 0.0) return;
+    for (std::uint32_t i = 0; i < lane_count; ++i) {
+      const double aged = least(in.duration * law.ageing_rate, oldest);
+      const double path = way.lane[i];
+      per_length.lane[i] = static_cast<T>(path > 0.0 ? least(aged / most(path, 1e-300), oldest) : 0.0);
+    }
+  }
+  void widen_direction() {
+    direction[0].convert(ex.lane);
+    direction[1].convert(ey.lane);
+  }
+};
+
+/// Sums of weight x a quantity over the springs of a contact, in scaled lengths but for the forces. Steps
+/// that ask for force and stiffness alone fill only those before lane_sums_of_end.
 enum LaneSum : std::uint32_t {
-  sum_end_x,
-  sum_end_y,
+  sum_force_x,  ///< stored forces after the step, N: a force is what the springs store, to the last bit
+  sum_force_y,
   sum_work,         ///< work done by sliding, drops not included
   sum_squares_end,  ///< squared deflection at the end, after the change of load and before it
   lane_sums_of_end,
   sum_squares_start = lane_sums_of_end,
   sum_squares_before,
-  sum_integral_x,  ///< integral of the deflection along the path of the step
-  sum_integral_y,
+  sum_missing_x,  ///< integral of the deflection at the end less the present one along the path of the step
+  sum_missing_y,
   sum_lost,  ///< energy that sliding dissipates
   sum_slid,  ///< number of springs that slid
   lane_sums
 };
 template <class T>
 struct LaneSums {
-  alignas(64) T of[lane_sums][lane_count];
+  Lane16<T> of[lane_sums];
+
+  double at(LaneSum sum, std::uint32_t lane) const { return static_cast<double>(of[sum].lane[lane]); }
+  /// Returns the force of a contact's springs along an isotropic axis, N.
+  double force(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
+    return at(axis == 0 ? sum_force_x : sum_force_y, lane) + m.base_after[axis].lane[lane] * law.whole;
+  }
+  /// Returns the integral of the deflection over the way of the step.
+  double integral(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
+    return force(law, m, axis, lane) / m.used.lane[lane] * m.way.lane[lane] -
+           at(axis == 0 ? sum_missing_x : sum_missing_y, lane);
+  }
 };
 
 /// Path (`way`) of a contact that sliding softens, at the start of the last piece of a step. `ease` is the
@@ -116,7 +197,7 @@ struct LanePiece {
   double moved = 0.0;  ///< displacement so far, scaled lengths
   double ease = 1.0;
   double squares = 0.0, work = 0.0;  ///< sum_squares_end, sum_work
-  double integral[2] = {0.0, 0.0};   ///< sum_integral_x, _y
+  double integral[2] = {0.0, 0.0};   ///< LaneSums::integral
   double impulse[2] = {0.0, 0.0};    ///< integral of the deflection over the displacement
 
   /// Returns the ease at the end of a piece that conserves energy: half the change of ease x `squares` equals
@@ -128,8 +209,17 @@ struct LanePiece {
   }
 };
 
-/// Length of a piece of path, scaled, and largest number of pieces of a step, after which the rest is one
-/// piece.
+/// The contacts that sliding softens, in pieces or in one.
+struct LanePieces {
+  LanePiece of[lane_count];
+  bool any_cut = false;
+  // Of contacts with pieces, at the end of the step:
+  Lane16<double> cut;        ///< 1 for a contact with pieces, else 0
+  Lane16<double> stiffness;  ///< N per scaled length
+  Lane16<double> mean[2];    ///< mean force of the springs, N
+};
+
+/// Length of a piece of way, scaled, and most pieces of a step before the rest is one piece.
 constexpr double soft_piece = 0.125;
 constexpr int most_soft_pieces = 128;
 /// Path x (1 - ease) up to which a step is one piece. The path is then too long by less than this length.
@@ -145,82 +235,144 @@ void straighten_lane(const SlideLaw<T>& law, const SlideColumns<T>& columns, std
   for (LaneColumn<double>& base : columns.state->base) base.lane[lane] = 0.0;
 }
 
-/// Writes forces and energies of the contacts, and the state that belongs to no single spring.
+/// Finds the stiffness and the mean force of contacts with pieces from their last piece.
 template <class T>
-void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
-                  const LaneOutput& out, const LaneMotion<T>& m, const LanePiece (&pieces)[lane_count],
-                  const LaneSums<T>& sums, int axes, bool all) {
-  LaneState& state = *columns.state;
-  const double shift = law.lean * law.mean_limit, lengths_per_metre = 1.0 / law.metres_per_length;
+void finish_pieces(const SlideLaw<T>& law, const LaneMotion<T>& m, const LaneSums<T>& sums, bool all,
+                   LanePieces& pieces) {
   for (std::uint32_t i = 0; i < lane_count; ++i) {
-    const double load = m.of_load[i], k = m.stiffness[i], before = state.stiffness.lane[i];
-    const auto sum = [&](LaneSum of) { return static_cast<double>(sums.of[of][i]); };
-    const double end[2] = {sum(sum_end_x), sum(sum_end_y)};
-    // Softens a contact that is stiffer than its load, at unchanged forces, by the least energy that sliding
-    // dissipates.
-    const double squares = sum(sum_squares_end);
-    // Adds the path beyond the length that was computed, on which every spring slides along the motion.
-    const double way = m.way[i], more = way > longest_slide ? way - longest_slide : 0.0;
-    const double beyond = more * (end[0] * m.direction[0][i] + end[1] * m.direction[1][i]);
-    const LanePiece& last = pieces[i];
-    const double freed = law.least_loss * (sum(sum_work) + beyond - last.work);
-    double soft = k, mean_ease = 1.0;
-    if (last.cut) {
-      // Takes the mean ease of the last piece from its displacement, and the ease at its end from the energy.
-      mean_ease = (m.moved[i] - last.moved) / (way - last.way);
-      const double energy = last.squares * last.ease + mean_ease * (squares - last.squares + 2.0 * freed);
-      soft = m.used[i] / (squares > 0.0 ? least(energy / squares, 1.0) : last.ease);
-    } else if (m.any_softens && k > load && freed > 0.0 && squares > 0.0) {
-      soft = k * (squares / (squares + 2.0 * freed));
+    const LanePiece& last = pieces.of[i];
+    pieces.cut.lane[i] = last.cut ? 1.0 : 0.0;
+    if (!last.cut) continue;
+    const double way = m.way.lane[i], used = m.used.lane[i], squares = sums.at(sum_squares_end, i);
+    const double force[2] = {sums.force(law, m, 0, i), sums.force(law, m, 1, i)};
+    const double beyond = most(way - longest_slide, 0.0) / used *
+                          (force[0] * m.direction[0].lane[i] + force[1] * m.direction[1].lane[i]);
+    const double freed = law.least_loss * (sums.at(sum_work, i) + beyond - last.work);
+    // Takes the mean ease of the last piece from its displacement, and the ease at its end from the energy.
+    const double mean_ease = (m.moved.lane[i] - last.moved) / (way - last.way);
+    const double energy = last.squares * last.ease + mean_ease * (squares - last.squares + 2.0 * freed);
+    pieces.stiffness.lane[i] = used / (squares > 0.0 ? least(energy / squares, 1.0) : last.ease);
+    for (int axis = 0; axis < 2 && all; ++axis) {
+      const double more = sums.integral(law, m, axis, i) - last.integral[axis];
+      pieces.mean[axis].lane[i] = (last.impulse[axis] + mean_ease * more) / m.moved.lane[i] * used;
     }
-    if (soft <= load * (1.0 + 1e-9)) soft = load;
-    if (load == 0.0) soft = 0.0;
-    // Turns forces to those on the body; subtracts from 0, so that a straight contact gives +0.
-    const double force = load == 0.0 ? 0.0 : m.used[i];
-    const auto write = [&](double* const(&to)[2], double along, double across) {
-      along = (along + shift) * force;
-      across = across * force;
-      to[0][i] = 0.0 - (law.from[0][0] * along + law.from[0][1] * across);
-      if (axes == 2) to[1][i] = 0.0 - (law.from[1][0] * along + law.from[1][1] * across);
-    };
-    write(out.end, end[0], end[1]);
-    out.stiffness[i] = soft * lengths_per_metre;
-    if (all) {
-      double mean[2] = {end[0], end[1]};
-      double lost = sum(sum_lost);
-      if (m.length[i] > T(0)) {
-        mean[0] = (sum(sum_integral_x) + more * end[0]) / way;
-        mean[1] = (sum(sum_integral_y) + more * end[1]) / way;
-        lost += beyond;
-        for (int axis = 0; axis < 2 && last.cut; ++axis)
-          mean[axis] =
-              (last.impulse[axis] + mean_ease * (way * mean[axis] - last.integral[axis])) / m.moved[i];
-      }
-      write(out.mean, mean[0], mean[1]);
-      // Computes energies as half a square times force per length: scaled forces of `used` over a stiffness.
-      const double joules = m.used[i] * m.used[i] * law.metres_per_length;
-      const double of_k = k > 0.0 ? joules / k : 0.0;
-      const double stored = 0.5 * squares * (soft > 0.0 ? joules / soft : 0.0);
-      const double start = load == 0.0 ? 0.0 : 0.5 * sum(sum_squares_start) * of_k;
-      out.contact_loss[i] = 0.5 * sum(sum_squares_before) * (before > 0.0 ? joules / before : 0.0) - start;
-      double dissipated = lost * of_k - (stored - 0.5 * squares * of_k);
-      if (law.energy != 1.0 || law.lean != 0.0 || last.cut) {
-        const double work = (mean[0] + shift) * m.direction[0][i] + law.energy * mean[1] * m.direction[1][i];
-        dissipated =
-            work * (last.cut ? m.moved[i] * m.used[i] * law.metres_per_length : way * of_k) + start - stored;
-      }
-      out.dissipated[i] = load == 0.0 ? 0.0 : least(most(dissipated, 0.0), 1e300);
-      out.slid[i] = sum(sum_slid);
-    }
-    if (!in.stores || (in.named >> i & 1u) == 0) continue;
-    state.stiffness.lane[i] = soft;
-    for (int axis = 0; axis < axes; ++axis) state.base[axis].lane[i] = m.base_after[axis][i];
-    if (m.way[i] > 0.0) {
-      const double next = state.phase.lane[i] + 0.6180339887498949;
-      state.phase.lane[i] = next < 1.0 ? next : next - 1.0;
-    }
-    if (load == 0.0) straighten_lane(law, columns, i);
   }
+}
+
+/// Writes forces and energies of the contacts, and the state that belongs to no single spring.
+template <class T, int axes, bool all>
+void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
+                  const LaneOutput& out, LaneMotion<T>& m, LanePieces& pieces, const LaneSums<T>& sums) {
+  using D = Wide::V;
+  LaneState& state = *columns.state;
+  const D none(0.0), half(0.5), tiny(1e-300), whole(law.whole), metres(law.metres_per_length);
+  const std::uint32_t count = all ? +lane_sums : m.any_softens ? +lane_sums_of_end : 2;
+  Lane16<double> wide[lane_sums], named;
+  for (std::uint32_t s = 0; s < count; ++s) wide[s].convert(sums.of[s].lane);
+  if (all || m.any_softens) m.widen_direction();
+  if (pieces.any_cut) finish_pieces(law, m, sums, all, pieces);
+  if (!m.all_named) named.convert(m.named.lane);
+  auto without = none > none;  // contacts that have lost their load
+  for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
+    const auto get = [i](const Lane16<double>& from) { return Wide::get(from.lane + i); };
+    const auto sum = [&](LaneSum of) { return get(wide[of]); };
+    const D load = get(m.of_load), k = get(m.stiffness), before = Wide::get(state.stiffness.lane + i);
+    const D way = get(m.way), used = get(m.used);
+    const auto loaded = load > none, is_named = m.all_named ? none == none : get(named) > none;
+    const D x = sum(sum_force_x) + get(m.base_after[0]) * whole;
+    const D y = axes == 2 ? sum(sum_force_y) + get(m.base_after[1]) * whole : none;
+    // Writes a force on the body; +0 for a straight contact.
+    const auto write = [&](double* const(&to)[2], D along, D across) {
+      const auto turned = [&](const double(&row)[2]) {
+        return select_lanes(loaded, none - (D(row[0]) * along + D(row[1]) * across), none);
+      };
+      Wide::put_any(to[0] + i, turned(law.from[0]));
+      if constexpr (axes == 2) Wide::put_any(to[1] + i, turned(law.from[1]));
+    };
+    write(out.end, x, y);
+
+    // Softens a contact that is stiffer than its load, at unchanged forces, by the least energy that sliding
+    // dissipates. On the path beyond the length that was computed every spring slides along the motion.
+    D soft = load, beyond = none;
+    const auto cut = pieces.any_cut ? get(pieces.cut) > none : none > none;
+    if (all || m.any_softens) {
+      const D more = most(way - D(longest_slide), none);
+      if (any_lane(more > none))
+        beyond = divide(more * (x * get(m.direction[0]) + y * get(m.direction[1])), most(used, tiny));
+    }
+    if (m.any_softens) {
+      const D squares = sum(sum_squares_end), freed = D(law.least_loss) * (sum(sum_work) + beyond);
+      const D rest = divide(squares, most(squares + freed + freed, tiny));
+      soft = select_lanes((k > load) & (freed > none) & (squares > none), k * rest, k);
+      if (pieces.any_cut) soft = select_lanes(cut, get(pieces.stiffness), soft);
+      soft = select_lanes(soft <= load * D(1.0 + 1e-9), load, soft);
+      soft = select_lanes(loaded, soft, none);
+    }
+    if (out.stiffness != nullptr) Wide::put_any(out.stiffness + i, soft * D(1.0 / law.metres_per_length));
+    if constexpr (all) {
+      const D per_way = select_lanes(way > none, divide(used, most(way, tiny)), none);
+      D mean_x = x - sum(sum_missing_x) * per_way;
+      D mean_y = axes == 2 ? y - sum(sum_missing_y) * per_way : none;
+      if (pieces.any_cut) {
+        mean_x = select_lanes(cut, get(pieces.mean[0]), mean_x);
+        mean_y = select_lanes(cut, get(pieces.mean[1]), mean_y);
+      }
+      write(out.mean, mean_x, mean_y);
+      // Computes energies as half a square times force per length: scaled forces of `used` over a stiffness.
+      const D joules = used * used * metres, squares = half * sum(sum_squares_end);
+      const auto over = [&](D stiff) {
+        return select_lanes(stiff > none, divide(joules, most(stiff, tiny)), none);
+      };
+      const D of_k = over(k), stored = squares * over(soft);
+      const D start = select_lanes(loaded, half * sum(sum_squares_start) * of_k, none);
+      Wide::put_any(out.contact_loss + i, half * sum(sum_squares_before) * over(before) - start);
+      D dissipated = (sum(sum_lost) + beyond) * of_k - (stored - squares * of_k);
+      const auto by_work = law.energy != 1.0 || law.lean != 0.0 ? none == none : cut;
+      if (any_lane(by_work)) {
+        const D work = mean_x * get(m.direction[0]) + D(law.energy) * mean_y * get(m.direction[1]);
+        dissipated = select_lanes(by_work, work * get(m.moved) * metres + start - stored, dissipated);
+      }
+      dissipated = least(most(dissipated, none), D(1e300));
+      Wide::put_any(out.dissipated + i, select_lanes(loaded, dissipated, none));
+      Wide::put_any(out.slid + i, sum(sum_slid));
+    }
+    if (!in.stores) continue;
+    without = without | (is_named & !loaded);
+    const auto keep = [&](LaneColumn<double>& to, D value) {
+      Wide::put(to.lane + i, select_lanes(is_named, value, Wide::get(to.lane + i)));
+    };
+    keep(state.stiffness, soft);
+    for (int axis = 0; axis < axes; ++axis) keep(state.base[axis], get(m.base_after[axis]));
+    const D phase = Wide::get(state.phase.lane + i), next = phase + D(0.6180339887498949);
+    const D within = select_lanes(next < D(1.0), next, next - D(1.0));
+    keep(state.phase, select_lanes(way > none, within, phase));
+  }
+  if (!in.stores || !any_lane(without)) return;
+  for (std::uint32_t i = 0; i < lane_count; ++i)
+    if ((in.named >> i & 1u) != 0 && m.of_load.lane[i] == 0.0) straighten_lane(law, columns, i);
+}
+
+/// What a step should know of its motions before it runs.
+inline LaneChecks check_lanes(const LaneInput& in, const double* const (&velocity)[2],
+                              const LaneColumn<double>& loads, const LaneColumn<double>& light,
+                              double highest_load) {
+  using D = Wide::V;
+  const D none(0.0);
+  auto bad = none > none, still = bad, moves = bad, above = bad;
+  for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
+    const D x = Wide::get_any(in.displacement[0] + i), y = Wide::get_any(in.displacement[1] + i);
+    const D load = Wide::get_any(in.load + i);
+    // A number that is 0 for a good motion: a difference of a number from itself is NaN if it is not finite.
+    D odd = (x - x) + (y - y) + (load - least(most(load, none), D(highest_load)));
+    for (const double* column : velocity)
+      if (column != nullptr) odd = odd + (Wide::get_any(column + i) - Wide::get_any(column + i));
+    bad = bad | !(odd == none);
+    const auto rests = magnitude(x) + magnitude(y) + magnitude(load - Wide::get(loads.lane + i)) == none;
+    still = still | rests;
+    moves = moves | !rests;
+    above = above | (load > Wide::get(light.lane + i));
+  }
+  return {any_lane(bad), any_lane(still), !any_lane(moves), any_lane(above)};
 }
 
 }  // namespace

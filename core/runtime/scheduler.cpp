@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <type_traits>
 #include <utility>
 
@@ -94,7 +95,7 @@ struct Scheduler::Motions {
     block.motions.place(lane, in[i].displacement, in[i].normal_load, dt);
     return true;
   }
-  void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
+  bool step_block(LaneBlock& block, Outcome& outcome) const noexcept {
     run_block(block, [&](std::uint32_t lane, const LaneAnswers& answers) {
       const std::uint32_t i = block.motions.item[lane];
       if ((block.lent >> lane & 1u) != 0) {
@@ -106,6 +107,7 @@ struct Scheduler::Motions {
       }
       outcome.status = outcome.status | out[i].status;
     });
+    return true;
   }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     out[i].id = in[i].id;
@@ -157,12 +159,13 @@ struct Scheduler::Cells {
     place_motion(p, cells[i], dt);
     return true;
   }
-  void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
+  bool step_block(LaneBlock& block, Outcome& outcome) const noexcept {
     run_block(block, [&](std::uint32_t lane, const LaneAnswers& answers) {
       Patch& p = *block.patch[lane];
       answer_motion(p, cells[block.motions.item[lane]], dt, answers);
       outcome.status = outcome.status | status_of(p);
     });
+    return true;
   }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     std::copy_n(p.elastic, 2, cells[i].force);
@@ -268,9 +271,14 @@ class Scheduler::Step {
 
   /// Runs `count` blocks from `block` on.
   void step_blocks(LaneBlock* block, std::uint32_t count, Outcome& outcome) const noexcept {
+    bool moves = true;  // Whether the last block moved. One at rest reads no columns of its model.
     for (; block != nullptr && count > 0; --count) {
       LaneBlock* const next = block->next;
-      items_.step_block(*block, outcome);
+      if (next != nullptr) {
+        fetch(next, offsetof(LaneBlock, motions) / 64);
+        if (moves) fetch(next->columns_at, static_cast<int>(next->column_lines));
+      }
+      moves = items_.step_block(*block, outcome);
       block = next;
     }
   }
