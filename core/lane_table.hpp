@@ -67,6 +67,7 @@ struct LaneInput {
   double duration;                ///< s
   std::uint32_t named;            ///< bits of the lanes that the step moves; other contacts keep their state
   bool stores;                    ///< whether the step changes the state; false for a trial
+  const void* ahead = nullptr;  ///< columns of the block that is stepped next, to be prefetched; may be null
 };
 
 /// Output of a step: columns, which may be a caller's own arrays, null with a kernel that does not compute
@@ -92,14 +93,14 @@ struct LaneChecks {
   bool any_bad;    ///< A number is not finite, or a load not within 0 to the highest.
   bool any_still;  ///< A contact has no displacement, under the load that it had.
   bool all_still;
-  bool any_above;  ///< A load is above that up to which the contact certainly is not overloaded.
+  bool any_above;  ///< A load is above `light`.
 };
 
 struct LaneTable {
   /// Checks motions. Unlike those of a step all columns have to be given, but for velocities, which may be
-  /// null. `loads`: loads of the last step.
+  /// null. `loads`: loads of the last step. `light`: load up to which no contact is overloaded.
   LaneChecks (*check)(const LaneInput&, const double* const (&velocity)[2], const LaneColumn<double>& loads,
-                      const LaneColumn<double>& light, double highest_load);
+                      double light, double highest_load);
   LaneKernels<float> f32;
   LaneKernels<double> f64;  ///< kernels for double precision; null in a build without it
 };

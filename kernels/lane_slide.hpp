@@ -13,7 +13,7 @@
 
 #include <limits>
 
-#include "lane_contact.hpp"
+#include "lane_finish.hpp"
 #include "slide.hpp"
 
 namespace bristle::detail {
@@ -72,7 +72,7 @@ class LaneSlider {
   const V base_x = get(motion.base[0]), base_y = get(motion.base[1]), per_unit = get(motion.per_unit);
   const V unit = get(motion.unit), taken_x = get(motion.taken[0]), taken_y = get(motion.taken[1]);
   const Which moves = length > none, is_long = length >= V(T(1));
-  const T per_kinetic = T(1) / static_cast<T>(law.kinetic * (1.0 - 12 * eps));
+  const T per_kinetic_share = T(1) / static_cast<T>(law.kinetic * (1.0 - 12 * eps));
   const bool softens = all || motion.any_softens, any_long = any_lane(is_long);
   static constexpr std::uint32_t count = all ? lane_sums : lane_sums_of_end;
   V part[count];
@@ -80,6 +80,18 @@ class LaneSlider {
   [[gnu::always_inline]] V get(const Lane16<T>& from) const { return E::get(from.lane + first); }
   static std::uint32_t least_index(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
   [[gnu::always_inline]] void add(LaneSum to, V x) { part[to] = part[to] + x; }
+
+  /// Returns the limit over the deflection, sqrt(limit^2 / bent2), of a deflection beyond its limit: by a
+  /// series where a load has fallen by little.
+  [[gnu::always_inline]] V share_kept(V bent2, V limit, V per_limit) const {
+    const V one(T(1)), over = bent2 * (per_limit * per_limit) - one;
+    const Which little = over < V(T(sizeof(T) == 4 ? 0x1p-5 : 0.0));
+    V share = V(T(0.3125)) - over * V(T(0.2734375));
+    share = one - over * (V(T(0.5)) - over * (V(T(0.375)) - over * share));
+    const Which is_far = (bent2 > limit * limit) & (!little);
+    if (!any_lane(is_far)) return share;
+    return select_lanes(little, share, divide(limit, most(root(bent2), V(T(1e-30)))));
+  }
 
   [[gnu::always_inline]] V square_of(V x, V y, V centre) const {
     const V from_root = x + centre;
@@ -93,6 +105,11 @@ class LaneSlider {
     const V centre(static_cast<T>(law.lean) * law.limit[i]);
     T* const at_x = columns.x[i].lane + first;
     T* const at_y = axes == 2 ? columns.y[i].lane + first : nullptr;
+    if (first == 0 && input.ahead != nullptr) {
+      const auto* const ahead = static_cast<const LaneColumn<T>*>(input.ahead);
+      __builtin_prefetch(ahead + i);
+      if constexpr (axes == 2) __builtin_prefetch(ahead + law.springs + i);
+    }
     const V stored_x = E::get(at_x);
     const V stored_y = axes == 2 ? E::get(at_y) : none;
     V x = stored_x * per_unit + base_x - centre;
@@ -116,8 +133,9 @@ class LaneSlider {
     V bent2 = axes == 2 ? x * x + y * y : x * x;
     const Which beyond = bent2 > most_held * most_held;
     const bool any_beyond = any_lane(beyond);
+    const V per_kinetic = V(law.per_limit[i] * per_kinetic_share);
     if (any_beyond) {
-      const V keep = select_lanes(beyond, divide(kinetic, most(root(bent2), V(T(1e-30)))), V(T(1)));
+      const V keep = select_lanes(beyond, share_kept(bent2, kinetic, per_kinetic), V(T(1)));
       x = keep * x;
       y = keep * y;
       bent2 = select_lanes(beyond, kinetic * kinetic, bent2);
@@ -146,7 +164,7 @@ class LaneSlider {
         // Takes an angle up to 4 eps s / l, at most 4 eps, as 0.
         const V rounds = least(slide, way.limit) * V(4 * eps);
         const Which turns = way.slides & (b * b > rounds * rounds);
-        if (any_lane(turns)) turn(turns, a, b, slide, way.limit, V(law.per_limit[i] * per_kinetic), turned);
+        if (any_lane(turns)) turn(turns, a, b, slide, way.limit, per_kinetic, turned);
         along = along + turned.along;
         aside = aside + turned.aside;
       }
@@ -183,11 +201,12 @@ class LaneSlider {
     if constexpr (timed) note_time(i, way.slides | goes_on, beyond);
   }
 
-  /// What sliding does beside the way over which the tip sticks: changes of the deflection along the motion
-  /// and across it, the integral of the deflection along the motion over the way of the slide, and the
+  /// What sliding does beside the path over which the tip sticks: changes of the deflection along the motion
+  /// and across it, the integral of the deflection along the motion over the path of the slide, and the
   /// integral of what the deflection still changes.
   struct Turn {
-    V along = V(T(0)), aside = V(T(0)), work = V(T(0)), missing_along = V(T(0)), missing_aside = V(T(0));
+    V along = V(T(0)), aside = V(T(0)), work = V(T(0));
+    V missing_along = V(T(0)), missing_aside = V(T(0));
   };
   /// Turns the tips that slide over the way `slide` towards the motion, from the deflection (a, b) along and
   /// across it (MODEL.md: the tangent of half the angle shrinks by the factor exp(-slide / limit)).
@@ -195,7 +214,7 @@ class LaneSlider {
     const Tractrix<V> tip(b, most(limit + a, V(T(1e-30))), decay<T>(slide * per_limit));
     turned.along = select_lanes(turns, tip.template gained_along<T>(), none);
     turned.aside = none - select_lanes(turns, tip.lost_aside(), none);
-    if (!all && !softens) return;
+    if (!softens) return;
     const V work = limit * (slide - limit * tip.template log_of_turn<T>());
     turned.work = select_lanes(turns, work, turned.work);
     if constexpr (all) {
@@ -311,77 +330,6 @@ class LaneSlider {
   }
 };
 
-/// Finds the paths of contacts that sliding softens in a step, by trials from its start to the ends of
-/// pieces. Sets them in `motion`, and the start of each contact's last piece in `pieces`.
-template <class T, int axes, bool all, bool timed>
-void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
-                  LaneMotion<T>& motion, LanePieces& pieces) {
-  using E = Engine<T>;
-  std::uint32_t open = 0;
-  for (std::uint32_t i = 0; i < lane_count; ++i) {
-    LanePiece& at = pieces.of[i];
-    const double load = motion.of_load.lane[i];
-    if (!(motion.stiffness.lane[i] > load && load > 0.0)) continue;
-    at.ease = load / motion.stiffness.lane[i];
-    at.cut = (in.named >> i & 1u) != 0 && motion.way.lane[i] * (1.0 - at.ease) > least_cut;
-    if (at.cut) open |= 1u << i;
-  }
-  pieces.any_cut = open != 0;
-  if (open == 0) return;
-  LaneInput trial = in;
-  trial.stores = false;
-  motion.widen_direction();
-  LaneSums<T> sums{};
-  double step[lane_count] = {};
-  const auto set_way = [&motion](std::uint32_t i, double way) {
-    motion.way.lane[i] = way;
-    for (int axis = 0; axis < axes; ++axis)
-      motion.gain[axis].lane[i] = motion.used.lane[i] * way * motion.direction[axis].lane[i];
-  };
-  for (int n = 0; n <= most_soft_pieces && open != 0; ++n) {
-    for (std::uint32_t i = 0; i < lane_count; ++i) {
-      if ((open >> i & 1u) == 0) continue;
-      const LanePiece& at = pieces.of[i];
-      step[i] = n == 0 ? 0.0 : least(soft_piece, (motion.moved.lane[i] - at.moved) / at.ease);
-      set_way(i, at.way + step[i]);
-    }
-    motion.place_base(law, *columns.state, in);
-    for (std::uint32_t first = 0; first < lane_count; first += E::size)
-      if ((open >> first & ((1u << E::size) - 1)) != 0)
-        LaneSlider<E, T, axes, all, timed>::run(law, columns, trial, motion, first, sums);
-    for (std::uint32_t i = 0; i < lane_count; ++i) {
-      if ((open >> i & 1u) == 0) continue;
-      LanePiece& at = pieces.of[i];
-      const double squares = sums.at(sum_squares_end, i), work = sums.at(sum_work, i);
-      const double ease = n == 0 ? at.ease : at.ease_after(squares, law.least_loss * (work - at.work));
-      const double mean_ease = 0.5 * (at.ease + ease), left = motion.moved.lane[i] - at.moved;
-      double last = 0.0;  // path of the last piece
-      if (mean_ease * step[i] >= left * (1.0 - 1e-12)) {
-        // Takes the displacement as quadratic, because the ease grows in proportion to the path within a
-        // piece.
-        const double grown = (ease - at.ease) / step[i];
-        last = 2.0 * left / (at.ease + root(at.ease * at.ease + 2.0 * grown * left));
-      } else {
-        for (int axis = 0; axis < axes && all; ++axis) {
-          const double integral = sums.integral(law, motion, axis, i);
-          at.impulse[axis] += mean_ease * (integral - at.integral[axis]);
-          at.integral[axis] = integral;
-        }
-        at.way += step[i];
-        at.moved += mean_ease * step[i];
-        at.ease = ease;
-        at.squares = squares;
-        at.work = work;
-        if (ease < 1.0 && n < most_soft_pieces) continue;
-        last = motion.moved.lane[i] - at.moved;
-      }
-      open &= ~(1u << i);
-      set_way(i, at.way + last);
-    }
-  }
-  motion.place_base(law, *columns.state, in);
-}
-
 /// Steps the named contacts of a block.
 template <class T, int axes, bool all, bool timed>
 void slide_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
@@ -389,12 +337,15 @@ void slide_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const L
   using E = Engine<T>;
   LaneMotion<T> motion(law, *columns.state, in, axes);
   LanePieces pieces;
-  if (motion.any_softens) soften_lanes<T, axes, all, timed>(law, columns, in, motion, pieces);
+  const auto run = [&](const LaneInput& input, std::uint32_t lanes, LaneSums<T>& sums) {
+    for (std::uint32_t first = 0; first < lane_count; first += E::size)
+      if ((lanes >> first & ((1u << E::size) - 1)) != 0)
+        LaneSlider<E, T, axes, all, timed>::run(law, columns, input, motion, first, sums);
+  };
+  if (motion.any_softens) soften_lanes<T, axes, all>(law, columns, in, motion, pieces, run);
   LaneSums<T> sums;
   if (!motion.all_named) sums = {};
-  for (std::uint32_t first = 0; first < lane_count; first += E::size)
-    if ((in.named >> first & ((1u << E::size) - 1)) != 0)
-      LaneSlider<E, T, axes, all, timed>::run(law, columns, in, motion, first, sums);
+  run(in, in.named, sums);
   finish_lanes<T, axes, all>(law, columns, in, out, motion, pieces, sums);
 }
 

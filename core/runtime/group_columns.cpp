@@ -38,7 +38,7 @@ class BlockInput {
 
   LaneChecks check(const LaneBlock& b) const noexcept {
     const LaneInput in{{x, y}, load, nullptr, 0.0, 0, false};
-    return b.kernels->check(in, velocity, b.load, b.light, highest_load);
+    return b.kernels->check(in, velocity, b.load, b.lightest, highest_load);
   }
   /// Returns the bits of motions that are not good (is_good_motion()).
   std::uint32_t bad() const noexcept {
@@ -185,9 +185,9 @@ void write_response(const GroupStep& to, std::size_t i, Outputs computed, const 
   write(to.status, r.status);
 }
 
-bool GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept {
-  const std::size_t first = b.motions.item[0];
-  const std::uint32_t asked = std::exchange(b.motions.named, 0);
+void GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept {
+  const std::size_t first = b.first;
+  const std::uint32_t asked = std::exchange(b.asked, 0);
   const BlockInput in(step, first, b.axes);
   const LaneChecks checks = in.check(b);
   // With one axis a motion along the second is bad, too.
@@ -205,7 +205,7 @@ bool GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept
     for (int axis = 0; axis < 2; ++axis) out.end[axis] = b.force[axis].lane;
     if (step.stiffness.empty()) out.stiffness = nullptr;
   }
-  if (moving != 0) b.run(b, {{in.x, in.y}, in.load, nullptr, dt, moving, stores}, out);
+  if (moving != 0) b.run(b, {{in.x, in.y}, in.load, nullptr, dt, moving, stores, b.ahead()}, out);
   outcome.visited += std::uint64_t{b.springs} * count_of(moving);
   outcome.stepped += count_of(asked & ~bad);
   if (stores) {
@@ -222,7 +222,7 @@ bool GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept
     answer_at_rest(b, resting, answers);
     write_columns(b, in.load, checks.any_above, answers, stores ? b.force : answers.end, step, first,
                   outcome.status);
-    return moving != 0;
+    return;
   }
   for (std::uint32_t left = asked; left != 0; left &= left - 1) {
     const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
@@ -236,7 +236,6 @@ bool GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept
     write_response(step, first + lane, b.outputs, response);
     outcome.status = outcome.status | response.status;
   }
-  return moving != 0;
 }
 
 }  // namespace bristle::detail

@@ -48,9 +48,8 @@ struct GroupColumns {
   const GroupStep& step;
   bool stores;  ///< whether the step changes the state; false for a trial
 
-  /// Steps the contacts `LaneMotions::named` of a block. LaneMotions::item[0] is the index of the contact in
-  /// its first lane. Returns whether any of them moves.
-  bool step_block(LaneBlock& block, StepOutcome& outcome) const noexcept;
+  /// Steps the contacts `LaneBlock::asked` of a block.
+  void step_block(LaneBlock& block, StepOutcome& outcome) const noexcept;
 };
 
 }  // namespace bristle::detail

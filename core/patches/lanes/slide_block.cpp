@@ -155,7 +155,6 @@ LanePlaces::Block make_block(const LaneRecord& like) {
   // springs 1 ns.
   block->work = lane_count * (40 + 3 * n);
   block->columns_at = c.x;
-  block->column_lines = n * (plane ? 2 : 1) * static_cast<std::uint32_t>(column / 64);
   block->kernels = r.kernels->lanes;
   block->run = &run<T>;
   block->clear = &clear<T>;

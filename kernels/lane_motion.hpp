@@ -1,6 +1,5 @@
-// Parts of a step of sixteen contacts in lanes that are computed once for each contact. Before its springs
-// (lane_slide.hpp): directions, scales and the place of `base`. After them: forces, energies and state. In
-// between: the path (`way`) of a contact that sliding softens.
+// The part of a step of sixteen contacts in lanes that is computed once for each contact before its springs
+// (lane_slide.hpp): checks, directions, scales and the place of `base`.
 #pragma once
 
 #include "ageing.hpp"
@@ -187,175 +186,9 @@ struct LaneSums {
   }
 };
 
-/// Path (`way`) of a contact that sliding softens, at the start of the last piece of a step. `ease` is the
-/// stiffness that belongs to the load over the contact's stiffness. It grows towards 1 as sliding dissipates
-/// (core/MODEL.md, section 30), so the path exceeds the displacement by less and less. Springs depend on the
-/// path alone.
-struct LanePiece {
-  bool cut = false;    ///< whether the step has pieces; if not, the ease at its start holds throughout
-  double way = 0.0;    ///< path from the start of the step, scaled lengths
-  double moved = 0.0;  ///< displacement so far, scaled lengths
-  double ease = 1.0;
-  double squares = 0.0, work = 0.0;  ///< sum_squares_end, sum_work
-  double integral[2] = {0.0, 0.0};   ///< LaneSums::integral
-  double impulse[2] = {0.0, 0.0};    ///< integral of the deflection over the displacement
-
-  /// Returns the ease at the end of a piece that conserves energy: half the change of ease x `squares` equals
-  /// the mean ease x the least energy that sliding dissipates.
-  double ease_after(double squares_after, double least_lost) const {
-    const double mean = 0.5 * (squares + squares_after);
-    if (!(least_lost > 0.0)) return ease;
-    return mean > least_lost ? least(ease * ((mean + least_lost) / (mean - least_lost)), 1.0) : 1.0;
-  }
-};
-
-/// The contacts that sliding softens, in pieces or in one.
-struct LanePieces {
-  LanePiece of[lane_count];
-  bool any_cut = false;
-  // Of contacts with pieces, at the end of the step:
-  Lane16<double> cut;        ///< 1 for a contact with pieces, else 0
-  Lane16<double> stiffness;  ///< N per scaled length
-  Lane16<double> mean[2];    ///< mean force of the springs, N
-};
-
-/// Length of a piece of way, scaled, and most pieces of a step before the rest is one piece.
-constexpr double soft_piece = 0.125;
-constexpr int most_soft_pieces = 128;
-/// Path x (1 - ease) up to which a step is one piece. The path is then too long by less than this length.
-constexpr double least_cut = 0x1p-7;
-
-/// Makes the springs of a contact that has lost its load straight.
-template <class T>
-void straighten_lane(const SlideLaw<T>& law, const SlideColumns<T>& columns, std::uint32_t lane) {
-  for (std::uint32_t i = 0; i < law.springs; ++i) {
-    columns.x[i].lane[lane] = T(0);
-    if (columns.y != nullptr) columns.y[i].lane[lane] = T(0);
-  }
-  for (LaneColumn<double>& base : columns.state->base) base.lane[lane] = 0.0;
-}
-
-/// Finds the stiffness and the mean force of contacts with pieces from their last piece.
-template <class T>
-void finish_pieces(const SlideLaw<T>& law, const LaneMotion<T>& m, const LaneSums<T>& sums, bool all,
-                   LanePieces& pieces) {
-  for (std::uint32_t i = 0; i < lane_count; ++i) {
-    const LanePiece& last = pieces.of[i];
-    pieces.cut.lane[i] = last.cut ? 1.0 : 0.0;
-    if (!last.cut) continue;
-    const double way = m.way.lane[i], used = m.used.lane[i], squares = sums.at(sum_squares_end, i);
-    const double force[2] = {sums.force(law, m, 0, i), sums.force(law, m, 1, i)};
-    const double beyond = most(way - longest_slide, 0.0) / used *
-                          (force[0] * m.direction[0].lane[i] + force[1] * m.direction[1].lane[i]);
-    const double freed = law.least_loss * (sums.at(sum_work, i) + beyond - last.work);
-    // Takes the mean ease of the last piece from its displacement, and the ease at its end from the energy.
-    const double mean_ease = (m.moved.lane[i] - last.moved) / (way - last.way);
-    const double energy = last.squares * last.ease + mean_ease * (squares - last.squares + 2.0 * freed);
-    pieces.stiffness.lane[i] = used / (squares > 0.0 ? least(energy / squares, 1.0) : last.ease);
-    for (int axis = 0; axis < 2 && all; ++axis) {
-      const double more = sums.integral(law, m, axis, i) - last.integral[axis];
-      pieces.mean[axis].lane[i] = (last.impulse[axis] + mean_ease * more) / m.moved.lane[i] * used;
-    }
-  }
-}
-
-/// Writes forces and energies of the contacts, and the state that belongs to no single spring.
-template <class T, int axes, bool all>
-void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
-                  const LaneOutput& out, LaneMotion<T>& m, LanePieces& pieces, const LaneSums<T>& sums) {
-  using D = Wide::V;
-  LaneState& state = *columns.state;
-  const D none(0.0), half(0.5), tiny(1e-300), whole(law.whole), metres(law.metres_per_length);
-  const std::uint32_t count = all ? +lane_sums : m.any_softens ? +lane_sums_of_end : 2;
-  Lane16<double> wide[lane_sums], named;
-  for (std::uint32_t s = 0; s < count; ++s) wide[s].convert(sums.of[s].lane);
-  if (all || m.any_softens) m.widen_direction();
-  if (pieces.any_cut) finish_pieces(law, m, sums, all, pieces);
-  if (!m.all_named) named.convert(m.named.lane);
-  auto without = none > none;  // contacts that have lost their load
-  for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
-    const auto get = [i](const Lane16<double>& from) { return Wide::get(from.lane + i); };
-    const auto sum = [&](LaneSum of) { return get(wide[of]); };
-    const D load = get(m.of_load), k = get(m.stiffness), before = Wide::get(state.stiffness.lane + i);
-    const D way = get(m.way), used = get(m.used);
-    const auto loaded = load > none, is_named = m.all_named ? none == none : get(named) > none;
-    const D x = sum(sum_force_x) + get(m.base_after[0]) * whole;
-    const D y = axes == 2 ? sum(sum_force_y) + get(m.base_after[1]) * whole : none;
-    // Writes a force on the body; +0 for a straight contact.
-    const auto write = [&](double* const(&to)[2], D along, D across) {
-      const auto turned = [&](const double(&row)[2]) {
-        return select_lanes(loaded, none - (D(row[0]) * along + D(row[1]) * across), none);
-      };
-      Wide::put_any(to[0] + i, turned(law.from[0]));
-      if constexpr (axes == 2) Wide::put_any(to[1] + i, turned(law.from[1]));
-    };
-    write(out.end, x, y);
-
-    // Softens a contact that is stiffer than its load, at unchanged forces, by the least energy that sliding
-    // dissipates. On the path beyond the length that was computed every spring slides along the motion.
-    D soft = load, beyond = none;
-    const auto cut = pieces.any_cut ? get(pieces.cut) > none : none > none;
-    if (all || m.any_softens) {
-      const D more = most(way - D(longest_slide), none);
-      if (any_lane(more > none))
-        beyond = divide(more * (x * get(m.direction[0]) + y * get(m.direction[1])), most(used, tiny));
-    }
-    if (m.any_softens) {
-      const D squares = sum(sum_squares_end), freed = D(law.least_loss) * (sum(sum_work) + beyond);
-      const D rest = divide(squares, most(squares + freed + freed, tiny));
-      soft = select_lanes((k > load) & (freed > none) & (squares > none), k * rest, k);
-      if (pieces.any_cut) soft = select_lanes(cut, get(pieces.stiffness), soft);
-      soft = select_lanes(soft <= load * D(1.0 + 1e-9), load, soft);
-      soft = select_lanes(loaded, soft, none);
-    }
-    if (out.stiffness != nullptr) Wide::put_any(out.stiffness + i, soft * D(1.0 / law.metres_per_length));
-    if constexpr (all) {
-      const D per_way = select_lanes(way > none, divide(used, most(way, tiny)), none);
-      D mean_x = x - sum(sum_missing_x) * per_way;
-      D mean_y = axes == 2 ? y - sum(sum_missing_y) * per_way : none;
-      if (pieces.any_cut) {
-        mean_x = select_lanes(cut, get(pieces.mean[0]), mean_x);
-        mean_y = select_lanes(cut, get(pieces.mean[1]), mean_y);
-      }
-      write(out.mean, mean_x, mean_y);
-      // Computes energies as half a square times force per length: scaled forces of `used` over a stiffness.
-      const D joules = used * used * metres, squares = half * sum(sum_squares_end);
-      const auto over = [&](D stiff) {
-        return select_lanes(stiff > none, divide(joules, most(stiff, tiny)), none);
-      };
-      const D of_k = over(k), stored = squares * over(soft);
-      const D start = select_lanes(loaded, half * sum(sum_squares_start) * of_k, none);
-      Wide::put_any(out.contact_loss + i, half * sum(sum_squares_before) * over(before) - start);
-      D dissipated = (sum(sum_lost) + beyond) * of_k - (stored - squares * of_k);
-      const auto by_work = law.energy != 1.0 || law.lean != 0.0 ? none == none : cut;
-      if (any_lane(by_work)) {
-        const D work = mean_x * get(m.direction[0]) + D(law.energy) * mean_y * get(m.direction[1]);
-        dissipated = select_lanes(by_work, work * get(m.moved) * metres + start - stored, dissipated);
-      }
-      dissipated = least(most(dissipated, none), D(1e300));
-      Wide::put_any(out.dissipated + i, select_lanes(loaded, dissipated, none));
-      Wide::put_any(out.slid + i, sum(sum_slid));
-    }
-    if (!in.stores) continue;
-    without = without | (is_named & !loaded);
-    const auto keep = [&](LaneColumn<double>& to, D value) {
-      Wide::put(to.lane + i, select_lanes(is_named, value, Wide::get(to.lane + i)));
-    };
-    keep(state.stiffness, soft);
-    for (int axis = 0; axis < axes; ++axis) keep(state.base[axis], get(m.base_after[axis]));
-    const D phase = Wide::get(state.phase.lane + i), next = phase + D(0.6180339887498949);
-    const D within = select_lanes(next < D(1.0), next, next - D(1.0));
-    keep(state.phase, select_lanes(way > none, within, phase));
-  }
-  if (!in.stores || !any_lane(without)) return;
-  for (std::uint32_t i = 0; i < lane_count; ++i)
-    if ((in.named >> i & 1u) != 0 && m.of_load.lane[i] == 0.0) straighten_lane(law, columns, i);
-}
-
 /// What a step should know of its motions before it runs.
 inline LaneChecks check_lanes(const LaneInput& in, const double* const (&velocity)[2],
-                              const LaneColumn<double>& loads, const LaneColumn<double>& light,
-                              double highest_load) {
+                              const LaneColumn<double>& loads, double light, double highest_load) {
   using D = Wide::V;
   const D none(0.0);
   auto bad = none > none, still = bad, moves = bad, above = bad;
@@ -370,7 +203,7 @@ inline LaneChecks check_lanes(const LaneInput& in, const double* const (&velocit
     const auto rests = magnitude(x) + magnitude(y) + magnitude(load - Wide::get(loads.lane + i)) == none;
     still = still | rests;
     moves = moves | !rests;
-    above = above | (load > Wide::get(light.lane + i));
+    above = above | (load > D(light));
   }
   return {any_lane(bad), any_lane(still), !any_lane(moves), any_lane(above)};
 }
