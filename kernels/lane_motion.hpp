@@ -186,7 +186,7 @@ struct LaneSums {
   }
 };
 
-/// What a step should know of its motions before it runs.
+/// Finds what a step has to know of its motions before it runs.
 inline LaneChecks check_lanes(const LaneInput& in, const double* const (&velocity)[2],
                               const LaneColumn<double>& loads, double light, double highest_load) {
   using D = Wide::V;

@@ -201,9 +201,9 @@ class LaneSlider {
     if constexpr (timed) note_time(i, way.slides | goes_on, beyond);
   }
 
-  /// What sliding does beside the path over which the tip sticks: changes of the deflection along the motion
-  /// and across it, the integral of the deflection along the motion over the path of the slide, and the
-  /// integral of what the deflection still changes.
+  /// Effects of sliding, apart from the path over which the tip sticks: changes of the deflection along the
+  /// motion and across it, the integral of the deflection along the motion over the path of the slide, and
+  /// the integral of what the deflection still changes.
   struct Turn {
     V along = V(T(0)), aside = V(T(0)), work = V(T(0));
     V missing_along = V(T(0)), missing_aside = V(T(0));

@@ -13,7 +13,7 @@
 
 namespace bristle::detail {
 
-/// What a step moves: cells of outlines, groups, and patches by one motion each.
+/// Items that a step moves: cells of outlines, groups, and patches by one motion each.
 struct StepItems {
   Span<CellMotion> cells;
   Span<const GroupStep> groups;
