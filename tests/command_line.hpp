@@ -3,8 +3,10 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
+#include <sstream>
 #include <string>
 
 #include <sys/wait.h>
@@ -19,7 +21,25 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs a command. `environment`: variables that are set before the command, in the syntax of a shell.
+/// Checks that a command prints no line of more than 80 characters, unless its arguments ask for long lines
+/// or for a file on the standard output (`-`).
+inline void check_width(const std::string& arguments, const std::string& out) {
+  for (const char* long_lines : {"--wide", " -", "completion"})
+    if ((arguments + ' ').find(long_lines + std::string(long_lines[0] == ' ' ? " " : "")) !=
+        std::string::npos)
+      return;
+  std::istringstream lines(out);
+  for (std::string line; std::getline(lines, line);) {
+    // Bytes 10xxxxxx continue a character of UTF-8.
+    const auto characters =
+        std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xC0) != 0x80; });
+    if (characters > 80)
+      FAIL_CHECK("bristle " << arguments << " prints a line of " << characters << ": " << line);
+  }
+}
+
+/// Runs a command, whose lines must fit 80 characters. `environment`: variables that are set before the
+/// command, in the syntax of a shell.
 inline Outcome run_cli(const TemporaryFolder& folder, const std::string& arguments,
                        const std::string& environment = "") {
   const std::string command =
@@ -33,6 +53,7 @@ inline Outcome run_cli(const TemporaryFolder& folder, const std::string& argumen
   const int status = pclose(pipe);
   outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   outcome.err = read_file(folder.at("stderr"));
+  check_width(arguments, outcome.out);
   return outcome;
 }
 
