@@ -523,9 +523,19 @@ struct Window {
   int width, height;
   float scale;
 };
-constexpr Window windows[] = {{640, 480, 1.0f}, {800, 600, 1.0f}, {1280, 800, 1.0f}, {1000, 750, 1.5f}};
+constexpr Window windows[] = {
+    {640, 480, 1.0f}, {800, 600, 1.0f}, {800, 600, 2.0f}, {1280, 800, 1.0f}, {1280, 800, 2.0f}};
 
 bool is_curve(Pixel p) { return p.r > 150 && p.g > 75 && p.g < 150 && p.b < 100; }
+
+bool is_bright(Pixel p) { return std::max({p.r, p.g, p.b}) > 130; }
+
+int count_in(const room::PixelImage& image, int left, int top, int right, int bottom, bool (*wanted)(Pixel)) {
+  int found = 0;
+  for (int y = top; y < bottom; ++y)
+    for (int x = left; x < right; ++x) found += wanted(pixel(image, x, y));
+  return found;
+}
 
 // Returns the inner frame of plot 0 (force over time) or 1 (over displacement), a pixel narrower on each
 // side.
@@ -543,9 +553,10 @@ Area frame_of(const Area& plots, float scale, int plot) {
 
 TEST_CASE("Nothing covers a curve: legend, bars of snaps and inset stay beside it at every size", "[room]") {
   for (const Window& window : windows) {
-    const auto offscreen = try_offscreen(window.width, window.height, window.scale);
+    const float scale = room::fitting_scale(window.scale, window.width, window.height);
+    const auto offscreen = try_offscreen(window.width, window.height, scale);
     if (!offscreen) return;
-    for (const float level : {0.0f, 0.5f, 1.0f}) {
+    for (const float level : {0.0f, 0.5f, 1.0f, 1.3f}) {
       INFO("window " << window.width << " x " << window.height << ", friction " << level << " N");
       room::RoomView& view = offscreen->view();
       view.forget();
@@ -562,12 +573,11 @@ TEST_CASE("Nothing covers a curve: legend, bars of snaps and inset stay beside i
       offscreen->draw(now, 10.0f);
       const room::PixelImage image = offscreen->draw(now, 10.0f);
       for (int plot = 0; plot < 2; ++plot) {
-        const Area frame = frame_of(view.layout().plots, window.scale, plot);
+        const Area frame = frame_of(view.layout().plots, scale, plot);
         // Curve at a constant height: its row is that of its newest columns. In the second plot its older
         // half is faint.
         const int right = static_cast<int>(frame.x + (plot == 0 ? frame.width - 6 : 0.88f * frame.width));
-        const int left =
-            static_cast<int>(plot == 0 ? frame.x + 14 * window.scale : frame.x + 0.6f * frame.width);
+        const int left = static_cast<int>(plot == 0 ? frame.x + 14 * scale : frame.x + 0.6f * frame.width);
         const int top = static_cast<int>(frame.y), bottom = static_cast<int>(frame.y + frame.height);
         std::vector<int> rows;
         for (int y = top; y < bottom; ++y) {
@@ -582,8 +592,75 @@ TEST_CASE("Nothing covers a curve: legend, bars of snaps and inset stay beside i
           hidden += !seen;
         }
         CHECK(hidden == 0);
+        // Without a peak to label, no text and no line of a legend stands in the upper line of the frame.
+        const auto line = static_cast<int>(13 * scale);
+        if (plot == 0 && level == 0.0f) CHECK(count_in(image, left, top, right, top + line, is_bright) == 0);
       }
     }
+  }
+}
+
+TEST_CASE("A curve that an impact drives below its range is drawn over the bars of snaps", "[room]") {
+  const auto offscreen = try_offscreen(800, 600);
+  if (!offscreen) return;
+  room::RoomView& view = offscreen->view();
+  for (int k = 0; k <= 8000; ++k) {
+    room::PlotPoint point;
+    point.time = 1e-3f * static_cast<float>(k);
+    // A blow of 20 ms, shorter than the half per cent that sets no range.
+    point.friction = k >= 4000 && k < 4020 ? 30.0f : -1.0f;
+    point.snaps = 50;
+    view.add(point);
+  }
+  const Snapshot now = made_up::room_with_block_at(0.004, 0.0, 0.2);
+  offscreen->draw(now, 10.0f);
+  const room::PixelImage image = offscreen->draw(now, 10.0f);
+  const Area frame = frame_of(view.layout().plots, 1.0f, 0);
+  const int middle = static_cast<int>(frame.x + 0.5f * frame.width);
+  const int bottom = static_cast<int>(frame.y + frame.height);
+  for (int y = bottom - 8; y < bottom - 1; ++y) {
+    INFO("row " << y << " of " << bottom);
+    CHECK(count_in(image, middle - 6, y, middle + 6, y + 1, is_curve) > 0);
+  }
+}
+
+TEST_CASE("Type and panels grow only as far as the window has room for their buttons", "[room]") {
+  CHECK(room::fitting_scale(2.0f, 800, 600) == 1.25f);
+  CHECK(room::fitting_scale(2.0f, 1280, 800) == 1.5f);
+  CHECK(room::fitting_scale(2.0f, 1280, 960) == 2.0f);
+  CHECK(room::fitting_scale(1.0f, 2560, 1440) == 1.0f);
+  CHECK(room::fitting_scale(2.0f, 320, 240) == 0.75f);
+  const auto is_text = [](Pixel p) { return p.r > 130; };
+  std::vector<int> names;
+  // No button of bar and panel reaches the edge of its area: its margin there shows the panel's ground.
+  for (const Window& window : windows) {
+    INFO("window " << window.width << " x " << window.height << ", wanted scale " << window.scale);
+    const float scale = room::fitting_scale(window.scale, window.width, window.height);
+    const auto offscreen = try_offscreen(window.width, window.height, scale);
+    if (!offscreen) return;
+    const Snapshot now = made_up::room_with_block_at(0.0, 0.0, 0.2);
+    offscreen->draw(now, 0.02f);
+    const room::PixelImage image = offscreen->draw(now, 0.02f);
+    const room::Layout& l = offscreen->view().layout();
+    const auto is_raised = [](Pixel p) { return std::max({p.r, p.g, p.b}) > 35; };
+    const auto low = static_cast<int>(l.bar.height), left = static_cast<int>(l.bar.x);
+    CHECK(count_in(image, left, low - 4, window.width, low, is_raised) == 0);
+    CHECK(count_in(image, window.width - 6, 0, window.width, low, is_raised) == 0);
+    names.push_back(count_in(image, 0, static_cast<int>(38 * scale), static_cast<int>(l.settings.width),
+                             static_cast<int>(80 * scale), is_text));
+  }
+  // The names of models and surfaces take as many pixels on a panel with ample room: none is cut.
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const float scale = room::fitting_scale(windows[i].scale, windows[i].width, windows[i].height);
+    const auto ample = try_offscreen(static_cast<int>(1000 * scale), static_cast<int>(800 * scale), scale);
+    const Snapshot now = made_up::room_with_block_at(0.0, 0.0, 0.2);
+    ample->draw(now, 0.02f);
+    const room::PixelImage image = ample->draw(now, 0.02f);
+    INFO("window " << windows[i].width << " x " << windows[i].height << ", scale " << scale);
+    CHECK(names[i] == count_in(image, 0, static_cast<int>(38 * scale),
+                               static_cast<int>(ample->view().layout().settings.width),
+                               static_cast<int>(80 * scale), is_text));
+    CHECK(names[i] > 300);
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/products/virtual_room/offscreen.hpp"
+#include "tools/products/virtual_room/panels.hpp"
 #include "tools/products/virtual_room/screen.hpp"
 
 namespace room {
@@ -34,7 +35,8 @@ DrawFrame draw_into(const RunOptions& options) {
   if (error) throw cli::UserError("cannot make the folder " + options.frames + ": " + error.message());
   leave_cores_to_the_haptic_loop();
   const PictureOptions& picture = options.picture;
-  const float scale = picture.scale > 0 ? static_cast<float>(picture.scale) : 1.0f;
+  const float wanted = picture.scale > 0 ? static_cast<float>(picture.scale) : 1.0f;
+  const float scale = fitting_scale(wanted, picture.width, picture.height);
   const auto room =
       std::make_shared<OffscreenRoom>(options.loop.measures, picture.width, picture.height, scale);
   room->view().panels = picture.panels;

@@ -77,7 +77,8 @@ void add_picture_options(CLI::App& app, RunOptions& o) {
   app.add_option("--height", o.picture.height, "pixels")
       ->check(cli::within(240, 4320))
       ->capture_default_str();
-  app.add_option("--scale", o.picture.scale, "of type and panels; 0 = as the display asks")
+  app.add_option("--scale", o.picture.scale,
+                 "of type and panels, lowered to what the window has room for; 0 = as the display asks")
       ->check(cli::within(0.0, 4.0));
   app.add_option("--eye", o.picture.eye,
                  "six: azimuth and elevation (degrees) and distance (m) of the eye, x y z that it looks at")

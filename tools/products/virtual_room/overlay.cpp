@@ -21,17 +21,18 @@ struct Pen {
   const Fonts& fonts;
   float scale;
 
-  ImVec2 size(ImFont* font, const std::string& text) const {
-    return font->CalcTextSizeA(font->FontSize, 1e4f, 0, text.c_str());
+  ImVec2 size(ImFont* font, const std::string& text, float wrap = 0) const {
+    return font->CalcTextSizeA(font->FontSize, 1e4f, wrap, text.c_str());
   }
   // Draws text on a dark plate. `anchor` says which part of the text is at x: 0 left end, 0.5 middle, 1 right
-  // end. y is the middle of the text's height.
-  void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, ImFont* font) const {
-    const ImVec2 s = size(font, text);
+  // end. y is the middle of the text's height. A text wider than `wrap` takes several lines; 0: one line.
+  void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, ImFont* font,
+           float wrap = 0) const {
+    const ImVec2 s = size(font, text, wrap);
     const float pad = 5 * scale, left = std::round(x - anchor * s.x), top = std::round(y - 0.5f * s.y);
     draw.AddRectFilled({left - pad, top - 0.5f * pad}, {left + s.x + pad, top + s.y + 0.5f * pad}, plate,
                        4 * scale);
-    draw.AddText(font, font->FontSize, {left, top}, colour, text.c_str());
+    draw.AddText(font, font->FontSize, {left, top}, colour, text.c_str(), nullptr, wrap);
   }
 };
 
@@ -43,9 +44,20 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
     float x, y, x0, y0;
     if (!camera.find_pixel(layout.picture.scene, tilt * to, x, y)) return;
     if (!camera.find_pixel(layout.picture.scene, tilt * from, x0, y0)) return;
-    const float ahead = x >= x0 ? 1.0f : -1.0f;
     const std::string text = fmt::format("{} {:.2f} N", name, to_vector(force).norm());
-    pen.tag(x + ahead * 10 * layout.scale, y + drop * layout.scale, x >= x0 ? 0.0f : 1.0f, colour, text,
+    // Puts the label ahead of the arrow, or behind it where the glass or the line below the glass is ahead.
+    const Picture& p = layout.picture;
+    const float wide = pen.size(pen.fonts.bold, text).x + 25 * layout.scale;
+    const float glass = 1.8f * p.glass_radius;
+    bool right = x >= x0;
+    if (p.glass_radius > 0 && y < p.glass_y + p.glass_radius + 60 * layout.scale) {
+      if (right ? p.glass_x > x && x + wide > p.glass_x - glass
+                : p.glass_x < x && x - wide < p.glass_x + glass) {
+        right = !right;
+        x = x0;
+      }
+    }
+    pen.tag(x + (right ? 10 : -10) * layout.scale, y + drop * layout.scale, right ? 0.0f : 1.0f, colour, text,
             pen.fonts.bold);
   };
   if (arrows.friction)
@@ -125,9 +137,10 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
   }
 }
 
-// Labels the slope, the angle of the floor to the horizontal, at the room's open lower edge.
+// Draws and labels the slope, the angle of the floor to the horizontal, at the room's open lower edge, unless
+// that is below the height `lowest`.
 void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
-                 const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
+                 const RoomMeasures& measures, const Eigen::Matrix3f& tilt, float lowest) {
   const double slope = room.settings.slope;
   if (std::abs(slope) < 1e-4) return;
   const float wide = static_cast<float>(measures.width / 2);
@@ -138,7 +151,7 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
   ImVec2 points[17];
   int count = 0;
   float px, py;
-  if (!camera.find_pixel(layout.picture.scene, foot, px, py)) return;
+  if (!camera.find_pixel(layout.picture.scene, foot, px, py) || py > lowest) return;
   const ImVec2 corner{px, py};
   if (!camera.find_pixel(layout.picture.scene, foot - Vector3f(down * reach, 0, 0), px, py)) return;
   pen.draw.AddLine(corner, {px, py}, colours::faint_text, 1.2f * pen.scale);
@@ -277,7 +290,6 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
   const Eigen::Matrix3f tilt = room_tilt(room.settings.slope);
   const Area& s = layout.picture.scene;
   draw.PushClipRect({s.x, s.y}, {s.x + s.width, s.y + s.height});
-  label_slope(pen, layout, room, camera, measures, tilt);
   label_arrows(pen, layout, room, camera, measures, tilt);
   label_compared(pen, layout, room, camera, measures, tilt);
   draw_glass_rim(pen, layout, room, glass, camera, tilt);
@@ -287,14 +299,19 @@ void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room
   float y = s.y + s.height - 38 * layout.scale;  // leaves a small line below for the rates
   const auto say = [&](const std::string& line, ImU32 colour) {
     if (line.empty()) return;
-    pen.tag(s.x + 16 * layout.scale, y, 0, colour, line, fonts.text);
-    y -= 28 * layout.scale;
+    const float wide = s.width - 32 * layout.scale;
+    const float high = fonts.text->CalcTextSizeA(fonts.text->FontSize, 1e4f, wide, line.c_str()).y;
+    pen.tag(s.x + 16 * layout.scale, y - 0.5f * (high - fonts.text->FontSize), 0, colour, line, fonts.text,
+            wide);
+    y -= high + 13 * layout.scale;
   };
   say(words.title.empty() ? title_of(room) : words.title, colours::text);
   say(words.notice, colours::text);
   say(room.message, colours::warning);
   say(words.warning, colours::warning);
-  label_floor(pen, layout, camera, measures, tilt, y + 10 * layout.scale);  // only labels above those lines
+  const float lowest = y + 10 * layout.scale;  // only labels above those lines
+  label_floor(pen, layout, camera, measures, tilt, lowest);
+  label_slope(pen, layout, room, camera, measures, tilt, lowest);
   draw.PopClipRect();
 }
 

@@ -80,19 +80,27 @@ struct Panel {
   void readout(const char* label, const std::string& value, ImU32 colour = colours::text) const {
     ImGui::PushFont(fonts.small);
     ImGui::TextDisabled("%s", label);
-    const float width = ImGui::CalcTextSize(value.c_str()).x;
-    ImGui::SameLine(ImGui::GetContentRegionMax().x - width);
+    const float place = ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(value.c_str()).x;
+    const float label_end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x;
+    // Starts a new line where the panel is too narrow for both.
+    if (place > label_end + 4 * scale)
+      ImGui::SameLine(place);
+    else
+      ImGui::SetCursorPosX(place);
     ImGui::PushStyleColor(ImGuiCol_Text, colour);
     ImGui::TextUnformatted(value.c_str());
     ImGui::PopStyleColor();
     ImGui::PopFont();
   }
 
-  // Draws buttons of equal width in one row. Returns the index of the pressed button, or -1.
+  // Draws buttons in one row, as wide as the panel, each with the same margin beside its text. Returns the
+  // index of the pressed button, or -1.
   int choice(const char* const* names, const char* const* says, int count, int chosen) const {
     const float gap = 4 * scale;
-    const float wide =
-        (ImGui::GetContentRegionAvail().x - gap * static_cast<float>(count - 1)) / static_cast<float>(count);
+    float margins = ImGui::GetContentRegionAvail().x - gap * static_cast<float>(count - 1);
+    for (int i = 0; i < count; ++i) margins -= ImGui::CalcTextSize(names[i]).x;
+    const float margin = margins / static_cast<float>(count);
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(0, ImGui::GetStyle().FramePadding.y));
     int pressed = -1;
     for (int i = 0; i < count; ++i) {
       if (i) ImGui::SameLine(0, gap);
@@ -101,10 +109,11 @@ struct Panel {
         ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
         ImGui::PushStyleColor(ImGuiCol_ButtonHovered, IM_COL32(34, 112, 172, 255));
       }
-      if (ImGui::Button(names[i], ImVec2(wide, 0))) pressed = i;
+      if (ImGui::Button(names[i], ImVec2(ImGui::CalcTextSize(names[i]).x + margin, 0))) pressed = i;
       if (on) ImGui::PopStyleColor(2);
       if (says && says[i] && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", says[i]);
     }
+    ImGui::PopStyleVar();
     return pressed;
   }
 };
@@ -177,7 +186,8 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
   static constexpr const char* rules_say[] = {"another bristle with another snap length",
                                               "the same snap length again",
                                               "no snap: the bristle slides, bent by its snap length"};
-  if (const int rule = panel.choice(cli::snap_rule_names, rules_say, 3, static_cast<int>(s.rule)); rule >= 0) {
+  if (const int rule = panel.choice(cli::snap_rule_names, rules_say, 3, static_cast<int>(s.rule));
+      rule >= 0) {
     s.rule = static_cast<bristle::SnapRule>(rule);
     panel.changed = true;
   }
@@ -303,6 +313,11 @@ void loop_table(const Panel& panel, const LoopStatistics& loop) {
 }
 
 }  // namespace
+
+float fitting_scale(float wanted, int width, int height) {
+  const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
+  return std::clamp(std::min(wanted, std::floor(4 * fits) / 4), 0.75f, 4.0f);
+}
 
 Layout make_layout(int width, int height, float scale, bool panels, bool glass, bool glass_left) {
   Layout layout;

@@ -21,6 +21,9 @@ struct Layout {
   Area settings, bar, plots;  ///< places of settings, buttons and plots; width 0: not shown
   float scale = 1;
 };
+/// Returns the scale of type and panels that a window of this size (pixels) has room for, at most `wanted`: a
+/// step of a quarter with at least 640 x 480 pixels for each unit, at least 0.75.
+float fitting_scale(float wanted, int width, int height);
 /// Computes the layout. `glass_left` puts the magnifying glass at the room's left instead of its right.
 Layout make_layout(int width, int height, float scale, bool panels, bool glass, bool glass_left = false);
 

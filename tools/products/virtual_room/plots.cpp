@@ -30,10 +30,8 @@ class Frame {
   Frame(ImDrawList& draw, const Fonts& fonts, const Area& area, const char* title, Axis x, Axis y)
       : draw_(draw), fonts_(fonts), x_(x), y_(y) {
     const float line = fonts.small->FontSize;
-    inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, area.width - 3.9f * line,
-              area.height - 3.0f * line};
-    inner_.width = std::max(inner_.width, 20.0f);
-    inner_.height = std::max(inner_.height, 20.0f);
+    inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, std::max(area.width - 3.9f * line, 20.0f),
+              height_in(fonts, area)};
     draw_.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height},
                         plot_ground, 2);
     draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text,
@@ -41,6 +39,10 @@ class Frame {
     draw_.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
   }
   ~Frame() { draw_.PopClipRect(); }
+  // Returns the height inside the frame of a plot in this area, pixels.
+  static float height_in(const Fonts& fonts, const Area& area) {
+    return std::max(area.height - 3.0f * fonts.small->FontSize, 20.0f);
+  }
   Frame(const Frame&) = delete;
   Frame& operator=(const Frame&) = delete;
 
@@ -86,19 +88,14 @@ class Frame {
     for (float x = inner_.x; x < inner_.x + inner_.width; x += dash + 4)
       draw_.AddLine({x, py}, {x + dash, py}, colour);
   }
-  // Draws a ring at a value of the plot with a label beside it, on the side that has room.
+  // Draws a ring at a value of the plot, if it is within the range, and labels it at the plot's upper edge.
   void mark(double x, double y, ImU32 colour, const std::string& text) const {
     const ImVec2 p = at(x, y);
     const float size = fonts_.small->FontSize, radius = 0.3f * size;
     const float wide = fonts_.small->CalcTextSizeA(size, 1e4f, 0, text.c_str()).x;
-    draw_.AddCircle(p, radius, colour, 16, 1.2f * stroke(fonts_));
+    if (y <= y_.high) draw_.AddCircle(p, radius, colour, 16, 1.2f * stroke(fonts_));
     const bool left = p.x - wide - 2 * radius > inner_.x;
-    label(left ? p.x - 2 * radius : p.x + 2 * radius, std::max(p.y - 0.9f * size, inner_.y + 1), colour, text,
-          left ? 1.0f : 0.0f);
-  }
-  // Labels a value that is above the plotted range, at the plot's upper edge.
-  void name_above(double x, ImU32 colour, const std::string& text) const {
-    label(at(x, y_.high).x + 4, inner_.y + 2, colour, text, 0.0f);
+    label(left ? p.x - 2 * radius : p.x + 2 * radius, inner_.y + 1, colour, text, left ? 1.0f : 0.0f);
   }
 
  private:
@@ -345,14 +342,17 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   const std::string title =
       title_for(fonts, area, legend,
                 {"Force along the motion, N, over time, s", "Force, N, over time, s", "N over s", "N"});
-  // Extends the range below the curves by the strip of the bars.
-  const double low =
-      ranges.force.low - snaps_share / (1 - snaps_share) * (ranges.force.high - ranges.force.low);
-  const Frame frame(draw, fonts, area, title.c_str(), {end - seconds, end}, {low, ranges.force.high});
+  // Extends the range below the curves by the strip of the bars, above them by the line of the peak's label.
+  const double label_share =
+      std::min(0.4, 1.4 * static_cast<double>(fonts.small->FontSize / Frame::height_in(fonts, area)));
+  const double span = (ranges.force.high - ranges.force.low) / (1 - snaps_share - label_share);
+  const Frame frame(draw, fonts, area, title.c_str(), {end - seconds, end},
+                    {ranges.force.low - snaps_share * span, ranges.force.high + label_share * span});
   frame.grid_x(1, area.width < 260 ? 3 : 5);
   frame.grid_y(1, 4);
   frame.clip();
   draw_levels(frame, levels);
+  draw_snaps(draw, frame, fonts, history, first, seconds);  // below the curves, which reach there in impacts
   if (!(levels.peak > 0))
     draw_curve(draw, frame, history, first, IM_COL32(226, 230, 236, 110), 0.7f * stroke(fonts),
                [](const PlotPoint& p) { return p.holds; });
@@ -364,18 +364,12 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
                [](const PlotPoint& p) { return p.applied; });
   draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
              [](const PlotPoint& p) { return -p.friction; });
-  draw_snaps(draw, frame, fonts, history, first, seconds);
   if (history.size() > first) {
     const PlotPoint& peak = history[find_peak(history, first)];
     const double height = static_cast<double>(-peak.friction);
-    if (std::abs(height) > 0.05) {
-      const std::string text = fmt::format("{:.2f} N", std::abs(height));
-      if (height <= ranges.force.high) {
-        frame.mark(static_cast<double>(peak.time), height, colours::text, text);
-      } else {
-        frame.name_above(static_cast<double>(peak.time), colours::text, text);
-      }
-    }
+    if (std::abs(height) > 0.05)
+      frame.mark(static_cast<double>(peak.time), height, colours::text,
+                 fmt::format("{:.2f} N", std::abs(height)));
   }
   frame.unclip();
   draw_legend(draw, fonts, frame, area, entries);

@@ -152,15 +152,12 @@ class RoomWindow {
   }
 
   float content_scale() const {
-    if (options_.picture.scale > 0) return static_cast<float>(options_.picture.scale);
     float x = 1, y = 1;
     glfwGetWindowContentScale(window_.get(), &x, &y);
-    // Limits the display scale to what the panels have room for, in steps of a quarter, since each change
-    // rebuilds the fonts.
+    if (options_.picture.scale > 0) x = static_cast<float>(options_.picture.scale);
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_.get(), &width, &height);
-    const float fits = std::min(static_cast<float>(width) / 640, static_cast<float>(height) / 480);
-    return std::clamp(std::min(x, std::floor(4 * fits) / 4), 0.75f, 4.0f);
+    return fitting_scale(x, width, height);
   }
 
   void take_news() {
