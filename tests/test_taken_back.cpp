@@ -615,8 +615,7 @@ namespace {
 /// State of an infinite brush of 24 cohorts, and its part of the saved state. `size`: bytes of that part.
 struct ForgedBrush {
   ForgedBrush(const Material& material, std::size_t size)
-      : patch(material, infinite_options().with_axes(2).with_resolution(4)),
-        part(patch.batch.state_size() - size) {
+      : patch(material, infinite_options(4.0)), part(patch.batch.state_size() - size) {
     patch.step(1.3 * dbar, 0.2 * dbar, 0.75);
     patch.step(-0.4 * dbar, 0.1 * dbar, 0.75);
   }
@@ -705,7 +704,7 @@ TEST_CASE("The hash of an infinite brush sees when its bristles were born", "[st
 }
 
 TEST_CASE("An infinite brush that is lifted stores nothing", "[cohorts][energy]") {
-  OnePatch patch(redrawn(), infinite_options().with_resolution(1).with_outputs(bristle::Outputs::all));
+  OnePatch patch(redrawn(), infinite_options(1.0).with_outputs(bristle::Outputs::all));
   for (int k = 0; k < 300; ++k) patch.step(0.03 * dbar, 0.004 * dbar * (k % 9), 0.7);
   const double stored = patch.energy();
   CHECK(patch.step(0.0, 0.0, 0.0).contact_loss == Approx(stored).epsilon(1e-12));

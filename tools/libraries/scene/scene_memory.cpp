@@ -66,7 +66,9 @@ class Probe {
   }
 
   const Scene& scene_;
-  std::map<std::tuple<std::size_t, bool, std::uint32_t, int, bristle::Precision, double, double>, Bytes>
+  std::map<
+      std::tuple<std::size_t, bool, std::uint32_t, int, bristle::Precision, std::uint32_t, double, double>,
+      Bytes>
       known_;
 };
 
