@@ -91,7 +91,8 @@ inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_brist
   o.bristles = 0;
   const unsigned kind = input.choice(16);
   if (kind % 4 == 1) o.resolution = 2.0;
-  if (kind >= 14) o.resolution = input.number(4.0);
+  if (kind == 14) o.resolution = input.number(4.0);
+  if (kind == 15) o.cohorts = input.byte();
   return o;
 }
 
