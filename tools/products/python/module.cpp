@@ -69,8 +69,7 @@ void finish_function(py::handle member) {
 }
 
 /// Makes the base of all classes, which pybind11's modules share, raise TypeError where an object is made of
-/// it. pybind11 ends the process instead, also for `x.__reduce__()`, which calls it. A class without a
-/// constructor says where its objects come from.
+/// it. pybind11 ends the process instead, also for `x.__reduce__()`, which calls it.
 void guard_base() {
   static newfunc make = nullptr;
   auto* const base = reinterpret_cast<PyTypeObject*>(py::detail::get_internals().instance_base);
@@ -79,11 +78,6 @@ void guard_base() {
     if (!py::detail::all_type_info(type).empty()) return make(type, arguments, keywords);
     PyErr_Format(PyExc_TypeError, "cannot make a '%s'", type->tp_name);
     return nullptr;
-  };
-  base->tp_init = [](PyObject* self, PyObject*, PyObject*) {
-    PyErr_Format(PyExc_TypeError, "cannot make a '%s': functions and methods return such objects",
-                 Py_TYPE(self)->tp_name);
-    return -1;
   };
 }
 
