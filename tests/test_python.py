@@ -610,12 +610,12 @@ motions.displacement[:, 0] = 3e-4
 pad = beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3), bristle.BedShape.disc(6e-3, rings=60), max_normal_load=5.0)
 work = [lambda: batch.step(1e-3, motions, responses), lambda: beds.step([pad], [[5e-4, 0, 0, 0, 0, 5.0]])]
 if {HAS_TOOLS}:
-    work.append(lambda: bristle.run_scene({str(SCENES / "stroke.toml")!r}, steps=400000, out_patches=0))
+    work += [lambda: bristle.run_scene({str(SCENES / "stroke.toml")!r}, steps=400000, out_patches=0)] * 12
 for one in work:
     threading.Thread(target=forever, args=(one,), daemon=True).start()
 time.sleep(0.15)
 """
-        for _ in range(3):
+        for _ in range(8):
             ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
             self.assertEqual((ran.returncode, ran.stderr), (0, ""))
 

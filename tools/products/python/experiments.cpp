@@ -43,13 +43,13 @@ py::dict experiment(const std::string& name, const std::optional<std::vector<std
   cli::Settings settings(experiment.parameters);
   for (const auto& [key, value] : parameters)
     settings.set(py::cast<std::string>(key) + "=" + setting_text(value), "experiment " + name, {"models"});
-  InterruptCheck interrupted;
-  const cli::ExperimentInput input{
-      settings, cli::choose_models(models.value_or(std::vector<std::string>()), "models", &experiment),
-      [&](double) { interrupted(); }};
+  cli::ExperimentInput input{
+      settings, cli::choose_models(models.value_or(std::vector<std::string>()), "models", &experiment)};
   cli::ExperimentResult result;
   {
-    const WithoutLock unlocked;
+    WithoutLock unlocked;
+    InterruptCheck interrupted(unlocked);
+    input.progress = [&](double) { interrupted(); };
     result = cli::run_experiment(experiment, input);
   }
   const py::dict series = series_of(result);

@@ -94,6 +94,18 @@ class WithoutLock {
   WithoutLock(const WithoutLock&) = delete;
   WithoutLock& operator=(const WithoutLock&) = delete;
 
+  /// Calls `use` with the lock. For the thread that released it.
+  template <class Use>
+  void with_lock(const Use& use) {
+    struct Release {
+      WithoutLock& lock;
+      ~Release() { lock.thread_ = PyEval_SaveThread(); }
+    };
+    take_lock_or_sleep([this] { PyEval_RestoreThread(thread_); });
+    const Release release{*this};
+    use();
+  }
+
  private:
   PyThreadState* thread_;
 };

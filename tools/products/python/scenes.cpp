@@ -62,8 +62,8 @@ std::vector<Recorded> make_arrays(std::size_t patches, std::uint64_t steps) {
 cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
                             std::vector<std::string>& names) {
   std::size_t step = 0;
-  InterruptCheck interrupted;
-  const WithoutLock unlocked;
+  WithoutLock unlocked;
+  InterruptCheck interrupted(unlocked);
   return cli::run_scene(run.scene, run.options, [&](const cli::SceneStepper& stepper) {
     if (step == 0) {
       for (std::size_t p = 0; p < arrays.size(); ++p) names.push_back(stepper.copies()[p].name);

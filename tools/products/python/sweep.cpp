@@ -54,14 +54,10 @@ using Rows = cli::SweepRows;
 
 void run_on_threads(Rows& rows, const Study& study, int threads, const std::string& isa) {
   const std::vector<std::uint64_t> indices = rows.missing();
-  const WithoutLock unlocked;
-  const auto check = [] {
-    // Makes a check for Ctrl-C for each thread; Ctrl-C itself reaches only Python's main thread.
-    thread_local InterruptCheck interrupted;
-    interrupted();
-  };
+  WithoutLock unlocked;
+  InterruptCheck interrupted(unlocked);
   cli::run_rows(
-      study, indices, threads, isa, [&](const std::string& row) { rows.add(row); }, check);
+      study, indices, threads, isa, [&](const std::string& row) { rows.add(row); }, [&] { interrupted(); });
 }
 
 py::object columns_of(const Study& study) { return report_of(study.header().at("columns").dump()); }

@@ -1,18 +1,17 @@
 #include "tools/products/python/tools.hpp"
 
-#include <optional>
-
 #include "tools/libraries/files/user_error.hpp"
 
 namespace bristle_python {
 
 void InterruptCheck::operator()() {
+  if (std::this_thread::get_id() != thread_) return;
   const double now = bristle::DeadlineMonitor::wall_now();
   if (now < next_) return;
   next_ = now + 0.1;
-  std::optional<py::gil_scoped_acquire> lock;
-  take_lock_or_sleep([&] { lock.emplace(); });
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  unlocked_.with_lock([] {
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  });
 }
 
 py::object report_of(const std::string& json) { return py::module_::import("json").attr("loads")(json); }

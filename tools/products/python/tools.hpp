@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <thread>
 
 #include "tools/products/python/module.hpp"
 
@@ -10,11 +11,14 @@ namespace bristle_python {
 /// Check for Ctrl-C, which ends long work that runs without the interpreter's lock.
 class InterruptCheck {
  public:
+  explicit InterruptCheck(WithoutLock& unlocked) : unlocked_(unlocked) {}
   /// Throws Python's KeyboardInterrupt if Ctrl-C was pressed. Cheap, since it takes the interpreter's lock
-  /// only ten times a second.
+  /// only ten times a second. Does nothing on other threads than the one that made the check.
   void operator()();
 
  private:
+  WithoutLock& unlocked_;
+  const std::thread::id thread_ = std::this_thread::get_id();
   double next_ = 0.0;  ///< time of the next check, s by the monotonic clock
 };
 
