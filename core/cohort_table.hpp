@@ -188,7 +188,8 @@ struct CohortKernels {
   /// reach. For laws without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the pairs of cohorts whose merging costs least (Partner, kernels/cohort_parts.hpp), to make room
-  /// for more cohorts. Returns twice the energy lost. Index: 1 for laws that age.
+  /// for more cohorts. Returns twice the energy that merging
+  /// loses. Has two variants: [0] for laws without ageing, [1] for laws that age.
   double (*make_room[2])(const CohortLaw&, CohortState&, double* rows, const double at[2],
                          const CohortTimes&);
   /// Computes the mass whose rank is above `cut`, and the mass per rank at `cut`. A falling load removes the

@@ -186,7 +186,8 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  // Skips the ranks (order of contact): until the load rises on an existing contact, cohorts have all ranks.
+  // Leaves ranks (the order in which bristles come into contact) as they are: until the load rises on an
+  // existing contact, every cohort has bristles of all ranks.
   if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);

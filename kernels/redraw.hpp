@@ -314,8 +314,9 @@ template <class T, std::uint32_t together, class Lengths>
   }
 }
 
-/// Advances one vector by a round. Bristles with `rest` >= 0 keep the sampled length if it reaches to the end
-/// of the path, or snap again after the path `way`. Returns whether any bristle snaps again.
+/// Gives a vector of bristles that have just snapped their next snap lengths, `drawn`. `rest` is the path
+/// left to the end of the step; bristles with `rest` < 0 have not snapped. A bristle whose path `way` to the
+/// next snap exceeds `rest` sticks to the end; any other snaps again. Returns whether any snaps again.
 template <class T, bool sums>
 [[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {

@@ -39,8 +39,9 @@ struct Family {
 
   bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
-  /// Returns the largest spread that Material::validate allows; SnapRule::keep with shared renewal allows few
-  /// short bristles.
+  /// Returns the largest spread of snap lengths that Material::validate allows. The spread is limited further
+  /// for SnapRule::keep with shared renewal, because a wide law has more short bristles than that rule
+  /// allows.
   double widest_allowed() const noexcept {
     const bool few_short = rule == SnapRule::keep && renewal != 0.0;
     switch (law) {

@@ -52,7 +52,7 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // The slide whose length is `run`. The first two fields are for bristles that age.
+  // Describes the straight slide in progress, `run` long. Only bristles that age use the first two fields.
   double run_ageing = 0.0;           ///< age gained per length in the slide (AgedSliding::per_length)
   double run_until = 0.0;            ///< time of the patch at the end of the slide, s
   double direction[2] = {0.0, 0.0};  ///< direction of the slide after its last turn, a unit vector
