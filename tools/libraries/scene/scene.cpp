@@ -77,14 +77,14 @@ Range range_of(const Field& field) {
   return {field.about.least, most, false, field.about.unit};
 }
 
-/// Reads those fields of `to` that pass `chosen(name)` and that the table has a key for.
-template <class Parameters, class Chosen>
-void read_keys(const TomlTable& table, const Chosen& chosen, Parameters& to) {
+/// Reads those fields of `to` that are among `keys` and that the table has a key for.
+template <class Parameters>
+void read_keys(const TomlTable& table, const std::vector<std::string_view>& keys, Parameters& to) {
   bristle::for_each_field<Parameters>([&](const auto& field) {
     auto& value = to.*field.member;
     using Value = std::decay_t<decltype(value)>;
     const std::string_view key = key_of(field.name);
-    if (!chosen(key) || !table.has(key)) return;
+    if (std::find(keys.begin(), keys.end(), key) == keys.end() || !table.has(key)) return;
     if constexpr (std::is_enum_v<Value>)
       value = static_cast<Value>(
           table.choice(key, {field.about.names, field.about.names + field.about.name_count}, 0));
@@ -98,13 +98,12 @@ void read_keys(const TomlTable& table, const Chosen& chosen, Parameters& to) {
   });
 }
 
-/// Reads all fields of `to` that the table has a key for. Refuses other keys than these and `others`.
+/// Reads all fields of `to` that the table has a key for. Refuses other keys than these and `keys`.
 template <class Parameters>
-void read_fields(const TomlTable& table, std::vector<std::string_view> others, Parameters& to) {
-  bristle::for_each_field<Parameters>([&](const auto& field) { others.push_back(key_of(field.name)); });
-  table.allow(others);
-  read_keys(
-      table, [](std::string_view) { return true; }, to);
+void read_fields(const TomlTable& table, std::vector<std::string_view> keys, Parameters& to) {
+  bristle::for_each_field<Parameters>([&](const auto& field) { keys.push_back(key_of(field.name)); });
+  table.allow(keys);
+  read_keys(table, keys, to);
 }
 
 bristle::Material read_bristle_parameters(const TomlTable& table) {
@@ -204,8 +203,7 @@ class Names {
 /// Reads a patch's keys population, resolution and cohorts. Refuses those that the chosen population does not
 /// use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
-  read_keys(
-      table, [](std::string_view key) { return key == "population"; }, o);
+  read_keys(table, {"population"}, o);
   o.population = bristle::choose_population(material, o);
   if (o.population != bristle::Population::infinite) {
     for (const char* key : {"resolution", "cohorts"})
@@ -224,8 +222,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail(
         "resolution",
         fmt::format("is {}; allowed: 0 (automatic), or 1 to 128 pieces per mean snap length", o.resolution));
-  read_keys(
-      table, [](std::string_view key) { return key == "cohorts"; }, o);
+  read_keys(table, {"cohorts"}, o);
   if (o.cohorts > 0 && o.cohorts < 8)
     table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
 }
@@ -268,12 +265,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
-  read_keys(
-      table,
-      [](std::string_view key) {
-        return key == "bristles" || key == "axes" || key == "precision" || key == "seed";
-      },
-      o);
+  read_keys(table, {"bristles", "axes", "precision", "seed"}, o);
   for (const std::string& output : table.texts("outputs")) {
     if (output == "mean") {
       o.outputs = o.outputs | bristle::Outputs::mean;
