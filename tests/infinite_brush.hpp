@@ -23,14 +23,13 @@ inline Material with_rubbing(const SnapLength& law, const Rubbing& r) {
       .with_shared_renewal(r.renewal);
 }
 
-inline PatchOptions infinite_options(double resolution = 0.0, std::uint32_t cohorts = 0, int axes = 2) {
+inline PatchOptions infinite_options(double resolution = 0.0, int axes = 2) {
   return PatchOptions{}
       .with_max_normal_load(load_n)
       .with_axes(axes)
       .with_outputs(Outputs::all)
       .with_population(bristle::Population::infinite)
-      .with_resolution(resolution)
-      .with_cohorts(cohorts);
+      .with_resolution(resolution);
 }
 
 /// Returns the mean deflection of the paper's brush in steady sliding, m2 / (2 m1) of the law, in `dbar`.

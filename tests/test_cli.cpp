@@ -408,8 +408,6 @@ patch    | bristles              | bristels            | :12: [[patch]] 'tip': u
 motion   | [[motion]]            | [[movement]]        | :13: unknown key 'movement'
 patch    | bristles = 100        | population = "finite" | :12: [[patch]] 'tip': population is 'finite' | representatives | infinite
 patch    | bristles = 100        | population = "infinite"; resolution = 0.5 | :13: [[patch]] 'tip': resolution is 0.5; allowed: 0 (automatic), or 1 to 128
-patch    | bristles = 100        | population = "infinite"; cohorts = 513 | :13: [[patch]] 'tip': cohorts is 513 | 0 to 512
-patch    | bristles = 100        | population = "infinite"; cohorts = 7 | :13: [[patch]] 'tip': cohorts is 7; allowed: 0 (automatic), or 8 to 512
 patch    | bristles = 100        | population = "representatives"; resolution = 8 | :13: [[patch]] 'tip': resolution is for population = "infinite"
 scene    | dt = 1e-3             | dt = 0              | :3: [scene] 'small': dt is 0 | more than 0
 scene    | dt = 1e-3             | dt = -1.0           | :3: | dt is -1
@@ -502,12 +500,12 @@ TEST_CASE("An infinite patch in a scene slides with the kinetic coefficient, and
   CHECK_THAT(outcome.out, Contains("infinite, resolution 8"));
   CHECK_THAT(outcome.out, Contains("noise of single bristles"));
 
-  replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nresolution = 16\ncohorts = 128");
+  replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nresolution = 16");
   const json finer = run_report(folder, "run '" + folder.write("finer.toml", s.text()) + "'");
   CHECK(finer["patches"][0]["resolution"] == 16.0);
   CHECK(finer["patches"][0]["memory_bytes"] != patch["memory_bytes"]);
   CHECK(finer["state_hash"] != report["state_hash"]);
-  replace(s.patch, "population = \"infinite\"\nresolution = 16\ncohorts = 128", "bristles = 100");
+  replace(s.patch, "population = \"infinite\"\nresolution = 16", "bristles = 100");
   const json representatives = run_report(folder, "run '" + folder.write("n.toml", s.text()) + "'");
   CHECK(representatives["patches"][0]["population"] == "representatives");
   CHECK(representatives["patches"][0]["resolution"].is_null());

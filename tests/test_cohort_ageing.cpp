@@ -58,8 +58,7 @@ double growth(const Ageing& a, double age) {
 // ------------------------------------------------------- comparison with the reference tables of tests/data
 
 AgedBrush brush_of(const Row& row, double resolution) {
-  return AgedBrush(aged(reference_law(row.at("dist")), number(row, "beta")),
-                   infinite_options(resolution, resolution > 8.0 ? 512 : 0));
+  return AgedBrush(aged(reference_law(row.at("dist")), number(row, "beta")), infinite_options(resolution));
 }
 
 /// Largest error for each law, by its name, at one resolution.
@@ -243,7 +242,7 @@ TEST_CASE("The peak after a hold is that of quadrature, in both forms of ageing"
   for (const Ageing& ageing : {Ageing::logarithmic(0.1, tau), Ageing::saturating(0.3, tau)}) {
     for (double hold : {0.3, 1.0, 10.0}) {
       for (double speed : {0.1, 1.0}) {
-        AgedBrush brush(aged(uniform, ageing), infinite_options(32.0, 512));
+        AgedBrush brush(aged(uniform, ageing), infinite_options(32.0));
         const double kinetic = brush.step(1000.0, 1000.0 / speed);
         brush.hold(hold);
         double peak = 0.0;
@@ -262,11 +261,11 @@ TEST_CASE("Friction falls by beta per e-fold of speed and its peak grows by 2 be
   for (const SnapLength& law : {lognormal, uniform}) {
     // Expected changes are to first order in beta times a logarithm, over the kinetic force without ageing.
     const auto slide = [&](double speed) {
-      AgedBrush brush(aged(law, beta), infinite_options(32.0, 512));
+      AgedBrush brush(aged(law, beta), infinite_options(32.0));
       return brush.step(3000.0, 3000.0 / speed);
     };
     const auto peak = [&](double hold) {
-      AgedBrush brush(aged(law, beta), infinite_options(32.0, 512));
+      AgedBrush brush(aged(law, beta), infinite_options(32.0));
       brush.step(3000.0, 300.0);
       brush.hold(hold);
       double largest = 0.0;
@@ -287,7 +286,7 @@ TEST_CASE("The error of an infinite brush that ages falls with the square of its
     const auto run = [&](double resolution) {
       std::vector<double> forces;
       for (const int cuts : {1, 2, 3}) {
-        AgedBrush brush(aged(law, Ageing::logarithmic(0.1, 0.1)), infinite_options(resolution, 512));
+        AgedBrush brush(aged(law, Ageing::logarithmic(0.1, 0.1)), infinite_options(resolution));
         for (const Leg& leg : journey) {
           for (int i = 0; i < cuts; ++i) brush.step(leg.dx / cuts, leg.dy / cuts, leg.seconds / cuts);
           forces.push_back(brush.x());
@@ -347,8 +346,8 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
       const auto rubbed = [&](const Material& m) {
         return Material(m).with_residual_length(0.4 * renewal * dbar).with_shared_renewal(renewal);
       };
-      AgedBrush brush(rubbed(aged(short_laws[law], at_once)), infinite_options(8.0, 256));
-      AgedBrush longer(rubbed(plain_material(long_laws[law], SnapRule::redraw)), infinite_options(16.0, 256));
+      AgedBrush brush(rubbed(aged(short_laws[law], at_once)), infinite_options(8.0));
+      AgedBrush longer(rubbed(plain_material(long_laws[law], SnapRule::redraw)), infinite_options(16.0));
       for (const Leg& leg : journey) {
         for (int i = 0; i < 4; ++i) {
           // Leaves out rests, after which newborn bristles begin a cohort of their own.
@@ -460,7 +459,7 @@ TEST_CASE("The mean force of one long step is that of bristles which ageing has 
     const auto moment = [&](int k) { return law.moment(k) * std::pow(2.0 / dbar, k); };
     const double m1 = moment(1), m2 = moment(2), f = m2 / (2.0 * m1);
     for (const double path : {80.0, 160.0}) {
-      AgedBrush brush(aged(law, at_once), infinite_options(16.0, 512));
+      AgedBrush brush(aged(law, at_once), infinite_options(16.0));
       brush.step(path, 0.0, 1.0);
       INFO(to_string(law.law()) << ", " << path << " lengths");
       const double integral = 0.5 * m2 + f * (path - m1) + f * f - moment(3) / (3.0 * m1);

@@ -32,8 +32,8 @@ const KernelTable& table_of(const std::string& isa) {
 struct OpenBrush {
   OpenBrush(const SnapLength& law, double resolution, std::uint32_t capacity) {
     const auto material = compile_material(plain_material(law, SnapRule::redraw));
-    const Patch made =
-        make_cohorts(material, infinite_options(resolution, capacity), table_of(batch.isa()), 0.0);
+    const Patch made = make_cohorts(material, infinite_options(resolution).with_bristles(capacity),
+                                    table_of(batch.isa()), material->material.bristles_in_contact(load_n));
     rows = static_cast<Cohorts*>(made.record);
     id = BatchAccess::add(batch, made);
   }
@@ -257,7 +257,7 @@ TEST_CASE(
   for (const double fallen : {1.0, 0.6})
     for (const double way : {0.3, 0.9, 2.3, 40.0}) {
       INFO("slides of " << way << ", a fall to " << fallen);
-      Brush brush(SnapLength::lognormal(dbar, 0.3), infinite_options(4.0, 16));
+      Brush brush(SnapLength::lognormal(dbar, 0.3), infinite_options(4.0));
       brush.load = 0.5 * load_n;
       for (int k = 0; k < 7; ++k) brush.step(k % 3 == 2 ? -way : way, 0.1 * k * way);
       brush.load *= fallen;

@@ -26,8 +26,8 @@ TEST_CASE("Three million steps of 1e-12 m end where hundred of 3e-8 m do", "[coh
   // Moves both patches along the same path from straight bristles, one in slow steps. Under the exponential
   // law the weakest bristles snap from the start.
   for (const SnapLength& law : {lognormal, SnapLength::exponential(dbar)}) {
-    OnePatch slow = make_brush(law, infinite_options(16.0, 64, 1));
-    OnePatch fast = make_brush(law, infinite_options(16.0, 64, 1));
+    OnePatch slow = make_brush(law, infinite_options(16.0, 1));
+    OnePatch fast = make_brush(law, infinite_options(16.0, 1));
     const int steps = static_cast<int>(test_size(3000000));
     Response a, b;
     for (int i = 0; i < steps; ++i) a = slow.step(1e-12, 0.0, load_n);
@@ -87,7 +87,7 @@ TEST_CASE("Loads that jump by a factor of a million keep force, energy and frict
 TEST_CASE("Tremor of every amplitude keeps its error over hundreds of cycles", "[cohorts][extreme]") {
   const double unit = kinetic(lognormal);
   for (double amplitude : {1e-6, 1e-4, 1e-2, 0.1, 0.5, 1.0, 3.0}) {
-    OnePatch brush = make_brush(lognormal), fine = make_brush(lognormal, infinite_options(32.0, 512));
+    OnePatch brush = make_brush(lognormal), fine = make_brush(lognormal, infinite_options(32.0));
     for (OnePatch* p : {&brush, &fine})
       for (int i = 0; i < 100; ++i) p->step(0.1 * dbar, 0.02 * dbar, load_n);
     double squares = 0.0;

@@ -82,7 +82,7 @@ std::vector<TableCase> table_cases(const char* file) {
 }
 
 Brush make_brush(const TableCase& c, double resolution) {
-  return Brush(with_rubbing(c.law.law, c.rubbing), infinite_options(resolution, 512));
+  return Brush(with_rubbing(c.law.law, c.rubbing), infinite_options(resolution));
 }
 void slide_far(Brush& brush, double ex = 1.0, double ey = 0.0) {
   for (int k = 0; k < 60; ++k) brush.step(0.83 * ex, 0.83 * ey);
@@ -236,7 +236,7 @@ TEST_CASE("A rubbed infinite brush slides with the force of the closed form", "[
       double error[2];
       int k = 0;
       for (double resolution : {8.0, 32.0}) {
-        Brush brush(with_rubbing(law, r), infinite_options(resolution, 512));
+        Brush brush(with_rubbing(law, r), infinite_options(resolution));
         double mean = 0.0, snaps = 0.0;
         const int steps = 400;
         for (int i = 0; i < steps; ++i) brush.step(0.024, 0.007);
@@ -262,7 +262,7 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
   const std::size_t bristles = test_size(60000);
   for (const Rubbing& r : {Rubbing{0.0, 1.0}, Rubbing{0.4, 0.0}, Rubbing{0.4, 1.5}}) {
     RubbedBristles truth(bristles, lognormal_quantile(1.0, 0.3), r.residual, r.renewal, 3);
-    Brush brush(with_rubbing(lognormal, r), infinite_options(16.0, 256));
+    Brush brush(with_rubbing(lognormal, r), infinite_options(16.0));
     std::mt19937 generator(9);
     std::uniform_real_distribution<double> flat(-1.0, 1.0);
     double squares = 0.0;
@@ -323,7 +323,7 @@ TEST_CASE("Long moves in any direction follow every piece of their path, with eq
       for (const double resolution : {8.0, 16.0})
         for (const bristle::IsaInfo& isa : bristle::instruction_sets())
           if (isa.usable)
-            brushes.emplace_back(with_rubbing(law, r), infinite_options(resolution, 64),
+            brushes.emplace_back(with_rubbing(law, r), infinite_options(resolution),
                                  BatchOptions{}.with_isa(isa.name));
       SmallPieces truth(quantiles, r.residual, r.renewal);
       std::mt19937 random(5);
@@ -360,7 +360,7 @@ TEST_CASE("Long moves in any direction follow every piece of their path, with eq
 TEST_CASE("A rubbed contact does not harden; the paper's does", "[cohorts][rubbing][physics]") {
   for (const Rubbing& r : {Rubbing{0.0, 0.0}, Rubbing{0.0, 1.0}, Rubbing{0.4, 1.0}}) {
     for (double share : {0.2, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 5.0}) {
-      Brush brush(with_rubbing(lognormal, r), infinite_options(0.0, 0, 1));
+      Brush brush(with_rubbing(lognormal, r), infinite_options(0.0, 1));
       const double stroke = share * (1.0 + r.residual);
       double first = 0.0, highest = 0.0, tenth = 0.0, last = 0.0;
       for (int k = 1; k <= 1000; ++k) {
@@ -404,7 +404,7 @@ TEST_CASE("A motion in short and in long steps ends with one force, rubbed or no
     for (const Rubbing& r : settings) {
       std::vector<double> forces;
       for (int steps : {1, 10, 100, 1000}) {
-        Brush brush(with_rubbing(law, r), infinite_options(16.0, 512));
+        Brush brush(with_rubbing(law, r), infinite_options(16.0));
         for (int i = 0; i < steps; ++i) brush.step(3.1 / steps);
         for (int i = 0; i < steps; ++i) brush.step(0.0, 2.3 / steps);
         for (int i = 0; i < steps; ++i) brush.step(-0.6 / steps, -0.4 / steps);
@@ -449,10 +449,10 @@ TEST_CASE("A rubbed infinite brush forgets a turn after the path that is solved,
   // After a far step the memory of a turn must be below the error of pieces of 1/8 mean length: 1.5e-3 for
   // the default law, 1e-3 for the exponential.
   const auto error_of = [](const Material& material, double length, double turn) {
-    const auto options = [](double resolution, std::uint32_t cohorts) {
-      return PatchOptions(infinite_options(resolution, cohorts)).with_outputs(Outputs::end);
+    const auto options = [](double resolution) {
+      return PatchOptions(infinite_options(resolution)).with_outputs(Outputs::end);
     };
-    Brush coarse(material, options(8.0, 0)), fine(material, options(64.0, 256));
+    Brush coarse(material, options(8.0)), fine(material, options(64.0));
     double angle = 0.3, largest = 0.0;
     for (int i = 0; i < 12; ++i) {
       angle += i % 2 == 0 ? turn : -turn;
@@ -485,7 +485,7 @@ TEST_CASE(
       out = straight.step(length * 1e-3, 0.0, load_n);
     CHECK(-out.elastic[0] == Approx(friction).epsilon(2e-3));
     for (const double turn : {M_PI / 2.0, 2.5, M_PI}) {
-      OnePatch coarse(usual, infinite_options()), fine(usual, infinite_options(64.0, 512));
+      OnePatch coarse(usual, infinite_options()), fine(usual, infinite_options(64.0));
       for (int i = 0; i < 14; ++i) {
         const double angle = i % 2 == 0 ? 0.3 : 0.3 + turn;
         const double d[2] = {length * 1e-3 * std::cos(angle), length * 1e-3 * std::sin(angle)};
@@ -518,7 +518,7 @@ TEST_CASE("Energy of a rubbed infinite brush balances at the lowest resolutions"
 }
 
 TEST_CASE("Residual and renewal of a sliding infinite brush change live", "[cohorts][rubbing][material]") {
-  Brush brush(lognormal, infinite_options(32.0, 512));
+  Brush brush(lognormal, infinite_options(32.0));
   const auto slide = [&] {
     for (int i = 0; i < 1000; ++i) brush.step(0.02);
     return brush.x();

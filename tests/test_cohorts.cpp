@@ -64,7 +64,7 @@ struct TableErrors {
 
 TableErrors table_errors(const NamedLaw& law, double resolution) {
   TableErrors e;
-  const PatchOptions options = infinite_options(resolution, 512);
+  const PatchOptions options = infinite_options(resolution);
   const auto of_law = [&law](const Row& row) {
     return row.at("dist") == law.name && row.at("variant") == std::string("redraw");
   };
@@ -141,7 +141,7 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
       path.push_back({std::cos(angle), std::sin(angle)});
     }
     const auto forces = [&](double resolution) {
-      Brush brush(law, infinite_options(resolution, 512));
+      Brush brush(law, infinite_options(resolution));
       std::vector<Place> result;
       for (const Place& d : path) {
         brush.step(d.x, d.y);
@@ -198,7 +198,7 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
       for (double turn : {0.0, 1.2, 2.0, 3.1}) {
         const bool wide = law.law() == bristle::SnapLaw::lognormal && law.cv() > 0.9;
         const double length = wide ? 210.0 : law.cv() > 0.9 ? 90.0 : 18.0;
-        Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0, 512));
+        Brush far(rubbed(law, residual)), near(rubbed(law, residual), infinite_options(24.0));
         for (Brush* brush : {&far, &near}) {
           // Moves forth, then back, which leaves cohorts bent in two directions.
           for (int i = 0; i < 300; ++i) brush->step(0.05);
@@ -240,8 +240,8 @@ TEST_CASE("A walk of long and short steps ends each step as small steps and fine
                         {wide, 0.0, 0.4, 3.1},
                         {SnapLength::exponential(dbar), 2.0, 1.5, 0.3}}) {
     const Material material = with_rubbing(w.law, {w.residual, w.renewal});
-    Brush walks(material), near(material, infinite_options(32.0, 512));
-    Brush coarse(material, infinite_options(4.0, 24));
+    Brush walks(material), near(material, infinite_options(32.0));
+    Brush coarse(material, infinite_options(4.0));
     const double kinetic = steady_deflection(w.law, w.renewal);
     double direction = 0.0, worst = 0.0, worst_mean = 0.0, worst_coarse = 0.0;
     for (int i = 0; i < 60; ++i) {
@@ -281,7 +281,7 @@ TEST_CASE("A load jump under the infinite brush follows the tables", "[cohorts][
       const bool doubled = std::string(jump) == "zeta x2";
       const double kinetic =
           number(find_row(summary, {{"dist", law.name}, {"variant", "redraw"}}), "f_kinetic");
-      Brush brush(law.law, infinite_options(32.0, 512));
+      Brush brush(law.law, infinite_options(32.0));
       const double before = doubled ? 0.5 * load_n : load_n;
       brush.load = before;
       for (int k = 0; k < 60; ++k) brush.step(0.83);
@@ -318,11 +318,11 @@ TEST_CASE("Energy of the infinite brush balances at every step, and no step gain
                             .with_residual_length(residual * dbar)
                             .with_shared_renewal(renewal));
   for (const Material& material : materials) {
-    for (std::uint32_t cohorts : {8u, 32u, 0u}) {
+    for (double resolution : {1.0, 3.0, 0.0}) {
       INFO(to_string(material.snap_length.law())
            << ", cv " << material.snap_length.cv() << ", residual " << material.residual_length
-           << ", renewal " << material.shared_renewal << ", cohorts " << cohorts);
-      Brush brush(material, infinite_options(0.0, cohorts));
+           << ", renewal " << material.shared_renewal << ", resolution " << resolution);
+      Brush brush(material, infinite_options(resolution));
       for (int i = 0; i < 3000; ++i) {
         const double s = i % 700 < 350 ? 0.08 : i % 97 == 0 ? 9.0 : 0.6;
         if (i % 3 == 0) brush.load = load_n * (0.5 + 0.4 * flat(generator));
@@ -366,7 +366,7 @@ TEST_CASE("Merging keeps the error of walks that never leave a small region boun
   for (const auto& [name, most] : std::vector<std::pair<std::string, double>>{
            {"winding", 0.2}, {"disc", 1.0}, {"circle", 1.0}, {"figure of eight", 1.0}, {"tremor", 1.0}}) {
     const std::vector<Place> path = made_up_path(name, 3000);
-    Brush fine(law, infinite_options(32.0, 512)), brush(law);
+    Brush fine(law, infinite_options(32.0)), brush(law);
     double squares = 0.0;
     for (const Place& d : path) {
       fine.step(d.x, d.y);
@@ -390,7 +390,7 @@ TEST_CASE("A motion and back within a step is missed, which costs what the law's
     const double most = std::max(1.0 / (deviation * std::sqrt(2.0 * M_PI)), 1.0);  // largest x p(x), or 1
     double largest = 0.0;
     for (double x = 0.1; x < 3.0; x += 0.1) {
-      OnePatch patch(plain_material(law, SnapRule::redraw), infinite_options(64.0, 512, 1));
+      OnePatch patch(plain_material(law, SnapRule::redraw), infinite_options(64.0, 1));
       const double before = patch.step(x * dbar, 0.0, load_n).elastic[0], a = 0.02;
       for (int i = 0; i < 10; ++i) patch.step(0.1 * a * dbar, 0.0, load_n);
       Response out;
@@ -404,8 +404,8 @@ TEST_CASE("A motion and back within a step is missed, which costs what the law's
 
 TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
   // Checks that a million steps of 1e-7 mean lengths give the force of the same path in ten steps.
-  Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
-  Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 64, 1));
+  Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 1));
+  Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 1));
   for (Brush* b : {&slow, &fast})
     for (int i = 0; i < 45; ++i) b->step(0.02);
   for (int i = 0; i < 1000000; ++i) slow.response = slow.patch.step(1e-12, 0.0, load_n);
@@ -420,7 +420,6 @@ TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohort
   CHECK_THROWS_WITH(batch.add(plain_material(SnapLength::single(dbar), SnapRule::redraw), infinite_options()),
                     Catch::Contains("snap_length.cv = 0") && Catch::Contains("representatives"));
   CHECK_THROWS_WITH(batch.add(redraw, infinite_options(0.5)), Catch::Contains("resolution = 0.5"));
-  CHECK_THROWS_WITH(batch.add(redraw, infinite_options(8.0, 7)), Catch::Contains("cohorts = 7"));
   // Checks that the infinite brush accepts a law wider than representatives accept.
   CHECK_NOTHROW(
       batch.add(plain_material(SnapLength::lognormal(dbar, 2.0), SnapRule::redraw), infinite_options()));
@@ -512,8 +511,8 @@ TEST_CASE("An overload at rest divides deflections, and their energy, by itself"
   // no force changes.
   std::mt19937 generator(7);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
-  for (const std::uint32_t cohorts : {8u, 0u}) {
-    Brush brush(SnapLength::lognormal(dbar, 0.3), infinite_options(8.0, cohorts));
+  for (const double resolution : {2.0, 8.0}) {
+    Brush brush(SnapLength::lognormal(dbar, 0.3), infinite_options(resolution));
     for (int k = 0; k < 300; ++k) {
       brush.load = load_n * (k % 10 == 9 ? 1.0 : 0.75 + 0.25 * flat(generator));
       brush.step(0.2 * flat(generator), 0.2 * flat(generator));

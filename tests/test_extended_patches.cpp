@@ -441,7 +441,7 @@ TEST_CASE("A pose reached in one turn or in many gives the same forces", "[exten
   const Material long_bristles = plain_material(SnapLength::single(dbar), SnapRule::keep);
   const Outline outline = Outline::rectangle(0.3 * dbar, 0.1 * dbar, Pressure::uniform, 3, 2);
   const auto turned = [&](int pieces) {
-    Pad pad(long_bristles, contact_of(Population::representatives, 6000).with_cohorts(0), outline, load_n);
+    Pad pad(long_bristles, contact_of(Population::representatives, 6000), outline, load_n);
     for (int i = 0; i < pieces; ++i) pad.step(0.1 * dbar / pieces, 0.05 * dbar / pieces, 1.2 / pieces);
     return pad.response;
   };

@@ -25,8 +25,7 @@ Material in_pieces(Material m) { return m.with_ageing(bristle::Ageing::logarithm
 /// Two brushes on one path: one glides, the other takes its path piece by piece. Lengths are in mean snap
 /// lengths, forces over kinetic friction.
 struct Pair {
-  explicit Pair(const Material& m, double finer)
-      : glides(m), pieces(in_pieces(m), infinite_options(finer, finer > 8.0 ? 512 : 0)) {}
+  explicit Pair(const Material& m, double finer) : glides(m), pieces(in_pieces(m), infinite_options(finer)) {}
 
   void step(double way) {
     const double dx = way * std::cos(direction), dy = way * std::sin(direction);

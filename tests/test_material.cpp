@@ -662,7 +662,7 @@ TEST_CASE("Every field outside its range is refused by name", "[material][coeffi
     options.population = bristle::Population::infinite;
     const std::string name = field.name;
     if constexpr (std::is_arithmetic_v<std::decay_t<decltype(options.*field.member)>>)
-      if (name == "cohorts" || name == "resolution") {
+      if (name == "resolution") {
         INFO(name);
         options.*field.member = static_cast<std::decay_t<decltype(options.*field.member)>>(field.about.most);
         CHECK(add(options) == "(no error)");

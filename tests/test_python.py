@@ -176,8 +176,8 @@ class Arrays(unittest.TestCase):
 class Model(unittest.TestCase):
     def test_an_infinite_patch_is_asked_for_by_keywords(self):
         surface, batch = material(bristle.SnapLength.exponential(DBAR), "redraw"), bristle.PatchBatch()
-        options = bristle.PatchOptions(max_normal_load=LOAD, population="infinite", resolution=16, cohorts=192)
-        self.assertIn("population='infinite', cohorts=192, resolution=16.0", repr(options))
+        options = bristle.PatchOptions(max_normal_load=LOAD, population="infinite", resolution=16)
+        self.assertIn("population='infinite', resolution=16.0", repr(options))
         self.assertIn("infinite", batch.info(batch.add(surface, options))["kernel"])
         with self.assertRaisesRegex(bristle.Error, "resolution = 0.5; allowed is 1 to 128"):
             batch.add(surface, bristle.PatchOptions(population="infinite", resolution=0.5))

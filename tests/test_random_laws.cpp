@@ -231,7 +231,7 @@ double error_under_loads(double cv, double resolution, bool back_and_forth) {
   std::vector<double> quantiles;
   for (int i = 0; i <= 4096; ++i) quantiles.push_back(law.quantile((i + 0.5) / 4097.0) / dbar);
   RankedBristles truth(30000, straight_between(quantiles), 1);
-  Brush brush(law, infinite_options(resolution, 0, 1));
+  Brush brush(law, infinite_options(resolution, 1));
   Random random(3);
   double errors = 0.0, forces = 0.0;
   for (int i = 0; i < 1000; ++i) {
@@ -288,7 +288,7 @@ TEST_CASE("A load drawn anew in each step follows bristles that know who came la
 
 TEST_CASE("Long single strokes harden a brush without renewal", "[cohorts][physics]") {
   // Expected from 300,000 bristles one by one, in strokes of 8 mean lengths: F / kinetic 1.136 after 400.
-  Brush brush(SnapLength::lognormal(dbar, 0.4), infinite_options(0.0, 0, 1));
+  Brush brush(SnapLength::lognormal(dbar, 0.4), infinite_options(0.0, 1));
   for (int i = 0; i < 400; ++i) brush.step(i % 2 == 0 ? 8.0 : -8.0);
   CHECK(std::abs(brush.x()) / kinetic(SnapLength::lognormal(dbar, 0.4)) == Approx(1.136).epsilon(0.02));
 }

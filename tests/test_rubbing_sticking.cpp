@@ -26,7 +26,7 @@ class Held {
         patch_(plain_material(SnapLength::lognormal(dbar, 0.31), SnapRule::redraw)
                    .with_residual_length((length_ - 1.0) * dbar)
                    .with_shared_renewal(renewal),
-               infinite_options(0.0, 0, axes).with_outputs(Outputs::end)) {
+               infinite_options(0.0, axes).with_outputs(Outputs::end)) {
     for (int i = 0; i < 400; ++i) move(0.05);
     kinetic_ = force_;
   }

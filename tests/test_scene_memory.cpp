@@ -72,7 +72,7 @@ TEST_CASE("A scene's memory is told before it is taken, within five per cent", "
       {"presliding_length = 1e-5", "bristles = 257\ncount = 500"},
       {"presliding_length = 1e-5", "bristles = 64\ncount = 900"},
       {"presliding_length = 1e-5", "population = \"infinite\"\ncount = 300"},
-      {"presliding_length = 1e-5", "population = \"infinite\"\ncohorts = 512\ncount = 40"}};
+      {"presliding_length = 1e-5", "population = \"infinite\"\nresolution = 20\ncount = 40"}};
   for (const auto& c : cases) {
     CAPTURE(c.material, c.patch);
     const cli::Scene scene = cli::parse_scene(

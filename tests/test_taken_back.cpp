@@ -597,16 +597,15 @@ TEST_CASE("A restored brush that sticks goes on with the force that it had", "[s
 
 TEST_CASE("A state of an infinite brush with other options is refused", "[state][cohorts]") {
   const PatchOptions options =
-      infinite_options().with_axes(2).with_outputs(bristle::Outputs::all).with_cohorts(24).with_resolution(8);
+      infinite_options().with_axes(2).with_outputs(bristle::Outputs::all).with_resolution(8);
   OnePatch patch(redrawn(), options);
   patch.step(0.3 * dbar, 0.0, 0.8);
   const std::vector<std::byte> state = saved_state(patch.batch);
-  PatchOptions others[] = {options, options, options, options, options};
-  others[0].with_resolution(9);
-  others[1].with_cohorts(32);
-  others[2].with_outputs(bristle::Outputs::end);
-  others[3].with_axes(1);
-  others[4].with_max_normal_load(2.0);
+  PatchOptions others[] = {options, options, options, options};
+  others[0].with_resolution(8.1);
+  others[1].with_outputs(bristle::Outputs::end);
+  others[2].with_axes(1);
+  others[3].with_max_normal_load(2.0);
   for (const PatchOptions& other : others)
     CHECK_THROWS_AS(OnePatch(redrawn(), other).batch.restore_state(state), bristle::Error);
 }
@@ -616,7 +615,7 @@ namespace {
 /// State of an infinite brush of 24 cohorts, and its part of the saved state. `size`: bytes of that part.
 struct ForgedBrush {
   ForgedBrush(const Material& material, std::size_t size)
-      : patch(material, infinite_options().with_axes(2).with_cohorts(24)),
+      : patch(material, infinite_options().with_axes(2).with_resolution(4)),
         part(patch.batch.state_size() - size) {
     patch.step(1.3 * dbar, 0.2 * dbar, 0.75);
     patch.step(-0.4 * dbar, 0.1 * dbar, 0.75);
@@ -706,7 +705,7 @@ TEST_CASE("The hash of an infinite brush sees when its bristles were born", "[st
 }
 
 TEST_CASE("An infinite brush that is lifted stores nothing", "[cohorts][energy]") {
-  OnePatch patch(redrawn(), infinite_options().with_cohorts(8).with_outputs(bristle::Outputs::all));
+  OnePatch patch(redrawn(), infinite_options().with_resolution(1).with_outputs(bristle::Outputs::all));
   for (int k = 0; k < 300; ++k) patch.step(0.03 * dbar, 0.004 * dbar * (k % 9), 0.7);
   const double stored = patch.energy();
   CHECK(patch.step(0.0, 0.0, 0.0).contact_loss == Approx(stored).epsilon(1e-12));

@@ -300,7 +300,7 @@ struct Mirror;
 
 BRISTLE_MIRROR_FIELDS(bristle_material, Material, 1);
 BRISTLE_MIRROR_FIELDS(bristle_coefficients, Coefficients, 2);
-BRISTLE_MIRROR_FIELDS(bristle_patch_options, PatchOptions, 1);
+BRISTLE_MIRROR_FIELDS(bristle_patch_options, PatchOptions, 0);
 BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 0, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads));
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
                BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),

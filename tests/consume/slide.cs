@@ -40,7 +40,7 @@ struct PatchOptions {
   public ulong key;
   public uint bristles, seed;
   public int axes;
-  public uint outputs, precision, population, cohorts, reserved;
+  public uint outputs, precision, population;
   public double resolution, lay_angle, lay_limit_ratio, lay_stiffness_ratio, lay_to_over_fro;
 }
 

@@ -33,8 +33,8 @@ class Coefficients(c.Structure):
 class PatchOptions(c.Structure):
     _fields_ = [("struct_size", c.c_size_t), ("max_normal_load", c.c_double), ("key", c.c_uint64),
                 ("bristles", c.c_uint32), ("seed", c.c_uint32), ("axes", c.c_int32), ("outputs", c.c_uint32),
-                ("precision", c.c_uint32), ("population", c.c_uint32), ("cohorts", c.c_uint32), ("reserved", c.c_uint32),
-                ("resolution", c.c_double), ("lay", c.c_double * 4)]
+                ("precision", c.c_uint32), ("population", c.c_uint32), ("resolution", c.c_double),
+                 ("lay", c.c_double * 4)]
 
 
 class Motion(c.Structure):

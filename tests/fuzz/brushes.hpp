@@ -23,11 +23,10 @@ inline void trace(const bristle::Material& m, const bristle::PatchOptions& o) {
       m.snap_length.second_parameter(), static_cast<int>(m.snap_rule), m.residual_length, m.shared_renewal,
       static_cast<int>(m.ageing_form), m.ageing_strength, m.ageing_time, m.speed_strengthening,
       m.bristle_damping);
-  std::fprintf(
-      stderr,
-      "population %d bristles %u axes %d outputs %d precision %d max load %g resolution %g cohorts %u\n",
-      static_cast<int>(o.population), o.bristles, o.axes, static_cast<int>(o.outputs),
-      static_cast<int>(o.precision), o.max_normal_load, o.resolution, o.cohorts);
+  std::fprintf(stderr,
+               "population %d bristles %u axes %d outputs %d precision %d max load %g resolution %g\n",
+               static_cast<int>(o.population), o.bristles, o.axes, static_cast<int>(o.outputs),
+               static_cast<int>(o.precision), o.max_normal_load, o.resolution);
 }
 inline void trace(double dt, const bristle::Motion& m, const bristle::Response& r, double stored) {
   if (!traces()) return;
@@ -91,8 +90,7 @@ inline bristle::PatchOptions any_brush_options(Input& input, unsigned most_brist
   o.bristles = 0;
   const unsigned kind = input.choice(16);
   if (kind % 4 == 1) o.resolution = 2.0;
-  if (kind == 14) o.resolution = input.number(4.0);
-  if (kind == 15) o.cohorts = input.byte();
+  if (kind >= 14) o.resolution = input.number(4.0);
   return o;
 }
 

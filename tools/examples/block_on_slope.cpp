@@ -30,8 +30,7 @@ struct Engine {
                                 bristle::PatchOptions{}
                                     .with_max_normal_load(20.0)
                                     .with_population(bristle::Population::infinite)
-                                    .with_resolution(4)
-                                    .with_cohorts(24),
+                                    .with_resolution(4),
                                 bristle::KeyedOptions{}.with_capacity(64)};
   bristle::MovingBody<3> block;  // moves along x, along y, and about the normal
   double position[3] = {0.0, 0.0, 0.0};

@@ -8,8 +8,7 @@ int main() {
   const auto options = bristle::PatchOptions{}
                            .with_max_normal_load(50.0 /* N */)
                            .with_population(bristle::Population::infinite)
-                           .with_resolution(4)
-                           .with_cohorts(24);
+                           .with_resolution(4);
   bristle::KeyedPatches patches(batch, bristle::Material{}, options,
                                 bristle::KeyedOptions{}.with_capacity(1000));  // allocates all memory
   batch.warm_up();

@@ -25,8 +25,7 @@ struct ContactOptions {
   bristle::PatchOptions patch = bristle::PatchOptions{}
                                     .with_max_normal_load(10.0)
                                     .with_population(bristle::Population::infinite)
-                                    .with_resolution(4)
-                                    .with_cohorts(24);
+                                    .with_resolution(4);
   /// Largest motion of a contact point in one step, m, seen from its body, in MuJoCo from the smaller geom; a
   /// point that moves farther counts as a new contact.
   double reach = 0.01;

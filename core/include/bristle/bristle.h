@@ -278,9 +278,7 @@ typedef struct bristle_patch_options {
   uint32_t outputs;    /**< BRISTLE_OUTPUT_... */
   uint32_t precision;  /**< BRISTLE_PRECISION_... */
   uint32_t population; /**< BRISTLE_POPULATION_... */
-  uint32_t cohorts;    /**< infinite: largest number of cohorts, 8 to 512; 0 = automatic */
-  uint32_t reserved;   /**< 0 */
-  double resolution;   /**< infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic */
+  double resolution;   /**< infinite: accuracy, in pieces of path per mean snap length, 1 to 128; 0 = 8 */
   bristle_lay lay;
 } bristle_patch_options;
 

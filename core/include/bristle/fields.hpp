@@ -154,7 +154,6 @@ constexpr Field<Owner, Value> field(const char* name, Value Owner::*member, cons
   FIELD(population, one_of(population_names,                                                               \
                            "automatic: infinite where the law allows it and no number of bristles is "     \
                            "named; infinite: a list of cohorts, without noise"))                           \
-  FIELD(cohorts, number("", 0.0, 512.0, "Infinite: most cohorts, 8 to 512; 0 = automatic."))               \
   FIELD(resolution, number("", 0.0, 128.0,                                                                 \
                            "Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8).")) \
   FIELD(lay, part("Direction of the surface: a Lay."))

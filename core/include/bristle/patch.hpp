@@ -97,12 +97,12 @@ struct PatchOptions {
   std::uint64_t key = 0;   ///< the caller's key of the contact, which together with `seed` determines the
                            ///< random renewals
   Population population = Population::automatic;
-  std::uint32_t cohorts = automatic;  ///< Population::infinite: largest number of cohorts of the patch, 8 to
-                                      ///< 512
 
-  /// Population::infinite: number of pieces of path per mean snap length, 1 to 128; automatic: 8. Computing
-  /// time grows with it. In sliding the error falls with its square until cohorts merge. Under a load that
-  /// changes at random the rms error is below 2 % (lognormal, cv 0.3), 6 % (cv 1): test_random_laws.
+  /// Population::infinite: accuracy, as the number of pieces of path per mean snap length, 1 to 128;
+  /// automatic: 8. The largest number of cohorts grows with its square: under a smooth law 24 at 4, 96 at 8,
+  /// 384 at 16, never above 512. Time and memory grow with both, and in sliding the error falls with the
+  /// square. With 8, under a load that changes at random, the rms error is below 2 % (lognormal, cv 0.3) or
+  /// 6 % (cv 1): test_random_laws.
   double resolution = automatic;
   Lay lay;  ///< direction of the surface, in the patch's axes (for an outline in those of the surface); fixed
 
@@ -113,7 +113,6 @@ struct PatchOptions {
   PatchOptions& with_precision(Precision value) { return detail::set(*this, precision, value); }
   PatchOptions& with_seed(std::uint32_t value) { return detail::set(*this, seed, value); }
   PatchOptions& with_population(Population value) { return detail::set(*this, population, value); }
-  PatchOptions& with_cohorts(std::uint32_t count) { return detail::set(*this, cohorts, count); }
   PatchOptions& with_resolution(double pieces) { return detail::set(*this, resolution, pieces); }
   PatchOptions& with_lay(const Lay& value) { return detail::set(*this, lay, value); }
   PatchOptions& with_key(std::uint64_t value) { return detail::set(*this, key, value); }

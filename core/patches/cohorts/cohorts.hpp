@@ -176,6 +176,8 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 /// Whether bristles of this material can be computed as infinitely many (an infinite brush).
 bool allows_cohorts(const Material& material) noexcept;
 
+/// Makes an infinite brush out of contact. With `zeta_max` above 0 it replaces a patch whose options these
+/// are: `options.bristles` is then the largest number of cohorts, which stays.
 Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double zeta_max);
 

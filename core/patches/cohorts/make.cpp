@@ -79,8 +79,6 @@ void check(const Material& material, const PatchOptions& options) {
   if (options.resolution != 0.0)
     require_within(where, "resolution", options.resolution, 1.0, highest_resolution,
                    "pieces per mean snap length; 0 = automatic");
-  if (options.cohorts != 0)
-    require_within(where, "cohorts", options.cohorts, 8, most_cohorts, "(0 = automatic)");
 }
 
 /// Finds the shortest step whose direction alone determines the mean deflection at its end: the length h at
@@ -89,6 +87,17 @@ double find_long_step(double kinetic, double square, double share) noexcept {
   const double lowest = 0.25 * kinetic / share;
   const double root = lowest * lowest - 0.5 * square / share;
   return lowest - (root > 0.0 ? std::sqrt(root) : 0.0);
+}
+
+/// Returns the largest number of cohorts of a new patch: in proportion to the pieces of a mean snap length,
+/// whose number depends on the law, and to the resolution once more, so that merging and pieces cause errors
+/// of one order.
+std::uint32_t choose_capacity(const Cohorts& r) noexcept {
+  const double finer = r.options.resolution / default_resolution;
+  const double pieces = r.law.mean / r.law.piece;
+  const double most = std::min<double>(most_cohorts, 256.0 * finer);
+  const double wanted = std::clamp(default_cohorts / default_resolution * pieces * finer, 24.0, most);
+  return (static_cast<std::uint32_t>(wanted) + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
 }
 
 }  // namespace
@@ -138,7 +147,6 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.options = options;
   if (options.resolution == 0.0) made.options.resolution = default_resolution;
   made.pieces = static_cast<std::uint32_t>(std::ceil(made.options.resolution));
-  made.options.bristles = made.pieces;
   made.first_seed = options.seed;
   made.endless = true;
   made.full_weight =
@@ -173,11 +181,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.chord_share = (1.0 + made.law.residual * made.law.snap_rate * (1.0 + made.law.renewal)) / 12.0;
   made.long_step = find_long_step(kinetic, square, 1.0 / 12.0);
   set_pieces(made);
-  double capacity = options.cohorts;
-  if (options.cohorts == 0)
-    capacity = std::clamp(default_cohorts / 8.0 * made.law.mean / made.law.piece, 24.0, 256.0);
-  made.capacity = (static_cast<std::uint32_t>(capacity) + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
-  made.options.cohorts = made.capacity;
+  made.capacity = zeta_max > 0.0 ? options.bristles : choose_capacity(made);
+  made.options.bristles = made.capacity;
 
   Cohorts* r = make_record(std::move(material), made);
   r->glides = !r->ages();

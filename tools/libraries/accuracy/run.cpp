@@ -188,7 +188,6 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
     o.population =
         setting.is_infinite() ? bristle::Population::infinite : bristle::Population::representatives;
     o.resolution = setting.resolution;
-    o.cohorts = 0;
     o.outputs = setting.mean || p.is_carried() ? Outputs::mean : Outputs::end;
     if (energy) o.outputs = o.outputs | Outputs::energy;
   }

@@ -45,11 +45,11 @@ SnapshotRow measure(const char* what, const bristle::PatchOptions& contact, cons
 
 std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options) {
   const auto infinite = bristle::PatchOptions{}.with_population(bristle::Population::infinite);
-  return {measure("infinite brush, default", infinite, options),
-          measure("infinite brush, resolution 4, 24 cohorts",
-                  bristle::PatchOptions(infinite).with_resolution(4.0).with_cohorts(24), options),
-          measure("100 bristles", bristle::PatchOptions{}.with_bristles(100), options),
-          measure("1,000 bristles", bristle::PatchOptions{}.with_bristles(1000), options)};
+  return {
+      measure("infinite brush, default", infinite, options),
+      measure("infinite brush, resolution 4", bristle::PatchOptions(infinite).with_resolution(4.0), options),
+      measure("100 bristles", bristle::PatchOptions{}.with_bristles(100), options),
+      measure("1,000 bristles", bristle::PatchOptions{}.with_bristles(1000), options)};
 }
 
 }  // namespace cli

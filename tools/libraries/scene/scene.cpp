@@ -200,15 +200,14 @@ class Names {
   std::map<std::string, std::size_t> index_;
 };
 
-/// Reads a patch's keys population, resolution and cohorts. Refuses those that the chosen population does not
+/// Reads a patch's keys population and resolution. Refuses a resolution that the chosen population does not
 /// use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
   read_keys(table, {"population"}, o);
   o.population = bristle::choose_population(material, o);
   if (o.population != bristle::Population::infinite) {
-    for (const char* key : {"resolution", "cohorts"})
-      if (table.number(key, any_not_negative, 0.0) > 0.0)
-        table.fail(key, "is for population = \"infinite\"; this patch has representatives");
+    if (table.number("resolution", any_not_negative, 0.0) > 0.0)
+      table.fail("resolution", "is for population = \"infinite\"; this patch has representatives");
     return;
   }
   if (material.snap_rule != bristle::SnapRule::redraw)
@@ -222,9 +221,6 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
     table.fail(
         "resolution",
         fmt::format("is {}; allowed: 0 (automatic), or 1 to 128 pieces per mean snap length", o.resolution));
-  read_keys(table, {"cohorts"}, o);
-  if (o.cohorts > 0 && o.cohorts < 8)
-    table.fail("cohorts", fmt::format("is {}; allowed: 0 (automatic), or 8 to 512", o.cohorts));
 }
 
 /// Reads a patch's key `lay` (the direction of grooves in its surface). Refuses options that exclude it.
@@ -261,7 +257,7 @@ ScenePatch read_patch(TomlTable table, const Names& names, const std::vector<Sce
   patch.name = table.name();
   patch.where = table.where();
   table.allow({"name", "material", "max_normal_load", "bristles", "axes", "outputs", "precision", "seed",
-               "count", "population", "resolution", "cohorts", "lay"});
+               "count", "population", "resolution", "lay"});
   patch.material = names.find(table.text("material"), table, "material");
   bristle::PatchOptions& o = patch.options;
   o.max_normal_load = table.number("max_normal_load", {0.0, 1e9, true, "N"});
@@ -496,7 +492,7 @@ void check_all_moved(const Scene& scene) {
 /// Returns the largest number of bristles that a patch may come to have; for an infinite patch, of cohorts
 /// (groups of bristles).
 std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
-  if (options.population == bristle::Population::infinite) return options.cohorts ? options.cohorts : 256;
+  if (options.population == bristle::Population::infinite) return options.resolution > 8.0 ? 512 : 256;
   return options.bristles ? options.bristles : 4096;
 }
 

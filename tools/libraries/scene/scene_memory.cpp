@@ -25,7 +25,7 @@ constexpr std::uint64_t surely_there = 128 << 20;
 std::uint64_t at_most(const bristle::PatchOptions& o) {
   constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
   return o.population == bristle::Population::infinite
-             ? fixed + most_cohort * std::max<std::uint64_t>(o.cohorts, 256)
+             ? fixed + most_cohort * 512
              : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
 }
 
@@ -40,7 +40,7 @@ class Probe {
     const bool infinite = options.population == bristle::Population::infinite;
     if (!infinite && options.bristles > few) options.bristles = few;
     const auto kind = std::tuple(patch.material, infinite, options.bristles, options.axes, options.precision,
-                                 options.cohorts, options.resolution, options.max_normal_load);
+                                 options.resolution, options.max_normal_load);
     const auto [found, is_new] = known_.try_emplace(kind);
     if (is_new) found->second = ask(scene_.materials[patch.material].material, options);
     const auto& [bytes, per_bristle] = found->second;
@@ -66,9 +66,7 @@ class Probe {
   }
 
   const Scene& scene_;
-  std::map<
-      std::tuple<std::size_t, bool, std::uint32_t, int, bristle::Precision, std::uint32_t, double, double>,
-      Bytes>
+  std::map<std::tuple<std::size_t, bool, std::uint32_t, int, bristle::Precision, double, double>, Bytes>
       known_;
 };
 
