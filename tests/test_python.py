@@ -327,6 +327,17 @@ print("alive")
         ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
         self.assertEqual((ran.stdout, ran.stderr), ("alive\n", ""))
 
+    def test_a_class_without_constructor_says_where_its_objects_come_from(self):
+        for name in ("FitEstimate", "FitResult", "PatchGroup", "SceneRun", "SnapLength", "StepReport"):
+            with self.assertRaisesRegex(TypeError, f"cannot make a '.*{name}': functions and methods return such objects"):
+                getattr(bristle, name)()
+        for name, kind in vars(bristle).items():
+            if isinstance(kind, type):
+                try:
+                    kind()
+                except Exception as error:
+                    self.assertNotIn("No constructor", str(error), name)
+
     def test_an_object_that_is_made_is_not_made_again_in_silence(self):
         for thing in (bristle.PatchBatch(), bristle.Material(), bristle.BedMaterial(0.3), bristle.JointMaterial()):
             with self.assertRaisesRegex(TypeError, "__init__ was called on an object that is made already"):

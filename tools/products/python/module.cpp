@@ -91,11 +91,23 @@ void refuse_copies(py::handle type) {
       py::name("__reduce__"), py::is_method(type), "Raises TypeError.");
 }
 
+/// Lets a class without a constructor say where its objects come from.
+void explain_construction(py::handle type) {
+  initproc& init = reinterpret_cast<PyTypeObject*>(type.ptr())->tp_init;
+  if (init != &py::detail::pybind11_object_init) return;
+  init = [](PyObject* self, PyObject*, PyObject*) {
+    PyErr_Format(PyExc_TypeError, "cannot make a '%s': functions and methods return such objects",
+                 Py_TYPE(self)->tp_name);
+    return -1;
+  };
+}
+
 /// Finishes the functions of the module, and the methods and properties of its classes.
 void finish_functions(py::handle owner) {
   for (const auto& [name, member] : py::dict(owner.attr("__dict__"))) {
     if (PyObject_TypeCheck(member.ptr(), py::detail::get_internals().default_metaclass)) {
       refuse_copies(member);
+      explain_construction(member);
       finish_functions(member);
     } else if (py::isinstance<py::staticmethod>(member)) {
       finish_function(member.attr("__func__"));
