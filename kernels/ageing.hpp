@@ -1,11 +1,11 @@
-// Bristles that age: the growth of the snap length, and the place where a bristle snaps while its limit
-// grows.
+// Bristles that age: growth of their snap lengths, and the path to a snap while the limit grows.
 //
-// A bristle of age a (time it has held, in units of Material::ageing_time) snaps at |z| = residual + delta
-// g(a), delta its fresh snap length. In a step the age grows along the path, by `per_length` per length.
-// Because g is concave, |z| less the limit is a convex function of the path, negative at the start; the
-// bristle snaps at one place or not at all. The limit at the end of the step gives a place at or beyond that
-// root; Newton's steps from there approach it and never pass it (core/patches/AGEING.md).
+// A bristle that has been stuck for the age a (in units of Material::ageing_time) snaps at the deflection |z|
+// = residual + delta g(a), with delta its fresh snap length. In a step its age grows in proportion to the
+// path, by `per_length`. Both |z| and the limit change along the path, so the snap is the root of an
+// equation. Because g is concave, |z| less the limit is a convex function of the path, and it is negative at
+// the start: there is at most one snap. Newton's method starts from a path at or beyond the root, which the
+// limit at the end of the step gives, and then never passes the root (core/patches/AGEING.md).
 //
 // The template parameter V is a vector, a bundle of eight vectors, or a plain number.
 #pragma once
@@ -57,9 +57,10 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T, P>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Whether Newton's method needs another iteration, because its error after a correction by `fall` exceeds
-/// rounding. The error is half curve fall^2 / (1 - slope), by the limit's derivatives before the correction.
-/// If the path only just touches the limit, each correction halves the error, which is then at most `fall`.
+/// Returns whether Newton's method needs another iteration, which is where the error left after a correction
+/// by `fall` exceeds rounding. With the limit's derivatives before the correction, that error is half curve
+/// fall^2 / (1 - slope). Where the path only just touches the limit, each correction halves the error, which
+/// is then at most `fall`.
 template <class T, class V>
 inline auto goes_on(V fall, V slope, V curve, V limit) {
   constexpr T accuracy = sizeof(T) == 4 ? T(0x1p-22) : T(0x1p-50);
@@ -77,8 +78,8 @@ struct Bent {
   V along, aside2;
 };
 
-/// Returns the path along the motion after which the deflection is as long as `radius`; 0 if it is that long
-/// or longer at the start.
+/// Returns the path along the motion after which the deflection has grown to `radius`; 0 if it is that long
+/// at the start.
 template <class T, int axes, class V>
 inline V way_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
@@ -86,8 +87,9 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
-/// Returns the path after which an ageing bristle snaps, for the lanes of `open`, by Newton's method from
-/// `way`, a path at or beyond the snap. `delta` is the fresh snap length, `age` the age at the start.
+/// Returns the path after which an ageing bristle snaps, for the lanes of `open`, by Newton's method. `way`
+/// is the path to begin from, at or beyond the snap, `delta` the fresh snap length, `age` the age at the
+/// start of the step.
 template <class T, int axes, class V, class M, class P>
 inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V delta, V age, V way,
                   M open) {
@@ -115,8 +117,8 @@ inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V
   return way;
 }
 
-/// Returns the path between two snaps of a bristle that ages, given its fresh snap length; if that path is
-/// longer than `rest`, any path of at least `rest`.
+/// Returns the path between two snaps of a bristle that ages, from its fresh snap length. A path longer than
+/// `rest`, the path left in the step, need not be exact: the result is then any path of at least `rest`.
 template <class T, class V>
 inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   const V none(T(0));
@@ -126,8 +128,9 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   auto open = rest > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
-    // Bounds the slope of the limit only to keep the divisor positive in lanes without a bristle; in others
-    // the slope is below 0.33 at and beyond the root, for every allowed strength of ageing.
+    // Limits the slope of the limit to 0.75, so that the divisor stays positive in lanes without a bristle.
+    // Bristles never reach that slope: theirs is below 0.33 at and beyond the root, for every allowed
+    // strength of ageing.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);
@@ -136,8 +139,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   return length;
 }
 
-/// Largest number of trials when the bristle at the end of a long slide is sampled; on average at least one
-/// trial in five is accepted.
+/// Largest number of trials in sampling the bristle at the end of a long slide. At least one trial in five is
+/// accepted on average, so the bound only ensures that the loop ends.
 constexpr int most_trials = 1000;
 
 template <class A>
@@ -152,13 +155,13 @@ inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
 }
 
-/// Returns the age, in ageing times, that bristles have gained at `time` since the last rewrite of their
-/// block (`since`).
+/// Returns the age, in ageing times, that bristles have gained between the last rewrite of their block
+/// (`since`) and `time`.
 template <class A>
 inline double age_at(const A& step, double time, double since) {
   return least(most((time - since) * step.ageing_rate, 0.0), oldest);
 }
-/// Ages that bristles have gained since the last rewrite of their block: at the start and at the end of a
+/// Ages that bristles have gained since the last rewrite of their block, at the start and at the end of a
 /// step.
 struct BlockAge {
   double before, after;
@@ -167,7 +170,8 @@ template <class A>
 inline BlockAge age_since(const A& step, double since) {
   return {age_at(step, step.start, since), age_at(step, step.start + step.duration, since)};
 }
-/// Returns a lower bound of the age that bristles will have gained since `since` in every later step.
+/// Returns a lower bound of the age gained since `since`, valid in every later step. A snap limit computed
+/// from it cannot be too high.
 template <class A>
 inline double least_later_age(const A& step, double since) {
   return age_at(step, step.start + step.duration - step.rounding, since);

@@ -1,4 +1,5 @@
-// The kernels of beds for one instruction set. Everything but the table has internal linkage.
+// The kernels of beds for one instruction set. Everything but the table has internal linkage, so that the
+// linker cannot use code of one instruction set in another.
 #include "bed_step.hpp"
 #include "tables.hpp"
 

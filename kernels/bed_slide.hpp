@@ -1,6 +1,6 @@
-// The path of a dragged tip (tractrix) for beds, in two forms. One is for beds that ask only for the end of a
-// step: it needs neither the motion's direction nor exp, and one division. The other is for beds that are
-// stiffer along one axis than along the other.
+// The path of a dragged tip (tractrix) for beds, in two forms that slide.hpp lacks. The cheap form serves
+// beds that are asked only for the force at the end of a step: it needs one division, no exp, and not the
+// motion's direction. The other form serves beds that are stiffer along one axis than along the other.
 #pragma once
 
 #include "slide.hpp"
@@ -14,12 +14,16 @@ struct Dragged {
   V keep, push;
 };
 
-/// Slides a bristle of deflection z at its limit l along a straight motion d, and finds only the deflection
-/// z' at the end. Given are t = x^2 = d^2 / l^2, q2 = 2 z d / l^2 and gap = 1 - z^2 / l^2. Only rounding
-/// makes the gap differ from 0; one Newton step brings z' to the limit. With T = tanh(x / 2) / x, z' = (z (1
-/// - t T^2) + d T (2 + q2 T)) / (1 + t T^2 + q2 T), which is as long as z for every T. T = above / below is a
-/// polynomial with an error of 6e-7 up to t = 1. Four doublings of the argument of tanh reach t = 256;
-/// beyond, tanh is 1.
+/// Slides a bristle of deflection z, bent to its limit l, along a straight motion d, and finds only the
+/// deflection z' at the end. The caller gives t = x^2 = d^2 / l^2, q2 = 2 z d / l^2 and gap = 1 - z^2 / l^2.
+/// With T = tanh(x / 2) / x,
+///
+///   z' = (z (1 - t T^2) + d T (2 + q2 T)) / (1 + t T^2 + q2 T),
+///
+/// which is as long as z for every T, so an inexact T turns the deflection but does not lengthen it. T =
+/// above / below is a quotient of polynomials with an error of 6e-7 up to t = 1. Four doublings of the
+/// argument of tanh reach t = 256; beyond, tanh is 1. The gap is 0 but for rounding, which one Newton step
+/// removes.
 template <class V>
 inline Dragged<V> drag(V t, V q2, V gap) {
   const V one(1.0f), two(2.0f);
@@ -59,24 +63,26 @@ inline Dragged<V> drag(V t, V q2, V gap) {
   return {(one - square) * scale, (above * (two + ahead)) * scale};
 }
 
-/// Motion (x, y) on which an isotropic bristle slides to the end of another one's slide.
+/// Motion (x, y) along which a bristle of equal stiffness in all directions would slide to the same end.
 template <class V>
 struct Course {
   V x, y;
 };
 
-/// Returns the isotropic motion for a bristle of deflection u at its limit whose deflection grows by `gain`
-/// times as much along y as along x. The remaining motion (dx, dy) has the gain in it. A tip slides against
-/// its force, so u turns to the displacement (dx, dy / gain), in place of (dx, dy). With a the displacement's
-/// angle, phi that from u to the displacement, and s the displacement over the limit
+/// Reduces the slide of a bristle that is stiffer along one axis to that of an isotropic bristle, whose path
+/// is known. Its deflection u, at its limit, grows by `gain` times as much along y as along x; the remaining
+/// motion (dx, dy) already has the gain in it. Returns the isotropic motion with the same end.
 ///
-///   dphi/ds = -gain sin(phi) / D,   D = cos(a - phi)^2 + gain sin(a - phi)^2
+/// A tip slides against its force, so u turns towards the displacement (dx, dy / gain). With a the angle of
+/// the displacement, phi the angle from u to the displacement, and s the displacement over the limit,
 ///
-/// The isotropic motion of length x limit with dphi/dx = -sin(phi) has the same end if
+///   dphi/ds = -gain sin(phi) / D,   D = cos(a - phi)^2 + gain sin(a - phi)^2.
 ///
-///   D(0) x = gain s + (1 - gain) (cos(2a - phi) at the end less that at the start),
+/// An isotropic motion of length x limit, along which dphi/dx = -sin(phi), has the same end if
 ///
-/// which Newton's method solves: D at the end is the slope.
+///   D(0) x = gain s + (1 - gain) (cos(2a - phi) at the end less that at the start).
+///
+/// Newton's method solves this for x; D at the end is the slope.
 template <class V>
 inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
   constexpr int iterations = 4;
@@ -105,8 +111,8 @@ inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
     const V c = (one - t * t) * inverse, s = (t + t) * inverse;
     x = most(x - divide(at_end * x - way - lack * (cos2 * c + sin2 * s), slope_at(c, s)), none);
   }
-  // Uses the slope at the start on a short path, where single precision would lose the differences and D
-  // hardly changes.
+  // Takes the slope at the start for a short path: single precision would lose the differences, and D hardly
+  // changes.
   x = select_lanes(V(1e-3f) > over_limit, divide(over_limit, slope_at(cosine, sine)), x);
   const V to = x * limit;
   return {ex * to, ey * to};

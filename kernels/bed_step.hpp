@@ -1,5 +1,5 @@
-// Kernels of beds: a step of all bristles, and the bristles' places under a load or after rolling (BEDS.md in
-// core/beds). E::V is a vector of any width.
+// Kernels of beds (the bristles under an elastic body, core/beds/BEDS.md): a step of all bristles, and the
+// places of bristles when load or rolling change the contact. E::V is a vector of any width.
 #pragma once
 
 #include <limits>
@@ -48,7 +48,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const bool askew = step.gain != 1.0f;
   const bool creeps = all && !carried && step.creeps;
   [[maybe_unused]] constexpr float eps = std::numeric_limits<float>::epsilon();
-  // 0 if the step rewrites all tips relative to roots at zero (BedStep::rolled), otherwise 1.
+  // Factor of the stored tip positions: 0 if the step recomputes all tips, relative to roots at zero
+  // (BedStep::rolled), otherwise 1.
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -69,7 +70,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       kept = at[bed_kept];
     }
 
-    // Reads the deflection of the bristles at the start of the step, and the motion of their roots in it.
+    // Reads the deflections of the bristles at the start of the step and the motion of their roots in it.
     const V tip_x = at[bed_tip_x];
     const V tip_y = at[bed_tip_y];
     V zx, zy, dx(step.motion[0]), dy(step.motion[1]);
@@ -87,7 +88,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Place of a bristle's tip at which the bristle would be straight at the end of the step.
+    // Position of a bristle's tip with which the bristle would be straight at the end of the step.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -101,7 +102,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V hold = limit;
     V limit_over_hold = one;
     if constexpr (drops) {
-      // Gives a bristle that slid its static limit again when the motion turns back.
+      // Gives a bristle that slid its static friction limit again when the motion turns back, because it
+      // sticks then.
       const auto held_less = (at[bed_slid] * kept > none) & (zx * dx + zy * dy >= none);
       hold = select_lanes(held_less, limit, limit * V(step.hold_over_limit));
       limit_over_hold = select_lanes(held_less, one, V(step.limit_over_hold));
@@ -120,7 +122,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     [[maybe_unused]] V way_x = none, way_y = none;  // path of the tip, in a step that creeps
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
-      // Sets the deflections of bristles out of contact to 0, because they hold only rounding errors.
+      // Sets the deflections of bristles out of contact to 0: what they hold is rounding error.
       const auto presses = (carried ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
@@ -128,8 +130,9 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       over_length = divide(one, most(length, smallest));
       const V ex = dx * over_length;
       const V ey = dy * over_length;
-      // Lets a bristle bent beyond its limit, because the limit has fallen in the step, slide at the mean of
-      // its deflection and the new limit. At the end its deflection drops to the new limit.
+      // Handles bristles that are bent beyond their limit because the limit fell in this step. They slide at
+      // the mean of their deflection and the new limit, as the limit falls along the step, and end at the new
+      // limit.
       V reach = hold;
       V slide_limit = limit;
       if constexpr (carried) {
@@ -142,7 +145,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
       V path = least(way_to_slide<float, 2>(start, reach), length);
       if (creeps) {
-        // Lets a bristle that is at its limit, within rounding, slide at once.
+        // Lets a bristle that is within rounding of its limit slide at once.
         const V nearly = reach * V(1.0f - 32.0f * eps);
         path = select_lanes((start.along >= none) & (z2 >= nearly * nearly), none, path);
       }
@@ -160,8 +163,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         }
         const V per_way = divide(one, most(way, smallest));
         if (creeps) {
-          // Moves the tip by the root's motion less the change of the deflection, by turning and by the
-          // limit.
+          // Moves the tip by the motion of the root less the change of the deflection. The deflection changes
+          // by turning and by the limit.
           const V size = most(root(ux * ux + uy * uy), smallest);
           const V ratio = divide(slide_limit, size), change = divide(slide_limit - size, size);
           const V a = ratio * (ux * px + uy * py), b = ratio * (ux * py - uy * px);
@@ -176,7 +179,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
                                                                  reach, slide_limit, px, py, way);
           end.x = select_lanes(slides, slid.x, end.x);
           end.y = select_lanes(slides, slid.y, end.y);
-          // Takes the mean over the isotropic motion for the mean over the displacement.
+          // Takes the mean deflection over the isotropic motion in place of that over the true displacement.
           const V half_path2 = V(0.5f) * path * path, share = left * per_way;
           end.integral_x =
               select_lanes(slides, zx * path + ex * half_path2 + slid.integral_x * share, end.integral_x);
@@ -186,7 +189,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       }
       if constexpr (carried) {
         if (step.rolls) {
-          // Lets a limit that rolling raises grow evenly along the motion.
+          // Lets a friction limit that rises because the bed rolls grow evenly along the motion.
           const V old = at[bed_old_pressure] * limit_of_pressure;
           const V grown = select_lanes((old > none) & (old < limit),
                                        V(0.5f) * divide(old + limit, most(limit, smallest)), one);
@@ -205,7 +208,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       integral_y = end.integral_y;
       lost = end.dissipated;
     } else {
-      // A bristle without a limit has the inverse limit 0 and the stiffness 0, so it never counts as sliding.
+      // Bristles without a limit have 0 for the inverse of the limit and for the stiffness, so they never
+      // count as sliding.
       const V over_limit2 = at[bed_over_pressure2] * V(step.pressure_of_limit2);
       V over_both = over_limit2, over_hold2 = over_limit2;
       if constexpr (drops) {
@@ -223,13 +227,14 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
-        // Bristles take the slow branch if they unload, or if their deflection differs from the limit by more
-        // than 2e-6 of the bed's unit of deflection, four times what rounding may cause.
+        // Selects the bristles that need the slow branch: those that unload, and those whose deflection
+        // differs from the limit by more than 2e-6 of the bed's unit of deflection, four times what rounding
+        // may cause.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
         if (any_rough) {
-          // Lets the tip of a bristle that is within its limit, or that unloads, stick first.
+          // Lets the tip of a bristle stick first if the bristle is within its limit or unloads.
           V share = share_that_sticks(most(gap, none), zd * over_hold2, d2 * over_hold2);
           share = select_lanes(rough & ((gap > none) | unloads), share, none);
           ux = zx + dx * share;
@@ -239,8 +244,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V ud = (ux * dx + uy * dy) * left;
           const V ud2 = ud + ud;
           q2 = select_lanes(rough, ud2 * over_both, q2);
-          // Lets the bristle slide at the mean of limit and deflection if the limit has fallen below the
-          // deflection.
+          // Lets a bristle whose limit fell below its deflection slide at the mean of the two.
           const auto outside = rough & (none > gap);
           if (any_lane(outside)) {
             const V n = root(z2);
@@ -280,8 +284,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       const V n2 = end_x * end_x + end_y * end_y;
       const auto beyond = (n2 > bound * bound * V(1.000001f)) & (k > none);
       if (any_lane(beyond)) {
-        // Reduces a deflection that exceeds its limit to the limit. The bristle has slid, and its limit is
-        // the kinetic one.
+        // Shortens a deflection beyond its limit to the limit. Such a bristle has slid, so its limit is the
+        // kinetic one.
         const V n = root(n2);
         const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);
         end_x = end_x * back;
@@ -352,7 +356,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   }
 }
 
-/// Returns a profile's pressure relative to that at the centre. `inside` is 1 at the centre, 0 at the edge.
+/// Returns the pressure of a profile relative to that at its centre. `inside` is 1 at the centre and 0 at the
+/// edge.
 template <class V>
 inline V pressure_at(BedProfile profile, V inside) {
   if (profile == BedProfile::uniform) return V(1.0f);
@@ -360,8 +365,8 @@ inline V pressure_at(BedProfile profile, V inside) {
   return profile == BedProfile::parabolic ? positive : root(positive);
 }
 
-/// Writes stiffness and pressure of a vector of bristles, both 0 where the pressure is too small for contact.
-/// Returns stiffness x pressure.
+/// Writes stiffness and pressure of a vector of bristles: both 0 where the pressure is too small for contact.
+/// Returns the product of stiffness and pressure.
 template <class E>
 inline typename E::V put_contact(const BedAt<E>& at, typename E::V k, typename E::V pressure) {
   using V = typename E::V;
@@ -415,8 +420,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // Half length of the part of the row in contact, relative to the whole row. Places along the row are
-    // counted towards the leading edge; `sign` swaps the row's ends.
+    // Half length of the part of a row in contact, relative to the whole row. Places along the row are
+    // counted towards the leading edge; `sign` swaps the ends of the row.
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
     V place = at[bed_along] * sign;
@@ -441,8 +446,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
     if constexpr (rolls) {
       at.put(bed_old_pressure, at[bed_pressure]);
-      // Distances of the cell's ends from the leading edge, `near` to `far`. The part nearer than `carried`
-      // has entered the contact in this step.
+      // Distances of the ends of a cell from the leading edge: `near` and `far`. The part of the cell nearer
+      // than `carried` came into contact in this step.
       const V near = edge - high;
       const V far = edge - low;
       const V border = least(most(near, carried), far);

@@ -1,9 +1,11 @@
-// Snap lengths of laws without a cheap quantile function, by a piecewise linear table.
+// Random snap lengths of laws whose quantile function is expensive: a piecewise linear table replaces it.
 //
-// A share u and its distance w from the nearer end of (0, 1) fall into a cell: each octave of w has sixteen
-// cells, separately for the two halves of the law. In a cell the length is a + b w.
-// core/materials/kernel_law.cpp chooses a and b so that each cell has the law's mean and variance. A table of
-// n cells holds n pairs of floats, each pair in the space of a double, then n pairs of doubles.
+// The table is entered with a random share u of the law. Cells are narrow near the ends 0 and 1, where the
+// quantile is steep: with w the distance of u from the nearer end, each octave of w has sixteen cells,
+// separately for the two halves of the law. In a cell the length is a + b w. core/materials/kernel_law.cpp
+// chooses a and b so that each cell has the mean and variance of the law.
+//
+// A table of n cells stores n pairs of floats, each pair in the space of a double, then n pairs of doubles.
 #pragma once
 
 #include <cstring>
@@ -15,7 +17,7 @@
 namespace bristle::detail {
 namespace {
 
-// Number of table cells for half of the law; a share's distance w from its nearer end is 2^-24 to 1/2.
+// Number of table cells for half of the law, for distances w of a share from its nearer end of 2^-24 to 1/2.
 constexpr std::uint32_t cells_of_half = 23 * 16;
 constexpr std::uint32_t cells_of_law = 2 * cells_of_half;
 
@@ -23,7 +25,7 @@ template <class T>
 struct CellBits;
 template <>
 struct CellBits<float> {
-  /// Right shift of a number's bits that leaves the exponent and four bits of the mantissa.
+  /// Right shift that leaves the exponent and four bits of the mantissa, which together number the cell.
   static constexpr int shift = 19;
   static constexpr std::uint32_t first = (127 - 24) * 16;
 };
@@ -46,13 +48,14 @@ inline T length_of_cell(const double* table, T share) {
 }
 
 #if defined(BRISTLE_KERNEL_ISA)
-/// Coefficients of the lines a + b w for a vector of shares, w a share's distance from its nearer end.
+/// Coefficients a and b of the lines a + b w for a vector of shares, with w the distance of a share from its
+/// nearer end.
 template <class T>
 struct CellLines {
   Lanes<T> a, b;
 };
 
-// Vectors are built from single loads, because gather instructions are slower on many processors.
+// Builds vectors from single loads, because gather instructions are slower on many processors.
 typedef double Pairs [[gnu::vector_size(4 * Lanes<float>::size)]];
 typedef float HalfLines [[gnu::vector_size(4 * Lanes<float>::size)]];
 typedef double Numbers [[gnu::vector_size(8 * Lanes<double>::size)]];
@@ -67,7 +70,7 @@ inline CellLines<float> read_lines(const double* table, const std::uint32_t* at)
   const HalfLines b =
       __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
 #elif defined(BRISTLE_ISA_AVX2)
-  // Orders the pairs so that the shuffles stay within 128-bit halves.
+  // Orders the pairs so that shuffles stay within 128-bit halves, which is faster.
   const auto low = (HalfLines)(Pairs{p(0), p(1), p(4), p(5)});
   const auto high = (HalfLines)(Pairs{p(2), p(3), p(6), p(7)});
   const HalfLines a = __builtin_shufflevector(low, high, 0, 2, 8, 10, 4, 6, 12, 14);

@@ -1,5 +1,6 @@
-// The infinite brush's kernel table of one instruction set. Compiled once per set, see CMakeLists.txt;
-// everything but the table has internal linkage.
+// The infinite brush's kernel table of one instruction set, compiled once for each set (CMakeLists.txt).
+// Everything but the table has internal linkage, so that the linker cannot use code of one instruction set in
+// another.
 #include "cohort_step.hpp"
 #include "tables.hpp"
 

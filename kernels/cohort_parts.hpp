@@ -1,5 +1,6 @@
-// Operations on single cohorts: births, joins, merges and removals. The loops over all cohorts are in
-// cohort_pass.hpp.
+// Operations on single cohorts of an infinite brush: births, joins, merges and removals. (A cohort is all
+// bristles that were last straight at one place and have been bent alike since; COHORTS.md in core/patches
+// has the formulas.) The loops over all cohorts are in cohort_pass.hpp.
 #pragma once
 
 #include "core/cohort_table.hpp"
@@ -11,12 +12,14 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-/// Factor on the cost of the cheapest pair of cohorts, up to which a search merges other pairs as well.
+/// Limit on the cost of a merge, as a multiple of that of the cheapest pair. A search for the cheapest pair
+/// is expensive, so it also merges other pairs up to this cost.
 constexpr double merge_margin = 3.0;
-constexpr std::uint32_t merged_at_once = 4;  ///< cohorts per merged pair: a search merges at most count /
-                                             ///< merged_at_once pairs
+/// Cohorts per merged pair: a search merges at most count / merged_at_once pairs.
+constexpr std::uint32_t merged_at_once = 4;
 
-/// Share S(x) of a law's snap lengths that are longer than x, and their moment E[delta; delta < x] below x.
+/// Values of a law of snap lengths at a length x: the share S(x) of bristles with a longer snap length, and
+/// the moment E[delta; delta < x] of those with a shorter one.
 struct Survival {
   double left, moment;
 };
@@ -28,16 +31,18 @@ inline Survival survival_at(const CohortLaw& law, double x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
 }
 
-/// Returns survival_at(x), without looking it up in the table if x is too short for any bristle to snap.
+/// As survival_at(x), but skips the table if x is too short for any bristle to snap, as for cohorts just
+/// born.
 inline Survival young_survival_at(const CohortLaw& law, double x) {
   return x <= law.sure ? Survival{1.0, 0.0} : survival_at(law, x);
 }
 
 inline double square_of(double a) { return a * a; }
 
-// Growth g of snap lengths by ageing, at one age or at a vector of ages (see Material::ageing_factor).
+// Growth factor g of snap lengths by ageing (see Material::ageing_factor), at one age or at a vector of ages.
 
-/// Growth factor g of a snap length at an age in s, and its slope, 1/s, as the fraction g' = rise / run.
+/// Growth factor g of a snap length at an age in s. Its slope g', 1/s, is the fraction rise / run, so that a
+/// caller may choose not to divide.
 template <class V>
 struct StrengthOf {
   V factor, rise, run;
@@ -70,10 +75,11 @@ inline double age_at(const CohortTimes& t, double factor) {
   return (exponential<double>(least(grown, 75.0)) - 1.0) / t.rate;
 }
 
-/// Returns the path left of a piece of motion after the snap of a bristle of fresh length delta: the gap for
-/// which |z - gap e| = l_r + delta g(age - gap / v). Here z would be the deflection at the end of the piece
-/// without the snap: `square` = |z|^2, `along` = z . e, e the direction of motion. Takes g as linear near the
-/// end; the error is of second order in the length of the piece.
+/// Returns the gap: the path that a bristle of fresh snap length delta still moves in a piece after its snap.
+/// The snap is where |z - gap e| = l_r + delta g(age - gap / v), with e the direction of motion, v the speed,
+/// l_r the residual length, and z the deflection that the bristle would have at the end of the piece without
+/// a snap. `square` is |z|^2, `along` is z . e. Takes g as linear near the end, with an error of second order
+/// in the length of the piece.
 template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
@@ -88,25 +94,26 @@ inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, 
   return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// Returns the reach R (the fresh length up to which bristles have snapped) of bristles bent from straight
-/// to `bent` at constant speed; `bent` itself if that is too short for a snap.
+/// Returns the reach R of bristles that were bent from straight to `bent` at constant speed, that is the
+/// fresh snap length up to which they have snapped. Returns `bent` itself if that is too short for any snap.
 template <bool ages>
 inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
-/// A set of cohorts, with one bit for each.
+/// Set of cohorts, with one bit for each.
 struct CohortBits {
   std::uint64_t word[most_cohorts / 64] = {};
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
-  /// Clears the bits of lanes beyond the last cohort: their filler places are so far away that they look like
-  /// cohorts bent beyond their reach.
+  /// Clears the bits of lanes beyond the last cohort. Their filler places are far away, so that they look
+  /// like cohorts bent beyond their reach.
   void forget_lanes_from(std::uint32_t count) {
     if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
   }
-  /// Removes the highest cohort number below `count` from the set and returns it; no_cohort if there is none.
+  /// Removes the highest cohort number below `count` from the set and returns it; returns no_cohort if there
+  /// is none.
   std::uint32_t take_last(std::uint32_t count) {
     for (std::uint32_t w = (count + 63) / 64; w-- > 0;)
       if (word[w] != 0) {
@@ -118,20 +125,21 @@ struct CohortBits {
   }
 };
 
-/// Removes cohorts whose mass is 0, beginning with the last one, so that the cohort that moves into each gap
-/// has mass.
+/// Removes cohorts that have lost all their mass. Begins with the last one, so that the cohort that moves
+/// into a gap is never an empty one.
 template <bool ages>
 inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
   for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
     remove_cohort(s, rows, ages ? births : nullptr, i);
 }
 
-/// Interval of ranks [low, high) (order of coming into contact) that stands for a mixture of intervals: it
-/// has the mixture's mean and variance, and lies inside [0, all).
+/// Interval [low, high) of ranks that stands for a mixture of intervals: it has the mean and variance of the
+/// mixture and lies inside [0, all). The rank of a bristle is the mass that came into contact before it; a
+/// falling load takes the highest ranks out of contact.
 struct Ranks {
   double low, high;
 };
-/// Returns the interval of ranks with this mean and this mean square (`square`), clipped to [0, all).
+/// Returns the interval of ranks with the mean `mean` and the mean square `square`, clipped to [0, all).
 inline Ranks ranks_of(double mean, double square, double all) {
   const double half = root(most(3.0 * (square - mean * mean), 0.25));
   return {most(mean - half, 0.0), least(mean + half, all)};
@@ -141,24 +149,25 @@ inline double rank_square(double low, double high) {
   return (low * low + low * high + high * high) * (1.0 / 3.0);
 }
 
-/// A cohort that is not yet stored in the patch's columns.
+/// Cohort that is not yet stored in the columns of the patch.
 struct Newborn {
   double mass, x, y, reach;
   double rank_mean, rank_square;
   double birth = 0.0;
 };
 
-/// Returns the time of birth of a cohort merged from bristles of different age, so that its growth factor g
-/// of snap lengths is the mean of theirs.
+/// Returns the time of birth of a cohort merged from bristles of different age: the time for which the growth
+/// factor g of snap lengths is the mean of theirs.
 inline double mean_birth(const CohortTimes& t, double birth, double other, double share) {
   const double g = ageing_at(t, most(t.now - birth, 0.0));
   const double of_other = ageing_at(t, most(t.now - other, 0.0));
   return t.now - age_at(t, g + share * (of_other - g));
 }
 
-/// Merges a newborn cohort into cohort i. Conserves mass, first moment and mean reach R (length up to which
-/// bristles have snapped); R is at least the deflection with the patch at `to`. Returns twice the energy
-/// lost. `even`: both were born along a path at constant speed, so that the mean birth fits the mean place.
+/// Merges a newborn cohort into cohort i. Conserves mass, first moment and mean reach R (the length up to
+/// which bristles have snapped); R becomes at least the deflection with the patch at `to`. Returns twice the
+/// energy lost. `even`: both cohorts were born along a path at constant speed, so that the mean time of birth
+/// belongs to the mean place.
 template <bool ages>
 inline double join(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const double to[2], const CohortTimes& times, bool even) {
@@ -186,8 +195,8 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  // Leaves ranks (the order in which bristles come into contact) as they are: until the load rises on an
-  // existing contact, every cohort has bristles of all ranks.
+  // Leaves the ranks unchanged while every cohort has bristles of all ranks, which is so until the load rises
+  // on an existing contact.
   if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -200,7 +209,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
-/// Stores a newborn cohort as cohort i, in a lane that became free or the one behind the last cohort.
+/// Stores a newborn cohort as cohort i, in a lane that became free or in the one behind the last cohort.
 template <bool ages>
 inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const CohortTimes& times) {
@@ -218,9 +227,9 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_high) = ranks.high;
 }
 
-/// Values of a cohort after it is moved to another place of birth while the patch stays: that place, the
-/// reach R from there to the patch, the share S(R) and the moment M(R) at that reach, and the time of birth.
-/// The mass is unchanged.
+/// Values of a cohort whose place of birth is moved while the patch stays: the new place, the reach R from
+/// there to the patch, the survival S(R) and the moment M(R) at that reach, and the time of birth. The mass
+/// is unchanged.
 struct Moved {
   double x, y, reach;
   Survival at;
@@ -258,10 +267,11 @@ inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const C
   entry(rows, i, cohort_moment) = moved.at.moment;
 }
 
-/// Closes the open cohort, the one that newborns join, when it covers a full piece of path. At every second
-/// call it moves this cohort and the one before it apart, until their places have the variance of their
-/// bristles' places: two Gauss points for a straight path. Conserves mass, first and second moment. Returns
-/// twice the energy that the pair cannot store.
+/// Closes the open cohort, the one that newborns join, once it covers a full piece of path. A single place
+/// would stand for the bristles of a whole piece and lose the spread of their places. At every second call
+/// the function therefore moves this cohort and the one before it apart, until their two places have that
+/// variance: Gauss points, for a straight path. Conserves mass, first and second moment. Returns twice the
+/// energy that the pair cannot store.
 template <bool ages>
 inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2],
                          const CohortTimes& times) {
@@ -301,9 +311,9 @@ inline double close_open(const CohortLaw& law, CohortState& s, double* rows, con
   return most(spread - reduced * (wanted - apart), 0.0);
 }
 
-/// Sums from one pass over all cohorts in a piece of path, most of them over the mass that snapped. gap:
-/// path from a bristle's snap to the end of the piece; z: deflection at that end if the bristle had not
-/// snapped.
+/// Sums from one pass over all cohorts in a piece of path, most of them over the mass that snapped. The
+/// letters: gap is the path from a bristle's snap to the end of the piece, z the deflection that the bristle
+/// would have there without the snap.
 struct PieceSums {
   double lost;          ///< mass of the bristles that snapped
   double gap;           ///< sum over the mass that snapped of the gap
@@ -313,21 +323,22 @@ struct PieceSums {
   double ranks, rank_squares;
   double x, y;  ///< sum of mass x place over the mass that did not snap
 
-  /// Mass that did not snap, times the share of the piece along which it could be renewed. For laws with
-  /// renewal only.
+  /// Mass that did not snap, times the share of the piece along which it could be renewed. Only for laws with
+  /// shared renewal.
   double renewable;
   CohortBits emptied;  ///< cohorts that lost all of their mass
 };
 
-/// Hazard with which each eligible bristle is selected for renewal along a piece: kappa times the snaps of
-/// the piece over all bristles. Half of it applies before the snaps, because bristles may be renewed before
-/// they snap (competing risks). Second snaps of newborn bristles within the piece count too.
+/// Hazard of shared renewal in a piece: the rate with which snaps renew an eligible bristle, summed over the
+/// piece. It is kappa times the snaps of the piece, second snaps of newborn bristles included, over all
+/// bristles. Half of it applies before the snaps, because a bristle may be renewed before it snaps (competing
+/// risks).
 struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps of newborn bristles
 };
-// Largest hazard 4 v, v = 1. For exp(-4 v) the kernels take (1 - v + v^2 / 2)^4, which falls only up to v =
-// 1, where it leaves 1/16 of the bristles.
+// Largest hazard 4 v, at v = 1. The kernels replace exp(-4 v) by (1 - v + v^2 / 2)^4, which falls only up to
+// v = 1, where it leaves 1/16 of the bristles.
 constexpr double highest_hazard = 4.0;
 
 template <bool ages>
@@ -340,8 +351,8 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// Adds the sums over renewed bristles to `p`, because renewed and snapped bristles restart as one newborn
-/// cohort. Replaces x and y, because the pass of renewals sums them over all mass that remains.
+/// Adds the sums over renewed bristles to `p`, because renewed and snapped bristles restart together as one
+/// newborn cohort. Replaces x and y, which the pass of renewals has summed over all mass that remains.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -356,12 +367,14 @@ inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   for (std::uint32_t w = 0; w < most_cohorts / 64; ++w) p.emptied.word[w] |= renewed.emptied.word[w];
 }
 
-/// Makes one newborn cohort of the mass that snapped or was renewed along a piece, at its mean place, bent by
-/// l_r. Bristles that snapped a second time (those whose new snap length is below the mean gap) count as one
-/// group. Adds energy and path integral to the sums. `at`: end of the piece; `snapped`: mass that snapped;
-/// `renewed_rate`: renewals of a bristle per length of path. Sets `spread` to mass x variance of the places
-/// where the bristles were straight, which the caller stores. Always inlined, because a result in memory
-/// would be written as numbers and read as pairs, which stalls the processor.
+/// Makes one newborn cohort of the mass that snapped or was renewed along a piece: at its mean place, bent by
+/// the residual length l_r. Bristles whose new snap length is below the mean gap snap a second time in the
+/// piece; they count as one group. Adds energy and path integral to the sums.
+///
+/// `at` is the end of the piece, `snapped` the mass that snapped, `renewed_rate` the renewals of a bristle
+/// per length of path. Sets `spread` to mass x variance of the places where the bristles were straight, which
+/// the caller stores. Always inlined: a result in memory would be written as numbers and read as pairs, which
+/// stalls the processor.
 template <bool rubs, bool ages>
 [[gnu::always_inline]] inline Newborn bear(const CohortLaw& law, PieceSums& p, const CohortMove& a,
                                            double piece, const double at[2], double snapped,
@@ -369,7 +382,7 @@ template <bool rubs, bool ages>
                                            double& spread) {
   const double gap = p.gap / p.lost;
   // Adds the variance of the gap within each cohort, because the sums count all bristles that a cohort lost
-  // with their mean gap.
+  // with one mean gap.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
@@ -392,13 +405,12 @@ template <bool rubs, bool ages>
     gap_gap_left -= again * (gap * gap - left * left);
   }
   if (rubs && renewed_rate > 0.0) {
-    // Newborn bristles are renewed as well, in proportion to the path since their birth, and on average
-    // halfway along this path.
+    // Renews newborn bristles as well, in proportion to the path since their birth, and on average halfway
+    // along this path.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
-    // Uses half of the mean path instead where `half` would make the mean path since the last slip, or its
-    // variance, negative. That happens in a piece as long as a snap length, in which many newborn bristles
-    // are renewed.
+    // Takes half of the mean path where `half` would make the mean path since the last slip, or its variance,
+    // negative. That happens in pieces as long as a snap length, in which many newborn bristles are renewed.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
     if (halved < 0.0 || gap_gap_left - drawn * (3.0 * half * half) < p.lost * (halved * halved))
@@ -410,8 +422,8 @@ template <bool rubs, bool ages>
   }
   spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
   if (a.books) {
-    // Corrects the path integral, which the caller computes as if no bristle snapped: subtracts the part of
-    // lost bristles after their snap and adds that of the newborn cohort.
+    // Corrects the path integral of the deflection, which the caller computes as if no bristle snapped:
+    // subtracts the part of the lost bristles after their snap and adds that of the newborn cohort.
     double of_newborn = 0.5 * (p.gap_gap + gap_gap);
     if (rubs) of_newborn += law.residual * p.gap;
     t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
@@ -438,26 +450,27 @@ template <bool rubs, bool ages>
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
-  // A piece must be short enough that bristles which snapped early in it can survive to its end within the
+  // Lengthens a piece only as far as bristles that snapped early in it can survive to its end: within the
   // longest snap length.
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
                                        : law.piece;
-  // Cuts the path left into two equal pieces, or leaves it whole if at most a fifth longer than `piece`.
+  // Avoids a short last piece: cuts the path left into two equal pieces, or takes it whole if it is at most a
+  // fifth longer than `piece`.
   if (left > 2.0 * piece) return piece;
   return left > 1.2 * piece ? 0.5 * left : left;
 }
 
-/// Two cohorts to merge, and the cost m1 m2 / (m1 + m2) (dX^2 + dR^2), with their masses m1 and m2 and the
-/// differences dX of their places and dR of their reaches. Ageing adds (2 mean dg)^2 to the bracket: the
-/// mean snap length, and the difference dg of their growth factors.
+/// Pair of cohorts to merge and the cost of the merge, m1 m2 / (m1 + m2) (dX^2 + dR^2), with the masses m1
+/// and m2 and the differences dX of their places and dR of their reaches. Ageing adds (2 mean dg)^2 to the
+/// bracket, with dg the difference of their growth factors.
 struct Partner {
   double cost;
   std::uint32_t i, j;
 };
 
-/// Merges two cohorts into the first. Conserves mass, first moment, mean reach R, mean and variance of rank.
-/// Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
+/// Merges two cohorts into the first. Conserves mass, first moment, mean reach R, and mean and variance of
+/// rank. Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
 template <bool ages>
 inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                     std::uint32_t j, const double at[2], const CohortTimes& times) {
@@ -471,7 +484,7 @@ inline double merge(const CohortLaw& law, const CohortState& s, double* rows, st
 }
 
 /// Moves the pairs of cohorts that cost at most merge_margin times the cheapest to the front, the cheapest
-/// first. Returns their number.
+/// first. Returns how many there are.
 inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
   double cheapest = unlimited_cost;
   for (std::uint32_t i = 0; i < count; ++i) cheapest = least(cheapest, pairs[i].cost);
@@ -486,9 +499,9 @@ inline std::uint32_t sort_cheapest(Partner* pairs, std::uint32_t count) {
   return near;
 }
 
-/// Brings straight bristles with the ranks [low, high) into contact, with the patch at `at`. They join the
-/// cohort that entered last, or form a new cohort, for which the caller has made room. Returns twice the
-/// energy lost.
+/// Brings straight bristles with the ranks [low, high) into contact when the load rises, with the patch at
+/// `at`. They join the cohort that came into contact last, or form a new cohort, for which the caller has
+/// made room. Returns twice the energy lost.
 template <bool ages>
 double enter(const CohortLaw& law, CohortState& s, double* rows, const double at[2], double mass, double low,
              double high, bool joins, const CohortTimes& times) {
@@ -503,12 +516,13 @@ double enter(const CohortLaw& law, CohortState& s, double* rows, const double at
   return 0.0;
 }
 
-/// Gives cohort i fresh lengths and keeps the bristles whose length exceeds `bent`. Returns the mass left.
+/// Samples new snap lengths for cohort i and keeps the bristles whose length exceeds `bent`. Returns the mass
+/// left.
 inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double bent) {
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);
   const double mass = whole_part(entry(rows, i, cohort_fresh));
-  // Clamps the mass at 0, because the survival S may be negative by a rounding error at the longest length.
+  // Clamps the mass at 0: at the longest snap length the survival S may be negative by a rounding error.
   const double kept = most(least(whole_part((mass + 0.5) * at.left), mass), 0.0);
   entry(rows, i, cohort_reach) = reach;
   entry(rows, i, cohort_left) = at.left;

@@ -1,4 +1,4 @@
-// The infinite brush: the loops over all cohorts, eight logical lanes at a time. core/patches/COHORTS.md has
+// The loops over all cohorts of an infinite brush, eight logical lanes at a time. core/patches/COHORTS.md has
 // the formulas; births and merges are in cohort_parts.hpp.
 #pragma once
 
@@ -12,7 +12,8 @@ using Vector = Lanes<double>;
 constexpr std::uint32_t vector_size = static_cast<std::uint32_t>(Vector::size);
 constexpr std::uint32_t row_parts = cohort_lanes / vector_size;
 
-/// A sum over cohorts, as one partial sum for each of the eight logical lanes of a row.
+/// Sum over cohorts, stored as one partial sum for each of the eight logical lanes of a row, so that every
+/// vector width adds in the same order.
 struct LaneSum {
   Vector part[row_parts];
 
@@ -28,7 +29,7 @@ struct LaneSum {
   }
 };
 
-/// Coefficients of the survival table's cells, one cell for each argument of a vector.
+/// Coefficients of the survival table for a vector of lengths, each of which lies in a cell of its own.
 struct Cells {
   Vector survival, slope, moment, start;
 };
@@ -45,7 +46,7 @@ struct FourCells {
 /// Loads four cells of the survival table and transposes them into vectors of columns.
 inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
   Four cell[4];
-  // Casts the pointer, because memcpy would go through the stack at 40 more instructions.
+  // Casts the pointer, because memcpy would go through the stack and take 40 more instructions.
   for (int k = 0; k < 4; ++k) cell[k] = *reinterpret_cast<const CellAsFour*>(cells + number[k]);
   const Four a = __builtin_shufflevector(cell[0], cell[1], 0, 4, 2, 6);
   const Four b = __builtin_shufflevector(cell[0], cell[1], 1, 5, 3, 7);
@@ -127,11 +128,12 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct CohortSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  bool books, ranked;  ///< whether the sums for energy and for ranks are asked for; if not, these sums
-                       ///< stay 0
+  /// Whether the caller wants the sums for energy (`books`) and for ranks (`ranked`); those not wanted stay
+  /// 0.
+  bool books, ranked;
 
-  /// Bits of emptied cohorts, set in place, because reading back a copy just written would wait for the
-  /// store.
+  /// Bits of cohorts that lost all their mass. Set in the caller's memory, because a copy just written would
+  /// have to wait for its store before it can be read.
   CohortBits& emptied;
   std::uint32_t first = 0;  ///< number of the first cohort of the row that is being visited
 
@@ -142,8 +144,8 @@ struct CohortSums {
     emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
   }
 
-  /// Adds the losses of the cohorts at `place` to the sums. The cohorts are bent by z at the end of a piece;
-  /// the mass `kept` is left of them, and the mass `left_behind` was lost at a path `g` before the end.
+  /// Adds the losses of the cohorts at `place` to the sums of a piece. At its end the cohorts would be bent
+  /// by z. Of their mass, `kept` is left; `left_behind` was lost at a path `g` before the end.
   template <int axes>
   void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
            Vector left_behind, Vector g) {
@@ -186,22 +188,22 @@ struct CohortSums {
   }
 };
 
-/// Returns the length of the deflection z; with one axis its absolute value, which equals the root to the
-/// last bit.
+/// Returns the length of the deflection z. With one axis that is the absolute value, to the last bit the same
+/// as the root.
 template <int axes>
 inline Vector length_of(Vector zx, Vector square) {
   return axes == 2 ? root<double>(square) : magnitude<double>(zx);
 }
 
-/// Returns the share of a piece along which bristles are bent by more than the residual l_r, so that they can
-/// be renewed. `along` is the deflection along the motion at the end.
+/// Returns the share of a piece along which bristles are bent by more than the residual length l_r, so that
+/// they can be renewed. `along` is their deflection along the motion at the end of the piece.
 inline Vector renewable_path(const CohortLaw& law, Vector along, double length) {
   const Vector path = least<double>(most<double>(along - Vector(law.residual), Vector(0.0)), Vector(length));
   return divide<double>(path, Vector(length));
 }
 
-/// Snaps those bristles of a vector of cohorts whose length is below the deflection at the end of a piece.
-/// Returns whether a cohort is bent further than ever before.
+/// Snaps, in a vector of cohorts, the bristles whose snap length is below the deflection at the end of a
+/// piece. Returns whether a cohort is bent further than ever before; otherwise nothing has snapped.
 template <int axes, bool rubs, bool ages>
 inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
                  const CohortMove& a, double length, const double at[2], const CohortTimes& times,
@@ -223,7 +225,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
   Mask<double> beyond = bent > reach;
   StrengthOf<Vector> strength{};
-  // Skips ageing if no deflection exceeds its fresh reach, because ageing only lengthens.
+  // Skips ageing if no deflection exceeds its fresh reach, because ageing only lengthens snap lengths.
   if (ages && any_lane<double>(beyond)) {
     strength = strength_at(times, most<double>(Vector(times.now) - load<double>(births), zero));
     bent = divide<double>(bent, strength.factor);
@@ -242,8 +244,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   kept = select_lanes<double>(beyond, kept, mass);
   const Vector lost = mass - kept;
 
-  // Mean length at which the bristles snapped, from which the part of the piece left after their snaps
-  // follows.
+  // Mean snap length of the bristles that snapped, from which the path left after their snaps follows.
   const Vector share = left - now.left;
   const Mask<double> some = share > zero;
   Vector snapped_at = divide<double>(now.moment - moment, select_lanes<double>(some, share, Vector(1.0)));
@@ -275,9 +276,9 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   return true;
 }
 
-/// Renews a vector of cohorts at the end of a piece in which something snapped. The share 1 - exp(-hazard) of
-/// their renewable bristles slips to l_r with new lengths, halfway along the path on which they can be
-/// renewed.
+/// Renews a vector of cohorts at the end of a piece in which bristles snapped. The share 1 - exp(-hazard) of
+/// their renewable bristles slips to the residual length l_r and gets new snap lengths, halfway along the
+/// path on which it can be renewed.
 template <int axes>
 inline void renew_share(const CohortLaw& law, double least_mass, const VectorPlace& place, std::uint32_t k,
                         const CohortMove& a, double length, const double at[2], double hazard,
@@ -295,7 +296,8 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
   const Vector mass = masses_of(place.get(cohort_fresh), left);
 
   const Vector quarter = Vector(0.25 * hazard) * path;
-  // Share left after a quarter of the hazard: exp(-quarter) to second order.
+  // Share left after a quarter of the hazard: exp(-quarter) to second order. Its fourth power is the share
+  // left in all.
   const Vector root_left = one - quarter * (one - half * quarter);
   const Vector twice = root_left * root_left;
   Vector fresh = place.get(cohort_fresh) * (twice * twice);
@@ -309,7 +311,7 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
 }
 
 /// Advances all cohorts by one piece of the patch's path, which ends with the patch at `at`. Returns whether
-/// a cohort is bent further than ever before; only then are the sums `p` written.
+/// a cohort is bent further than ever before; only then does it write the sums `p`.
 template <int axes, bool rubs, bool ages>
 bool bend_cohorts(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                   double length, const double at[2], const CohortTimes& times, PieceSums& p) {
@@ -339,7 +341,8 @@ PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows
   return p;
 }
 
-/// Returns the path from `at` within which no cohort is bent further than ever before.
+/// Returns the path from `at` within which no cohort is bent further than ever before, so that no bristle
+/// snaps.
 template <int axes, bool ages>
 double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
                   const CohortTimes& times) {
@@ -368,8 +371,7 @@ double find_slack(const CohortLaw& law, const CohortState& s, const double* rows
   return nearest;
 }
 
-/// Finds the cohort after i that is cheapest to merge with i. One that costs more than `limit` may be
-/// missed.
+/// Finds the cohort after i that is cheapest to merge with i. May miss one that costs more than `limit`.
 template <bool ages>
 Partner find_partner(const double* rows, const double* masses, const double* grown, std::uint32_t count,
                      std::uint32_t i, double limit) {
@@ -397,7 +399,7 @@ Partner find_partner(const double* rows, const double* masses, const double* gro
     }
     const Vector number = load<double>(first_numbers) + Vector(static_cast<double>(j));
     const Mask<double> after = (number > self) & (number < last);
-    // Skips vectors by a bound on the cost: the reduced mass m1 m2 / (m1 + m2) is at least half of the
+    // Skips vectors by a lower bound on the cost: the reduced mass m1 m2 / (m1 + m2) is at least half of the
     // smaller mass.
     if (!any_lane<double>(after & (least<double>(mass, other) * apart <= twice_limit))) continue;
     found = true;
@@ -419,7 +421,8 @@ Partner find_partner(const double* rows, const double* masses, const double* gro
   return best;
 }
 
-/// Returns the mass whose rank (order of coming into contact) is above `cut`, and the mass per rank there.
+/// Returns the mass whose rank (the mass that came into contact before a bristle) is above `cut`, and the
+/// mass per rank there. A falling load takes this mass out of contact.
 inline void mass_above(const CohortState& s, const double* rows, double cut, double* mass, double* density) {
   LaneSum masses, densities;
   const Vector zero(0.0);

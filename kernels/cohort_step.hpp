@@ -1,4 +1,5 @@
-// A step of the infinite brush: a straight move, piece by piece, and merges where cohorts run out.
+// A step of the infinite brush: moves the patch straight on, piece by piece, and merges cohorts where their
+// list is full.
 #pragma once
 
 #include "cohort_pass.hpp"
@@ -6,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Merges the cheapest pair of cohorts, and others that cost little more, because the search takes most of
-/// the time.
+/// Makes room in the list of cohorts: merges the cheapest pair, and others that cost little more, because the
+/// search takes most of the time.
 template <bool ages>
 double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2],
                  const CohortTimes& times) {
@@ -15,15 +16,16 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   Partner partners[most_cohorts];
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
-  // Twice the mean snap length times each cohort's growth factor g. It is part of the cost, so that cohorts
-  // of different age rarely merge. (With once the mean length the error is a fifth larger.)
+  // Twice the mean snap length times the growth factor g of each cohort. It enters the cost of a merge, so
+  // that cohorts of different age rarely merge. (With once the mean length the error is a fifth larger.)
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   double limit = unlimited_cost;  // cost above which no pair is merged
 
-  // Begins with the newest cohorts, which are close to each other, so that the limit is low for all others.
+  // Begins with the newest cohorts, which are close to each other: they give a low limit, with which the
+  // search skips most others.
   for (std::uint32_t i = s.count - 1; i-- > 0;) {
     partners[i] = find_partner<ages>(rows, masses, grown, s.count, i, limit);
     limit = least(limit, merge_margin * partners[i].cost);
@@ -58,11 +60,11 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 /// Advances a patch of cohorts along a straight move, piece by piece.
 template <int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
-  // Checks for snaps at the end of the move alone: deflections are convex along a line, so a cohort within
-  // its reach at the end never exceeds it on the way.
+  // Checks for snaps at the end of the move alone. Deflections are convex along a line, so a cohort within
+  // its reach at the end does not exceed it on the way.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
-  // With ageing, deflection over the growth factor g is quasi-convex as well and falls as g grows, so waiting
-  // carries no cohort past its reach.
+  // Checks ageing cohorts at the end alone too: deflection over the growth factor g is quasi-convex, and
+  // falls as g grows, so waiting carries no cohort past its reach.
   CohortTimes times{};
   if (ages) {
     times = a.times;
@@ -109,8 +111,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       sums.emptied.forget_lanes_from(s.count);
       for (std::uint32_t& open : s.open)
         if (open != no_cohort && sums.emptied.has(open)) open = no_cohort;
-      double first[2] = {from[0], from[1]};  // places of the patch at which the piece's first and last
-                                             // newborn bristles would be straight
+      // Places of the patch at which the piece's first and last newborn bristles would be straight.
+      double first[2] = {from[0], from[1]};
       double last_born[2] = {at[0], at[1]};
       if (rubs)
         for (int axis = 0; axis < 2; ++axis) {
@@ -124,7 +126,7 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
         // Puts the newborn cohort into the lane of a cohort that lost its mass. In a slide the oldest cohort
-        // loses its mass as a newborn begins, so no cohort has to be moved.
+        // ends as a newborn begins, so no cohort has to be moved.
         std::uint32_t free = sums.emptied.take_last(s.count);
         if (free == no_cohort && s.count == s.capacity) {
           t.lost += make_room<ages>(law, s, rows, at, times);

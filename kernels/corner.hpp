@@ -1,9 +1,10 @@
-// Carries representative bristles of a steady slide round a corner of its path (core/patches/RUBBING.md).
+// Carries representatives in a steady slide round a corner of the path, without computing their snaps
+// (core/patches/RUBBING.md).
 //
-// Along a gently bent path the lengths |z| of deflections are distributed as in a straight slide, to first
-// order in the angle. A bristle took hold the distance |z| - residual ago. Carrying therefore keeps every |z|
-// and gives each deflection the direction of the chord back to where its bristle took hold. Written for
-// single numbers; the compiler vectorises it.
+// Along a gently bent path the lengths |z| of the deflections are distributed as in a straight slide, to
+// first order in the angle; only their directions differ. A bristle with the deflection z last snapped |z| -
+// residual ago. The carry keeps every |z|, and turns each deflection to point back to where its bristle
+// snapped. Written for single numbers; the compiler vectorises it.
 #pragma once
 
 #include "blocks.hpp"
@@ -16,12 +17,13 @@ namespace {
 template <class T>
 struct CornerLanes {
   T stored[2][lane_count] = {};
-  T lag[2][lane_count] = {};  ///< path integral of weight x (deflection along the motion less |z|):
-                              ///< difference of carried bristles from steady sliding
+  /// Path integral of weight x (deflection along the motion less |z|): what carried bristles lack against
+  /// steady sliding.
+  T lag[2][lane_count] = {};
 };
 
 /// Turns the deflections of a row of bristles round a corner of the path and adds them to the sums in
-/// `lanes`; `sums_lag`: to CornerLanes::lag too. Bristles of weight 0 become straight.
+/// `lanes`; with `sums_lag` also to CornerLanes::lag. Bristles of weight 0 become straight.
 template <class T, bool sums_lag>
 void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane_count], T* zx, T* zy,
                CornerLanes<T>& lanes) {
@@ -30,8 +32,8 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
   const T length = static_cast<T>(corner.length), residual = static_cast<T>(corner.residual);
   const T shift_x = shift[0], shift_y = shift[1];
-  // Copies the row into local arrays: they cannot alias other pointers, so the compiler vectorises the
-  // loop.
+  // Copies the row into local arrays. The compiler then knows that other pointers do not alias them, and
+  // vectorises the loop.
   T row_x[lane_count], row_y[lane_count], lag_x[lane_count], lag_y[lane_count];
   for (std::uint32_t k = 0; k < lane_count; ++k) {
     const T x = zx[k] + shift_x;
@@ -39,8 +41,8 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     const T bent = root(x * x + y * y);
     const T inverse = T(1) / (bent + tiny);
     const T to_ux = x * inverse - before_x, to_uy = y * inverse - before_y;
-    // Computes two lengths. `path`: distance since the bristle took hold. `low`: part of the deflection
-    // before the corner that is left at the end. If the bristle took hold before the corner, that part keeps
+    // Computes `path`, the distance since the bristle's last snap, and `low`, the part of the deflection from
+    // before the corner that is left at the end. If the bristle snapped before the corner, that part keeps
     // the share low / |z| of its angle to the earlier motion.
     const T beyond = bent - residual;
     const T path = beyond > T(0) ? beyond : T(0);
@@ -53,9 +55,9 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     row_x[k] = chord_x * scale;
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
-      // Integrates the part t of the deflection that dates from before the corner, which falls from `bent` to
-      // `low` along the carried path, and t times its share of the bend. Then adds the part along the motion
-      // that keeps |z| unchanged, of second order in the angle.
+      // Integrates t, the part of the deflection from before the corner, which falls from `bent` to `low`
+      // along the carried path, and t times its share of the bend. Then adds the part along the motion that
+      // keeps |z| unchanged, of second order in the angle.
       const T back = T(0.5) * (bent * bent - low * low);
       const T bent_back = (bent * bent * bent - low * low * low) * T(1.0 / 3.0) * inverse;
       const T off_x = to_ux + (before_x - ex), off_y = to_uy + (before_y - ey);
@@ -83,7 +85,7 @@ double sum_of_lanes(const T (&lanes)[lane_count]) noexcept {
   return sum;
 }
 
-/// Carries the blocks [first, last), as documented at KernelSet::carry.
+/// Carries the blocks [first, last) of a patch (see KernelSet::carry).
 template <class T, bool sums_lag>
 void carry_blocks(const PatchView<T>& patch, const Corner& corner, std::uint32_t first, std::uint32_t last,
                   RenewalTotals& totals) {

@@ -1,6 +1,6 @@
-// exp, log and the inverse normal law in plain arithmetic, for any type with + - * / and the operations of
-// lanes.hpp (vectors) or of scalar_lanes.hpp (plain numbers). No libm: glibc picks variants with other bits
-// by CPU at run time, and these results reach the state.
+// exp, log and the inverse normal distribution in plain arithmetic, for any type with + - * / and the
+// operations of lanes.hpp (vectors) or scalar_lanes.hpp (plain numbers). The C library is not used: glibc
+// chooses variants with other bits by CPU at run time, and the results reach the state of a patch.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the natural logarithm of a positive normal number: exponent ln 2 + 2 artanh(t), with t = (m - 1) /
-/// (m + 1) of the mantissa m, by its series for |t| <= 0.172. Error below 2 ulp.
+/// Returns the natural logarithm of a positive normal number x = m 2^k, as k ln 2 + 2 artanh(t) with t = (m -
+/// 1) / (m + 1), by the series for |t| <= 0.172. Error below 2 ulp.
 template <class T, class V>
 inline V natural_log(V x) {
   constexpr int terms = sizeof(T) == 4 ? 5 : 11;
@@ -27,14 +27,14 @@ inline V natural_log(V x) {
   return exponent * V(T(0.6931471805599453)) + (t + t) * series;
 }
 
-/// Returns exp(y) for |y| < 80: 2^k times the Taylor series of the rest r = y - k ln 2, |r| <= 0.347. Error
-/// below 2 ulp and |y| ulp.
+/// Returns exp(y) for |y| < 80: 2^k times the Taylor series of the remainder r = y - k ln 2, |r| <= 0.347.
+/// Error below 2 ulp and |y| ulp.
 template <class T, class V>
 inline V exponential(V y) {
   constexpr int terms = sizeof(T) == 4 ? 7 : 13;
   constexpr T offset = T(1024);  // makes the argument of whole_part() positive, as it must be
   const V k = whole_part(y * V(T(1.4426950408889634)) + V(offset + T(0.5))) - V(offset);
-  // Subtracts k ln 2, with ln 2 in two parts, so that k times the first part is exact.
+  // Subtracts k ln 2 with ln 2 in two parts, because k times the first part is exact.
   const V r = (y - k * V(T(0.693145751953125))) - k * V(T(1.4286068203094173e-06));
   constexpr double inverse_factorial[] = {1.0,
                                           1.0,
@@ -64,9 +64,9 @@ inline V polynomial(const double (&coefficients)[n], V x) {
 }
 
 /// Returns the inverse of the normal distribution function for 2^-25 <= p <= 1 - 2^-25, relative error 3e-7:
-/// a polynomial in w = -log(4 p (1 - p)) times 2 p - 1 (Giles, "Approximating the erfinv function", GPU
-/// Computing Gems, 2011, single precision). Three in a thousand arguments lie in the tail, where w takes a
-/// root.
+/// 2 p - 1 times a polynomial in w = -log(4 p (1 - p)) (Giles, "Approximating the erfinv function", GPU
+/// Computing Gems, 2011, single precision). In the tails, three arguments in a thousand, the polynomial is in
+/// the root of w.
 template <class T, class V>
 inline V normal_quantile(V p) {
   constexpr double centre[] = {2.81022636e-08, 3.43273939e-07, -3.5233877e-06, -4.39150654e-06, 0.00021858087,

@@ -1,4 +1,5 @@
-// The number type of a loop over many equal items: Lanes<T>, a vector of an instruction set or one number.
+// Number type of a loop over many equal items: Lanes<T>, a vector of the instruction set or, in "scalar", one
+// number.
 #pragma once
 
 #include "lanes.hpp"

@@ -1,8 +1,9 @@
-// Steps computed in double precision. These are steps too long for float to hold the remainder (above
-// far_length), and steps under a law with a single snap length, whose bristles must stay in phase for ever.
+// Steps computed in double precision, for patches whose state may be float. They are needed for steps above
+// far_length, along which float cannot hold the remainder after many snaps, and for laws with a single snap
+// length, whose bristles must stay in phase for ever.
 //
-// Bristles are computed one by one, SnapRule::keep
-// without ageing by rows of 16 bristles, of which an instruction set computes far_width at once.
+// SnapRule::keep without ageing processes rows of 16 bristles, far_width at once; all others process one
+// bristle at a time.
 #pragma once
 
 #include "ageing.hpp"
@@ -13,21 +14,21 @@
 namespace bristle::detail {
 namespace {
 
-/// Length (scaled) of a step beyond which double precision does not resolve the place of a bristle between
-/// two snaps. The place is then random.
+/// Length (scaled) of a step beyond which double precision does not resolve the phase of a bristle between
+/// two snaps. The phase is then random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
-/// Outcome of a step in double precision for one bristle that snapped in it.
+/// State of one bristle at the end of a step in double precision in which it snapped.
 struct AfterFarStep {
   double deflection;  ///< deflection along the motion at the end
   double squares;     ///< sum of squared snap lengths over the bristle's snaps after the first
   double count;       ///< number of the bristle's snaps after the first
-  double variance;    ///< variance of `squares` caused by jumps, which add only the mean of the sum over
-                      ///< the snaps that they skip
+  /// Variance of `squares` caused by jumps, which add only the mean of the sum over the snaps that they skip.
+  double variance;
 };
 
-/// Jumps at once over nearly as many snaps of a bristle as fit into the path `rest`. Returns the path up to
-/// the last of these snaps.
+/// Jumps at once over nearly as many snaps of a bristle as fit into `rest`, the path left. Returns the path
+/// up to the last of these snaps.
 inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
   const double k = whole_part((rest - pad) * law.inverse_mean);
@@ -46,15 +47,15 @@ inline double jump_renewals(const KernelLaw& law, double rest, double share, Aft
   return jumped;
 }
 
-/// Ageing of a block's bristles in a step that is computed in double precision.
+/// Constants of ageing for a block's bristles in a step that is computed in double precision.
 struct FarAge {
   BlockAge block;
   AgeingLaw<double> ageing;
   double largest_growth;
 };
 
-/// Bristle at a random place of a long slide: its fresh length `delta`, and the path `length` between its
-/// snaps. A bristle is found with a probability proportional to that path. Hence delta is sampled from the
+/// Bristle found at a random place of a long slide: its fresh length `delta`, and the path `length` between
+/// its snaps. The longer this path, the likelier it is to be found on it. Therefore delta is sampled from the
 /// length-biased law and accepted with a probability proportional to length / delta, which grows with delta.
 struct MetBristle {
   double delta, length;
@@ -78,10 +79,10 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
   return met;
 }
 
-/// Moves a bristle along the path left, by SnapRule::redraw: `delta` becomes its fresh snap length at the
-/// end, `state` its random state. With ageing at constant velocity the paths l = delta g(l / v) from snap to
-/// snap are independent too, but have another law. `law` then has the moments of l (core, aged_law.cpp)
-/// beside the parameters of delta.
+/// Moves a bristle along the path left under SnapRule::redraw: `delta` becomes its fresh snap length at the
+/// end, `state` its random state. With ageing at constant velocity v, the paths l = delta g(l / v) from snap
+/// to snap are independent too, but have another law: `law` then holds the moments of l (core/materials,
+/// aged_law.cpp) beside the parameters of delta.
 template <class T, bool ages>
 inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
                                 std::uint32_t& state) {
@@ -146,7 +147,7 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
   }
 }
 
-/// Walks a bristle that ages along the path left, by SnapRule::keep: all its paths from snap to snap are
+/// Moves a bristle that ages along the path left under SnapRule::keep: its paths from snap to snap are all
 /// equal.
 inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest, double delta,
                                    std::uint32_t phase) {
@@ -159,17 +160,18 @@ inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest,
   return land;
 }
 
-/// Returns the key of the random noise of a block's sum of delta^2: the draw states of its first row before
-/// the step. At least one of 16 bristles has drawn since the last jump over many snaps, so different blocks
-/// and steps get different noise. A trial step of another length gets equal noise, so that solvers converge.
+/// Returns the key for the random noise of a block's sum of delta^2: the random states of its first row
+/// before the step. Since the last jump over many snaps at least one of these 16 bristles has sampled a
+/// length, so different blocks and steps get different noise. A trial step of another length gets the same
+/// noise, so that solvers converge.
 inline std::uint32_t noise_key(const std::uint32_t* draw) {
   std::uint32_t key = 0xA511E9B3u;
   for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);
   return key;
 }
 
-/// Returns a random deviation of a block's sum of squared snap lengths from its mean, drawn once for the
-/// block from a lognormal law of this mean and variance. The sum stays positive, however few the bristles.
+/// Returns the random deviation of a block's sum of squared snap lengths from its mean. One sample for the
+/// block, from a lognormal law of that mean and variance, keeps the sum positive however few the bristles.
 inline double jump_noise(double sum, double variance, std::uint32_t key) {
   if (!(variance > 0.0 && sum > 0.0)) return 0.0;
   const double s2 = natural_log<double>(1.0 + variance / sum / sum);
@@ -195,7 +197,7 @@ struct FarLanes {
   alignas(64) double snaps[lane_count] = {};
 };
 
-/// Constants of a step for the bristles of one block.
+/// Constants of a step in double precision, for the bristles of one block.
 struct FarMotion {
   double ex, ey, length, inverse;  ///< direction of the motion, its length, and one over the length
   double residual;
@@ -208,15 +210,15 @@ constexpr std::uint32_t far_width = Lanes<double>::size;
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
   alignas(64) double end[2][lane_count];    ///< deflections at the end, first without snaps, then final
-  alignas(64) double limit[lane_count];     ///< deflection at which each bristle snaps, residual + snap
-                                            ///< length
+  /// Deflection at which each bristle snaps, residual + snap length.
+  alignas(64) double limit[lane_count];
   alignas(64) double weight[lane_count];
   /// Random place between two snaps, as a share of the snap length, for steps so long that the place cannot
   /// be computed.
   alignas(64) double phase[lane_count];
 };
 
-/// Steps a vector of bristles of the row, from the row's bristle k on. `left`: deflection after a snap.
+/// Steps a vector of the row's bristles, from bristle k of the row on. `left` is the deflection after a snap.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = Lanes<double>;
@@ -237,7 +239,7 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   if (motion.length > phase_is_lost) r = load(row.phase + k) * delta;
 
   V further = more * (delta * delta);
-  // Takes paths in units of the step's length, so that their squares do not overflow.
+  // Divides paths by the length of the step, so that their squares do not overflow.
   const V part = tau * inverse;
   V integral = part * tau + further * inverse + (r * inverse) * r;
   if constexpr (residual) {
@@ -313,7 +315,8 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
   double tau = way_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
-    // Moves the deflection itself, because in a step beyond far_length the patch's position stays as it is.
+    // Moves the deflection itself, because in a step beyond far_length the position of the patch does not
+    // move.
     if (ages && advance.snaps_all) {
       x = static_cast<T>(sx + motion.ex * motion.length);
       if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);

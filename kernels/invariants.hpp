@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Bound, scaled, on the displacement since a block's last rewrite, far below the 2^19 lengths at which
-/// fixed-point positions wrap. A bristle bent so far would have snapped, and its snap would have rewritten
+/// Largest displacement, scaled, since a block's last rewrite. It is far below the 2^19 lengths at which
+/// fixed-point positions wrap: a bristle bent so far would have snapped, and its snap would have rewritten
 /// the block.
 constexpr double farthest_displacement = 262144.0;  // 2^18
 
@@ -24,8 +24,8 @@ inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::
   BRISTLE_ASSERT(first <= last);
   BRISTLE_ASSERT(first % blocks_per_group == 0);
   BRISTLE_ASSERT(patch.whole <= patch.bristles);
-  BRISTLE_ASSERT(patch.fraction >= T(0) && patch.fraction <= T(1));  // 1 is allowed, because a double below
-                                                                     // 1 may round to a float of 1
+  // 1 is allowed, because a double below 1 may round to a float of 1.
+  BRISTLE_ASSERT(patch.fraction >= T(0) && patch.fraction <= T(1));
   BRISTLE_ASSERT(patch.fraction == T(0) || patch.whole < patch.bristles);
   BRISTLE_ASSERT(last * std::uint64_t{block_size} <
                  patch.whole + (patch.fraction > T(0) ? 1u : 0u) + std::uint64_t{block_size});

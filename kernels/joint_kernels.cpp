@@ -1,4 +1,5 @@
-// The kernels of joints for one instruction set. Everything but the table has internal linkage.
+// The kernels of joints for one instruction set. Everything but the table has internal linkage, so that the
+// linker cannot use code of one instruction set in another.
 #include "joint_step.hpp"
 #include "tables.hpp"
 
@@ -7,7 +8,8 @@ namespace {
 
 template <int variant = 0>
 constexpr void fill_variants(JointKernels& kernels) {
-  // One kernel serves all steps with gradients: it computes every output, and derivatives by all parameters.
+  // Serves all steps with gradients by one kernel, which computes every output, and derivatives by all
+  // parameters.
   constexpr bool gradients = (variant & joint_gradients) != 0;
   constexpr int computed = gradients ? joint_variants - 1 : variant;
   kernels.step[variant] = &step_joints<JointEngine, computed>;

@@ -1,4 +1,4 @@
-// Kernel for a step of 16 joints, one lane for each (core/joints/JOINTS.md). One source for vectors of
+// Kernel that steps 16 joints at once, one in each lane (core/joints/JOINTS.md). One source serves vectors of
 // any width.
 #pragma once
 
@@ -11,7 +11,7 @@ namespace {
 
 using JointEngine = Engine<double>;
 
-/// Values of a quantity for forward motion and for backward motion.
+/// Values of a quantity for forward and for backward motion.
 template <class V>
 struct BothWays {
   V forward, backward;
@@ -49,7 +49,7 @@ void step_joints(const JointStep& step) {
     // it.
     const V slack = most(before, none - before) * V(0x1p-50);
 
-    // Computes the limits of friction torque of the whole joint, for forward and for backward motion.
+    // Computes the limits of the friction torque of the whole joint, for forward and for backward motion.
     V motor = none, outside = none, motor_size = none, outside_size = none;
     auto drives_forward = none > one, drives_backward = none > one;
     if constexpr (loaded) {
@@ -85,7 +85,7 @@ void step_joints(const JointStep& step) {
                    slides_at.backward + left * static_part.backward};
     }
 
-    // Derivatives of the limit at which bristles slide, `slides_at`, by the material's parameters.
+    // Derivatives of `slides_at`, the limit at which bristles slide, by the parameters of the material.
     BothWays<V> limit_by[rows];
     if constexpr (gradients) {
       for (BothWays<V>& x : limit_by) x = {none, none};
@@ -136,7 +136,8 @@ void step_joints(const JointStep& step) {
       const SlideStart<V> start = slide_start<double, 1>(z, none, e, none);
       V holds = limit_ahead;
       if constexpr (drops) {
-        // Gives a bristle that slid its static limit again when the motion turns back.
+        // Gives a bristle that slid its static limit again when the motion turns back, because it sticks
+        // then.
         const auto turns_back = start.along < none;
         holds = select_lanes(e > none, select_lanes(turns_back, holds_at.forward * scale, reach.forward),
                              select_lanes(turns_back, holds_at.backward * scale, reach.backward));
@@ -156,8 +157,8 @@ void step_joints(const JointStep& step) {
       if constexpr (all) {
         mean = mean + share * select_lanes(length > none, end.integral_x, end.x);
         stuck = stuck + select_lanes(slides, none, share);
-        // Limit at which the bristle slides: 1 forward, -1 backward, 0 if the bristle sticks. The deflection
-        // of a sliding bristle follows this limit.
+        // Direction in which the bristle slides: 1 forward, -1 backward, 0 if it sticks. The deflection of a
+        // sliding bristle follows its limit in that direction.
         const V side = select_lanes(
             slides, e, select_lanes(beyond_forward, one, select_lanes(beyond_backward, none - one, none)));
         const V part = share * relative;

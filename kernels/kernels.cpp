@@ -1,12 +1,13 @@
 // The kernel table of one instruction set, compiled once for each set (CMakeLists.txt), "scalar" among them.
-// Everything but the table has internal linkage.
+// Everything but the table has internal linkage, so that the linker cannot use code of one instruction set in
+// another.
 #include "renew.hpp"
 #include "step.hpp"
 
 namespace bristle::detail {
 namespace {
 
-/// Samples snap lengths, each from the state of a bristle's random numbers.
+/// Samples snap lengths, each from the random state of a bristle.
 template <class T>
 struct FreshLengths {
   static constexpr bool by_columns = Lanes<float>::size == lane_count;

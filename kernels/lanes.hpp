@@ -1,5 +1,5 @@
-// The few operations that the kernels use, with identical results on every instruction set: for vectors by
-// xsimd, or for one number (one_lane.hpp) in the instruction set "scalar".
+// The few vector operations that the kernels use, with identical results on every instruction set. They are
+// made from xsimd, or in the instruction set "scalar" from single numbers (one_lane.hpp).
 //
 // xsimd 8.1 differs between architectures in floor, casts between lane types and integer products, so these
 // are defined here. Everything has internal linkage: objects compiled for different instruction sets share no
@@ -30,7 +30,7 @@ struct BitsOf<float> {
   using Type = std::uint32_t;
   static constexpr int mantissa = 23;
   static constexpr std::uint32_t exponent_bias = 127;
-  // A float plus this number, 2^23, has its whole part in the low bits.
+  // Number 2^23: added to a float, it moves the float's whole part into the low bits.
   static constexpr float integer_bit = 8388608.0f;
 };
 template <>
@@ -68,7 +68,7 @@ inline Lanes<T> root(Lanes<T> a) {
   return xsimd::sqrt(a);
 }
 #if defined(BRISTLE_ISA_NEON64)
-// Exact division and square root, because xsimd 8.1 approximates them for float on NEON.
+// Divides and takes roots exactly, because xsimd 8.1 approximates both for float on NEON.
 template <>
 inline Lanes<float> divide(Lanes<float> a, Lanes<float> b) {
   return vdivq_f32(a, b);
@@ -129,7 +129,8 @@ inline Lanes<To> same_bits(Lanes<From> x) {
     return xsimd::bitwise_cast<To>(x);
 }
 
-/// Returns v with the upper half of its first `count` lanes copied to the lower half.
+/// Returns v with the upper half of its first `count` lanes copied to the lower half, as sums of lanes need
+/// it.
 template <std::uint32_t count, class T>
 inline Lanes<T> upper_half(Lanes<T> v) {
   const auto x = v.data;
@@ -218,7 +219,8 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   return load<T>(lane);
 }
 
-/// A sum over bristles, as one partial sum for each of the 16 logical lanes of every instruction set.
+/// Sum over bristles, stored as one partial sum for each of 16 logical lanes. The 16 lanes are the same on
+/// every instruction set, whatever the width of its vectors.
 template <class T>
 struct Row {
   static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
@@ -229,7 +231,8 @@ struct Row {
   }
 };
 
-/// Returns the sum of the 16 logical lanes, added in the same order on every instruction set, in registers.
+/// Returns the sum of the 16 logical lanes, added in the same order on every instruction set, without going
+/// through memory.
 template <class T>
 inline double tree_sum(Row<T> row) {
   for (std::uint32_t half = Row<T>::parts / 2; half > 0; half /= 2)
@@ -248,9 +251,9 @@ inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) 
 #endif
 }
 
-/// Draw states of one vector of bristles. `next` advances the masked lanes and gives every lane a number
-/// strictly between 0 and 1: (h + 1/2) 2^-23 with h 23 random bits. Float and double get an equal number,
-/// which is exact in both, as is one minus it.
+/// Random states of one vector of bristles. `next` advances the masked lanes and gives every lane a number
+/// strictly between 0 and 1: (h + 1/2) 2^-23 with h 23 random bits. The number is exact in float and double,
+/// and so is one minus it; both types therefore sample from equal numbers.
 template <class T>
 struct DrawStates;
 
@@ -271,12 +274,12 @@ struct DrawStates<float> {
     x = x * Bits<float>(0x735A2D97u);
     const Bits<float> tag = bits_of<float>(Lanes<float>(1.0f));
     const Lanes<float> in_one_two = from_bits<float>((x >> 9) | tag);
-    // 1 - 2^-24, which float represents exactly.
+    // Subtracts 1 - 2^-24, which float represents exactly.
     return in_one_two - Lanes<float>(0.999999940395355224609375f);
   }
 };
 
-/// A 32-bit random state occupies the lower half of a 64-bit lane whose upper half is 0, so shifts and
+/// Stores a 32-bit random state in the lower half of a 64-bit lane whose upper half is 0, so that shifts and
 /// products of 32-bit lanes can be used.
 template <>
 struct DrawStates<double> {
@@ -304,7 +307,7 @@ struct DrawStates<double> {
     x = (x * 0x21F0AAADu) & low;
     x = x ^ (x >> 15);
     x = (x * 0x735A2D97u) & low;
-    // Converts the integer h to a number: the bits of 2^52 + h, read as a double, less 2^52.
+    // Converts the integer h to a number: 2^52 + h, whose bits are read as a double, less 2^52.
     const Lanes<double> h = from_wide((x >> 9) | 0x4330000000000000u) - Lanes<double>(4503599627370496.0);
     return (h + Lanes<double>(0.5)) * Lanes<double>(1.1920928955078125e-07);  // 2^-23
   }

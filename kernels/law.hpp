@@ -1,4 +1,5 @@
-// Snap lengths from uniform random numbers: the laws' quantile functions, for vectors and plain numbers V.
+// Snap lengths from uniform random numbers, by the quantile functions of the laws. V is a vector or a plain
+// number.
 #pragma once
 
 #include "cells.hpp"
@@ -13,8 +14,8 @@ inline V clamp_length(const KernelLaw& law, V length) {
   return least(most(length, V(static_cast<T>(law.shortest))), V(static_cast<T>(law.longest)));
 }
 
-/// Returns the snap length at this share of a law that is not uniform (its quantile). Not inlined, so that
-/// the inlined code, which is that of the uniform law, stays short.
+/// Returns the quantile of a law that is not uniform: the snap length below which this share of the law lies.
+/// Not inlined, so that callers contain only the short code of the uniform law.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
   switch (law.kind) {
@@ -28,15 +29,16 @@ template <class T, class V>
   }
 }
 
-/// Returns the snap length at this share of the law (its quantile), scaled.
+/// Returns the quantile of a law, scaled: the snap length below which this share of the law lies.
 template <class T, class V>
 inline V length_at(const KernelLaw& law, V share) {
   if (law.kind == law_uniform) return V(static_cast<T>(law.location)) + V(static_cast<T>(law.scale)) * share;
   return other_length<T>(law, share);
 }
 
-/// Returns the snap length of the bristle at a random place of a long slide, which follows the law's density
-/// times the length. Not for the exponential law, for which age and remaining length are independent.
+/// Returns the snap length of the bristle found at a random place of a long slide. Long snap lengths are
+/// likelier to be found, so the density is that of the law times the length. Not for the exponential law, for
+/// which age and remaining length are independent.
 template <class T, class V>
 [[gnu::noinline]] V length_met(const KernelLaw& law, V share) {
   switch (law.kind) {

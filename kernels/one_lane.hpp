@@ -1,5 +1,5 @@
-// One number in the place of a vector: the kernels' source compiled with these is the instruction set
-// "scalar". lanes.hpp has the same operations for vectors.
+// The operations of lanes.hpp for a vector of one number. Compiled with these, the kernels' source becomes
+// the instruction set "scalar".
 #pragma once
 
 #include <cstdint>
@@ -126,7 +126,7 @@ inline T fold_lanes(Lanes<T> v) {
   return v.x;
 }
 
-/// Draw state of one bristle. `next` advances it if the mask is set, and gives a number strictly between 0
+/// Random state of one bristle. `next` advances it if the mask is set, and gives a number strictly between 0
 /// and 1 (share_of).
 template <class T>
 struct DrawStates {

@@ -1,12 +1,16 @@
-// SnapRule::redraw: motion of bristles after their first snap in a step, if each snap samples a new length.
+// Motion of bristles after their first snap in a step, under SnapRule::redraw: each snap samples a new snap
+// length.
 //
-// A bristle with path left samples a length. If the path is shorter than that length, the path ends the
-// bristle's motion; otherwise the bristle snaps again. Uniform, normal and lognormal lengths, in a step in
-// which many bristles snap once or twice, are sampled vector by vector in registers (walk_in_registers). In
-// other steps the bristles of a block advance by rounds, eight vectors at once, so that the latencies of
-// their draws overlap and no branch depends on a single bristle. Vectors whose bristles have all arrived are
-// left out. Long paths are jumped: the state at their end is sampled from its distribution (core/MODEL.md,
-// "Jumps").
+// A bristle with path left samples a length. If the path is shorter than this length, the bristle is bent
+// until the step ends; otherwise it snaps and samples again. Three methods do this, chosen by speed:
+//
+// - walk_in_registers, vector by vector, for uniform, normal and lognormal lengths in steps in which many
+//   bristles snap once or twice;
+// - rounds, in other steps: a round samples one length for each bristle of the block, eight vectors at once,
+// so
+//   that latencies overlap and no branch depends on a single bristle. Vectors whose bristles have all arrived
+//   are left out;
+// - jumps, for long paths: the state at their end is sampled from its distribution (core/MODEL.md, "Jumps").
 #pragma once
 
 #include "ageing.hpp"
@@ -17,22 +21,23 @@
 namespace bristle::detail {
 namespace {
 
-/// Offset behind the bristles of the block, which stands for a missing vector in a bundle that is not full.
+/// Offset just behind the bristles of a block, which stands for a missing vector in a bundle that is not
+/// full.
 constexpr std::uint32_t nowhere = block_size;
 
-/// Bristles of one block after their first snap, while they have path left. For bristles that do not snap
-/// only `path` is valid.
+/// State of a block's bristles after their first snap, while they have path left. For bristles that do not
+/// snap only `path` is valid.
 template <class T>
 struct Walk {
   static constexpr bool ages = false;
   static constexpr std::uint32_t size = block_size + lane_count;
-  alignas(64) T path[size];      ///< path of the bristle up to its first snap, or the length of the step if
-                                 ///< it does not snap
-  alignas(64) T landed[size];    ///< deflection along the motion at the end of the step
-  alignas(64) T squares[size];   ///< sum of squared snap lengths over the bristle's snaps after the first
-  alignas(64) T count[size];     ///< number of the bristle's snaps after the first
-  alignas(64) T variance[size];  ///< variance of `squares` caused by jumps, which add only the mean of the
-                                 ///< sum over the snaps that they skip
+  /// Path of the bristle up to its first snap, or the length of the step if it does not snap.
+  alignas(64) T path[size];
+  alignas(64) T landed[size];   ///< deflection along the motion at the end of the step
+  alignas(64) T squares[size];  ///< sum of squared snap lengths over the bristle's snaps after the first
+  alignas(64) T count[size];    ///< number of the bristle's snaps after the first
+  /// Variance of `squares` caused by jumps, which add only the mean of the sum over the snaps that they skip.
+  alignas(64) T variance[size];
 
   // Working memory for paths that are not finished vector by vector:
   alignas(64) T rest[size];    ///< path left to the bristle; negative once it has arrived at the path's end
@@ -51,23 +56,23 @@ struct Walk {
   }
 };
 
-/// Walk of bristles that age. `length` is the fresh snap length, and `squares` sums the squared paths from
-/// snap to snap.
+/// State of ageing bristles after their first snap. `length` is the fresh snap length; `squares` sums the
+/// squared paths from snap to snap.
 template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
   AgeingLaw<T> ageing;
-  /// Largest factor by which ageing can lengthen a snap length, as Advance::largest_growth.
+  /// Largest factor by which ageing can lengthen a snap length (Advance::largest_growth).
   T largest_growth;
 };
 
-/// Vectors of a block in which a bristle snaps, by their offsets in the block.
+/// List of the vectors of a block in which a bristle snaps, by their offsets in the block.
 template <class T>
 struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Appends the offset w of a vector of bristles to the list if `wanted`, that is if one of them snaps. Has
+  /// Appends the offset w of a vector of bristles to the list if `wanted`, which is if one of them snaps. Has
   /// no branch, because branches on snaps cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
@@ -75,7 +80,7 @@ struct PlaceList {
   }
 };
 
-/// Columns of one block: snap lengths and draw states before the step, and the destination of the new ones.
+/// Columns of one block: snap lengths and random states before the step, and the memory for the new ones.
 template <class T>
 struct RedrawColumns {
   const T* delta;
@@ -97,7 +102,7 @@ struct Places {
   void store_to(T* column, Bundle<T> x) const {
     for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
-  /// Makes the next random number of each masked lane.
+  /// Makes the next random number in each masked lane.
   Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
     Bundle<T> share;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
@@ -109,9 +114,9 @@ struct Places {
   }
 };
 
-/// Samples, for the masked lanes, the ageing bristle at the end of a long slide: draws its fresh length
-/// `met` from the length-biased law and accepts it with a probability proportional to (path between snaps)
-/// / met. Returns that path.
+/// Samples, in the masked lanes, the ageing bristle at the end of a long slide. Its fresh length `met` comes
+/// from the length-biased law, because long paths are likelier to be found; it is accepted with a probability
+/// proportional to (path between snaps) / met. Returns that path.
 template <class T>
 Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
                     Bundle<T>& met) {
@@ -136,8 +141,8 @@ Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> ope
   return way;
 }
 
-/// Moves bristles with a long path left to its end, or near it, by sampling the distribution there. Returns
-/// the paths left.
+/// Shortens long paths: samples the state of their bristles at the end, or close to it. Returns the paths
+/// left.
 template <class T, bool sums, class AnyWalk>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
@@ -149,8 +154,8 @@ template <class T, bool sums, class AnyWalk>
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
-    // Samples steady sliding at the path's end: the bristle there has a length-biased snap length and has
-    // gone a uniform share of it.
+    // Samples steady sliding at the end of the path: the bristle there has a length-biased snap length, and a
+    // uniformly distributed share of it is behind the bristle.
     const bool memoryless = law.kind == law_exponential;
     Bundle<T> met;
     Bundle<T> age;
@@ -198,7 +203,7 @@ template <class T, bool sums, class AnyWalk>
     rest = select_lanes(far, constant(-1.0), rest);
   }
   for (;;) {
-    // Jumps over k snaps at once; the sum of their lengths is sampled by a Cornish-Fisher expansion to the
+    // Jumps over k snaps at once. The sum of their lengths is sampled by a Cornish-Fisher expansion to the
     // fourth cumulant.
     const BundleMask<T> long_way = rest > constant(law.jump_from);
     if (!any_lane(long_way)) break;
@@ -235,7 +240,7 @@ template <class T, bool sums, class AnyWalk>
   return rest;
 }
 
-/// Values of a vector of bristles at the end of a step in which they snapped.
+/// Values of a vector of bristles, which snapped in the step, at its end.
 template <class T>
 struct AfterSnaps {
   Lanes<T> deflection;  ///< deflection r along the motion at the end of the step
@@ -253,7 +258,7 @@ struct Walker {
   AfterSnaps<T> land;
 };
 
-/// Samples uniform snap lengths for a walk in registers, from random numbers between 0 and 1.
+/// Samples uniform snap lengths for walk_in_registers from random numbers between 0 and 1.
 template <class T>
 struct UniformLengths {
   static constexpr bool ahead = false;
@@ -263,8 +268,8 @@ struct UniformLengths {
       : low(static_cast<T>(law.location)), span(static_cast<T>(law.scale)) {}
   Lanes<T> length(Lanes<T> share) const { return low + span * share; }
 };
-/// Normal and lognormal snap lengths for a walk in registers. Looks up all vectors out of line before the
-/// first is used, so that the latencies of the loads overlap.
+/// Samples normal and lognormal snap lengths for walk_in_registers. Looks up all vectors, out of line, before
+/// the first is used, so that the latencies of the loads overlap.
 template <class T>
 struct CellLengths {
   static constexpr bool ahead = true;
@@ -278,9 +283,9 @@ struct CellLengths {
   }
 };
 
-/// Walks several vectors side by side, because the draws of one vector wait for each other; for laws whose
-/// draw is short. Makes the first `rounds` draws whether needed or not: a branch that cannot be predicted
-/// costs more.
+/// Moves several vectors of bristles from snap to snap, side by side, because each sampled length of a vector
+/// waits for the one before. For laws that are sampled fast. Samples the first `rounds` lengths whether
+/// needed or not: a branch that cannot be predicted costs more.
 template <class T, std::uint32_t together, class Lengths>
 [[gnu::always_inline]] inline void walk_in_registers(const Lengths& lengths, std::uint32_t rounds,
                                                      Walker<T> (&walkers)[together]) {
@@ -315,8 +320,8 @@ template <class T, std::uint32_t together, class Lengths>
 }
 
 /// Gives a vector of bristles that have just snapped their next snap lengths, `drawn`. `rest` is the path
-/// left to the end of the step; bristles with `rest` < 0 have not snapped. A bristle whose path `way` to the
-/// next snap exceeds `rest` sticks to the end; any other snaps again. Returns whether any snaps again.
+/// left to the end of the step, negative for bristles that have not snapped. A bristle whose path `way` to
+/// the next snap exceeds `rest` has arrived; the others snap again. Returns whether any does.
 template <class T, bool sums>
 [[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
                                                Walk<T>& walk) {
@@ -336,7 +341,7 @@ template <class T, bool sums>
   return any_lane(snaps);
 }
 
-/// Finishes the paths of all vectors of the list round by round, eight vectors at once.
+/// Moves the bristles of all listed vectors to the end of the step by rounds, eight vectors at once.
 template <class T, bool sums, bool has_residual, class AnyWalk>
 [[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, T residual,
                                    const RedrawColumns<T>& columns, const PlaceList<T>& places,

@@ -3,7 +3,7 @@
 
 namespace bristle::detail {
 
-// Declares the tables of this build. A kernel object exports its table and nothing else.
+// Declares the tables of this build. Each kernel object exports its table and nothing else.
 #if BRISTLE_HAS_AVX512
 extern const KernelTable kernels_avx512;
 #endif
@@ -22,7 +22,7 @@ namespace {
 
 [[maybe_unused]] bool always() { return true; }
 
-// The compiler's CPU test also asks whether the operating system saves the wide registers.
+// Relies on the compiler's CPU test to ask also whether the operating system saves the wide registers.
 #if BRISTLE_HAS_AVX512
 bool has_avx512() {
   return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&

@@ -1,13 +1,16 @@
-// Shared renewal: the effect of the snaps of a piece of path on other bristles (core/patches/RUBBING.md).
+// Shared renewal: the snaps of a piece of path make other bristles slip too (core/patches/RUBBING.md).
 //
-// A draw selects a bristle in contact by number, and a place within the piece ahead. If the bristle is bent
-// along the motion by more than the residual at that place, it slips to the residual and samples a new snap
-// length (SnapRule::redraw); otherwise the draw has no effect. The bristle is stored as if it had come from
-// (residual - way) e, with `way` the path to the place. The kernels then carry it on with all others, and
-// their sums along `way` are corrected here. A renewer takes the bristles of a range of blocks and passes
-// over the draws of others. A draw changes only its own bristle, and sums are integers. Instruction sets
-// differ in `Lengths`, which turns draw states into snap lengths and says whether draws are processed in
-// columns, for the widest vectors, or one by one. Both give the same bits.
+// Each renewal is drawn: a bristle in contact by its number, and a place within the piece ahead. A bristle
+// that is bent along the motion by more than the residual length at that place slips to the residual and
+// samples a new snap length (SnapRule::redraw); on any other bristle the draw has no effect. The selected
+// bristle is stored as if it had come from (residual - way) e, with e the direction of motion and `way` the
+// path to the place. The step kernels then move it with all others, and the sums that they make along `way`
+// are corrected here.
+//
+// A renewer serves a range of blocks and passes over draws of other bristles. A draw changes only its own
+// bristle and sums are integers, so ranges can be processed in any order. Instruction sets differ in
+// `Lengths`, which turns random states into snap lengths and says whether draws are processed in columns (for
+// the widest vectors) or one by one. Both give the same bits.
 #pragma once
 
 #include "ageing.hpp"
@@ -23,8 +26,8 @@ namespace {
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
 
-/// Number of fine units (1 / Renewal::unit) in a coarse unit. Sums over draws first round each draw to coarse
-/// units, and then add the remainders in fine units.
+/// Number of fine units (1 / Renewal::unit) in a coarse unit. Sums over draws take each draw rounded to
+/// coarse units first, then the remainders in fine units.
 constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
@@ -52,21 +55,20 @@ class Renewer {
   }
 
  private:
-  /// Whether draws are processed in columns, which gains nothing with vectors of two or four doubles.
+  /// Whether draws are processed in columns. That gains nothing with vectors of two or four doubles.
   static constexpr bool by_columns = Lengths::by_columns && !ages;
 
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  /// First bristle of the range and number of bristles in it. The last block of the range may extend beyond
-  /// the contact.
+  /// First bristle of the range and number of bristles in it. The last block may extend beyond the contact.
   const std::uint32_t first, size;
   const double left;  ///< residual deflection that a snap leaves
   const double part;  ///< length of that part of the piece which belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  /// Table whose index is the last bits of a bristle's number. An entry equals `mark` if a bristle with
-  /// these bits was drawn.
+  /// Table of drawn bristles, indexed by the last bits of a bristle's number: the entry is `mark` if a
+  /// bristle with these bits was drawn.
   std::uint8_t marked[by_columns ? marks : 1];
   std::uint8_t mark = 0;
 
@@ -74,20 +76,20 @@ class Renewer {
     alignas(64) std::uint32_t bristle[draws_together];
     alignas(64) double way[draws_together];  ///< path from the start of the piece to the place of the draw
   };
-  /// Draws (selections for renewal) that fall into the range, collected until there are enough to process.
+  /// Draws that fall into the renewer's range, collected until there are enough to process in vectors.
   struct Waiting {
     std::uint32_t bristle[2 * draws_together];
     double way[2 * draws_together];
     std::uint32_t count = 0;
   };
-  /// Contributions of draws to the totals; 0 for a draw that has no effect.
+  /// Contributions of draws to the totals of the patch; 0 for a draw that has no effect.
   struct Gains {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
   };
-  /// Columns with an entry for each draw: state of the selected bristle before the draw and after it.
+  /// Columns with an entry for each draw: state of the selected bristle before and after it.
   struct Columns {
-    /// Displacement of the bristle between its block's last rewrite and the start of the piece.
+    /// Displacement of the bristle from the last rewrite of its block to the start of the piece.
     alignas(64) double shift[axes][draws_together];
     alignas(64) T stored[axes][draws_together];
     alignas(64) T limit[draws_together];
@@ -95,7 +97,7 @@ class Renewer {
     alignas(64) double change[axes][draws_together];  ///< change of `stored`, in fixed-point units
     alignas(64) std::uint64_t slips[draws_together];
     alignas(64) std::uint64_t snaps[draws_together];
-    /// Random state from which the bristle's next snap length is sampled, for SnapRule::redraw.
+    /// Random state from which the bristle's next snap length is sampled (SnapRule::redraw).
     alignas(64) std::uint32_t state[draws_together];
     alignas(64) T length[draws_together];  ///< snap length that the bristle's next draw gives
     std::uint8_t alone[draws_together];    ///< 1 if the draw must be handled by itself, otherwise 0
@@ -104,7 +106,7 @@ class Renewer {
     std::uint32_t k[draws_together];
     std::uint32_t size = 0;
   };
-  /// State of a bristle at the start of the piece.
+  /// State of a bristle at the start of the piece, before any renewal.
   struct Start {
     double shift[2];  ///< displacement of the bristle since its block's last rewrite
     double z[2];
@@ -121,7 +123,7 @@ class Renewer {
     double twice_integral[2] = {0.0, 0.0};
   };
 
-  /// Makes all draws (random selections for renewal) in groups; prefetches the bristles of the next group.
+  /// Makes all draws of the piece, in groups; prefetches the bristles of the next group.
   void renew_all() {
     Draws draws[2];
     draw(0, draws[0]);
@@ -138,7 +140,7 @@ class Renewer {
     }
   }
 
-  /// Makes those draws, in their order, that select bristles of this renewer's range of blocks.
+  /// Makes those draws, in their order, that select a bristle of this renewer's range.
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
@@ -158,7 +160,7 @@ class Renewer {
     if (count > 0) renew(ready, count);
   }
 
-  /// Keeps the draws that select bristles of the range. Has no branch, because it could not be predicted.
+  /// Selects the draws whose bristle is in the range. Has no branch, because it could not be predicted.
   void sift(const Draws& drawn, std::uint32_t count, Waiting& waiting) const {
     const std::uint32_t before = waiting.count;
     std::uint32_t n = before;
@@ -171,7 +173,8 @@ class Renewer {
     fetch(waiting.bristle + before, n - before);
   }
 
-  /// Moves the first `count` waiting draws to `draws`, whose unused entries get a bristle of the range.
+  /// Moves the first `count` waiting draws to `draws`. Unused entries of `draws` get some bristle of the
+  /// range.
   void take(Waiting& waiting, std::uint32_t count, Draws& draws) const {
     for (std::uint32_t k = 0; k < draws_together; ++k) {
       draws.bristle[k] = k < count ? waiting.bristle[k] : first;
@@ -182,7 +185,7 @@ class Renewer {
     std::memmove(waiting.way, waiting.way + count, waiting.count * sizeof waiting.way[0]);
   }
 
-  /// Makes draws from the k-th on. Each draw has its own part of the piece, so draws are ordered by place.
+  /// Makes draws from the k-th on. Each has its own part of the piece, so draws are ordered by place.
   void draw(std::uint64_t k_first, Draws& draws) const {
     alignas(64) std::uint32_t low[draws_together];
     const std::uint64_t seed = renewal.key + (renewal.first_draw + k_first) * 0x9E3779B97F4A7C15u;
@@ -229,7 +232,7 @@ class Renewer {
     return start;
   }
 
-  /// Whether a bristle that ages snaps within the path `way` from the start of the piece.
+  /// Returns whether a bristle that ages snaps within the path `way` from the start of the piece.
   bool snaps_within(std::uint32_t i, double way, Start& start) const {
     const Block& block = patch.blocks[i / block_size];
     const double age = (block.zero ? 0.0 : static_cast<double>(patch.age[i])) +
@@ -267,8 +270,8 @@ class Renewer {
   }
 
   /// Sums a column in integer units, so that the order of draws cannot change the sum. Adding `whole` to a
-  /// double below 2^51 rounds it to an integer and leaves this integer in the low bits. A second sum, in
-  /// finer units, takes the remainders of the first.
+  /// double below 2^51 rounds it to an integer, which then stands in the low bits. A second sum, in finer
+  /// units, takes the remainders of the first.
   Int128 sum_of(const double (&column)[draws_together], std::uint32_t count) const {
     constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52; adding it rounds to an integer
     const double coarse = renewal.unit / finer;
@@ -290,12 +293,12 @@ class Renewer {
     mark = 0;
   }
 
-  /// Reads the bristles of the draws. Sets `alone` for draws to be handled one by one: possible repeats,
-  /// unwritten blocks, the bristle in contact in part.
+  /// Reads the bristles of the draws. Sets `alone` for draws that must be handled one by one: bristles that
+  /// may be drawn twice, bristles of unwritten blocks, and the bristle in contact only in part.
   void read(const Draws& draws, std::uint32_t count, Columns& columns) {
     if (mark == 255) clear_marks();
     const std::uint8_t now = ++mark;
-    // Copies pointers first, because the bytes written below could alias any of these members.
+    // Copies pointers first, because the compiler must assume that the bytes written below alias any member.
     const T* const z[2] = {patch.zx, patch.zy};
     const T* const limit = patch.delta;
     const Block* const blocks = patch.blocks;
@@ -319,7 +322,8 @@ class Renewer {
     }
   }
 
-  /// Renews bristles that do not snap before their renewal point, in vectors, as slip() does one by one.
+  /// Computes the renewal of all drawn bristles, a vector at a time, as if none snapped before its renewal
+  /// point. sort() then leaves those that do snap to slip(), one by one.
   void bend_all(const Draws& draws, Columns& columns, Gains& gains) const {
     const double e[2] = {renewal.direction[0], renewal.direction[1]};
     const double residual = left;
@@ -358,8 +362,8 @@ class Renewer {
   }
 
   /// Sorts draws into bristles that slip without a snap and bristles to be handled one by one. Has no branch,
-  /// because it could not be predicted. A bristle that is drawn twice is in the first list only with its
-  /// first draw, so the first list may be processed first.
+  /// because it could not be predicted. A bristle drawn twice is in the first list only with its first draw,
+  /// so the first list may be processed first.
   void sort(std::uint32_t count, const Columns& columns, List& slipping, List& rest) const {
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);
@@ -405,7 +409,8 @@ class Renewer {
     totals.renewed += list.size;
   }
 
-  /// Renews the bristle of one draw, with the snap length sampled ahead unless the bristle was drawn twice.
+  /// Renews the bristle of one draw. Its snap length has been sampled ahead, unless the bristle is drawn
+  /// twice.
   void slip(const Draws& draws, std::uint32_t k, const Columns& columns, Gains& gains) {
     const std::uint32_t i = draws.bristle[k];
     const double way = draws.way[k];
@@ -436,8 +441,8 @@ class Renewer {
     book(block, i, start, way, passed, k, gains);
   }
 
-  /// Rewrites the ages of a block at the start of the piece, so that ages of young bristles among old ones
-  /// keep their digits.
+  /// Rewrites the ages of a block relative to the start of the piece, so that the ages of renewed bristles
+  /// keep their digits beside those of old ones.
   void age_block(std::uint32_t b) const {
     const T before = static_cast<T>(age_since(renewal, patch.since[b]).before);
     patch.since[b] = renewal.start;
@@ -492,8 +497,8 @@ class Renewer {
     }
   }
 
-  /// Stores a deflection with which the bristle will be bent by the residual after the path `way`, and adds
-  /// the changes to the totals.
+  /// Stores the deflection from which the path `way` brings the bristle to the residual, and adds the changes
+  /// to the totals.
   void book(Block& block, std::uint32_t i, const Start& start, double way, const Passed& passed,
             std::uint32_t k, Gains& gains) {
     const auto weight = static_cast<double>(weight_of(patch, i));

@@ -1,12 +1,13 @@
-// The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. Written for
-// one bristle or a vector of bristles, each with its own direction and length (core/MODEL.md, section 30,
-// with the symbols). Beds and joints take whole steps from this file, contacts in lanes (lane_slide.hpp) the
-// parts of a step.
+// The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. Works on one
+// bristle or on a vector of bristles, each with its own direction and length (core/MODEL.md, section 30, with
+// the symbols). Beds and joints take whole steps from this file, contacts in lanes (lane_slide.hpp) the parts
+// of a step.
 //
 // A step moves the root of a bristle by `length` along the unit vector e. The tip sticks over the distance
-// tau, until |z| is the limit. From there it follows the tractrix: the angle theta between z and e shrinks as
-// tan(theta'/2) = tan(theta/2) exp(-s/l) over the distance s. Sliding always begins with theta <= 90 degrees,
-// because the tip sticks while z unloads. Half-angles therefore stay below 45 degrees, and nothing overflows.
+// tau, until |z| is the limit l. From there the tip is dragged along a tractrix: the angle theta between z
+// and e shrinks as tan(theta'/2) = tan(theta/2) exp(-s/l) over the distance s. A tip sticks while z unloads,
+// so sliding always begins with theta <= 90 degrees; half-angles are at most 45 degrees, and nothing
+// overflows.
 #pragma once
 
 #include <limits>
@@ -16,8 +17,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Evaluates a polynomial, lowest power first, as two polynomials of half the degree, which halves the chain
-/// of dependent operations.
+/// Evaluates a polynomial, lowest power first, as two of half the degree. That halves the chain of dependent
+/// operations.
 template <class T, class V, std::size_t n>
 [[gnu::always_inline]] inline V polynomial_in_halves(const double (&coefficients)[n], V x) {
   constexpr int last = static_cast<int>(n) - 1;
@@ -36,7 +37,8 @@ struct Decay {
 };
 template <class T, class V>
 [[gnu::always_inline]] inline Decay<V> decay(V y) {
-  // Computes exp(-y) as 2^-x with x = k + f, k whole and f at most a half. Adding `magic` rounds x to k.
+  // Computes exp(-y) as 2^-x with x = k + f, k whole and |f| at most a half. Adding `magic` to x rounds it to
+  // k.
   constexpr T magic = T(1.5) * (sizeof(T) == 4 ? T(8388608) : T(4503599627370496));
   const V x = least(y, V(T(80))) * V(T(1.4426950408889634));
   const V minus_k = (V(magic) - x) - V(magic);
@@ -82,7 +84,8 @@ template <class T, class V>
   return (t + t) * log_series<T>(t * t);
 }
 
-/// Returns arctan(u) for |u| <= 1, accurate relative to a small u. In double the angle is halved twice first.
+/// Returns arctan(u) for |u| <= 1, accurate relative to a small u. In double precision halves the angle twice
+/// first.
 template <class T, class V>
 [[gnu::always_inline]] inline V arc_tangent(V u) {
   constexpr double single[] = {0.9999999846670059,  -0.33333071910176365,  0.1999258568843616,
@@ -108,7 +111,8 @@ template <class T, int axes, class V>
 }
 
 /// Returns the distance along the motion after which a deflection grows beyond the length `limit`; 0 if it is
-/// that long and does not shrink. The form used cannot choose the wrong root of the quadratic equation.
+/// that long already and does not shrink. The form of the root used here cannot pick the wrong one of the
+/// two.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
@@ -116,9 +120,9 @@ template <class T, int axes, class V>
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
 }
 
-/// Slide of a tip along its tractrix over the distance s. With p = l + l cos(theta) and a = l sin(theta),
-/// both times the same number, half the angle has the tangent a / p at the start and w / p at the end, w = a
-/// exp(-s / l).
+/// Slide of a tip along its tractrix over the distance s, with theta the angle between deflection and motion.
+/// p stands for l + l cos(theta) and a for l sin(theta), both times the same factor. Half the angle then has
+/// the tangent a / p at the start and w / p at the end, with w = a exp(-s / l).
 template <class V>
 struct Tractrix {
   V a, p, w, p2, both;  ///< `both` is p^2 + w^2
@@ -128,7 +132,7 @@ struct Tractrix {
       : a(the_a), p(the_p), w(a * the_turn.left), p2(p * p), both(p2 + w * w), turn(the_turn) {}
 
   /// Return by how much the deflection grows along the motion and shrinks across it, if a and p are lengths.
-  /// Neither result is a difference of nearly equal numbers.
+  /// Neither result is a difference of nearly equal numbers, so both are accurate for short slides.
   template <class T>
   V gained_along() const {
     return divide(a * turn.lost, both) * (a * (V(T(1)) + turn.left)) * p;
@@ -136,13 +140,14 @@ struct Tractrix {
   V lost_aside() const { return divide(a * turn.lost, both) * (p2 - a * w); }
 
   /// Returns the logarithm in the integral of the deflection along the motion, l s - l^2 ln((1 + t^2) / (1 +
-  /// t'^2)): the quotient is 1 + a^2 (1 - E^2) / (p^2 + w^2), E = exp(-s / l).
+  /// t'^2)), with t and t' the tangents of the half-angle before and after. The quotient is 1 + a^2 (1 - E^2)
+  /// / (p^2 + w^2), E = exp(-s / l).
   template <class T>
   V log_of_turn() const {
     return log_of_one_plus<T>((a * a) * (turn.lost * (V(T(1)) + turn.left)), both);
   }
-  /// Returns theta - theta', which times l^2 is the integral of the deflection across the motion. Half of it
-  /// has the tangent (t - t') / (1 + t t').
+  /// Returns theta - theta', the angle by which the deflection turns. Times l^2 it is the integral of the
+  /// deflection across the motion. Half of it has the tangent (t - t') / (1 + t t').
   template <class T>
   V angle() const {
     const V half = arc_tangent<T>(divide((a * p) * turn.lost, p2 + a * w));
@@ -150,7 +155,7 @@ struct Tractrix {
   }
 };
 
-/// State of a bristle after a step. The integrals and the dissipated energy are filled only if asked for.
+/// State of a bristle after a step. Integrals and dissipated energy are filled only if asked for.
 template <class V>
 struct Slid {
   V x, y;             ///< z', the deflection at the end of the step
@@ -160,9 +165,9 @@ struct Slid {
   V dissipated = {};  ///< dissipated energy over stiffness (only with `energy`)
 };
 
-/// Advances bristles that stick over `path` <= length; those for which it is shorter than the step then slide
-/// at `limit`. `holds` is |z| at the start of sliding; a bristle that holds more than its limit drops to it
-/// there.
+/// Moves bristles whose tips stick over `path` <= length. Those whose path is shorter than the step then
+/// slide at `limit`. `holds` is |z| at the start of sliding; where it exceeds the limit, the deflection drops
+/// to the limit there.
 template <class T, int axes, bool mean, bool energy, class V>
 [[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
                                                   V ey, V length) {
@@ -174,18 +179,19 @@ template <class T, int axes, bool mean, bool energy, class V>
   end.x = limit * ex;
   end.y = limit * ey;
   const V s = length - path;
-  // Integrals of the deflection, along the motion and across it, over the path on which the tip slides.
+  // Integrals of the deflection, along the motion and across it, over the distance on which the tip slides.
   V along_integral = limit * s;
   V aside_integral = none;
   if constexpr (axes == 2) {
-    // Takes an angle up to 4 eps s / l, at most 4 eps, as 0. Angles neglected along a path l then add up to 4
-    // eps at most, whatever the length of the steps.
+    // Treats an angle up to 4 eps s / l, at most 4 eps, as 0. Neglected angles then add up to 4 eps at most
+    // along a path l, whatever the length of the steps.
     constexpr T few = 4 * std::numeric_limits<T>::epsilon();
     const V a = start.aside;
     const V rounds = least(s, limit) * V(few);
     const auto turns = slides & (a * a > rounds * rounds);
     if (any_lane(turns)) {
-      // Starts the tractrix where z along the motion is l cos(theta). No quotient is needed until the end.
+      // Starts the tractrix where the deflection along the motion is l cos(theta). Needs no quotient until
+      // the end.
       const Tractrix<V> path_of_tip(a, most(holds + (start.along + path), V(T(1e-15))),
                                     decay<T>(divide(s, most(limit, V(T(1e-30))))));
       const V p = path_of_tip.p, p2 = path_of_tip.p2, w = path_of_tip.w;
@@ -218,7 +224,7 @@ template <class T, int axes, bool mean, bool energy, class V>
 }
 
 /// Returns the share (0 to 1) of the motion d over which the tip sticks before it slides: the root of |z +
-/// share d| = reach. `gap` = reach^2 - |z|^2, at least 0; b = z . d; d2 = |d|^2.
+/// share d| = reach. `gap` is reach^2 - |z|^2, at least 0; b is z . d; d2 is |d|^2.
 template <class V>
 [[gnu::always_inline]] inline V share_that_sticks(V gap, V b, V d2) {
   const V none(0.0f);

@@ -1,9 +1,10 @@
 // The snap of a bristle, in vectors: the physics of a step.
 //
 // A step moves the patch by `length` along the unit vector e. A bristle bends until its deflection reaches
-// its snap length, after a distance tau. There it snaps, and the path left bends it again, or snaps it again
-// (core/MODEL.md, section 3, with the symbols). With a residual the bristle snaps when it is bent by the
-// residual and its snap length together, and stays bent by the residual along e (core/patches/RUBBING.md).
+// its snap length, after the path tau. There it snaps, and along the path left it bends again, perhaps to
+// further snaps (core/MODEL.md, section 3, with the symbols). With a residual length, a bristle snaps when it
+// is bent by residual and snap length together, and stays bent by the residual along e
+// (core/patches/RUBBING.md).
 #pragma once
 
 #include <limits>
@@ -14,7 +15,7 @@
 namespace bristle::detail {
 namespace {
 
-/// First pass of a vector of bristles: the path of each from the start of the step to its first snap, or to
+/// First pass over a vector of bristles: the path of each from the start of the step to its first snap, or to
 /// the end.
 template <class T>
 struct FirstPass {
@@ -23,7 +24,7 @@ struct FirstPass {
   Mask<T> snaps;
 };
 
-/// Formulas for snaps that leave a residual deflection, or none. `limit` is an entry of the column `delta`:
+/// Formulas for snaps, with a residual deflection or without. `limit` is an entry of the column `delta`:
 /// residual + snap length.
 template <class T, bool has_residual>
 struct Residual {
@@ -42,18 +43,20 @@ struct Residual<T, true> {
   explicit Residual(Lanes<T> residual) : left(residual) {}
   Lanes<T> length_of(Lanes<T> limit) const { return limit - left; }
   Lanes<T> limit_of(Lanes<T> length) const { return left + length; }
-  /// Returns twice the energy that a snap loses, over the stiffness.
+  /// Returns twice the energy that a snap loses, divided by the stiffness.
   Lanes<T> squares_of(Lanes<T> limit) const { return (limit - left) * (limit + left); }
-  /// Returns twice the energy lost by many snaps, over the stiffness, from the sums of delta^2 and delta.
+  /// Returns twice the energy lost by many snaps, divided by the stiffness, from their sums of delta^2 and
+  /// delta.
   Lanes<T> squares_over(Lanes<T> squares, Lanes<T> lengths) const {
     return squares + (left + left) * lengths;
   }
-  /// Returns twice the integral of the deflection along `path`, given its value without a residual.
+  /// Returns twice the integral of the deflection along `path`, from its value without a residual.
   Lanes<T> passed_over(Lanes<T> integral, Lanes<T> path) const { return integral + (left + left) * path; }
 };
 
 /// Data that all bristles of a block share in a step: columns, direction, and displacement since the block's
-/// last rewrite at the start (p0) and the end (p1) of the step. A local copy stays in registers.
+/// last rewrite at the start (p0) and at the end (p1) of the step. Copied into a local variable, they stay in
+/// registers.
 template <class T, int axes, bool has_residual>
 struct BlockMotion {
   T* zx;
@@ -76,7 +79,7 @@ struct BlockMotion {
     }
   }
 
-  /// Returns the distance from the deflection at the end of the step to the snap, less the rounding error of
+  /// Returns how far the deflection at the end of the step is from the snap, less the rounding error of
   /// beyond_at().
   Lanes<T> margin_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
@@ -89,8 +92,8 @@ struct BlockMotion {
     }
   }
 
-  /// Returns tau, the path along the motion after which the deflection is as long as `limit`. The form
-  /// used cannot choose the wrong root of the quadratic equation.
+  /// Returns tau, the path along the motion after which the deflection is as long as `limit`. The form of the
+  /// root used here cannot pick the wrong one of the two.
   Lanes<T> way_to_snap(Lanes<T> start_x, Lanes<T> start_y, Lanes<T> limit) const {
     if constexpr (axes == 1) {
       return positive_part(limit - start_x * ex);
@@ -99,14 +102,14 @@ struct BlockMotion {
       const Lanes<T> aside = start_x * ey - start_y * ex;
       const Lanes<T> limit2 = limit * limit;
       const Lanes<T> chord2 = limit2 - aside * aside;
-      // Bristles bent exactly along the motion need no root, because it would give `limit` to the last bit.
+      // Skips the root for bristles bent exactly along the motion, for which it is `limit` to the last bit.
       const Lanes<T> chord = any_lane(chord2 != limit2) ? root(positive_part(chord2)) : limit;
       return positive_part(chord - along);
     }
   }
 
-  /// Finds the first pass (the path up to the first snap) of a vector of bristles. `partial`: bristles of
-  /// weight 0 do not snap.
+  /// Finds the path up to the first snap for a vector of bristles. `partial`: some have weight 0 and do not
+  /// snap.
   template <bool partial>
   FirstPass<T> first_pass(std::uint32_t i, Lanes<T> weight) const {
     const Lanes<T> start_x = load(zx + i) + p0x;
@@ -127,16 +130,16 @@ struct BlockOutput {
   std::uint32_t* draw;
 };
 
-/// Sums over the bristles of a block, up to the first snap of each, for each lane.
+/// Sums over the bristles of a block, for each lane, up to the first snap of each bristle.
 template <class T>
 struct PassSums {
   Lanes<T> passed[2];  ///< sum over bristles of path x deflection at the start
-  Lanes<T> squares;    ///< sum over the snaps of delta^2, with a residual of (residual + delta)^2 -
-                       ///< residual^2
+  /// Sum over the snaps of delta^2, with a residual of (residual + delta)^2 - residual^2.
+  Lanes<T> squares;
 
   PassSums() { passed[0] = passed[1] = squares = Lanes<T>(T(0)); }
-  /// Copies vector by vector, because a copy of whole arrays keeps a local in memory, at eight cycles for
-  /// each addition.
+  /// Copies vector by vector. A copy of whole arrays would keep a local variable in memory, which costs eight
+  /// cycles for each addition.
   PassSums& operator=(const PassSums& other) {
     passed[0] = other.passed[0];
     passed[1] = other.passed[1];
@@ -145,7 +148,7 @@ struct PassSums {
   }
 };
 
-/// Sums over the bristles of a block, over the whole step, for each lane.
+/// Sums over the bristles of a block, for each lane, over the whole step.
 template <class T>
 struct RowSums : PassSums<T> {
   Lanes<T> stored[2];  ///< sum of the bristles' deflections at the end of the step
@@ -196,8 +199,8 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
   }
 }
 
-/// Finds for the vector of bristles at i the path up to each one's first snap, or the whole step, and adds
-/// the deflection and energy of that path to `sums`.
+/// Finds the path up to the first snap, or the whole step, for each bristle of the vector at i. Adds
+/// deflection and energy along that path to `sums`.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline FirstPass<T> begin_pass(const BlockMotion<T, axes, residual>& motion,
                                                       std::uint32_t i, const T* row_weights,
@@ -237,8 +240,8 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
   put_deflections<T, axes, partial>(output, i % block_size, next_x, next_y, weights, sums);
 }
 
-/// SnapRule::keep: a bristle snaps after every delta. Advances the bristles at i of a block that is being
-/// rewritten, after begin_pass(). `again`: the step is long enough for a bristle to snap more than once.
+/// Moves the bristles at i through the step under SnapRule::keep, where each snaps again after every delta.
+/// For blocks that are rewritten, after begin_pass(). `again`: the step is long enough for a second snap.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, bool again>
 [[gnu::always_inline]] inline void end_keep(const BlockMotion<T, axes, residual>& motion,
                                             const BlockOutput<T>& output, std::uint32_t i, Lanes<T> path,
@@ -259,8 +262,9 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      Weights<T, partial>(row_weights), sums);
 }
 
-/// Advances the vectors at i, i + 16 and so on in registers, none skipped, under SnapRule::redraw: with at
-/// most four draws a bristle (uniform lengths) or until bristles jump (normal and lognormal lengths).
+/// Moves the vectors at i, i + 16 and so on through the step in registers, under SnapRule::redraw; skips
+/// none. Each bristle samples at most four uniform lengths; under normal and lognormal laws this serves steps
+/// too short for jumps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together,
           class Lengths>
 [[gnu::always_inline]] inline void advance_in_registers(const BlockMotion<T, axes, residual>& motion,
@@ -296,7 +300,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   }
 }
 
-/// Finds the paths up to the first snap, for SnapRule::redraw by rounds. Returns whether any bristle snaps.
+/// Finds the paths up to the first snap, before the rounds of redraw.hpp. Returns whether any bristle snaps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
@@ -306,7 +310,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   return any_lane(pass.snaps);
 }
 
-/// Adds the bristles at i to the sums after their walk from snap to snap (SnapRule::redraw), and writes them.
+/// Adds the bristles at i to the sums and writes them, after the rounds of redraw.hpp have moved them to the
+/// end of the step.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline void end_redraw(const BlockMotion<T, axes, residual>& motion,
                                               const BlockOutput<T>& output, std::uint32_t i,
@@ -324,7 +329,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      sums);
 }
 
-/// Adds the sum of delta^2 over a vector's snaps after the first, and its variance from snaps jumped over.
+/// Adds, for a vector of bristles, the sum of delta^2 over snaps after the first, and the variance of this
+/// sum that jumps over many snaps leave.
 template <class T, bool partial>
 inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& walk, Lanes<T> length,
                        Lanes<T>& squares, Lanes<T>& variance) {

@@ -1,5 +1,5 @@
-// The snap of a bristle that ages, for a vector of them: snap.hpp with a limit that grows with the age
-// (ageing.hpp, core/patches/AGEING.md).
+// The snap of a bristle that ages, in vectors: as snap.hpp, with a limit that grows with the age (ageing.hpp,
+// core/patches/AGEING.md).
 #pragma once
 
 #include "ageing.hpp"
@@ -8,25 +8,25 @@
 namespace bristle::detail {
 namespace {
 
-/// Data that a block's bristles share in a step (BlockMotion), with the bristles' ages.
+/// Data that all bristles of a block share in a step (as BlockMotion), and their ages.
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
-  Lanes<T> before, after;  ///< age gained since the block's last rewrite, at the start and at the end of the
-                           ///< step
+  /// Age gained since the block's last rewrite, at the start and at the end of the step.
+  Lanes<T> before, after;
   Lanes<T> later;  ///< lower bound of the age gained since the block's last rewrite, in every later step
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
-  /// Returns the deflection at which bristles of these fresh lengths and ages snap.
+  /// Returns the deflections at which bristles with these fresh snap lengths and ages snap.
   Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
     return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
   /// Returns the deflections at which the bristles from i on would snap at the end of the step.
   Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
-  /// Returns a mask of the bristles at i beyond their limit at the end of the step. Tests the fresh limit
-  /// first, since a bristle within it is within the aged one, and that test needs no logarithm.
+  /// Returns a mask of the bristles from i on that are beyond their limit at the end of the step. Tests the
+  /// fresh limit first, without a logarithm: a bristle within it is within the aged limit too.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Mask<T> beyond = BlockMotion<T, axes, true>::beyond_at(i);
     if (!any_lane(beyond)) return beyond;
@@ -79,8 +79,8 @@ struct AgedStart {
   }
 };
 
-/// First of three passes over a block: finds for each bristle a path that is not shorter than its path to the
-/// first snap. Returns whether any bristle snaps.
+/// First of three passes over a block: finds, for each bristle, a path at or beyond its first snap. Returns
+/// whether any bristle snaps.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline bool begin_aged(const AgedMotion<T, axes>& motion, std::uint32_t i,
                                               const T* row_weights, T* path) {
@@ -93,8 +93,8 @@ template <class T, int axes, bool partial>
   return any_lane(first < motion.length);
 }
 
-/// Second of three passes over a block: computes the snaps, eight vectors at once, because each of Newton's
-/// steps waits for the one before.
+/// Second of three passes over a block: finds the snaps, by Newton's method from the paths of the first pass.
+/// Takes eight vectors at once, because each iteration waits for the one before.
 template <class T, int axes, bool keep>
 [[gnu::noinline]] void find_snaps(const AgedMotion<T, axes>& motion, std::uint32_t start,
                                   const PlaceList<T>& places, bool again, T* path, T* ways) {
@@ -108,7 +108,7 @@ template <class T, int axes, bool keep>
   for (std::uint32_t n = 0; n < places.size; n += bundle_size) {
     Places<T> at;
     for (std::uint32_t k = 0; k < bundle_size; ++k)
-      // Unused vectors of the bundle repeat its first vector, which does no harm.
+      // Fills unused vectors of the bundle with its first vector, which does no harm.
       at.i[k] = places.place[n + k < places.size ? n + k : n];
     Bent<Bundle<T>> bent;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
@@ -152,7 +152,8 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
   age.store_aligned(new_age + i % block_size);
 }
 
-/// Adds the bristles at i to the sums and writes them (SnapRule::keep): paths from snap to snap are equal.
+/// Adds the bristles at i to the sums and writes them, under SnapRule::keep: paths from snap to snap are
+/// equal.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,
@@ -173,7 +174,8 @@ template <class T, int axes, bool partial>
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }
 
-/// Adds the bristles at i to the sums after their walk from snap to snap (SnapRule::redraw), and writes them.
+/// Adds the bristles at i to the sums and writes them, under SnapRule::redraw, after the rounds of
+/// redraw.hpp.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_redraw_aged(const AgedMotion<T, axes>& motion,
                                                    const BlockOutput<T>& output, T* new_age, std::uint32_t i,

@@ -1,9 +1,9 @@
-// One step over the blocks of a patch: which blocks are visited, and what is summed.
+// One step over the blocks of a patch: decides which blocks are visited, and what is summed.
 //
-// A block is visited in two passes. The first asks whether any of its bristles snaps; if none does, nothing
-// is written, since the block's displacement since its last rewrite grows by itself. The second rewrites all
-// its deflections (snap.hpp). Blocks whose bound says that nothing snaps are not visited at all
-// (core/MODEL.md, section 10).
+// Most blocks need no work. A block whose bound says that nothing snaps is not visited at all (core/MODEL.md,
+// section 10). In any other block a first pass asks whether a bristle snaps. If none does, nothing is
+// written, because deflections are stored relative to the displacement since the block's last rewrite, which
+// grows by itself. If one does, a second pass rewrites all deflections of the block (snap.hpp).
 #pragma once
 
 #include <limits>
@@ -25,7 +25,8 @@ class Stepper {
   Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
       : patch(the_patch), advance(the_advance), totals(the_totals), rounds(foreseen_rounds()) {}
 
-  /// Counts the bristles of blocks [first, last) that are beyond their snap length at the end of the step.
+  /// Counts the bristles of blocks [first, last) that are beyond their snap length at the end of the step,
+  /// without changing any. Shared renewal needs that count in advance.
   std::uint64_t foresee(std::uint32_t first, std::uint32_t last) const {
     std::uint64_t count = 0;
     for (std::uint32_t b = first; b < last; ++b) {
@@ -43,7 +44,7 @@ class Stepper {
     return count;
   }
 
-  /// Advances blocks [first, last); `first` begins a group of blocks with a common bound.
+  /// Steps blocks [first, last), where `first` begins a group of blocks with a common bound.
   void run(std::uint32_t first, std::uint32_t last) {
     assert_step(patch, advance, first, last, axes, redraw);
     for (std::uint32_t b = first; b < last; b += blocks_per_group) {
@@ -59,18 +60,19 @@ class Stepper {
   }
 
  private:
-  // One kernel for ageing bristles computes all outputs and serves patches with any of them.
+  // Compiles one kernel for ageing bristles, with all outputs, which serves patches with any of them.
   static_assert(!ages || (mean && energy && residual));
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
-  /// Uniform law: share of bristles that snap in a step below which redraw skips vectors without a snap.
+  /// Share of bristles that snap in a step below which vectors without a snap are skipped; for uniform laws
+  /// under SnapRule::redraw.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // For laws whose snap lengths are looked up, up to where jumps begin; thresholds are step lengths in mean
-  // snap lengths. Below few_looked_up, and with vectors narrower than a row, vectors without a snap are
-  // skipped.
+  // Thresholds for laws whose snap lengths are looked up, as step lengths in mean snap lengths. They hold up
+  // to where jumps begin. Below few_looked_up, and with vectors narrower than a row, vectors without a snap
+  // are skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
   /// Step length from which two random lengths are sampled before either is known to be needed; below it one.
@@ -84,10 +86,11 @@ class Stepper {
   const PatchView<T>& patch;
   const Advance& advance;
   Totals& totals;
-  const std::uint32_t rounds;  ///< for SnapRule::redraw, the number of random lengths that most vectors need,
-                               ///< if that number is small; otherwise, and for single numbers, 0
+  /// For SnapRule::redraw, the number of random lengths that most vectors need, if that number is small;
+  /// otherwise, and for single numbers, 0.
+  const std::uint32_t rounds;
 
-  /// Bristles of a block that are in contact: whole rows of 16, then a row in which weights differ.
+  /// Part of a block that is in contact: whole rows of 16 bristles, then a row in which weights differ.
   struct Extent {
     std::uint32_t start, active, full_rows;
     bool partial;
@@ -127,8 +130,8 @@ class Stepper {
     return root(x * x + y * y);
   }
 
-  /// Whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the way, because the
-  /// deflections within a snap length form a disc, which is convex.
+  /// Returns whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the way
+  /// either: the deflections within a snap length form a disc, which is convex.
   bool within(const std::int64_t (&anchor)[2], double reach) const {
     return reach >= 0.0 && distance(anchor) < reach;
   }
@@ -236,7 +239,7 @@ class Stepper {
     return extent;
   }
 
-  /// Whether any bristle of the block snaps. If none does and bounds are kept, `margin` becomes the
+  /// Returns whether any bristle of the block snaps. If none does and bounds are kept, sets `margin` to the
   /// shortest distance from a deflection to its snap length.
   template <bool keep_margin>
   static bool any_snap(const Motion& motion, const Extent& extent, T& margin) {
@@ -266,12 +269,13 @@ class Stepper {
     return false;
   }
 
-  /// Stores how far the patch may move from its end position before a bristle of the block snaps.
+  /// Stores the bound of a block: how far the patch may move from its end position before a bristle of the
+  /// block snaps.
   void keep_bound(Block& block, T margin, T p1x, T p1y) const {
     constexpr double ulp = std::numeric_limits<T>::epsilon();
     const auto path = static_cast<double>(margin);
-    // Allows for rounding errors of the displacement since the last rewrite, here and at the patch's later
-    // position, and (by the factor) of `reach` itself, a float.
+    // Allows for rounding errors: of the displacement since the last rewrite, here and at the patch's later
+    // position, and (by the factor) of `reach`, a float.
     const double shift = static_cast<double>((p1x < 0 ? -p1x : p1x) + (p1y < 0 ? -p1y : p1y));
     const double reach = path * (1.0 - 2e-7) - 2.0 * ulp * (shift + 2.0 * path);
     block.reach = reach > 0.0 ? static_cast<float>(reach) : 0.0f;
@@ -279,7 +283,7 @@ class Stepper {
     block.anchor[1] = advance.to[1];
   }
 
-  /// Columns of one block into which a trial step writes, so that the patch's state stays.
+  /// Columns of one block into which a trial step writes, so that the patch's state is unchanged.
   struct Scratch {
     alignas(64) T zx[block_size];
     alignas(64) T zy[axes == 2 ? block_size : 1];
@@ -287,7 +291,7 @@ class Stepper {
     alignas(64) std::uint32_t draw[redraw ? block_size : 1];
   };
 
-  /// Calls `advance_row(partial, i, weights)` for every row's vector of bristles that begins at lane k.
+  /// Calls `advance_row(partial, i, weights)` for the vector of bristles that begins at lane k of every row.
   template <class F>
   [[gnu::always_inline]] static void for_rows(const Extent& extent, std::uint32_t k, F&& advance_row) {
     const std::uint32_t at = extent.start + k;
@@ -344,13 +348,14 @@ class Stepper {
     return total(motion, sums, noise);
   }
 
-  /// Advances the rows of a block by SnapRule::keep. `again`: a bristle may snap more than once in the step.
+  /// Moves the rows of a block through the step under SnapRule::keep. `again`: a bristle may snap more than
+  /// once.
   template <bool again>
   static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
-    // The operations on one vector form a long chain. With narrow vectors the registers hold
-    // only three chains at a time, too few to fill the pipes, so the first pass runs over all rows before the
-    // rest.
+    // Splits the work into two passes for narrow vectors. The operations on one vector form a long chain, and
+    // their registers hold only three chains at a time, too few to fill the pipes; the first pass therefore
+    // runs over all rows before the second begins.
     constexpr bool two_passes = width < lane_count;
     alignas(64) T path[two_passes ? block_size : 1];
     for (std::uint32_t part = 0; part < parts; ++part) {
@@ -436,7 +441,8 @@ class Stepper {
     }
   }
 
-  /// Samples the random part of a block's sum of delta^2; of snaps jumped over only the mean is known.
+  /// Samples the random part of a block's sum of delta^2. Of snaps that were jumped over only its mean is
+  /// known.
   static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
     Row<T> squares, variance;
     for (std::uint32_t part = 0; part < parts; ++part)
@@ -480,7 +486,8 @@ class Stepper {
     return draws <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * draws)) : 0;
   }
 
-  /// Advances the rows of a block by rounds. Returns the random part of its sum of delta^2 (open_noise()).
+  /// Moves the rows of a block through the step by rounds. Returns the random part of its sum of delta^2
+  /// (open_noise()).
   double rewrite_by_rounds(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
     const bool jumps = (mean || energy) && advance.length > patch.law->jump_from;
@@ -526,7 +533,7 @@ class Stepper {
       for (std::uint32_t part = 0; part < parts; ++part) stored.part[part] = sums[part].stored[axis];
       block.stored[axis] = tree_sum(stored);
       if constexpr (mean) {
-        // Twice the integral of the bristles' deflections along the path of the step.
+        // Twice the integral of the bristles' deflections along the path of the step, for the mean force.
         Row<T> integral;
         for (std::uint32_t part = 0; part < parts; ++part)
           integral.part[part] = Lanes<T>(T(2)) * sums[part].passed[axis] + direction[axis] * sums[part].along;
