@@ -1,4 +1,5 @@
-// A bed, the bristles of an elastic body's contact area: its constants, its state and its bristles' columns.
+// A bed: the bristles under the contact area of an elastic body (BEDS.md). Here are its constants, its state,
+// the columns of its bristles, and the functions that bed_batch.cpp calls.
 #pragma once
 
 #include <cstdint>
@@ -15,50 +16,53 @@ struct FreeColumns {
   void operator()(float* columns) const noexcept { ::operator delete[](columns, std::align_val_t{64}); }
 };
 using BedMemory = std::unique_ptr<float[], FreeColumns>;
-/// Allocates a bed's columns, with one number each for `count` bristles, all zero. Throws std::bad_alloc.
+/// Allocates the columns of a bed of `count` bristles, all zero. Throws std::bad_alloc.
 BedMemory make_columns(std::uint32_t count);
 
-/// State of a bed beside its columns. Plain data; scaled by the bed's units (bed_table.hpp) unless a unit is
-/// named.
+/// State of a bed except its columns: plain data, saved and restored byte by byte. Numbers are in the bed's
+/// units (bed_table.hpp) unless a unit is named.
 struct BedState {
   double root[4] = {0.0, 0.0, 0.0, 0.0};
-  double size = 0.0;               ///< size of the contact, relative to its size at full load
-  double load = 0.0;               ///< present normal load, N
-  double pressure_sum = 0.0;       ///< sum over the bristles of stiffness x relative pressure, in the bed's
-                                   ///< units
+  double size = 0.0;  ///< size of the contact, relative to its size at full load
+  double load = 0.0;  ///< present normal load, N
+  /// Sum over the bristles of stiffness x relative pressure, in the bed's units. It scales the friction
+  /// limits to the load.
+  double pressure_sum = 0.0;
   double limit_of_pressure = 0.0;  ///< limit of a bristle's deflection at relative pressure 1, scaled
-  double rolled[2] = {0.0, 0.0};   ///< distance rolled that is stored until it is long enough to move the
-                                   ///< bristles, m
-  double along[2] = {1.0, 0.0};    ///< unit vector along the rows of bristles
-  double force[2] = {0.0, 0.0};    ///< BedSums::force of the last step, scaled; torque and energy too
+  /// Distance rolled, m, that is stored until it is long enough to move the bristles.
+  double rolled[2] = {0.0, 0.0};
+  double along[2] = {1.0, 0.0};  ///< unit vector along the rows of bristles
+  double force[2] = {0.0, 0.0};  ///< BedSums::force of the last step, scaled; torque and energy too
   double torque = 0.0;
   double energy[2] = {0.0, 0.0};
-  bool rolled_last = false;  ///< Whether the columns bed_kept and bed_moved may still hold values that a step
-                             ///< with rolling wrote.
+  /// Whether the columns bed_kept and bed_moved may still hold values from a step that rolled.
+  bool rolled_last = false;
 };
 
 struct Bed {
-  std::uint32_t generation = 0;  ///< generation number of the bed in this slot, which tells it from earlier
-                                 ///< beds there; 0: no bed
-  std::uint32_t count = 0;       ///< number of entries of a column: bristles, padded to a multiple of 16
+  /// Generation of the bed in this slot, which tells it from earlier beds there; 0: no bed.
+  std::uint32_t generation = 0;
+  std::uint32_t count = 0;  ///< number of entries of a column: bristles, padded to a multiple of 16
   std::uint32_t bristles = 0;
   BedProfile profile = BedProfile::uniform;
   BedGrowth growth = BedGrowth::fixed;
   bool rolls = false, turns_rows = false, has_chords = false, resists_spin = false, all_outputs = false,
        drops = false;
-  bool isotropic = true;        ///< Whether the gain along y and both gains of spin are 1, as the energy
-                                ///< sums of the kernels assume. (The gain along x is always 1.)
+  /// Whether the gain along y and both gains of spin are 1, as the energy sums of the kernels assume. (The
+  /// gain along x is always 1.)
+  bool isotropic = true;
   double half[2] = {0.0, 0.0};  ///< half widths at full load, m
   double length = 0.0;          ///< length by which places are divided in the columns, m
   double deflection = 0.0;      ///< length by which deflections are divided, m
-  double stiffness = 0.0;       ///< stiffness of all bristles along x at full load, by which stiffnesses are
-                                ///< divided, N/m
+  /// Stiffness of all bristles along x at full load, N/m; unit of the stiffnesses below.
+  double stiffness = 0.0;
   double gain[2] = {1.0, 1.0};  ///< deflection of a bristle over the displacement of the bed, along x and y
-  double spin_gain[2] = {1.0, 1.0};              ///< deflection of a bristle over its displacement by spin,
-                                                 ///< along x and y
-  double per_metre[2] = {}, per_radian[2] = {};  ///< scaled motion of the bristles' roots per metre of
-                                                 ///< displacement, per radian of spin at distance `length`
-  double friction = 0.0;                         ///< coefficient of kinetic friction
+  /// Deflection of a bristle over its displacement by spin, along x and y.
+  double spin_gain[2] = {1.0, 1.0};
+  /// Scaled motion of the bristles' roots per metre of displacement, and per radian of spin at the distance
+  /// `length`.
+  double per_metre[2] = {}, per_radian[2] = {};
+  double friction = 0.0;  ///< coefficient of kinetic friction
   double hold_over_limit = 1.0;
   double full_load = 0.0;       ///< full load (BedOptions::max_normal_load), N
   double longest_piece = 0.0;   ///< longest piece of a rolling step that is cut, at full load, m
@@ -72,31 +76,32 @@ struct Bed {
   float& at(BedColumn c, std::size_t i) const noexcept { return columns[bed_place(c, i)]; }
 };
 
-/// Checks the caller's material, shape and options and makes a bed. Throws Error.
+/// Makes a bed after checking the caller's material, shape and options. Throws Error.
 Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOptions& options,
              const BedKernels& kernels);
-/// Writes the columns of stiffness and pressure for the present size of the contact, after rolling by a
-/// distance (m) along the rows; if the bed can roll, writes the column of places too. `turned`: whether the
-/// rows have turned since the last call. Returns the sum of stiffness x pressure.
+/// Writes the columns of stiffness and pressure for the present size of the contact, when the load or a roll
+/// has changed it. The bed has rolled by `rolled` (m) along its rows. If it can roll, writes the column of
+/// places too. `turned`: whether the rows have turned since the last call. Returns the sum of stiffness x
+/// pressure.
 double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
-/// Sets the cells of a bed that rolls to where they stand along their rows before it has rolled. Cells of a
-/// row are shifted by a part of their width, which differs from row to row and is equal for the two rows at
-/// equal distance from the middle.
+/// Sets the cells of a bed that rolls to their first places along their rows. Each row is shifted by a part
+/// of a cell's width, so that cells of different rows enter the contact one after the other; two rows at
+/// equal distance from the middle get equal shifts.
 void stand_rows(Bed& bed) noexcept;
-/// Unbends all bristles, takes the bed out of contact and its cells back to where they stood before it
-/// rolled.
+/// Resets a bed: unbends all bristles, takes it out of contact, and returns its cells to their first places.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
-/// Lets a bed rest for a step: bristles that slid in the last one hold their static limits again.
+/// Ends the sliding of a bed that does not move in this step: bristles that slid in the last one get their
+/// static limits again.
 void rest(Bed& bed) noexcept;
 /// Steps a bed by a motion that accepts() has allowed, and writes its response.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
-/// Whether a motion is valid and the bed can make it.
+/// Returns whether a motion is valid and the bed can make it (roll, for example).
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
-/// Checks a saved state of a bed. Returns null, or the name of a value that the bed cannot have. `columns`
-/// are laid out as the bed's; their constants are not read.
+/// Checks a saved state of a bed before it is restored. Returns null, or the name of a value that the bed
+/// cannot have. `columns` are laid out as the bed's; their constants are not read.
 const char* find_bed_fault(const Bed& bed, const BedState& state, const float* columns) noexcept;
 
-/// Ranges of those numbers of a saved bed that follow from the bed and its load.
+/// Ranges of those saved numbers that follow from the bed and its load.
 struct BedRanges {
   double size = 0.0, limit_of_pressure = 0.0;  ///< the only values allowed
   double rolled[2] = {}, root[4] = {};         ///< largest magnitudes
@@ -105,7 +110,7 @@ struct BedRanges {
 /// Calls `visit` with each number of a bed's saved state and its rule, in the order of saving.
 template <class State, class Visit>
 void bed_fields(State& s, const BedRanges& most, Visit&& visit) {
-  // Largest plausible force, torque or energy of a saved state; sixteen sums of floats cannot reach it.
+  // Largest plausible force, torque or energy of a saved state: more than sixteen sums of floats can reach.
   constexpr double most_sum = 1e45;
   const double limit = most.limit_of_pressure;
   for (int k = 0; k < 4; ++k) visit(s.root[k], FieldRule{"a root's place", -most.root[k], most.root[k]});

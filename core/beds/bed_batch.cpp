@@ -22,7 +22,8 @@ namespace {
 constexpr int most_tasks = 256;
 constexpr std::size_t fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
-/// Cost of stepping a bed in addition to that of its bristles, as a number of bristles.
+/// Cost of a bed in a step besides that of its bristles, as a number of bristles. Threads get parts of equal
+/// cost.
 constexpr std::uint64_t bed_overhead = 64;
 constexpr std::uint64_t saved_magic = 0x3344454220425242u;
 
@@ -33,8 +34,8 @@ std::size_t saved_bytes(const Bed& bed) {
          std::size_t{bed_state_columns} * bed.count * sizeof(float);
 }
 
-/// Calls `visit` with the columns to be saved of each block of 16 bristles. The saved columns stand before
-/// the columns of constants.
+/// Calls `visit` with the columns to be saved of each block of 16 bristles. They stand before the columns of
+/// constants.
 template <class Visit>
 void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
@@ -61,7 +62,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   std::uint64_t step_number = 0;
   std::vector<std::uint32_t> moved;  ///< slots of the beds with a drop that the last step moved
 
-  // Input of the step under way, kept here for the threads that share it.
+  // Input of the step in progress, kept here for the threads that share it.
   Span<const BedMotion> in;
   Span<BedResponse> out;
   std::size_t task_ends[most_tasks + 1];
@@ -83,8 +84,8 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     }
   }
 
-  /// Lets beds rest that moved in the last step and do not move in this one: beds that the step does not name
-  /// and beds whose motion it refuses. Records the beds that the step moves.
+  /// Calls rest() for beds that moved in the last step and do not move in this one: beds that the step does
+  /// not name, and beds whose motion it refuses. Records the beds that the step moves.
   void rest_others() noexcept {
     for (const std::uint32_t slot : moved)
       if (beds[slot].last_step != step_number) rest(beds[slot]);
@@ -99,7 +100,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     }
   }
 
-  /// Prefetches the record of a bed, its struct Bed, because the bed is stepped soon.
+  /// Prefetches the struct of a bed that is stepped soon.
   void fetch_record(BedId id) const noexcept {
     const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
     if (slot >= beds.size()) return;
@@ -113,8 +114,8 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     for (std::size_t i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
-  /// Clears the response to a motion, and writes into it why a motion is refused. Returns the cost of the
-  /// motion as a number of bristles, 0 if it is refused.
+  /// Clears the response to a motion; if the motion is refused, writes the reason into it. Returns the cost
+  /// of the motion as a number of bristles, 0 if it is refused.
   std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
     response = BedResponse{};
     response.id = motion.id;
@@ -356,8 +357,8 @@ void BedBatch::restore_state(Span<const std::byte> from) {
         refuse_saved(where, (std::string("has a value that no bed can have (") + fault + ")").c_str());
     }
   }
-  // Releases, at rest, the kinetic limits of a bed that slid just before it was saved: its bristles hold
-  // static limits again.
+  // Lets a restored bed rest: if it slid just before it was saved, its bristles hold kinetic limits, and get
+  // their static ones here.
   impl_->moved.clear();
   for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot)
     if (impl_->beds[slot].drops) impl_->moved.push_back(slot);

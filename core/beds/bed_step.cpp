@@ -1,4 +1,5 @@
-// Steps one bed: applies load and size, cuts rolling into pieces, and converts units for the kernels.
+// Steps one bed: applies the load, which sets the size of the contact, cuts rolling into pieces, and converts
+// units for the kernels.
 #include <algorithm>
 #include <cmath>
 
@@ -9,37 +10,38 @@ namespace bristle::detail {
 
 namespace {
 
-/// Displacement of the roots, in units of deflection, above which rebase() resets it to zero. With a larger
-/// one, single precision would not hold a deflection to 5e-7.
+/// Displacement of the roots, in units of deflection, above which rebase() resets it to zero. Deflections are
+/// differences of root and tip, and farther away single precision would not hold them to 5e-7.
 constexpr double farthest_root = 8.0;
-/// Motion, in limits at relative pressure 1, below which a bed creeps: single precision holds the place of a
-/// tip to 1e-7 limits, so its rounding is spread over the steps. Displacement of the roots, in these limits,
-/// from which rebase() then resets it to zero.
+/// Motion, in limits at relative pressure 1, below which a bed creeps. Single precision holds the place of a
+/// tip only to 1e-7 limits, so the rounding of such motions is spread over the steps. The second number is
+/// the displacement of the roots, in these limits, above which rebase() resets it to zero in a creep.
 constexpr double creep = 0x1p-10, farthest_creeping = 0.25;
-/// Limit at relative pressure 1, in units of deflection, up to which a bed counts as frictionless.
+/// Limit at relative pressure 1, in units of deflection, up to which a bed counts as free of friction.
 constexpr double least_limit = 1e-12;
-/// Motion, in units of the largest friction limit, after which every bristle is bent along the motion,
+/// Motion, in units of the largest friction limit, after which every bristle is bent along the motion
 /// whatever its state was.
 constexpr double longest_motion = 1e6;
-/// Distance of rolling, in half lengths of the contact, up to which rolling is only stored and not yet
-/// carried out.
+/// Distance of rolling, in half lengths of the contact, below which rolling is only stored. The bristles move
+/// once it has grown to this distance.
 constexpr double least_rolled = 0x1p-13;
 /// Largest distance, in half lengths of the contact, by which rolling moves the cells. A longer roll replaces
-/// every cell in contact anyway, and single precision would lose the cells' places.
+/// every cell in contact anyway, and single precision would lose their places.
 constexpr double longest_roll = 64.0;
-/// Least size, relative to full load, with which a contact counts in lengths of pieces and of stored rolling.
+/// Least size, relative to full load, that is used in the lengths of pieces and of stored rolling. It keeps
+/// them from vanishing with the load.
 constexpr double least_size = 0.05;
-/// Distance, in lengths of the contact, along which the beginning and the end of a long rolling step are cut
-/// into pieces; between them the bed rolls steadily.
+/// Length of the first and of the last part of a long rolling step that are cut into pieces, in lengths of
+/// the contact. Between them the bed rolls steadily.
 constexpr double cut_lengths = 1.5;
 
-/// Largest displacement or rolling (m), and spin (rad) of a step.
+/// Largest displacement or roll (m) and spin (rad) of a step.
 constexpr double most_moved = 1e5, most_spin = 3.2;
 
 bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
-/// Returns the cube root of a number from 0 to 1, with a relative error of 7e-15, by two steps of Halley's
-/// method from an estimate with a third of the exponent.
+/// Returns the cube root of a number from 0 to 1, relative error 7e-15. Two steps of Halley's method begin
+/// from an estimate with a third of the exponent.
 double cube_root(double x) noexcept {
   if (x < 1e-300) return 0.0;
   if (x == 1.0) return 1.0;
@@ -51,7 +53,7 @@ double cube_root(double x) noexcept {
   return y;
 }
 
-/// Returns the size of the contact under a load, relative to its size at full load.
+/// Returns the size of the contact under a load, relative to its size at full load, as BedGrowth says.
 double size_under(const Bed& bed, double load) noexcept {
   const double share = std::min(load / bed.full_load, 1.0);
   if (bed.growth == BedGrowth::cube_root) return cube_root(share);
@@ -63,13 +65,14 @@ double limit_under(const Bed& bed, const BedState& s) noexcept {
                               : 0.0;
 }
 
-/// Returns the length, in units of deflection, to which a longer motion of the whole bed is shortened when
-/// the caller asks only for the force at its end.
+/// Returns the longest motion of the whole bed, in units of deflection, that is computed as it is when the
+/// caller asks only for the force at its end. A longer one ends in the same state and is shortened to this
+/// length.
 double longest_under(const Bed& bed, const BedState& s) noexcept {
   return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
 }
 
-/// Returns the distance, m, up to which rolling is only stored and not yet carried out.
+/// Returns the distance, m, below which rolling is only stored.
 double most_waiting(const Bed& bed, const BedState& s) noexcept {
   return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }
@@ -103,7 +106,7 @@ double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) no
 
 namespace {
 
-/// Unbends all bristles; the contact keeps its present place and size.
+/// Unbends all bristles. The contact keeps its place and size.
 void straighten(Bed& bed) noexcept {
   for (std::uint32_t i = 0; i < bed.count; ++i)
     for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid}) bed.at(c, i) = 0.0f;
@@ -134,7 +137,7 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state = BedState{};
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Calls place() twice, because the column bed_kept compares two calls. After the second one, the cells of a
+  // Calls place() twice, because the column bed_kept compares two calls. After the second, the cells of a
   // contact of fixed size count as already in contact, with straight bristles.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
@@ -155,7 +158,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
                  .turns_rows = bed.turns_rows};
   if (bed.rolls) most.rolled[0] = most_waiting(bed, s);
   if (bed.turns_rows) most.rolled[1] = most.rolled[0];
-  // Largest plausible displacement of the roots: `farthest_root` plus one motion.
+  // Largest plausible displacement of the roots: `farthest_root` and one motion beyond it.
   for (int k = 0; k < 2; ++k) {
     const double longest[] = {most_moved * bed.per_metre[k], most_spin * bed.per_radian[k]};
     for (int part = 0; part < 2; ++part) {
@@ -171,10 +174,11 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
   if (!within(square(s.along[0]) + square(s.along[1]) - 1.0, 1e-6)) return "along";
   if (s.rolled_last && !bed.rolls) return "rolled_last";
 
-  constexpr double widest = 4.0;         // largest coordinate of a bristle's place, scaled
-  constexpr double rounding = 1e-6;      // relative rounding error of the place of a bristle's tip
-  constexpr double most_added = 0x1p25;  // number of equal terms of a sum in single precision at which one
-                                         // more term changes nothing
+  constexpr double widest = 4.0;     // largest coordinate of a bristle's place, scaled
+  constexpr double rounding = 1e-6;  // relative rounding error of the place of a bristle's tip
+  // Number of equal terms of a sum in single precision at which one more term changes nothing. It bounds the
+  // rounding error of a saved sum.
+  constexpr double most_added = 0x1p25;
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
   double sum = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
@@ -202,7 +206,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
     if (!good) return "a bristle";
     sum += k * pressure;
   }
-  // Checks the sum of pressures against the columns, because it scales the limits under every later load.
+  // Compares the sum of pressures with the columns, because the sum scales the limits under every later load.
   return within(s.pressure_sum - sum, 0.01 * sum + 1e-30) ? nullptr : "pressure_sum";
 }
 
@@ -222,7 +226,7 @@ struct StepSum {
   double mean_torque = 0.0;
 };
 
-/// Sets the stored displacement of all roots to zero and moves the tips with it, so that deflections stay.
+/// Sets the displacement of all roots to zero and moves the tips with it. Deflections are unchanged.
 void rebase(Bed& bed, const BedKernels& kernels) noexcept {
   BedPlaces places{};
   places.count = bed.count;
@@ -258,8 +262,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.count = bed.count;
   step.creeps = creeps;
   if (creeps) {
-    // Spreads rounding evenly over the steps of any motion: multiples of the golden ratio, modulo 1, are
-    // spread evenly.
+    // Offsets rounding by a multiple of the golden ratio modulo 1. Such multiples are evenly spread, so
+    // rounding errors of many steps cancel instead of adding up, however the bed moves.
     const double turns =
         1e9 * 0.6180339887498949 / s.limit_of_pressure * ((s.root[0] + s.root[1]) + (s.root[2] + s.root[3]));
     step.spread = static_cast<float>(turns - std::floor(turns) - 0.5);
@@ -269,7 +273,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
   step.gain = static_cast<float>(bed.gain[1]);
   step.limit_over_hold = bed.drops ? static_cast<float>(1.0 / bed.hold_over_limit) : 1.0f;
-  // Shortens a long motion if the caller asks only for the force at its end: the bristles end bent alike, and
+  // Shortens a long motion if the caller asks only for the force at its end. The bristles end bent alike, and
   // single precision can hold the square of the shorter length.
   double share = 1.0;
   const double longest = longest_under(bed, s);
@@ -293,9 +297,9 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   if (!holds) straighten(bed);
 }
 
-/// Moves the rows of cells by the distance rolled in this piece, then steps the bristles. The kernel's mean
-/// over the motion lacks the force that rolling took at its start, although bristles enter all along the
-/// piece. On average they lack half of it, and only while those that entered stick.
+/// Moves the rows of cells by the distance rolled in this piece, then steps the bristles. The mean force of
+/// the kernel assumes that bristles enter the contact at the start of the piece, while they enter all along
+/// it; on average half of the force that they lack there is added, as far as those bristles stick.
 void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double share, bool turned,
                 StepSum& sum) noexcept {
   BedState& s = bed.state;
@@ -315,8 +319,8 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   sum.mean_torque += share * (last.mean_torque + half * (before[2] - last.start_torque));
 }
 
-/// Turns the rows of a disc's cells parallel to the direction of rolling, by at most a quarter turn, after
-/// which the disc may roll backward along them. Returns whether they turned.
+/// Turns the rows of a disc's cells to the direction of rolling, by at most a quarter turn, since the disc
+/// can also roll backward along them. Returns whether they turned.
 bool turn_rows(BedState& s) noexcept {
   const double length = square_root(square(s.rolled[0]) + square(s.rolled[1]));
   const double sign = s.rolled[0] * s.along[0] + s.rolled[1] * s.along[1] < 0.0 ? -1.0 : 1.0;
@@ -329,8 +333,8 @@ bool turn_rows(BedState& s) noexcept {
   return turned;
 }
 
-/// Rolls by the stored distance s.rolled, in pieces if the direction of slip may turn or the caller asks for
-/// the mean force.
+/// Rolls by the stored distance s.rolled: in pieces if the direction of slip may turn, or if the caller asks
+/// for the mean force.
 void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
   BedState& s = bed.state;
   bool turned = bed.turns_rows && turn_rows(s);
@@ -392,7 +396,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     scaled[2 + k] = bed.per_radian[k] * spin;
   }
 
-  // Applies the load of the step and gives the contact the size that it has under this load.
+  // Applies the load of the step and sets the size that the contact has under it.
   bool carried = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
@@ -400,8 +404,8 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Calls place() at an unchanged size too, because the column bed_kept must become 1 again. Otherwise a
-    // part that came into contact in the last step would reduce its bristle's deflection once more.
+    // Calls place() at an unchanged size too, so that the column bed_kept becomes 1 again. Otherwise the
+    // entry of a part of the contact in the last step would reduce its bristle's deflection once more.
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
@@ -414,7 +418,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   StepSum sum;
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
-    // Returns the force of the last step, because the bed has not moved and no friction limit has fallen.
+    // Returns the force of the last step: the bed has not moved, and no friction limit has fallen.
     rest(bed);
   } else if (rolls) {
     if (carried) {  // applies the changed load without motion; rolling follows

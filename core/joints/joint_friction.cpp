@@ -29,8 +29,8 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// One number for each of 16 joints. Left uninitialised, because a kernel reads and fills only those rows
-/// that its variant needs.
+/// Column: one number for each of 16 joints. Left uninitialised, because a kernel reads and fills only the
+/// rows that its variant needs.
 struct alignas(64) Column {
   double lane[lane_count];
 };
@@ -64,7 +64,7 @@ void read_material(const JointMaterial& material, Numbers& numbers) {
   }
 }
 
-/// Returns the bits of those features (friction by load, static friction) that a joint's material needs.
+/// Returns the bits of the features that a joint's material needs: friction by load, static friction.
 std::uint32_t features_of(const Numbers& numbers) {
   std::uint32_t features = 0;
   for (std::uint32_t p = joint_base; p < joint_stribeck_speed; ++p) {
@@ -83,8 +83,8 @@ std::uint32_t bristles_of(const JointOptions& options) {
 
 bool is_within(double x, double most) noexcept { return std::fabs(x) <= most; }
 
-/// Calls visit(column, rule) for each saved number of a joint, in the order of saving. The angle of a
-/// bristle's tip stays between angles that its joint has had, and is bounded with ample room.
+/// Calls visit(column, rule) for each saved number of a joint, in the order of saving. A bristle's tip stays
+/// between the angles that its joint has had; its bound leaves ample room.
 template <class Visit>
 void joint_fields(const JointLayout& layout, Visit&& visit) {
   constexpr FieldRule angle{"angle", -most_angle, most_angle}, tip{"tip", -1e24, 1e24},
@@ -115,12 +115,11 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
       const double speed = its[joint_stribeck_speed];
       its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
       std::copy_n(its, +joint_parameters, numbers[m].lane);
-      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;  // lets the exponential factor of the
-                                                                     // static friction vanish for a joint
-                                                                     // without a Stribeck speed
+      // Makes the exponential factor of static friction vanish for a joint without a Stribeck speed.
+      numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;
     }
-    // With gradients, computes derivatives also by parameters that are 0 in all materials, because a gradient
-    // descent may start at 0.
+    // Computes, for gradients, also derivatives by parameters that are 0 in all materials: a gradient descent
+    // may begin at 0.
     if (options.gradients) variant |= joint_gradients | joint_loaded | joint_drops;
     layout = JointLayout(variant, bristles);
     const Strata strata = make_strata(SnapLength::lognormal(1.0, options.spread), bristles);
@@ -140,8 +139,8 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     }
     columns.resize(blocks() * layout.columns);
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
-    // Gives the unused lanes behind the last joint the angle 0 rad, so that they are not treated as joints in
-    // their first step, which is slower.
+    // Sets the angle of the unused lanes behind the last joint to 0. As joints before their first step they
+    // would take the slow path.
     for (std::size_t i = count; i < blocks() * lane_count; ++i) at(i, layout.before) = 0.0;
   }
 
@@ -154,12 +153,13 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   std::uint32_t variant = 0;
   JointLayout layout;
   std::vector<double> share, length;
-  std::size_t patterns = 1;       ///< number of blocks of 16 joints after which the sequence of materials
-                                  ///< repeats
+  /// Number of blocks of 16 joints after which the sequence of materials repeats. That many blocks of
+  /// constants are stored.
+  std::size_t patterns = 1;
   std::vector<Column> constants;  ///< columns of material constants for the first `patterns` blocks
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
-  // Input of the present step, stored for the threads that share it.
+  // Input of the step in progress, kept here for the threads that share it.
   JointInput in;
   JointOutput out;
   bool commits = true;
@@ -180,8 +180,8 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     for (std::uint32_t c = layout.tips; c < layout.columns; ++c) at(joint, c) = 0.0;
   }
 
-  /// Copies 16 of a caller's numbers, one per joint; writes zeros for joints behind the last one, and for all
-  /// joints if the caller gave no array.
+  /// Copies 16 numbers of the caller's, one per joint. Writes zeros for joints behind the last one, and for
+  /// all joints if the caller gave no array.
   void take(Span<const double> from, std::size_t first, std::size_t n, Column& to) const noexcept {
     if (from.empty() || n < lane_count) to = Column{};
     if (!from.empty()) std::copy_n(from.data() + first, n, to.lane);
@@ -190,7 +190,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     if (!to.empty()) std::copy_n(from.lane, n, to.data() + first);
   }
 
-  /// Marks the joints of a block of 16 that need special treatment in a step.
+  /// Joints of a block of 16 that need special treatment in a step, as bits.
   struct Odd {
     bool bad[lane_count] = {};    ///< whether the joint's input is out of range in this step
     bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
@@ -202,8 +202,9 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     const bool outside = is_within(input[in_outside].lane[i], most_torque);
     return angle & speed & motor & outside;
   }
-  /// Zeroes all input of joints with a value out of range, also in_writes, so that their state stays. Makes
-  /// the bristles of joints in their first step straight at the joint's angle.
+  /// Handles the joints that need special treatment. If a joint's input is out of range, zeroes all of it,
+  /// also in_writes, so that the state of the joint does not change. In the first step of a joint makes its
+  /// bristles straight at the joint's angle.
   Odd prepare_odd(std::size_t first, Column* input) noexcept {
     Odd odd;
     for (std::size_t i = 0; i < lane_count; ++i) {
@@ -230,8 +231,8 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     take(in.outside, first, n, input[in_outside]);
     std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
-    std::int64_t usual = 0;  // counts in 64 bits, as wide as a double, so that the compiler vectorises the
-                             // loop
+    // Counts in 64 bits, as wide as a double, so that the compiler vectorises the loop.
+    std::int64_t usual = 0;
     for (std::size_t i = 0; i < lane_count; ++i)
       usual += (is_good(input, i) & (before[i] == before[i])) ? 1 : 0;
     const bool has_odd = usual != lane_count;
@@ -398,8 +399,8 @@ void JointFriction::restore_state(Span<const std::byte> from) {
       joint_fields(layout, [&](std::uint32_t c, const FieldRule& rule) {
         double x = 0.0;
         read(x);
-        const bool is_none = c == layout.before && x != x;  // the joint has had no step, and so no angle,
-                                                            // since its reset
+        // Allows NaN for a joint that has had no step since its reset, and so has no angle.
+        const bool is_none = c == layout.before && x != x;
         if (writes)
           impl.at(i, c) = is_none ? std::numeric_limits<double>::quiet_NaN() : x;
         else if (!is_none && !is_allowed(x, rule))

@@ -1,5 +1,6 @@
-// `Record::columns(record, visit)` lists the columns (arrays) of a record: it calls `visit(pointer, rule)`
-// for each. Allocation and copy loop over that list, for representatives also reset, save, restore and hash.
+// The columns (arrays) of a contact model's record, listed in one place: `Record::columns(record, visit)`
+// calls `visit(pointer, rule)` for each. Allocation and copy loop over this list, so a new column is one
+// line; for representatives so do reset, save, restore and hash.
 #pragma once
 
 #include <cstddef>
@@ -16,20 +17,25 @@
 
 namespace bristle::detail {
 
-/// Kind of a column of representatives: what the column holds for a bristle out of contact, and what reset,
-/// save and a change of material do to it. Other models fill and save their columns themselves.
+/// Kind of a column of representatives. It says what the column holds for a bristle out of contact, and what
+/// reset, save and a change of material do to the column. Other models fill and save their columns
+/// themselves.
 enum class Filler : unsigned char {
-  zero,          ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them
-  age,           ///< state, saved: ages in units of the ageing time, 0 for a bristle out of contact;
-                 ///< converted to the ageing time of a new material
-  first_length,  ///< state, saved: snap lengths, for a bristle out of contact its first one; kept under a new
-                 ///< material of the same law
-  draw_state,    ///< state, saved: random-number state of each bristle, kept while it is out of contact; a
-                 ///< reset computes it from the seed
-  from_seed,     ///< values computed from seed and material, such as first snap lengths; no step changes
-                 ///< them, and they are not saved
-  block,         ///< numbers of whole blocks of bristles, which other functions reset and save
-  cache          ///< values that these loops neither save nor hash: caches, or state saved elsewhere
+  zero,  ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them
+  /// State, saved: ages in units of the ageing time, 0 for a bristle out of contact; converted to the ageing
+  /// time of a new material.
+  age,
+  /// State, saved: snap lengths, for a bristle out of contact its first one; kept under a new material of the
+  /// same law.
+  first_length,
+  /// State, saved: random-number state of each bristle, kept while it is out of contact; a reset computes it
+  /// from the seed.
+  draw_state,
+  /// Values computed from seed and material, such as first snap lengths; no step changes them, and they are
+  /// not saved.
+  from_seed,
+  block,  ///< numbers of whole blocks of bristles, which other functions reset and save
+  cache   ///< values that these loops neither save nor hash: caches, or state saved elsewhere
 };
 constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }
 

@@ -1,9 +1,11 @@
-// The one interface between a patch and the code that computes its friction: a table of operations, one for
-// each contact model (and number type). Batch, keyed patches, coupling and the C
-// interface know patches, not bristles. To add a model, write a record over PatchRecord with its list of
-// columns (columns.hpp) and a table, and name it in make_patch.cpp. tests/test_contact_model.cpp has a small
-// model from end to end. Unless said otherwise an operation belongs to the stepping thread, runs in the
-// kernels' floating-point mode, and neither throws, allocates nor locks.
+// The one interface between a patch and the code that computes its friction: a table of operations for each
+// contact model (and number type). Batch, keyed patches, coupling and the C interface know patches, not
+// bristles.
+//
+// To add a model, write a record over PatchRecord with its list of columns (columns.hpp) and a table of
+// operations, and name it in make_patch.cpp. tests/test_contact_model.cpp has a small model from end to end.
+// Unless said otherwise an operation belongs to the stepping thread, runs in the kernels' floating-point
+// mode, and neither throws, allocates nor locks.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +17,8 @@
 
 namespace bristle::detail {
 
-/// Operations of a step that threads share. `prepare` returns the number of blocks of 256 bristles, `run`
-/// steps a range of blocks on any thread into sums of its own, and `finish` gets the sums over all ranges.
+/// Operations of a step that threads share. `prepare` returns the number of blocks of 256 bristles; `run`
+/// steps a range of them, on any thread, into sums of its own; `finish` gets the sums over all ranges.
 struct SharedStep {
   std::uint32_t (*prepare)(Patch&, PatchStep&) noexcept;
   void (*run)(const Patch&, const PatchStep&, std::uint32_t first, std::uint32_t last, Totals&) noexcept;
@@ -32,31 +34,30 @@ struct ContactModel {
   /// that the patch loses by this, J (0 where the patch computes no energy).
   double (*apply_load)(Patch&, double normal_load_n) noexcept;
 
-  /// Advances a patch by a whole step in which it moves, on one thread. Fills the sums over the bristles. A
-  /// trial step (not committed) changes no state. A patch for which changes_in_trials() is true gets no trial
-  /// step: the caller steps a copy.
+  /// Steps a patch that moves, on one thread, and fills the sums over the bristles. A trial step (not
+  /// committed) changes no state. Patches for which changes_in_trials() is true get no trial step: the caller
+  /// steps a copy.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
   /// Answers a motion that leaves Patch::bound if no bristle need be stepped for it; otherwise returns
   /// Bound::none. Called only for patches of two axes, without dampers and ageing, that report just the end
-  /// force. If it returns Bound::glide, patch and sums are as after `advance`. Null: the model has no such
-  /// function.
+  /// force. After Bound::glide, patch and sums are as after `advance`. Null: the model has no such function.
   Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
-  const SharedStep* shared = nullptr;  ///< operations that divide a step among several threads; null: one
-                                       ///< thread takes the whole step
+  /// Operations that divide a step among several threads; null: one thread takes the whole step.
+  const SharedStep* shared = nullptr;
 
-  /// Takes a lane for a patch whose state is in a block of sixteen contacts (lanes/lane_block.hpp), for the
-  /// thread that adds patches. Null: the state is in the patch's record. Blocks step their patches; a model
-  /// with lanes has no apply_load, advance and copy. Throws std::bad_alloc.
+  /// Assigns a lane to a patch whose state is in a block of sixteen contacts (lanes/lane_block.hpp). Blocks
+  /// step their patches themselves, so a model with lanes has no apply_load, advance and copy. Null: the
+  /// state is in the patch's record. For the thread that adds patches. Throws std::bad_alloc.
   void (*take_lane)(Patch&, LanePlaces&) = nullptr;
 
   /// Resets the patch to its initial state, with a new seed of random numbers and a new key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;
-  /// Moves a patch's state to a patch of another material with the same options, as a change of material
-  /// while in use does. Counts the snaps that this change causes.
+  /// Moves the state of a patch to a patch of another material with the same options, when a material is
+  /// changed in use. Counts the snaps that this causes.
   void (*take_over)(Patch& to, Patch& from) noexcept;
-  /// Copies a patch, so that loads can be tried on the copy, into memory of at least PatchRecord::bytes,
-  /// aligned to 64 bytes. The copy owns nothing.
+  /// Copies a patch into memory of at least PatchRecord::bytes, aligned to 64 bytes, so that loads can be
+  /// tried on the copy. The copy owns nothing.
   void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;
 
   // --- reading
@@ -70,32 +71,32 @@ struct ContactModel {
                         Span<double> delta) noexcept;
 
   // --- saved state of the contact model, whose bytes follow those that all models share (saved_state.hpp)
-  std::uint64_t (*signature)(const Patch&) noexcept;  ///< hash of the options and material that a saved state
-                                                      ///< must agree with
+  /// Returns a hash of the options and material with which a saved state must agree.
+  std::uint64_t (*signature)(const Patch&) noexcept;
   /// Writes the state. The number of bytes depends on options and material alone.
   void (*save)(const Patch&, ByteWriter&) noexcept;
-  /// Checks the bytes of a saved state before it is restored. `contact`: saved part that all models share, in
-  /// its record seed, remainder and times alone. Returns null, or the name of a value that no patch can
-  /// have.
+  /// Checks the bytes of a saved state before it is restored. `contact`: the saved part that all models
+  /// share; of its record only seed, remainder and times are valid. Returns null, or the name of a value that
+  /// no patch can have.
   const char* (*find_fault)(const Patch&, const Patch& contact, ByteReader) noexcept;
-  /// Restores the model's state from bytes in which find_fault found nothing, after the part of the patch
-  /// that all models share has been restored.
+  /// Restores the model's state from bytes in which find_fault found nothing. The part that all models share
+  /// is restored before.
   void (*restore)(Patch&, std::uint32_t seed, ByteReader from) noexcept;
 };
 
-/// Number of blocks in a group. A bound on snapping is kept for each group, so every thread's range of blocks
-/// begins at a multiple of this number, and no group is divided between threads.
+/// Number of blocks in a group. A bound on snapping is kept for each group, so every thread's range begins at
+/// a multiple of this number: no group is divided between threads.
 constexpr std::uint32_t blocks_per_range = blocks_per_group;
 
-/// Makes a patch out of contact; the caller owns its record and frees it by release(). `weight`: physical
+/// Makes a patch out of contact. The caller owns its record and frees it by release(). `weight`: physical
 /// bristles per representative, 0 = automatic. For the thread that adds patches. Throws bristle::Error.
 Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight = 0.0);
 
-/// Kind of bristles, by what they do at their snap length (SnapRule); infinite: infinitely many, which redraw
-/// their lengths.
+/// Kind of bristles, by what they do at their snap length (SnapRule). `infinite`: infinitely many bristles,
+/// which redraw their lengths.
 enum class BristleKind : unsigned { keep, redraw, slide, infinite };
-/// Returns the name of the kernel of a patch. `features`: bits of what it has beyond its kind, in the order
+/// Returns the name of a patch's kernel. `features`: bits of what the patch has beyond its kind, in the order
 /// of the table in make_patch.cpp. Allocates nothing after name_kernels(), which makes all names.
 const char* kernel_name(const Patch& p, BristleKind kind, unsigned features, bool in_double) noexcept;
 void name_kernels();

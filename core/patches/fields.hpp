@@ -1,7 +1,7 @@
-// Lists the scalars of a saved state in one place: a function `..._fields(state, visit)` calls
+// The scalars of a saved state, listed in one place. A function `..._fields(state, visit)` calls
 // `visit(value, rule)` for each, in the order of the saved bytes. Save, restore, the check of foreign bytes
-// and the hash are visitors of these lists. Caches are in none. Reset and copy take a struct of them as a
-// whole.
+// and the hash are visitors of these lists, so they cannot disagree. Caches are in no list. Reset and copy
+// take the struct as a whole.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@
 
 namespace bristle::detail {
 
-/// Part of a saved value that the hash of a state takes in.
+/// Part of a saved value that enters the hash of a state.
 enum class Hashed : unsigned char {
   value,      ///< the value itself
   high_half,  ///< the value as the upper half of a word, whose lower half is the next value
@@ -34,11 +34,11 @@ struct FieldRule {
 };
 constexpr FieldRule placed(int axis) noexcept { return {.hashed = Hashed::place, .axis = axis}; }
 
-/// Whether a saved number is in its range; NaN never is.
+/// Returns whether a saved number is in its range; NaN never is.
 inline bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Whether a saved value is in the range of its rule. Compares whole numbers exactly, without rounding to
-/// double; a rule with a name has finite limits for them.
+/// Returns whether a saved value is in the range of its rule. Compares whole numbers exactly, without
+/// rounding to double; a rule with a name has finite limits for them.
 template <class Number>
 bool is_allowed(const Number& value, const FieldRule& rule) noexcept {
   if constexpr (std::is_floating_point_v<Number>)
@@ -48,7 +48,7 @@ bool is_allowed(const Number& value, const FieldRule& rule) noexcept {
     return value >= static_cast<Int128>(rule.least) && value <= static_cast<Int128>(rule.most);
 }
 
-/// Reads saved values, and keeps the name of the first one that is out of its range.
+/// Visitor that reads saved values and keeps the name of the first one out of its range.
 struct FieldCheck {
   ByteReader& read;
   const char* fault = nullptr;
@@ -67,7 +67,7 @@ inline double latest_time_of(const Patch& contact) noexcept {
   return time_of(contact) * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second;
 }
 
-/// Adds saved values of a patch to a hash.
+/// Visitor that adds saved values of a patch to a hash.
 struct FieldHash {
   Hasher& hasher;
   const Patch& patch;

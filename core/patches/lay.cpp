@@ -12,12 +12,12 @@ bool operator==(const Lay& x, const Lay& y) noexcept { return detail::same_field
 namespace detail {
 namespace {
 
-/// Returns the largest distance from the origin to an ellipse (of force limits) with the half axes 1 along
-/// and `limit` across, whose centre is at (lean, 0).
+/// Returns the largest distance from the origin to an ellipse of force limits. Its half axes are 1 along the
+/// lay and `limit` across, its centre is at (lean, 0).
 double find_strongest(double limit, double lean) noexcept {
   const double wide = limit * limit - 1.0, off = std::abs(lean);
-  // Finds the point of the ellipse at the largest distance. The squared distance (x + off)^2 + limit^2
-  // (1 - x^2) is largest at x = off / (limit^2 - 1) if limit^2 - 1 exceeds `off`, else at the end x = 1.
+  // Finds the point of the ellipse at the largest distance. The squared distance (x + off)^2 + limit^2 (1 -
+  // x^2) is largest at x = off / (limit^2 - 1) if limit^2 - 1 exceeds `off`, otherwise at the end x = 1.
   const double x = wide > off ? off / wide : 1.0;
   return std::sqrt(square(x + off) + square(limit) * (1.0 - x * x));
 }

@@ -1,5 +1,5 @@
-// Maps friction that depends on the direction of motion (struct Lay: grooves, fibres, hair) to axes in which
-// a patch's bristles are isotropic.
+// Friction that depends on the direction of motion (struct Lay: grooves, fibres, hair). Motions are mapped to
+// axes in which the bristles of a patch are isotropic, and forces are mapped back.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -9,24 +9,26 @@
 
 namespace bristle::detail {
 
-/// Map between the axes of a patch and its isotropic axes. The first isotropic axis runs along the lay
-/// (grain), the second across it; lengths across are stretched so that every bristle's limit is a circle.
-/// Kernels and bounds work in isotropic axes.
+/// Map between the axes of a patch and its isotropic axes, in which kernels and bounds work. The first
+/// isotropic axis runs along the lay (grain), the second across it. Lengths across are stretched so that
+/// every bristle's limit is a circle.
 struct LayMap {
-  Turn along;              ///< direction of the lay (the grain of the surface) in the axes of the patch
-  double stretch = 1.0;    ///< factor of a length across the lay when it is mapped to isotropic axes:
-                           ///< stiffness ratio over limit ratio
-  double limit = 1.0;      ///< force across the lay over the force in isotropic axes: Lay::limit_ratio
-  double energy = 1.0;     ///< elastic energy of a deflection across the lay over that in isotropic axes; 1
-                           ///< if the stiffness ratio is the limit ratio squared
-  double lean = 0.0;       ///< asymmetry of the limit: (1 + lean) times the material's limit for motion along
-                           ///< the lay, and (1 - lean) times for motion against it
+  Turn along;  ///< direction of the lay (the grain of the surface) in the axes of the patch
+  /// Factor of a length across the lay when it is mapped to isotropic axes: stiffness ratio over limit ratio.
+  double stretch = 1.0;
+  double limit = 1.0;  ///< force across the lay over the force in isotropic axes: Lay::limit_ratio
+  /// Elastic energy of a deflection across the lay over that in isotropic axes; 1 if the stiffness ratio is
+  /// the limit ratio squared.
+  double energy = 1.0;
+  /// Asymmetry of the limit: (1 + lean) times the material's limit for motion along the lay, and (1 - lean)
+  /// times for motion against it.
+  double lean = 0.0;
   double stiffest = 1.0;   ///< largest stiffness of any direction, divided by the material's
   double strongest = 1.0;  ///< largest limit of any direction, divided by the material's
 
   bool is_isotropic() const noexcept { return stretch == 1.0 && limit == 1.0 && lean == 0.0; }
-  /// Whether energies differ from those in isotropic axes. If so, the dissipated energy of a step is computed
-  /// as its work less the change of stored energy.
+  /// Returns whether energies differ from those in isotropic axes. Then the dissipated energy of a step is
+  /// computed as its work less the change of stored energy.
   bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
   /// Returns the least energy that a slide can dissipate, over all directions of motion, divided by the
   /// energy computed in isotropic axes.

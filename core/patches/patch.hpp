@@ -1,8 +1,9 @@
-// The part of a patch that all contact models share: a slot of a batch's array of patches, four cache lines.
+// The part of a patch that all contact models share: a slot in a batch's array of patches, four cache lines.
 //
-// A step of a patch at rest needs the first line alone. A step within the patch's bound (no bristle can snap)
-// needs all four lines and, without ageing, dampers, lay and creep, nothing else. Only a change of load or a
-// step in which something may snap calls the contact model (contact_model.hpp), whose data are in its record.
+// The lines are ordered by need. A step of a patch at rest reads the first line alone. A step within the
+// patch's bound, where no bristle can snap, reads all four lines and, without ageing, dampers, lay and creep,
+// nothing else. Only a change of load or a step in which a bristle may snap calls the contact model
+// (contact_model.hpp), whose data are in its record.
 #pragma once
 
 #include <cmath>
@@ -18,38 +19,41 @@ namespace bristle::detail {
 
 struct ContactModel;
 
-constexpr double highest_load = 1e15;     ///< largest normal load of a motion, N
-constexpr double highest_energy = 1e300;  ///< highest energy of a response, J: a larger one is cut to this
-                                          ///< value, so that sums of a few stay finite
+constexpr double highest_load = 1e15;  ///< largest normal load of a motion, N
+/// Highest energy of a response, J: a larger one is cut to this value, so that sums of a few stay finite.
+constexpr double highest_energy = 1e300;
 
 /// Base of every contact model's record: properties of a patch, and state that most steps do not need.
 struct PatchRecord {
   PatchOptions options;
-  const CompiledMaterial* material = nullptr;  ///< material of the patch, owned by the head in front of the
-                                               ///< record (record_memory.hpp)
-  std::uint32_t first_seed = 0;                ///< seed with which the patch was added; a reset may have
-                                               ///< changed options.seed
-  std::uint32_t largest_work = 0;              ///< largest number of bristles that a step visits
-  bool endless = false;      ///< whether the population is infinite, so that read_bristles() gives as many
-                             ///< bristles as the caller asks for
-  double full_weight = 0.0;  ///< physical bristles per representative if all representatives are in use; a
-                             ///< change of material does not alter it
-  std::size_t bytes = 0;     ///< size of the record with its columns
-  std::uint32_t group = 0;   ///< number of the group (PatchGroup) that the patch belongs to; 0 = none
+  /// Material of the patch, owned by the head in front of the record (record_memory.hpp).
+  const CompiledMaterial* material = nullptr;
+  /// Seed with which the patch was added; a reset may have changed options.seed.
+  std::uint32_t first_seed = 0;
+  std::uint32_t largest_work = 0;  ///< largest number of bristles that a step visits
+  /// Whether the population is infinite, so that read_bristles() gives as many bristles as the caller asks
+  /// for.
+  bool endless = false;
+  /// Physical bristles per representative when all representatives are in contact. A change of material does
+  /// not alter it.
+  double full_weight = 0.0;
+  std::size_t bytes = 0;    ///< size of the record with its columns
+  std::uint32_t group = 0;  ///< number of the group (PatchGroup) that the patch belongs to; 0 = none
 
-  /// Rounding remainder of displacements so short that they would be lost in fixed point (creep), in units of
-  /// the position; longer displacements do not change it.
+  /// Rounding remainder of displacements so short that fixed point would lose them (creep), in units of the
+  /// position. Longer displacements leave it as it is.
   double remainder[2] = {0.0, 0.0};
   /// Clock of the batch, which every step advances; null = time stands still at 0. A patch that ages counts
   /// its time from `epoch`. Both in units of 2^-64 s.
   const Int128* clock = nullptr;
   Int128 epoch = 0;
-  /// Longest time for which bristles of an ageing patch can have held: no bristle has held since before the
-  /// time `oldest`. Times in s of the patch's own clock (time_of()).
+  /// Bound on how long bristles of an ageing patch can have been stuck: none has been since before the time
+  /// `oldest`. Times in s of the patch's own clock (time_of()).
   struct Hold {
     double oldest = 0.0;
-    double since = 0.0;            ///< last time at which the patch was near the place where it began to hold
-                                   ///< (its anchor); becomes the next `oldest`
+    /// Last time at which the patch was near the place where it began to hold (its anchor); becomes the next
+    /// `oldest`.
+    double since = 0.0;
     std::int64_t way[2] = {0, 0};  ///< displacement of the patch since it began to hold, fixed point
   } hold;
   LayMap lay;  ///< map to axes in which friction does not depend on direction (lay.hpp)
@@ -59,9 +63,9 @@ constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64 uni
 
 /// The part of a patch that every contact model has. Only the stepping thread and its workers touch it.
 ///
-/// While nothing snaps, enters or leaves, the sum of deflections, fixed point, at a patch position x is
-/// sum + whole (x - position), plus, for bristles beyond full blocks, part_sum + part (x - part_position),
-/// rounded.
+/// While no bristle snaps, enters or leaves, the sum of deflections (fixed point) at the position x of the
+/// patch is sum + whole (x - position) and, for bristles beyond full blocks, part_sum + part (x -
+/// part_position), rounded.
 struct alignas(64) Patch {
   // --- cache line 1: all that a step of a patch at rest needs
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = the slot is empty
@@ -79,25 +83,27 @@ struct alignas(64) Patch {
 
   // --- cache line 2: with the other lines, all that a step without snaps needs
   std::int64_t position[2] = {0, 0};  ///< position of the patch, in fixed-point units of 2^-44 scaled lengths
-  Reach bound{{0, 0}, -1.0};          ///< ball about a position of the patch: no bristle snaps while the
-                                      ///< patch stays within this ball
-  std::uint32_t whole = 0;            ///< number of bristles in full blocks, which all count fully
-  bool skips : 1 = true;              ///< whether steps skip blocks whose bound shows that no bristle snaps
-  bool tracks : 1 = true;             ///< whether bounds are recomputed, which pays only while a step
-                                      ///< rewrites few blocks (fewer than an eighth)
-  bool damps : 1 = false;             ///< whether the damping depends on the velocity
-  bool ages : 1 = false;              ///< whether limits change by holding or sliding (ageing, drop)
-  bool renews : 1 = false;            ///< whether even a trial step would change the patch, so that the
-                                      ///< trial is made on a copy
-  bool laid : 1 = false;              ///< whether friction depends on direction (a lay), so that motions and
-                                      ///< forces are mapped
-  bool in_lane : 1 = false;        ///< whether the patch's state is in a lane (lanes/lane_block.hpp); bound,
-                                   ///< position and sums of this struct are then not used
-  std::uint8_t fetched_lines = 0;  ///< number of the record's cache lines that are worth prefetching
-                                   ///< before a step
-  double part = 0.0;               ///< weight of the bristles in contact beyond the `whole` ones; with
-                                   ///< representatives a real number of bristles
-  double newtons_per_unit = 0.0;   ///< elastic force, N, of one unit of the sum of deflections
+  /// Ball about a position of the patch: no bristle snaps while the patch stays within this ball.
+  Reach bound{{0, 0}, -1.0};
+  std::uint32_t whole = 0;  ///< number of bristles in full blocks, which all count fully
+  bool skips : 1 = true;    ///< whether steps skip blocks whose bound shows that no bristle snaps
+  /// Whether bounds are recomputed, which pays only while a step rewrites few blocks (fewer than an eighth).
+  bool tracks : 1 = true;
+  bool damps : 1 = false;  ///< whether the damping depends on the velocity
+  bool ages : 1 = false;   ///< whether limits change by holding or sliding (ageing, drop)
+  /// Whether even a trial step would change the patch, so that the trial is made on a copy.
+  bool renews : 1 = false;
+  /// Whether friction depends on direction (a lay), so that motions and forces are mapped.
+  bool laid : 1 = false;
+  /// Whether the patch's state is in a lane (lanes/lane_block.hpp); bound, position and sums of this struct
+  /// are then not used.
+  bool in_lane : 1 = false;
+  /// Number of the record's cache lines that are worth prefetching before a step.
+  std::uint8_t fetched_lines = 0;
+  /// Weight of the bristles in contact beyond the `whole` ones; with representatives a real number of
+  /// bristles.
+  double part = 0.0;
+  double newtons_per_unit = 0.0;  ///< elastic force, N, of one unit of the sum of deflections
 
   // --- cache line 3: sums of deflections, fixed point
   Int128 sum[2] = {0, 0};
@@ -106,51 +112,52 @@ struct alignas(64) Patch {
 
   // --- cache line 4: scale, load, results not yet reported, model and record
   double lengths_per_metre = 1.0;
-  double zeta = 0.0;                ///< number of physical bristles in contact, in proportion to the load
-  double overload = 1.0;            ///< number of physical bristles that the load asks for, divided by the
-                                    ///< largest number of the patch; at least 1
-  double pending_dissipated = 0.0;  ///< energy dissipated by a change of material, J, which the next step
-                                    ///< reports
-  double pending_loss = 0.0;        ///< energy lost by a change of material or of the number of
-                                    ///< representatives, J, which the next step reports
+  double zeta = 0.0;  ///< number of physical bristles in contact, in proportion to the load
+  /// Number of physical bristles that the load asks for, divided by the largest number of the patch; at least
+  /// 1.
+  double overload = 1.0;
+  /// Energy dissipated by a change of material, J, which the next step reports.
+  double pending_dissipated = 0.0;
+  /// Energy lost by a change of material or of the number of representatives, J, which the next step reports.
+  double pending_loss = 0.0;
   std::uint64_t pending_snaps = 0;
   const ContactModel* model = nullptr;
   PatchRecord* record = nullptr;  ///< record of the contact model, owned by the batch
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
-  /// Returns the number of representatives in contact, one in part included. A contact in a lane counts 0, an
-  /// infinite brush 256 at full load.
+  /// Returns the number of representatives in contact, counting one that is in contact only in part. A
+  /// contact in a lane counts 0, an infinite brush 256 at full load.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);
 
-/// Returns the patch's own time, s: the time since it was made or reset or, if restored, its saved time plus
-/// the time since then. During a step this is the time at the step's start.
+/// Returns the patch's own time, s, at the start of the step in progress: the time since it was made or reset
+/// or, if restored, its saved time plus the time since.
 inline double time_of(const Patch& p) noexcept {
   const PatchRecord& r = *p.record;
   return r.clock == nullptr ? 0.0 : static_cast<double>(*r.clock - r.epoch) / clock_units_per_second;
 }
 
-/// Makes the part of a patch that all contact models share, from options and material; out of contact.
+/// Makes the part of a patch that all contact models share, from options and material. The patch is out of
+/// contact.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
-/// Whether the energy that a step dissipates is computed as its work less the change of stored energy,
-/// because of a lay (LayMap::books_work).
+/// Returns whether the energy that a step dissipates is computed as its work less the change of stored
+/// energy. A lay may need that (LayMap::books_work).
 inline bool books_work(const Patch& p) noexcept {
   return p.laid && has(p.outputs, Outputs::energy) && p.record->lay.books_work();
 }
-/// Updates stiffness, force limit and damping of a patch, which follow from load and material. To be called
-/// after a change of either.
+/// Updates stiffness, force limit and damping of a patch after a change of load or material.
 void note_contact(Patch& patch) noexcept;
 /// Returns the damping of the whole patch at a speed, N s/m. Times the velocity it is the force of damper,
 /// lubricant and strengthening with speed.
 double damping_at(const Patch& patch, double speed) noexcept;
-/// Returns the damping of `zeta` bristles in contact under a load, N s/m. Without `damps` (Patch::damps) it
-/// is that of the lubricant alone.
+/// Returns the damping of `zeta` bristles in contact under a load, N s/m. Without `damps` (Patch::damps) that
+/// is the lubricant's alone.
 double damping_of(const Material& material, bool damps, double zeta, double load, double speed) noexcept;
 /// Finds the slip velocity of a motion, m/s, limited so that its square is finite however short the step is.
 void find_velocity(const Motion& motion, double dt_s, double (&velocity)[2]) noexcept;
-/// Whether the damping of a material depends on load or speed.
+/// Returns whether the damping of a material depends on load or speed.
 inline bool damps(const Material& m) noexcept {
   return m.bristle_damping != 0.0 || m.speed_strengthening != 0.0;
 }
@@ -159,7 +166,7 @@ inline bool damps(const Material& m) noexcept {
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
-/// Adds a fixed-point displacement to a position, which wraps around instead of overflowing.
+/// Adds a fixed-point displacement to a position. The position wraps around, it does not overflow.
 inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + static_cast<std::uint64_t>(way));
 }
@@ -171,15 +178,15 @@ inline double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
   return low == x ? static_cast<double>(low) : static_cast<double>(x);
 }
-/// Returns a number of bristles times a fixed-point displacement, rounded. The result is recomputed from the
-/// state each time, so rounding errors do not accumulate.
+/// Returns a number of bristles times a fixed-point displacement, rounded. It is recomputed from the state
+/// each time, so rounding errors do not accumulate.
 inline Int128 weighted(double count, std::int64_t fixed) noexcept {
   const double x = count * static_cast<double>(fixed);
   if (std::abs(x) < 9e18) return std::llrint(x);
   return static_cast<Int128>(x);  // a double of this size is a whole number
 }
 
-/// Returns the sum of the bristles' deflections at the patch's position, along one axis, in scaled lengths.
+/// Returns the sum of the bristles' deflections at the patch's position along one axis, in scaled lengths.
 inline double deflection_sum(const Patch& p, int axis) noexcept {
   Int128 sum = p.sum[axis];
   if (p.part > 0.0)

@@ -16,15 +16,15 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
   return damping_at(p, std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]));
 }
 
-/// Returns the largest factor by which ageing can have increased a snap length of this patch at the end of a
+/// Returns the largest factor by which ageing can have increased a snap length of this patch by the end of a
 /// step.
 double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
 
-/// Updates the longest time for which bristles of an ageing patch can have held: a bristle snaps at the
-/// latest when the patch has moved by twice its snap length. Bristles longer than the mean plus four standard
-/// deviations are ignored.
+/// Updates the bound on how long bristles of an ageing patch can have been stuck. A bristle snaps at the
+/// latest when the patch has moved by twice its snap length, so a slide of that length makes all bristles
+/// young again. Ignores bristles longer than the mean plus four standard deviations.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   PatchRecord::Hold& hold = p.record->hold;
   const double now =
@@ -37,12 +37,13 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     hold = {step.begins, now, {0, 0}};
     return;
   }
-  // Sums the steps' displacements, because a contact model may move the stored position of the patch.
+  // Sums the displacements of the steps, because a contact model may move the stored position of the patch.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // Share of the distance `reach` within which the patch counts as still at the place where it began to hold.
-  // A later slide beyond `reach` sets hold.oldest to the last time there, the end of a rest, not its start.
+  // Share of the distance `reach` within which the patch counts as still at the place where its bristles got
+  // stuck. A later slide beyond `reach` sets hold.oldest to the last time there, which is the end of a rest,
+  // not its start.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;
@@ -59,13 +60,14 @@ double find_force_limit(const Patch& p, double growth) noexcept {
   return residual + growth * (p.force_limit - residual);
 }
 
-/// Length of a displacement (scaled; 2^20 units of position) below which rounding to fixed point may change
-/// it by more than 5e-7 of itself. The remainder of such a displacement is added to the next such one. Longer
-/// displacements drop theirs, so that most steps need no more memory than the patch's slot.
+/// Length of a displacement (scaled; 2^20 units of position) below which a displacement counts as creep.
+/// Rounding to fixed point may change a shorter one by more than 5e-7 of itself, so its remainder is added to
+/// the next short one. Longer displacements drop theirs, so that most steps need no more memory than the
+/// patch's slot.
 constexpr double creep_length = 0x1p-24;
 
-/// Whether a displacement is of usual length: not so short that its rounding remainder is carried to the next
-/// one, nor so long that every bristle snaps.
+/// Returns whether a displacement is of usual length: not so short that its rounding remainder is carried to
+/// the next one, nor so long that every bristle snaps.
 bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   bool usual = true;
   for (const double x : displacement) {
@@ -75,7 +77,8 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   return usual;
 }
 
-/// Reads into `step` a displacement that is very short (remainder carried) or long (all bristles snap).
+/// Reads into `step` a displacement of unusual length: very short (remainder carried) or long (all bristles
+/// snap).
 [[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   // Limit of a scaled displacement, far beyond any snap length, that keeps squares and sums finite.
@@ -105,8 +108,8 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   }
 }
 
-/// Whether time, velocity and direction do not matter for the patch: it neither ages nor damps, has no lay
-/// (grain), and skips blocks within their bounds.
+/// Returns whether a step of the patch needs neither time, velocity nor direction: the patch does not age or
+/// damp, has no lay (grain), and skips blocks within their bounds.
 bool is_plain(const Patch& p) noexcept {
   return p.skips && !p.ages && !p.damps && !p.laid && p.rest_damping == 0.0;
 }
@@ -122,8 +125,8 @@ template <bool plain, class Asked>
   return d;
 }
 
-/// Maps the sums of a patch with a lay (grain) from isotropic axes to its own axes. Where energies differ
-/// between the axes, finds the dissipated energy as the step's work less the change of stored energy.
+/// Maps the sums of a patch with a lay (grain) from isotropic axes to its own. Where energies differ between
+/// the axes, finds the dissipated energy as the step's work less the change of stored energy.
 [[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
@@ -136,7 +139,7 @@ template <bool plain, class Asked>
   sums.dissipated = std::clamp(work + step.stored - p.model->stored_energy(p), 0.0, highest_energy);
 }
 
-/// Reads a motion whose load is applied already into `step`. `plain` and `usual` are is_plain() and
+/// Reads a motion into `step`; its load is applied already. `plain` and `usual` are is_plain() and
 /// is_usual(), known when compiling.
 template <bool plain, bool usual>
 [[gnu::always_inline]] inline void read_motion(const Patch& p, const double (&displacement)[2], double dt_s,
@@ -148,7 +151,7 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // Shortens a step beyond the longest time, at which the clock stops; otherwise bristles would be younger
+    // Shortens a step beyond the longest time, at which the clock stops. Otherwise bristles would be younger
     // at the start of the next step than at the end of this one.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
@@ -169,8 +172,8 @@ template <bool plain, bool usual>
   step.moves = a.snaps_all || (step.units[0] | step.units[1]) != 0;
 }
 
-/// Fills the constants of a step other than the displacement. Assigns field by field, because g++ clears a
-/// whole struct by `rep stos`, which takes longer.
+/// Fills the constants of a step except the displacement. Assigns field by field, because g++ clears a whole
+/// struct by `rep stos`, which takes longer.
 void begin_advance(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.residual = a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
@@ -182,8 +185,8 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
   if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
-/// Writes the response of a step (for a cell of an outline only its force). If the step is committed, also
-/// stores the numbers with which a next step at rest is answered.
+/// Writes the response of a step (for a cell of an outline only its force). For a committed step also stores
+/// the numbers that answer a next step at rest.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
                                                   const PatchStep& step, bool held, StepSums& sums,
@@ -191,7 +194,7 @@ template <bool plain, class Asked, class Answer>
   if (!plain && p.laid && !p.in_lane) map_sums(p, motion.displacement, step, held, sums);
   double elastic[2];  // copied, because a read of the response just written would wait for its stores
 
-  // Subtracts from 0, so that the force of a straight patch is +0, never a negative zero.
+  // Subtracts from 0, so that the force of a straight patch is +0, not -0.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
   const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;
   if constexpr (std::is_same_v<Answer, CellMotion>) {
@@ -236,7 +239,7 @@ template <bool plain, class Asked, class Answer>
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
-/// Takes a step for which Patch::bound is unknown or does not hold, or whose length is unusual.
+/// Takes a step that leaves Patch::bound, has no known bound, or is of unusual length.
 template <bool plain, class Asked, class Answer>
 [[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
                                             double contact_loss, Answer& out) noexcept {
@@ -268,8 +271,8 @@ template <bool plain, class Asked, class Answer>
   return sums.visited;
 }
 
-/// Takes a step under the present load. The usual step, which stays in the ball within which no bristle
-/// snaps, needs no further call.
+/// Takes a step under the present load. The usual step stays in the ball within which no bristle snaps, and
+/// needs no further call.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {
@@ -335,7 +338,7 @@ bool is_good_motion(int axes, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
                       motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
-  // Refuses, as bad input, motion along the second axis of a patch that has only one.
+  // Refuses motion along the second axis of a patch that has only one, as bad input.
   const bool planar = axes == 1;
   if (planar && motion.displacement[1] != 0.0) return false;
   if (motion.has_velocity)

@@ -7,19 +7,20 @@
 
 namespace bristle::detail {
 
-/// Motion of one cell of an outline (contact area) under an unchanged load; asks for the elastic force only.
+/// Motion of one cell of an outline (contact area) under an unchanged load. Asks for the elastic force only.
 struct CellMotion {
-  PatchId id;              ///< id of the cell's patch; a step sets it to PatchId{} if the batch has no patch
-                           ///< of this id
+  /// Id of the cell's patch; a step sets it to PatchId{} if the batch has no patch of this id.
+  PatchId id;
   double displacement[2];  ///< tangential displacement of the cell in the step, m
   double force[2];         ///< elastic force on the body at the end of the step, N
 };
 
-/// Whether a motion is finite, in range, and along axes that the patch has; false = bad input.
+/// Returns whether a motion is finite, in range, and along axes that the patch has; otherwise it is bad
+/// input.
 bool is_good_motion(int axes, const Motion& motion) noexcept;
 
-/// Whether a motion leaves a resting patch at rest, so that its last force is still right. Reads only the
-/// first of the patch's four cache lines.
+/// Returns whether a motion leaves a resting patch at rest, so that its last force is still right. Reads only
+/// the first of the patch's four cache lines.
 inline Bound find_bound(const Patch& p, const Motion& motion) noexcept {
   return p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
                  motion.normal_load == p.normal_load && !motion.has_velocity
@@ -30,8 +31,8 @@ inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
   const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
   return rests ? Bound::rest : Bound::none;
 }
-/// Finds which bound, if any, answers a step without a visit to the bristles. Never returns Bound::glide,
-/// because only the contact model knows whether the patch glides.
+/// Finds which bound, if any, answers a step without a visit to the bristles. Never returns Bound::glide:
+/// only the contact model knows whether the patch glides.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
   const Travel& t = step.advance;
@@ -60,14 +61,14 @@ inline void answer_at_rest(const Patch& p, Response& out) noexcept {
 
 /// Steps a patch, from its motion to its response, on one thread. Returns the number of bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
-/// Computes the response that step_patch() would give under the present load, without a change of state; not
+/// Computes the response that step_patch() would give under the present load, without a change of state. Not
 /// for motions that needs_copy(). `contact_loss`: energy that applying the load took, for the response.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 
 // --- contacts in lanes (Patch::in_lane): a step places all motions, runs the blocks, then answers
 
-/// Places a motion in the block of the patch's lane.
+/// Writes a patch's motion to its lane of the block that the kernel steps.
 void place_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;
 void place_motion(const Patch& patch, const CellMotion& motion, double dt_s) noexcept;
 /// Writes the response to a motion from the answers of the patch's block.
@@ -86,17 +87,19 @@ std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, PatchS
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
-/// Whether a trial step changes bristles unless the bound on snapping answers it, and so needs a copy.
+/// Returns whether trial steps of a patch need a copy. A trial that the bound on snapping does not answer
+/// would change the bristles of such a patch.
 inline bool changes_in_trials(const Patch& p) noexcept { return p.renews || books_work(p); }
-/// Whether a trial of a motion under the present load would change bristles, so that the caller must make it
-/// on a copy of the patch.
+/// Returns whether a trial of this motion under the present load needs a copy of the patch, because it would
+/// change bristles.
 bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 
-/// Copies the bounds on holding times to a patch with another material, because its bristles keep their ages.
+/// Copies the bounds on how long bristles have been stuck to a patch of another material, where bristles keep
+/// their ages.
 void take_hold_over(Patch& to, const Patch& from) noexcept;
 
-/// Writes a response of zero force with a status that says why the motion was refused. `computed`: outputs of
-/// the patch, all if there is none.
+/// Writes a response of zero force whose status says why the motion was refused. `computed`: outputs of the
+/// patch, all if there is none.
 void write_refusal(Outputs computed, Status status, Response& out) noexcept;
 
 }  // namespace bristle::detail

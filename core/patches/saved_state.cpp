@@ -39,7 +39,7 @@ void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
   for (auto& part : remainder) visit(part, FieldRule{"remainder", -0.5, 0.5});
 }
 /// Lists what an ageing patch saves about time: its own time, which exceeds the longest time by at most a
-/// step; and the times and the displacement that bound how long a bristle can have held (PatchRecord::Hold).
+/// step; and times and displacement that bound how long a bristle can have been stuck (PatchRecord::Hold).
 /// The displacement is at most 2^62 units.
 template <class Time, class Hold, class Visit>
 void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
@@ -173,8 +173,7 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   const PatchRecord::Hold& hold = record.hold;
   if (p.ages) time_fields(time, record.hold, check);
   if (check.fault != nullptr) return check.fault;
-  // Allows exactly 0 bristles without load, although the tolerance for rounding would also allow a negative
-  // number.
+  // Allows exactly 0 bristles without load; the tolerance for rounding would also allow a negative number.
   const double zeta = p.material().material.bristles_in_contact(contact.normal_load);
   if (!(std::abs(contact.zeta - zeta) <= 1e-9 * zeta)) return "zeta";
   record.clock = &time;

@@ -1,5 +1,5 @@
-// The saved state of a batch of patches, as far as it is the same for all contact models. The format of the
-// bytes: core/patches/SAVED_STATE.md.
+// The saved state of a batch of patches, as far as it is the same for all contact models.
+// core/patches/SAVED_STATE.md has the format of the bytes.
 #pragma once
 
 #include <cstddef>
@@ -23,10 +23,10 @@ constexpr std::size_t saved_batch_size = 40;
 /// Head of one saved patch. The fields that all contact models share follow it, then the model's own.
 struct SavedPatch {
   std::uint32_t slot = 0, generation = 0;
-  std::uint64_t signature = 0;  ///< hash of contact model, options and material; a state is restored only to
-                                ///< a patch with the same hash
-  std::uint64_t bytes = 0;      ///< size of the saved patch, with this head
-  std::uint64_t key = 0;        ///< present key of the patch, the one that its last reset gave
+  /// Hash of contact model, options and material; a state is restored only to a patch with the same hash.
+  std::uint64_t signature = 0;
+  std::uint64_t bytes = 0;  ///< size of the saved patch, with this head
+  std::uint64_t key = 0;    ///< present key of the patch, the one that its last reset gave
   std::uint32_t seed = 0;
 };
 constexpr std::size_t saved_patch_size = 36;
@@ -34,7 +34,7 @@ constexpr std::size_t saved_patch_size = 36;
 /// Writes the head of a batch, with length and checksum, in front of patches that are already written.
 /// `state`: all bytes of the saved state, head included.
 void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
-/// Reads a saved batch's head; checks magic number, version, length, checksum. Throws bristle::Error.
+/// Reads the head of a saved batch. Checks magic number, version, length and checksum. Throws bristle::Error.
 SavedBatch open_batch(Span<const std::byte> state);
 
 /// Returns a hash of the patch's state: of the model's state and, if the patch has them, of its lay and of
@@ -42,16 +42,16 @@ SavedBatch open_batch(Span<const std::byte> state);
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;
-/// Returns the number of bytes of a saved patch. The number depends on options and material alone, so a
-/// buffer that was large enough once stays large enough.
+/// Returns the number of bytes of a saved patch. It depends on options and material alone, so a buffer that
+/// was large enough once stays large enough.
 std::size_t saved_size_of(const Patch& patch) noexcept;
 void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
 SavedPatch read_saved_patch(const std::byte* from) noexcept;
 /// Checks the values in a saved patch. Returns null, or the name of a value that no patch with these options
-/// can have. A checksum alone does not prove that bristle wrote the bytes.
+/// can have. (A right checksum does not prove that bristle wrote the bytes.)
 const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
-/// Checks the present state of a patch by saving it and calling find_fault_of() (ranges of values, counts,
-/// mass of cohorts). Returns null, or the name of a value that no patch can have. `room`: memory of
+/// Checks the present state of a patch, by saving it and calling find_fault_of(): ranges of values, counts,
+/// mass of cohorts. Returns null, or the name of a value that no patch can have. `room`: memory of
 /// saved_size_of(patch) bytes.
 const char* find_present_fault(const Patch& patch, std::byte* room) noexcept;
 /// Restores a patch from bytes in which find_fault_of() has found nothing.

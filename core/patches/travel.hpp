@@ -1,5 +1,5 @@
-// The motion of a patch (Travel), the input and the output of a contact model's step, and those steps that
-// need no model because nothing can snap.
+// The motion of a patch (Travel), the input and the output of a contact model's step, and the steps that need
+// no model because no bristle can snap.
 #pragma once
 
 #include <cmath>
@@ -20,23 +20,23 @@ inline bool stands_still(const Int128& clock) noexcept {
 
 /// Displacement and times of one step of a patch, computed from its motion.
 struct PatchStep {
-  /// Displacement of the step. A far step (in which every bristle snaps) states length and direction; other
-  /// steps state them only when a contact model is called. The model fills `in_double`, `energy_unit`,
-  /// `phase_key` and `renews_bounds`, and may shorten the displacement.
+  /// Displacement of the step. For a far step, in which every bristle snaps, it has length and direction; for
+  /// other steps only when a contact model is called. The model fills `in_double`, `energy_unit`, `phase_key`
+  /// and `renews_bounds`, and may shorten the displacement.
   Advance advance;
-  double scaled[2];           ///< displacement in scaled lengths, which are near the mean snap length
-  std::int64_t units[2];      ///< displacement in fixed-point units of the position; 0 in a far step
-  double begins, ends;        ///< time of the patch at the start and at the end of the step, s; 0 for a
-                              ///< patch that does not age
-  double remainder[2];        ///< rounding remainder of short displacements after this step
-  bool moves;                 ///< whether the patch moves; if it does not, nothing can snap
-  bool creeps;                ///< whether the displacement along an axis is so short that its rounding
-                              ///< remainder is added to the next one
+  double scaled[2];       ///< displacement in scaled lengths, which are near the mean snap length
+  std::int64_t units[2];  ///< displacement in fixed-point units of the position; 0 in a far step
+  /// Time of the patch at the start and at the end of the step, s; 0 for a patch that does not age.
+  double begins, ends;
+  double remainder[2];  ///< rounding remainder of short displacements after this step
+  bool moves;           ///< whether the patch moves; if it does not, nothing can snap
+  /// Whether the displacement along an axis is so short that its rounding remainder is added to the next one.
+  bool creeps;
   double contact_loss = 0.0;  ///< elastic energy that the step's change of load took, J
   double stored = 0.0;        ///< elastic energy before the step, J; filled only if books_work()
 };
 
-/// Result of a step: sums over all bristles in contact.
+/// Result of a contact model's step: sums over all bristles in contact.
 struct StepSums {
   double end[2] = {0.0, 0.0};         ///< sum of deflections at the end; times Patch::newtons_per_unit in N
   double twice_mean[2] = {0.0, 0.0};  ///< twice the mean, over the step, of the sum of deflections
@@ -45,21 +45,23 @@ struct StepSums {
   std::uint64_t visited = 0;  ///< number of bristles or cohorts that a kernel read
 };
 
-/// Reasons for which a step needs no visit to the bristles, and `none`.
+/// Reasons why a step needs no visit to the bristles, and `none`.
 enum class Bound : unsigned char {
-  none,   ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
-  rest,   ///< the patch does not move, so no deflection changes
-  ball,   ///< the motion ends in the ball Patch::bound, so no bristle snaps, and the sums of deflections
-          ///< follow from the displacement
+  none,  ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
+  rest,  ///< the patch does not move, so no deflection changes
+  /// The motion ends in the ball Patch::bound, so no bristle snaps, and the sums of deflections follow from
+  /// the displacement.
+  ball,
   glide,  ///< a steady slide goes on, so its force follows from means over the bristles (glide.hpp)
 };
 
-/// Values of Patch::bound.reach, the distance within which nothing snaps, if no such distance is known
-/// (no_reach) or the patch is in a glide, a steady slide (glide_reach).
+/// Values of Patch::bound.reach, the distance within which no bristle snaps, for patches without a known
+/// distance (no_reach) and in a glide, a steady slide (glide_reach).
 constexpr double no_reach = -1.0;
 constexpr double glide_reach = -2.0;
 
-/// Computes length and direction of a displacement; a far step (every bristle snaps) has them already.
+/// Computes length and direction of a displacement. A far step, in which every bristle snaps, has them
+/// already.
 inline void find_direction(Travel& t) noexcept {
   if (t.snaps_all) return;
   double moved[2];

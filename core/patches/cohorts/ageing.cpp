@@ -1,5 +1,5 @@
-// The clock of an infinite brush whose bristles age. Each cohort stores its birth, the time when its bristles
-// were last straight, as seconds after a base; the base is moved along with the clock.
+// The clock of an infinite brush whose bristles age. Each cohort stores the time of its birth, when its
+// bristles were last straight, as seconds after a base that follows the clock.
 #include <algorithm>
 
 #include "core/patches/cohorts/cohorts.hpp"
@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Longest time between the base of births and the present, in ageing times; after it the base is moved, so
-/// that the ages of the newest cohorts keep 32 bits.
+/// Longest time between base and present, in ageing times. Then the base is moved, so that the ages of the
+/// newest cohorts keep 32 bits.
 constexpr double farthest_time = 0x1p20;
 
 Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }

@@ -1,5 +1,6 @@
-// The contact model of infinitely many bristles: a list of cohorts (sets of bristles that were last straight
-// at one place), which the kernels move along a path. Equations: core/patches/COHORTS.md.
+// The contact model of infinitely many bristles (Population::infinite): a list of cohorts, which the kernels
+// move along a path. A cohort is all bristles that were last straight at one place and have been bent alike
+// since. Equations: core/patches/COHORTS.md.
 #pragma once
 
 #include <cstdint>
@@ -13,70 +14,75 @@
 
 namespace bristle::detail {
 
-constexpr double default_resolution = 8.0;  ///< pieces into which a path of one mean snap length is divided,
-                                            ///< unless the options say otherwise
+/// Pieces into which a path of one mean snap length is divided, unless the options say otherwise.
+constexpr double default_resolution = 8.0;
 constexpr double highest_resolution = 128.0;
-constexpr std::uint32_t default_cohorts = 96;   ///< most cohorts of a patch that has the default resolution
-constexpr double bound_margin = 0x1p-40;        ///< margin, a scaled length, that exceeds the rounding error
-                                                ///< of any deflection
-constexpr double least_cohort_spread = 0.05;    ///< least spread (cv) of a snap-length law for an infinite
-                                                ///< brush; with less spread too many bristles snap at once
-constexpr double full_mass = 70368744177664.0;  ///< mass of all bristles of a patch at its highest load: 2^46
-                                                ///< units, so that masses are whole numbers
+constexpr std::uint32_t default_cohorts = 96;  ///< most cohorts of a patch that has the default resolution
+/// Margin, a scaled length, by which bounds on snapping are reduced: more than the rounding error of any
+/// deflection.
+constexpr double bound_margin = 0x1p-40;
+/// Least spread (cv) of a snap-length law for an infinite brush; with less spread too many bristles snap at
+/// once.
+constexpr double least_cohort_spread = 0.05;
+/// Mass of all bristles of a patch at its highest load: 2^46 units, so that masses are whole numbers.
+constexpr double full_mass = 70368744177664.0;
 
-/// Units of mass that Patch::whole counts as one bristle. The count is 256 at the highest load, because an
+/// Units of mass that Patch::whole counts as one bristle. The highest load has 256 of them, because an
 /// infinite brush costs about as much to step as 256 bristles.
-constexpr double mass_per_count = 274877906944.0;                          // 2^38
-constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;  // units of Patch::sum per unit of
-                                                                           // mass x scaled length, 2^6
+constexpr double mass_per_count = 274877906944.0;  // 2^38
+// Units of Patch::sum per unit of mass and scaled length, 2^6.
+constexpr double sum_per_mass_length = fixed_per_length / mass_per_count;
 
-/// Ageing state of a patch; in memory the cohorts' births follow it (times when they were last straight).
+/// Ageing state of a patch. The births of the cohorts follow it in memory.
 struct alignas(64) CohortAgeing {
   Int128 base = 0;          ///< time from which births are counted, in 2^-64 s since PatchRecord::epoch
   double per_length = 0.0;  ///< time per scaled length of the present straight slide, s
   double until = 0.0;       ///< end of the present straight slide, s since `base`
-  double oldest = 0.0;      ///< birth of the cohort that was the oldest when the present straight slide
-                            ///< began, s since `base`
+  /// Birth of the oldest cohort at the beginning of the present straight slide, s after `base`.
+  double oldest = 0.0;
 
-  // Cache: `snap_rate`, the snaps of a bristle per scaled length of steady sliding, and the time per length
-  // for which it was computed (0 = not known).
+  // Cache: `snap_rate` is the number of snaps of a bristle per scaled length of steady sliding, at the time
+  // per length `rate_per_length` (0 = not known).
   double rate_per_length = 0.0, snap_rate = 0.0;
 };
 
-/// Scalars of the state of an infinite brush. Number in contact and overload are in the struct Patch.
+/// State of an infinite brush besides its cohorts. The number in contact and the overload are in the struct
+/// Patch.
 struct CohortScalars : CohortState {
-  std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of its present straight slide,
-                                     ///< whose length so far is `run`
-  double snap_rest = 0.0;            ///< fraction of a snap that is not yet reported, as only whole ones
-                                     ///< are
-  Glide glide;                       ///< recent path of the patch and, in a glide (a slide on a slowly
-                                     ///< turning path, calculated without visiting cohorts), the state
-                                     ///< of that glide
+  /// Position of the patch at the end of its present straight slide, which is `run` long. A step that begins
+  /// elsewhere begins a new slide.
+  std::int64_t slid_to[2] = {0, 0};
+  /// Fraction of a snap not yet reported: responses report whole snaps.
+  double snap_rest = 0.0;
+  /// Recent path of the patch and, in a glide, its state. A glide is a slide on a slowly turning path,
+  /// computed without visiting cohorts.
+  Glide glide;
 };
 
-/// An infinite brush: its properties, its state, and pointers to its cohorts.
+/// Record of an infinite brush: its properties, its state, and pointers to its cohorts.
 struct Cohorts : PatchRecord, CohortScalars {
   CohortLaw law{};
   const CohortKernels* kernels = nullptr;
-  double follow = 0.0;  ///< path of a slide, scaled, after which the cohorts need not be
-                        ///< stepped: they move with the patch unchanged
+  /// Path of a slide, scaled, after which the cohorts need no step: they move along with the patch unchanged.
+  double follow = 0.0;
 
-  /// Path, scaled, after which one long step that began with straight bristles is in steady sliding; 0 = as
-  /// long as `follow`.
+  /// Path, scaled, after which a single long step from straight bristles is in steady sliding; 0 = as long as
+  /// `follow`.
   double forget = 0.0;
   bool glides = false;  ///< whether the patch may glide; one that ages may not
 
   // Constants for glides (steady slides on bent paths), in scaled lengths; derived in make.cpp.
-  double memory = 0.0;             ///< path that bristles remember: mean squared deflection over mean
-                                   ///< deflection in steady sliding
-  double long_step = 0.0;          ///< length of a step at whose end earlier turns of the path do not matter
-  double node_distance = 0.0;      ///< path between two measurements of the curvature of the path
-  double per_lag = 0.0;            ///< one over the path by which the force lags behind a changed curvature
-  double highest_curve = 0.0;      ///< largest curvature of a path on which a patch glides, rad per scaled
-                                   ///< length
-  double chord_share = 0.0;        ///< factor from which Glide::chord_share (angle of a chord) is computed
-  std::uint32_t pieces = 0;        ///< pieces of path per mean snap length that the options ask for, rounded
-                                   ///< up; PatchInfo::representatives reports the number
+  /// Path that bristles remember: mean squared deflection over mean deflection in steady sliding.
+  double memory = 0.0;
+  double long_step = 0.0;      ///< length of a step at whose end earlier turns of the path do not matter
+  double node_distance = 0.0;  ///< path between two measurements of the curvature of the path
+  double per_lag = 0.0;        ///< one over the path by which the force lags behind a changed curvature
+  /// Largest curvature, rad per scaled length, of a path on which a patch may glide.
+  double highest_curve = 0.0;
+  double chord_share = 0.0;  ///< factor from which Glide::chord_share (angle of a chord) is computed
+  /// Pieces of path per mean snap length that the options ask for, rounded up. PatchInfo::representatives
+  /// reports it.
+  std::uint32_t pieces = 0;
   double* rows = nullptr;          ///< data of the cohorts: rows of 8 cohorts with 8 columns (CohortColumn)
   CohortAgeing* ageing = nullptr;  ///< births of cohorts and times of the slide; null without ageing
 
@@ -103,47 +109,50 @@ struct Cohorts : PatchRecord, CohortScalars {
 
 inline Cohorts& cohorts(const Patch& p) noexcept { return static_cast<Cohorts&>(*p.record); }
 
-/// Returns the patch's position along an axis, relative to the base of its cohorts' places, scaled.
+/// Returns the position of the patch along an axis, relative to the base of its cohorts' places, scaled.
 inline double place(const Patch& p, const CohortState& s, int axis) noexcept {
   return to_lengths(difference(p.position[axis], s.base[axis]));
 }
 
 // --------------------------------------------------------------------------------------- time (ageing.cpp)
 
-/// Returns the births of the cohorts (when they were last straight) and the present time, s, both since the
-/// base of births; all 0 where the material does not age.
+/// Returns the present time and the births of the cohorts, in s after the base of births. All are 0 where the
+/// material does not age.
 CohortTimes times_of(const Patch& p) noexcept;
-/// Sets the base from which births are counted to the present time. For a patch that has no cohorts yet.
+/// Sets the base of births to the present time, for a patch that has no cohorts yet.
 void begin_time(const Patch& p) noexcept;
-/// Moves the base from which births are counted to the present time, once it lies 2^20 ageing times back.
-/// Ages stay, except for rounding.
+/// Moves the base of births to the present time once it lies 2^20 ageing times back. Ages stay, except for
+/// rounding.
 void follow_time(const Patch& p) noexcept;
 double find_oldest(const Cohorts& r) noexcept;
-/// Returns g, the factor by which ageing has increased the snap lengths of cohort number i; 1 where the
-/// material does not age.
+/// Returns g, the factor by which ageing has increased the snap lengths of cohort i; 1 where the material
+/// does not age.
 double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) noexcept;
 
 // ---------------------------------------------------------------------------------------- rows (state.cpp)
 
-/// Removes all cohorts, when the patch goes out of contact.
+/// Removes all cohorts. Called when the patch goes out of contact.
 void clear_cohorts(Cohorts& r) noexcept;
-/// Removes cohorts of mass 0, whose rows the last cohorts then take. `births`: column of the times at which
-/// cohorts were last straight; null where the material does not age.
+/// Removes cohorts of mass 0; the last cohorts move into their rows. `births`: column of birth times, null
+/// where the material does not age.
 void remove_empty(CohortState& s, double* rows, double* births) noexcept;
 void remove_empty(Cohorts& r) noexcept;
-/// Recomputes the sums over the cohorts of mass x place, from which the mean deflection follows.
+/// Recomputes the sums of mass x place over the cohorts, from which the mean deflection follows.
 void find_moment(CohortState& s, const double* rows) noexcept;
-/// Returns the sum of mass x |z|^2 over all bristles, z the deflection: over the cohorts, with the variance
-/// of place lost when bristles joined one cohort (CohortState::spread) and the change since a glide began.
+/// Returns the sum of mass x |z|^2 over all bristles, with z the deflection, from which the stored energy
+/// follows. It includes the variance of place that was lost when bristles joined one cohort
+/// (CohortState::spread) and, in a glide, the change since its start.
 double cohort_squares(const Patch& p) noexcept;
-/// Adds to `sum` mass x |z|^2 over the cohorts, for a patch at the place `at`.
+/// Adds the sum of mass x |z|^2 over the cohorts to `sum`, for a patch at the place `at`.
 double squares_at(const CohortState& s, const double* rows, const double (&at)[2], double sum) noexcept;
-/// Returns the elastic energy, J, of one unit of mass that is bent by one scaled length.
+/// Returns the elastic energy, J, of one unit of mass bent by one scaled length: the factor of
+/// cohort_squares().
 double joules_per_unit(const Patch& p) noexcept;
-/// Returns the sum of deflections along one axis, rounded, in units of Patch::sum; `at`: place of the patch.
+/// Returns the sum of deflections along one axis, rounded, in units of Patch::sum, for a patch at the place
+/// `at`.
 Int128 deflections_at(const CohortState& s, double at, int axis) noexcept;
-/// Updates number of bristles, sums of deflections and unit of force in the patch's shared part, after a
-/// change of cohorts, load or material outside a step.
+/// Updates the part of a patch that all contact models share: number of bristles, sums of deflections, unit
+/// of force. To be called after a change of cohorts, load or material outside a step.
 void note_cohorts(Patch& p) noexcept;
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 
@@ -152,16 +161,16 @@ void note_sum(Patch& p, int axis, std::int64_t noted) noexcept;
 void set_pieces(Cohorts& r) noexcept;
 double apply_cohort_load(Patch& p, double normal_load_n) noexcept;
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept;
-/// Whether a move of at least the path `forget` is so long that the state at its end does not depend on the
+/// Returns whether a move is so long, at least `forget`, that the state at its end does not depend on the
 /// state at its start.
 inline bool is_forgetful(const CohortMove& move, double forget) noexcept { return move.length >= forget; }
-/// Whether a move that forgets its start is nevertheless stepped in pieces. With shared renewal slide_far()
-/// gives only the state at the end; mean force and energy need the pieces.
+/// Returns whether a move that forgets its start is stepped in pieces all the same. With shared renewal
+/// slide_far() gives only the state at the end, while mean force and energy need the pieces.
 bool needs_pieces(const Cohorts& r, const CohortMove& move) noexcept;
 /// Returns the number of snaps of a bristle per scaled length of steady sliding, at a given speed.
 double find_snap_rate(const Cohorts& r, const CohortTimes& times) noexcept;
-/// Makes a step that forgets its start: replaces the cohorts by the cohorts of steady sliding at the end of
-/// the step, and adds work, energy and snaps along its path.
+/// Makes a step that forgets its start: replaces the cohorts by those of steady sliding at its end, and adds
+/// work, energy and snaps along its path.
 void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) noexcept;
 void take_over_cohorts(Patch& to, Patch& from) noexcept;
 double find_cohort_energy(const Patch& p) noexcept;
@@ -173,7 +182,7 @@ void save_cohorts(const Patch& p, ByteWriter& write) noexcept;
 const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept;
 void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Whether bristles of this material can be computed as infinitely many (an infinite brush).
+/// Returns whether bristles of this material can be computed as an infinite brush.
 bool allows_cohorts(const Material& material) noexcept;
 
 /// Makes an infinite brush out of contact. With `zeta_max` above 0 it replaces a patch whose options these

@@ -1,4 +1,4 @@
-// Steps a glide: a steady slide along a path that turns slowly.
+// Steps a glide: a steady slide of an infinite brush along a path that turns slowly.
 #include "core/patches/cohorts/glide.hpp"
 
 #include <algorithm>
@@ -9,25 +9,26 @@
 namespace bristle::detail {
 namespace {
 
-constexpr double bend = 0x1p-10;        // largest angle between path and arc within a step of a glide, rad
-constexpr double long_bend = 1.0 / 32;  // largest angle between path and arc within a step longer than the
-                                        // path that bristles remember, rad
+constexpr double bend = 0x1p-10;  // largest angle between path and arc within a step of a glide, rad
+// Largest angle, rad, between path and arc in a step longer than the path that bristles remember.
+constexpr double long_bend = 1.0 / 32;
 
-/// Shortest step whose direction is used, a scaled length: the rounding of positions would turn a shorter
-/// step by more than 2^-14.
+/// Shortest step, scaled, whose direction is used. Rounding of positions would turn a shorter one by more
+/// than 2^-14.
 constexpr double shortest_chord = 0x1p-30;
 
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
-/// Circular arc with which a patch's path ends: tangent and curvature, which determine how cohorts are bent.
+/// Circular arc with which the path of a patch ends. Its tangent and curvature determine how cohorts are
+/// bent.
 struct Arc {
   double tangent[2];
   double curve;
 };
 
-/// Finds the arc that would bend bristles as the last steps, which are chords of the path, have bent them.
-/// The arc's tangent is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) for curvature c,
-/// chord length h, mean deflection f and no residual. `chord_share`: factor of c h^2.
+/// Finds the arc that bends bristles as the last steps have bent them. Steps are chords of the path, so the
+/// tangent at the end is the last chord turned by a small angle, c (h / 2 - h^2 / (12 f)) with the curvature
+/// c, the length h of the chord and the mean deflection f, without residual. `chord_share`: factor of c h^2.
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
@@ -37,7 +38,8 @@ Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
           c.curve};
 }
 
-/// Finds the mean deflection of the bristles in a glide whose path ends with a given arc.
+/// Finds the mean deflection of the bristles in a glide whose path ends with a given arc. The force follows
+/// from it.
 void find_mean(const Glide& g, const Arc& arc, double (&z)[2]) noexcept {
   const double across = g.across - (arc.curve - g.from_curve) * (0.5 * g.square);
   z[0] = g.along * arc.tangent[0] - across * arc.tangent[1];
@@ -49,7 +51,7 @@ double squares_at(const Glide& g, const Arc& arc) noexcept {
   return change * (change * g.squares[1] - g.squares[0]);
 }
 
-/// Maps a deflection stored at the start of a glide to the present end of the path, by a rotation and a bend.
+/// Rotation and bend that take a deflection stored at the start of a glide to the present end of the path.
 struct Turned {
   const Glide& g;
   const Arc arc;
@@ -77,7 +79,7 @@ void begin_glide(const Patch& p, const Cohorts& r, Glide& g) noexcept {
   find_glide_means(p, g);
 }
 
-/// Moves the patch along one axis together with the base of its cohorts' places, so that deflections stay.
+/// Moves the patch along one axis together with the base of its cohorts' places. Deflections are unchanged.
 void move_along(Patch& p, Cohorts& r, int axis, std::int64_t to, std::int64_t sum) noexcept {
   r.base[axis] = sum_of(r.base[axis], difference(to, p.position[axis]));
   p.position[axis] = r.slid_to[axis] = p.part_position[axis] = to;
@@ -118,8 +120,8 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
-  // Allows only a smaller turn right after a step of at least `long_step`: bristles remember no path before
-  // that straight step, so a turn at its end is a corner.
+  // Allows only a smaller turn right after a step of at least `long_step`. Bristles remember nothing from
+  // before that straight step, so a turn at its end is a corner.
   if (!(std::abs(turned) <= (c.length < r.long_step ? 2.0 * long_bend : bend))) return false;
   if (length < shortest_chord) {
     c.way += length;
@@ -129,8 +131,8 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
   if (distance >= r.node_distance) {
     const double measured = turned / distance;
     const double x = distance * r.per_lag;
-    // Share of a change of the path's curvature that the force has followed along a distance x, in units of
-    // the force's lag. Approximates 1 - exp(-x).
+    // Share of a change of curvature that the force has followed after a distance x, in units of the force's
+    // lag. Approximates 1 - exp(-x).
     const double share = known ? std::min(1.0, x / (1.0 + 0.6 * x)) : 1.0;
     const double curve = c.curve + (measured - c.curve) * share;
     if (!(std::abs(curve) <= r.highest_curve)) return false;
@@ -198,8 +200,9 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = static_cast<double>(end[axis]);
     twice_mean[axis] = (is_long ? sums.end[axis] : to_double(p.sum[axis])) + sums.end[axis];
-    // Along most of a long step the force equals the force at its end. Bristles bent by u before a turn by
-    // the angle a stay bent by a u aside until they snap; integrated over the step: a (u^2 - l_r^2) / 2.
+    // Adds the force along a long step, which for most of its length equals the force at its end. Bristles
+    // bent by u before a turn by the angle a stay bent by a u aside until they snap; integrated over the
+    // step, that is a (u^2 - l_r^2) / 2.
     if (is_long)
       twice_mean[axis] -= (axis == 0 ? -arc.tangent[1] : arc.tangent[0]) * r.mass * sum_per_mass_length *
                           (cross(r.glide.direction, a.direction) * g.square / a.length);
@@ -222,8 +225,8 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   if (r.glide.on == 0) r.glide = begun;
   static_cast<Course&>(r.glide) = next;
   for (int axis = 0; axis < 2; ++axis) {
-    // Leaves position and places unchanged in a far step: its displacement is so long that fixed point cannot
-    // store it.
+    // Leaves position and places unchanged in a far step (in which every bristle snaps): fixed point cannot
+    // store its displacement.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
   p.bound.reach = glide_reach;
@@ -246,7 +249,7 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
     return Bound::glide;
   }
   // Checks the end of the step alone. A cohort's deflection is a convex function along a step, so a cohort
-  // that is within its reach at both ends is within it in between.
+  // within its reach at both ends is within it all along.
   if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
   const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),
                         to_lengths(difference(t.to[1], r.base[1]))};

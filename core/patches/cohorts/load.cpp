@@ -1,4 +1,4 @@
-// Changes the load of an infinite brush. When it falls, bristles that came into contact last leave first.
+// Changes the load of an infinite brush. When it falls, the bristles that came into contact last leave first.
 #include <algorithm>
 #include <cmath>
 
@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Finds the rank (place in the order of coming into contact) above which the mass `wanted` lies. Newton's
-/// method on a piecewise linear sum, between bounds that close in.
+/// Finds the rank above which the mass `wanted` lies, by Newton's method on a piecewise linear sum, between
+/// bounds that close in. The rank of a bristle is the mass that came into contact before it.
 double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   double low = 0.0;
   double high = r.mass;
@@ -27,8 +27,8 @@ double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   return cut;
 }
 
-/// Removes from cohort number i the bristles with ranks above `cut`, those that came into contact last, and
-/// returns the mass left. `all`: highest rank after the load has fallen.
+/// Removes from cohort i the bristles with ranks above `cut`, those that came into contact last, and returns
+/// the mass left. `all`: highest rank after the fall of the load.
 double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcept {
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -46,7 +46,7 @@ double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcep
   return kept;
 }
 
-/// Removes the mass that exceeds a fallen load; adds its sum of mass x squared deflection to `lost`.
+/// Removes the mass that exceeds a fallen load, and adds its sum of mass x squared deflection to `lost`.
 void shed(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (mass_now == 0.0) {
@@ -67,8 +67,8 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     missing -= kept_of[i];
     if (kept_of[i] > kept_of[largest]) largest = i;
   }
-  // Corrects the masses to the wanted sum: the largest cohort takes the difference, and cohorts after it what
-  // it cannot take. Masses are rounded, and bristles of nearly equal ranks cannot be divided further.
+  // Corrects the masses to the wanted sum. They are rounded, and bristles of nearly equal ranks cannot be
+  // divided further. The largest cohort takes the difference; those after it take what it cannot.
   for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
     const std::uint32_t i = (largest + k) % r.count;
     const double kept = std::clamp(kept_of[i] + missing, 0.0, mass_of(r.rows, i));
@@ -89,14 +89,15 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   find_moment(r, r.rows);
 }
 
-/// Moves the base from which places are counted to a patch out of contact that has moved far from it.
+/// Moves the base from which places are counted to the patch, if it has moved far away while out of contact.
 void come_near(const Patch& p, Cohorts& r) noexcept {
   constexpr double far = 4096.0;
   for (int axis = 0; axis < 2; ++axis)
     if (std::abs(place(p, r, axis)) > far) r.base[axis] = p.position[axis];
 }
 
-/// Adds straight bristles after a rise of the load, with the highest ranks, as the last to come into contact.
+/// Adds straight bristles after a rise of the load. As the last to come into contact they get the highest
+/// ranks.
 void admit(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (r.count == 0) come_near(p, r);
@@ -107,8 +108,8 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   if (low > 0.0) r.layered = 1;
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
-  // Lets entering bristles join the last cohort only if the patch has hardly moved since: joining within a
-  // whole piece of path would mix ranks.
+  // Lets entering bristles join the last cohort only if the patch has hardly moved since that cohort entered:
+  // a larger distance would mix ranks.
   const double near = r.law.piece / 16.0;
   bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
   if (r.count == 0) begin_time(p);
@@ -121,8 +122,8 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   for (int axis = 0; axis < 2; ++axis) r.moment[axis] += entered * at[axis];
 }
 
-/// Scales deflections when the load rises above the maximum, or further above it. The bristles in contact
-/// then each carry more load, and the force of a patch at rest must not change.
+/// Scales deflections when the load rises above the maximum, or further above it. Each bristle in contact
+/// then carries more load, but the force of a patch at rest must not change.
 void scale_deflections(Patch& p, double factor) noexcept {
   Cohorts& r = cohorts(p);
   const double at[2] = {place(p, r, 0), place(p, r, 1)};

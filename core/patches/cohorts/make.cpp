@@ -1,4 +1,4 @@
-// Makes and resets an infinite brush, a patch of infinitely many bristles stored as cohorts.
+// Makes and resets an infinite brush, a patch of infinitely many bristles that are stored as cohorts.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,8 +10,9 @@ namespace bristle::detail {
 namespace {
 
 constexpr const char* where = "PatchOptions with population infinite";
-constexpr double longest_solved = 20.0;  ///< longest path to steady sliding (RenewalLaw::forget) that is
-                                         ///< used, in mean snap lengths; the search goes twice as far
+/// Longest path to steady sliding (RenewalLaw::forget) that is used, in mean snap lengths. The search for it
+/// goes twice as far.
+constexpr double longest_solved = 20.0;
 
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   Cohorts& r = cohorts(p);
@@ -81,8 +82,9 @@ void check(const Material& material, const PatchOptions& options) {
                    "pieces per mean snap length; 0 = automatic");
 }
 
-/// Finds the shortest step whose direction alone determines the mean deflection at its end: the length h at
-/// which square / 2 - kinetic h / 2 + share h^2 is 0, or else least.
+/// Returns the length of the shortest step at whose end the mean deflection depends on the step's direction
+/// alone. It is the length h at which square / 2 - kinetic h / 2 + share h^2 is 0; if there is none, that at
+/// which this is least.
 double find_long_step(double kinetic, double square, double share) noexcept {
   const double lowest = 0.25 * kinetic / share;
   const double root = lowest * lowest - 0.5 * square / share;
@@ -105,22 +107,22 @@ std::uint32_t choose_capacity(const Cohorts& r) noexcept {
 void set_pieces(Cohorts& r) noexcept {
   const double resolution = r.options.resolution;
   const double mean = r.law.mean;
-  // Makes pieces of path shorter for a narrow snap-length law, or a narrow group of lengths in a law, of
-  // which a larger share would snap within one piece.
+  // Makes pieces of path shorter for a narrow law of snap lengths, or for a narrow group of lengths in a law,
+  // because more bristles would snap within one piece.
   double share = r.material->survival().finest / resolution;
   // Makes pieces shorter under strong shared renewal, which acts along the length 1 / (kappa x snap rate).
   const double renewals = r.law.renewal * r.law.snap_rate * mean;
   if (renewals > 1.5) share *= 1.5 / renewals;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
-  // Lets pieces grow less under a wide law, under which many bristles would snap twice in a long piece.
+  // Lets pieces grow less under a wide law, because many bristles would snap twice in a long piece.
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
-  // Calculates the share of mass below which a cohort is negligible. In steady sliding a cohort begins with
-  // the share `share` of the mass; under a wide law it matters until only the share `weak` of that is left.
+  // Computes the share of mass below which a cohort is negligible. In steady sliding a cohort begins with the
+  // share `share` of the mass; under a wide law it matters until only the share `weak` of that is left.
   r.law.negligible = std::min(0x1p-10 * share * share * share, share * r.material->survival().weak);
-  // Lengthens, for finer pieces, the path after which a step counts as having forgotten its start. Along 0.3
-  // of this path what is left of a turn falls to a tenth, and fine pieces tolerate less of it. Not for laws
-  // with corners and renewal, under which a turn may be remembered for longer.
+  // Sets the path after which a step counts as having forgotten its start. Fine pieces get a longer one: the
+  // effect of a turn falls to a tenth along 0.3 of it, and fine pieces tolerate less of that effect. Laws
+  // with corners and renewal get none, since under them a turn may be remembered for longer.
   r.forget = 0.0;
   const bool renews = r.law.renewal > 0.0;
   if ((renews && !r.material->survival().smooth) || r.ages()) return;
@@ -128,7 +130,7 @@ void set_pieces(Cohorts& r) noexcept {
   const double finer = std::max(resolution / default_resolution, 1.0);
   double forget = solved * (1.0 + 0.25 * std::log2(finer)) + r.law.residual;
   // Takes a longer path without renewal. The longest bristles, if bent against the slide, must unbend and
-  // snap, and bristles that a turn brought in step snap again about a mean length later.
+  // snap; and bristles that a turn has brought into step snap again about a mean length later.
   if (!renews) forget = std::max(forget + mean, 2.0 * (r.law.end + r.law.residual));
   if (solved < longest_solved * mean && forget < r.follow) r.forget = forget;
 }
@@ -156,22 +158,22 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  // Extra path after a reversal: bristles go from one residual deflection to the opposite one, 2 l_r.
+  // Lengthens the path after a reversal by 2 l_r: bristles go from one residual deflection to the opposite
+  // one.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
   // Moves merged cohorts apart to pairs of Gauss points only if the law's survival function has no corners.
-  // In a uniform slide their squared distance has to grow by the factor 1.33; most_apart is the largest
-  // factor.
+  // In a uniform slide their squared distance has to grow by the factor 1.33; most_apart limits the factor.
   made.law.most_apart = table.smooth ? 1.6 : 1.0;
   made.law.residual = material->residual;
   made.law.renewal = material->material.shared_renewal;
   made.law.snap_rate = material->snap_rate;
-  // Follows the cohorts along the shorter path `forget` under shared renewal, because later slides forget the
-  // error that one slide leaves.
+  // Follows the cohorts along the shorter path `forget` under shared renewal, where an error of one slide is
+  // forgotten by later ones.
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = (renewed ? table.forget : table.follow) + reversed;
-  // Calculates mean deflection and mean square of steady sliding without shared renewal. Renewal lowers both,
-  // but they only have to judge lengths of path.
+  // Computes mean deflection and mean square of steady sliding as without shared renewal. Renewal lowers
+  // both, but they only serve to judge lengths of path.
   const double kinetic = 0.5 * table.square / table.mean;
   const double square = table.cube / (3.0 * table.mean);
   made.memory = square / kinetic;

@@ -1,4 +1,4 @@
-// Energy, hash and saved bytes of an infinite brush, and the upkeep of the rows that hold its cohorts.
+// Energy, hash and saved bytes of an infinite brush, and the care of the rows that hold its cohorts.
 #include <algorithm>
 #include <cmath>
 
@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-// The saved scalars of an infinite brush, in the order of the saved bytes. `r`: brush whose material and
-// options bound them.
+// Lists the saved scalars of an infinite brush, in the order of the saved bytes. `r`: brush whose material
+// and options bound them.
 
 template <class State, class Visit>
 void slide_fields(State& s, const Cohorts& r, Visit&& visit) noexcept {
@@ -86,7 +86,7 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
-  // Allows for the growth of snap lengths by ageing at the largest age, a factor of 1 + 60 beta for the
+  // Allows for the growth of snap lengths by ageing at the largest age: a factor of 1 + 60 beta for the
   // logarithmic form.
   const Material& material = r.material->material;
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
@@ -98,8 +98,8 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    // Refuses a stored survival S below that of the law at this reach R, because a later look-up of S would
-    // then increase the cohort's mass.
+    // Refuses a stored survival S below that of the law at this reach R: a later look-up of S would increase
+    // the cohort's mass.
     const double left = survival_at(survival, read(cohort_reach)).left;
     if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
@@ -121,7 +121,8 @@ const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader 
   for (std::uint32_t i = 0; i < r.capacity; ++i) {
     double birth = 0.0;
     read(birth);
-    // Kernels step whole rows, so births beyond the last cohort must be numbers too: they are saved as 0.
+    // Checks births beyond the last cohort too: kernels step whole rows, so they must be numbers. They are
+    // saved as 0.
     if (!(i < count ? within(birth, -ever, ever) : birth == 0.0)) return "a cohort's birth";
   }
   return nullptr;
@@ -183,8 +184,8 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
   return static_cast<Int128>(sum);
 }
 
-/// Writes the patch's sum of deflections as it was noted earlier: computed exactly at the position `noted`,
-/// and from there on changed by the motion to the present position.
+/// Writes the patch's sum of deflections as it would be after an exact computation at the position `noted`
+/// and the motion from there to the present position.
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
   const Cohorts& r = cohorts(p);
   const double at = to_lengths(difference(noted, r.base[axis]));
@@ -287,7 +288,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (saved.mass != std::floor(std::min(share, 1.0) * full_mass + 0.5)) return "mass";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
-  // Allows any place for a patch out of contact, because the next contact resets the base of its places.
+  // Allows any place for a patch out of contact, because its next contact resets the base of its places.
   const double near = saved.count > 0 ? 1e4 : 1e300;
   double at[2];
   for (int axis = 0; axis < 2; ++axis) {

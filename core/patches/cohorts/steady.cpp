@@ -1,5 +1,5 @@
-// Makes a straight step so long that its start is forgotten. The step ends in steady sliding, and renewal
-// theory gives the sums along its path, so the path is not computed piece by piece.
+// Makes a straight step that is so long that its start is forgotten. It ends in steady sliding, and renewal
+// theory gives the sums along its path, so no piece of the path need be computed.
 #include <algorithm>
 #include <cmath>
 
@@ -11,14 +11,14 @@ namespace {
 
 constexpr double gauss = 0.57735026918962576;  // places of the two Gauss points on [-1, 1]: -gauss and gauss
 
-/// Finds how much longer a piece of path must be per length of its distance behind the patch, so that `room`
-/// cohorts reach to the distance `farthest`. Under a wide law distant pieces are longer.
+/// Finds by how much pieces of path grow with their distance behind the patch, so that `room` cohorts reach
+/// to the distance `farthest`. Under a wide law that is far, so distant pieces must be longer.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
   for (growth = 0.02; growth < 1.0; growth *= 1.2) {
-    const double even = 1.0 / growth;  // number of pieces of the first length, before pieces
-                                       // grow
+    // Number of pieces of the first length, before pieces grow.
+    const double even = 1.0 / growth;
     if (even + log(std::max(farthest * growth / piece, 1.0)) / growth <= room) break;
   }
   return growth;
@@ -47,7 +47,7 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   law.end = law.table.end;
   if (times.births == nullptr) return law;
   law.per_length = times.per_length;
-  // Iterates from below: the growth of snap lengths is concave in time, so no iterate passes the solution.
+  // Iterates from below. The growth of snap lengths is concave in time, so no iterate passes the solution.
   for (double before = 0.0; law.end > before * (1.0 + 1e-9);) {
     before = law.end;
     law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
@@ -55,9 +55,8 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   return law;
 }
 
-/// Makes one cohort of the bristles that were last straight between the paths `begin` and `end` ago, and
-/// puts it at their mean age. Exact even if the law has corners. In between, growth by ageing is taken as
-/// linear.
+/// Makes one cohort of the bristles that were last straight between the paths `begin` and `end` ago, at their
+/// mean age. Exact even if the law has corners; growth by ageing is taken as linear in between.
 Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   const double first_reach = law.reach_at(begin);
   const double last_reach = std::min(law.reach_at(end), law.table.end);
@@ -73,7 +72,7 @@ Node find_band(const SteadyLaw& law, double begin, double end) noexcept {
   return {age, stretch * share, law.reach_at(age), survival_at(law.table, law.reach_at(age))};
 }
 
-/// Lists the cohorts of steady sliding: two at the Gauss points of each pair of pieces, or one for each piece
+/// Lists the cohorts of steady sliding: two for each pair of pieces, at Gauss points, or one for each piece
 /// if the law's survival function has corners. Returns their number.
 std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) noexcept {
   const SurvivalTable& table = law.table;
@@ -106,7 +105,7 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// Path of the patch until a bristle of a given cohort snaps: two means over the cohort's bristles.
+/// Path of the patch until a bristle of a given cohort snaps, as two means over the bristles of the cohort.
 struct Passage {
   double path;         ///< mean of the path to the snap over the bristles
   double half_square;  ///< half the mean square of the path to the snap over the bristles
@@ -126,7 +125,7 @@ Passage find_passage(const SurvivalTable& table, double residual, double reach, 
   return {path, 0.5 * std::max(squares, path * path)};
 }
 
-/// Finds the path to the snap for a cohort that ages while it moves. Ageing depends on that path, so
+/// Finds the path to the snap for a cohort that ages while it moves. Its age depends on that path, so
 /// find_passage() is iterated four times.
 Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, double along, double across2,
                           double age) noexcept {
@@ -137,9 +136,9 @@ Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, d
   return passage;
 }
 
-/// Constants of steady sliding as a renewal process: mean path between snaps; mean deflection beyond the
-/// residual (`force`); and `transient`, by which the integral of that deflection over a long path that begins
-/// with a snap differs from path x force.
+/// Constants of steady sliding as a renewal process: the mean path between snaps, the mean deflection beyond
+/// the residual (`force`), and `transient`. A long path that begins with a snap has the integral path x force
+/// + `transient` of that deflection.
 struct Renewals {
   double mean, force, transient;
 };
@@ -206,11 +205,11 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
     entry(rows, i, cohort_high) = s.mass;
     ++i;
   };
-  // Writes the youngest cohort first: row 0 takes the rounding remainder of all masses.
+  // Writes the youngest cohort first, because row 0 takes the rounding remainder of all masses.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
-  // Puts a patch's mass of few units, too small to be divided among all cohorts, into one cohort at the mean
-  // age of bristles.
+  // Puts a mass of few units, too small to be divided among all cohorts, into one cohort at the mean age of
+  // bristles.
   if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
   s.count = i;
@@ -218,13 +217,13 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
 }
 
 /// Finds nu, the snaps per bristle and length of steady sliding. Without renewal it is one over the mean snap
-/// length; with it (1 + kappa) nu int T dr = 1, T = S exp(-kappa nu r), S the survival function, r the bend
-/// beyond the residual.
+/// length. With it, (1 + kappa) nu times the integral of S(r) exp(-kappa nu r) over r is 1, with S the
+/// survival function and r the bend beyond the residual.
 double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept {
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
   double rate = 1.0 / ((1.0 + kappa) * all);
-  // Approaches the root from below by Newton's method: the sum is concave, so no iterate passes the root.
+  // Approaches the root from below by Newton's method. The sum is concave, so no iterate passes the root.
   for (int i = 0; kappa > 0.0 && i < 8; ++i) {
     double sum = 0.0;
     double slope = 0.0;
@@ -271,7 +270,8 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from, s.spread);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // Mixes the ranks (order of coming into contact), because a slide this long mixes old and new bristles.
+  // Mixes the ranks, the order in which bristles came into contact: a slide this long mixes old and new
+  // bristles.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;

@@ -1,4 +1,5 @@
-// Steps an infinite brush: finds which part of a path the kernels follow and which part needs no cohorts.
+// Steps an infinite brush: decides which part of a path the kernels follow cohort by cohort, and which part
+// needs no cohorts.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -8,12 +9,12 @@
 namespace bristle::detail {
 namespace {
 
-// Distance of the patch from the base of its cohorts' places, scaled, beyond which the base is moved.
+// Distance of the patch from the base of its cohorts' places, scaled, above which the base is moved.
 constexpr double farthest_base = 16.0;
 constexpr double straight = 0x1p-12;   // sine of the largest angle by which a straight slide may turn
 constexpr double longest_step = 1e16;  // time longer than any clock runs for, s
-constexpr double same_speed = 0x1p-8;  // largest relative change of speed at which a slide of an ageing patch
-                                       // goes on
+// Largest relative change of speed with which a slide of an ageing patch goes on as the same slide.
+constexpr double same_speed = 0x1p-8;
 
 /// Returns the middle of a step along an axis. A ball about it contains both ends of the step, so a patch
 /// that moves to and fro stays within one bound.
@@ -21,15 +22,15 @@ std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
 
-/// Whether a step continues the present slide at its speed and without a rest. Otherwise the ages of the
-/// bristles differ from those in steady sliding.
+/// Returns whether a step continues the present slide at its speed and without a rest. If not, the bristles'
+/// ages differ from those in steady sliding.
 bool same_pace(const CohortAgeing& ageing, const CohortTimes& times, double duration) noexcept {
   return std::abs(times.per_length - ageing.per_length) <= same_speed * times.per_length &&
          times.now - ageing.until <= same_speed * duration;
 }
 
-/// Returns the length of the straight slide that a step of an ageing patch continues; 0 = a new slide begins
-/// with this step.
+/// Returns the length of the straight slide that a step of an ageing patch continues; 0: the step begins a
+/// new slide.
 double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noexcept {
   const double across = a.direction[0] * r.direction[1] - a.direction[1] * r.direction[0];
   const double along = a.direction[0] * r.direction[0] + a.direction[1] * r.direction[1];
@@ -38,21 +39,23 @@ double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noe
   return goes_on ? r.run : 0.0;
 }
 
-/// A step in which bristles may snap: which part of its path is followed, and where it ends.
+/// Plan for a step in which bristles may snap: which part of its path is followed, and where it ends.
 struct Slide {
   CohortMove move;  ///< move of the cohorts in the kernels; its times are filled if the material ages
   std::int64_t to[2];
   double run = 0.0;       ///< length of the slide that this step continues, in scaled lengths
   Course course;          ///< recent path of the patch after this step, if the patch may glide
   double followed = 0.0;  ///< part of the step's path that is computed in pieces, scaled
-  double forget = 0.0;    ///< least length of the followed path, scaled, at which the state at its end does
-                          ///< not depend on the state at its start
-  double carried = 0.0;   ///< part of the path along which cohorts move with the patch unchanged, scaled
+  /// Least length of the followed path, scaled, after which the state does not depend on the state at the
+  /// start.
+  double forget = 0.0;
+  double carried = 0.0;  ///< part of the path along which cohorts move with the patch unchanged, scaled
 
   // Values that only patches that age have:
   double oldest = 0.0;  ///< time when the oldest cohort was last straight, at the slide's start
-  double growth = 1.0;  ///< factor by which ageing makes forgetting take longer: growth of the oldest
-                        ///< cohort's snap lengths until the end of the slide
+  /// Factor by which ageing makes forgetting take longer: the growth of the oldest cohort's snap lengths up
+  /// to the end of the slide.
+  double growth = 1.0;
 };
 
 /// Fills, for a patch that ages, the times of the move, the oldest birth and the growth of snap lengths.
@@ -67,7 +70,7 @@ struct Slide {
     slide.growth = r.material->material.ageing_factor(times.now + duration - slide.oldest);
 }
 
-/// Finds the length of the slide that a step continues, on a path that may turn, for patches that may glide
+/// Finds the length of the slide that a step continues, on a path that may turn. For patches that may glide
 /// (slide steadily along a bent path, glide.hpp).
 void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   slide.course = r.glide;
@@ -77,15 +80,16 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   if (!goes_on) begin_course(a.direction, a.length, slide.course);
 }
 
-/// Whether this step turns off the line of the last one; false for a patch that may not glide on bent paths.
+/// Returns whether this step turns off the line of the last one; false for a patch that may not glide on bent
+/// paths.
 bool turns(const Cohorts& r, const Advance& a) noexcept {
   const double(&before)[2] = r.glide.direction;
   return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
 }
 
 /// Returns the path after which a step has forgotten its start, under shared renewal and without ageing.
-/// Bristles bent against `direction` must unbend first, which takes 1.5 times their mean deflection; bristles
-/// bent aside snap sooner than straight ones.
+/// Bristles bent against `direction` must unbend first, which takes 1.5 times their mean deflection. Bristles
+/// bent aside snap sooner than straight ones, and need no extra path.
 double find_forgetting_path(const Patch& p, const Cohorts& r, const CohortState& s, const double* rows,
                             const double (&direction)[2]) noexcept {
   const double at = place(p, s, 0) * direction[0] + place(p, s, 1) * direction[1];
@@ -106,12 +110,12 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // Computes in pieces the whole path that bristles remember if the path turns here, so that this step alone
-  // determines a glide that begins after it.
+  // Computes in pieces the whole path that bristles remember if the path turns here. A glide that begins
+  // after this step then depends on this step alone.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
-  // Needs no other path for a step of at least `follow` without renewal: the step forgets its start by its
-  // length alone.
+  // Needs no other path for a step of at least `follow` without renewal: its length alone makes it forget its
+  // start.
   const bool may_forget =
       r.forget > 0.0 && a.length >= r.forget && (r.law.renewal > 0.0 || a.length < r.follow);
   if (followed > 0.0 && may_forget) {
@@ -125,15 +129,16 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     slide.move.direction[axis] = a.direction[axis];
     slide.move.from[axis] = place(p, r, axis);
     slide.to[axis] = a.to[axis];
-    if (slide.carried > 0.0 || a.snaps_all != 0)  // computes the position from length and direction, since a
-                                                  // far step has no displacement in fixed point
+    // Computes the position from length and direction, because a far step has no displacement in fixed point.
+    if (slide.carried > 0.0 || a.snaps_all != 0)
       slide.to[axis] = sum_of(p.position[axis], std::llrint(a.direction[axis] * followed * fixed_per_length));
     slide.move.to[axis] = to_lengths(difference(slide.to[axis], r.base[axis]));
   }
   return slide;
 }
 
-/// Moves the base of the cohorts' places near the patch. `to`: position of the patch relative to the base.
+/// Moves the base of the cohorts' places close to the patch. `to`: position of the patch relative to the
+/// base.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;
@@ -152,7 +157,8 @@ double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
-/// Returns the number of snaps of a bristle per scaled length in this slide.
+/// Returns the number of snaps of a bristle per scaled length in this slide, from the cache if the speed is
+/// that of the last one.
 double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   if (r.ageing == nullptr) return r.law.snap_rate;
   CohortAgeing& ageing = *r.ageing;
@@ -173,13 +179,14 @@ int kind_of(const Cohorts& r) noexcept {
 }
 
 /// Steps a part of the path in short moves until the force is steady, or for some three mean snap lengths,
-/// before the cohorts are moved along unchanged. The force rises until a cohort snaps, so a move ends where
-/// the force would reach its steady value. A limit on the length of a move keeps moves and the snaps of
-/// cohorts from falling into a common rhythm.
+/// after which the cohorts may be moved along unchanged. Between snaps of cohorts the force rises, so a move
+/// ends where the force would reach its steady value. The length of a move is limited, so that moves and
+/// snaps of cohorts do not fall into a common rhythm.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
-  constexpr double share = 0.38;  // length of a move over that of a piece of path. Cohorts lie a piece apart,
-                                  // so this share keeps moves out of step with their snaps
+  // Length of a move over that of a piece of path. Cohorts lie a piece apart, so this share keeps moves out
+  // of step with their snaps.
+  constexpr double share = 0.38;
   constexpr int most = 64;
   CohortMove& move = slide.move;
   move.books = p.outputs != Outputs::end;
@@ -201,7 +208,7 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
   }
 }
 
-/// Adds deflection integral, dissipated energy and snaps along that part of the path on which all deflections
+/// Adds deflection integral, dissipated energy and snaps of that part of the path along which all deflections
 /// stay as they are.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // limits the path so that products stay finite
@@ -213,10 +220,12 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
   t.snapped += s.mass * (far * snap_rate_of(r, slide));
 }
 
-/// Stores speed and time of a committed step of an ageing patch, to tell whether the next step goes on.
+/// Stores speed and time of a committed step of an ageing patch, which tell whether the next step continues
+/// the slide.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Moves the base of all births later by the time of that part of the path on which cohorts keep their ages.
+  // Moves all births later, by moving their base, by the time of that part of the path on which cohorts keep
+  // their ages.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
@@ -245,7 +254,7 @@ std::uint64_t count_snaps(double snapped, double& rest) noexcept {
   return static_cast<std::uint64_t>(whole);
 }
 
-/// Advances an infinite brush by a step. `state`, `rows`, `births`: its own cohorts or a copy of them.
+/// Steps an infinite brush. `state`, `rows`, `births`: its own cohorts, or a copy of them for a trial.
 void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double* births,
              StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
@@ -264,8 +273,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (!forgets || needs_pieces(r, slide.move))
       r.kernels->move[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     if (forgets) slide_far(r, state, rows, slide.move, totals);
-    if (totals.pieces == 0 && slide.carried == 0.0) {  // the bound left room for a snap, but no bristle
-                                                       // snapped
+    // Handles a step in which no bristle snapped although the bound left room for a snap.
+    if (totals.pieces == 0 && slide.carried == 0.0) {
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
       sums.visited = r.count;
@@ -293,15 +302,15 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
     p.part_sum[axis] = 0;
-    // Computes the place from the fixed-point position, as a restored patch does, because slide.move.to is
-    // rounded far from the base.
+    // Computes the place from the fixed-point position, as a restored patch does: slide.move.to is rounded
+    // far from the base.
     p.sum[axis] = axis < p.axes ? deflections_at(r, place(p, r, axis), axis) : 0;
   }
   p.bound.reach = no_reach;
   p.fetched_lines = r.fetched_lines();
 }
 
-/// Advances a copy of the cohorts in a trial step. Copies only the rows in use and one more, in which a new
+/// Steps a copy of the cohorts in a trial step. Copies only the rows in use and one more, in which a new
 /// cohort fits.
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
@@ -310,7 +319,8 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // Empties the rows not copied, because a trial step may make more cohorts than the copied rows can hold.
+  // Empties the rows that are not copied, because a trial step may make more cohorts than the copied rows
+  // hold.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));

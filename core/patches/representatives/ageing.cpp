@@ -1,5 +1,5 @@
-// Representative bristles that age (core/patches/AGEING.md): their ages between steps, and the constants with
-// which long steps at one sliding speed are made at once.
+// Representatives that age (core/patches/AGEING.md): their ages between steps, and the constants with which
+// long steps at one sliding speed are made at once.
 #include <algorithm>
 
 #include "core/materials/elementary.hpp"
@@ -9,18 +9,18 @@
 namespace bristle::detail {
 namespace {
 
-/// Path, in mean paths from snap to snap, after which ageing bristles of an exponential law slide steadily
-/// within 1e-3, by the renewal equation. Without ageing this law has no memory.
+/// Path after which ageing bristles of an exponential law slide steadily within 1e-3, in mean paths from snap
+/// to snap, by the renewal equation. Without ageing this law has no memory.
 constexpr double memory_of_aged_exponential = 7.0;
 
-/// Returns the ageing of a bristle at one sliding speed as a function of its path since it snapped, scaled.
+/// Returns the ageing of a bristle, at one sliding speed, as a function of its path since it snapped, scaled.
 WayAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
 
 /// Returns the path after which bristles that redraw their lengths slide steadily within 1e-3, in mean paths
-/// from snap to snap. Ageing spreads these paths: bristles of narrow laws get out of phase sooner, wide laws
-/// get longer tails (core/patches/AGEING.md).
+/// from snap to snap. Ageing spreads these paths: bristles of narrow laws get out of phase sooner, and wide
+/// laws get longer tails (core/patches/AGEING.md).
 double ways_to_steady(const CompiledMaterial& m) noexcept {
   const double cv = m.material.snap_length.cv();
   if (cv < 0.2) return 9.0;
@@ -54,7 +54,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   aged.largest_growth = aged_length(m.longest, ageing) / m.longest * (1.0 + 1e-6);
 }
 
-/// Returns the length, scaled, from which a step of SnapRule::redraw needs constants of jumps over snaps.
+/// Returns the length of a step, scaled, from which SnapRule::redraw needs constants of jumps over snaps.
 double jumps_from(const CompiledMaterial& m) noexcept {
   return m.law.kind == law_exponential ? memory_of_aged_exponential * m.law.mean : m.law.jump_from;
 }
@@ -111,7 +111,8 @@ void prepare_ageing(const Patch& p, Advance& a) noexcept {
   find_jumps(r, age_per_length(m, a));
   a.largest_growth = r.aged->largest_growth;
   if (!a.snaps_all) return;
-  // Takes double precision also if an old bristle, whose snap length has grown, may not snap in a far step.
+  // Takes double precision also where an old bristle, whose snap length has grown, may not snap in a far
+  // step.
   const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
   a.in_double =
       r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;
@@ -122,8 +123,8 @@ void begin_ageing(const Representatives<T>& r) noexcept {
   AgedSliding& aged = *r.aged;
   aged = AgedSliding{};
   aged.law = r.material->law;
-  // Lets bristles jump over snaps only in steps long enough for find_jumps(): shorter steps have no moments
-  // of the aged law, and need none, because ageing lengthens and spreads the paths from snap to snap.
+  // Lets bristles jump over snaps only in steps long enough for find_jumps(). Shorter steps have no moments
+  // of the aged law, and need none: ageing lengthens the paths from snap to snap, so fewer snaps fit in.
   aged.law.jump_from = jumps_from(*r.material);
   aged.law.stationary_from = std::max(aged.law.stationary_from, aged.law.jump_from);
 }

@@ -27,8 +27,8 @@ void enter_block(const Patch& p, std::uint32_t b) noexcept {
   Block& block = r.blocks[b];
   block.zero = 1;
   if (r.since != nullptr) r.since[b] = time_of(p);
-  // Sets the bound of a block of straight bristles: none of them snaps until the patch has moved by the
-  // shortest of their snap lengths.
+  // Sets the bound of a block of straight bristles: none snaps before the patch has moved by the shortest of
+  // their snap lengths.
   block.reach = block.shortest * (1.0f - 1e-5f);
   for (int axis = 0; axis < 2; ++axis) {
     block.position[axis] = block.anchor[axis] = p.position[axis];

@@ -1,5 +1,5 @@
-// Changes the load of a patch of representatives. Bristles come into contact or leave it; the last that came
-// leave first (core/MODEL.md, section 5).
+// Changes the load of a patch of representatives. Bristles come into contact or leave it; the last to come
+// are the first to leave (core/MODEL.md, section 5).
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +16,7 @@ void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexce
 }
 
 /// Takes the last bristles out of contact, with their energy, when the load falls. The bristle that is then
-/// the last one counts only in part.
+/// the last counts only in part.
 template <class T>
 double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -29,7 +29,7 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
     for (std::uint32_t b = edge; b < old_blocks; ++b) squares += block_squares<T>(p, b);
   for (std::uint32_t b = edge; b < old_full; ++b) book_block<T>(p, b, -1);
 
-  // Rewrites the block at the patch's position, so that its displacement is 0, before its bristles change.
+  // Rewrites the block at the patch's position before its bristles change, so that its displacement is 0.
   if (edge < old_blocks) rewrite_block<T>(p, edge);
   r.whole = now.whole;
   r.fraction = now.fraction;
@@ -43,8 +43,8 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Adds straight bristles when the load rises. The bristle that counted only in part is unbent in proportion
-/// as its weight grows, so that the force stays.
+/// Adds straight bristles when the load rises. The bristle that counted only in part is unbent as its weight
+/// grows, so that the force stays.
 template <class T>
 double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -68,7 +68,7 @@ double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Scales deflections down when the load rises above the maximum, or further above it: the force stays.
+/// Scales deflections down when the load rises above the maximum, or further above it. The force stays.
 template <class T>
 void scale_all(Patch& p, double factor) noexcept {
   Representatives<T>& r = representatives<T>(p);

@@ -11,7 +11,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the deflection at which a bristle of the given snap length, m, snaps, scaled.
+/// Returns the deflection, in scaled units, at which a bristle with the snap length `length_m` (m) snaps.
 template <class T>
 T limit_of(const CompiledMaterial& material, double length_m) noexcept {
   const double scaled = length_m * material.lengths_per_metre;
@@ -20,12 +20,11 @@ T limit_of(const CompiledMaterial& material, double length_m) noexcept {
 }
 
 /// Copies the state of the bristles in contact to another material: lengths in its unit, snap lengths of
-/// equal quantile in its law, states of random numbers unchanged.
+/// equal quantile in its law, and random states unchanged.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
-  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;  // ratio of the two
-                                                                                           // units of length,
-                                                                                           // a power of two
+  // Ratio of the two units of length, a power of two.
+  const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;
   const SnapLength& law = to.material->material.snap_length;
   const SnapLength& old_law = from.material->material.snap_length;
   const bool same_lengths = law == old_law && to.material->residual == from.material->residual;
@@ -41,7 +40,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::zero)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(static_cast<double>(old[i]) * ratio);
-      // Keeps each bristle's age in seconds, or begins at 0 if the old material did not age.
+      // Keeps each bristle's age in seconds. Ages begin at 0 if the old material did not age.
       if (rule.filler == Filler::age && age_ratio > 0.0)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
@@ -70,8 +69,8 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   });
 }
 
-/// Lets bristles snap that are bent beyond their new snap length, and draw another if they redraw. Because
-/// the patch does not move, they slip along their own deflection.
+/// Lets bristles snap that are bent beyond their new snap length; if they redraw, they sample another. The
+/// patch does not move, so they slip along their own deflection.
 template <class T>
 void snap_beyond(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -124,7 +123,8 @@ void take_over(Patch& to, Patch& from) noexcept {
     rewrite_block<T>(to, b);
     if (b < r.full_blocks()) book_block<T>(to, b, +1);
   }
-  // Applies the load again: under the new material it may bring another number of bristles into contact.
+  // Applies the load again, because under the new material it may bring another number of bristles into
+  // contact.
   to.pending_loss += apply_load<T>(to, from.normal_load);
 }
 

@@ -1,5 +1,5 @@
-// Steps with shared renewal (core/patches/RUBBING.md), in which a snap makes other bristles start afresh. For
-// each piece of a step the kernels foresee the snaps, make the renewals, and advance all bristles.
+// Steps with shared renewal (core/patches/RUBBING.md), in which a snap makes other bristles start afresh. A
+// step is cut into pieces; for each the kernels foresee the snaps, make the renewals, and move all bristles.
 #include <algorithm>
 #include <cmath>
 
@@ -16,21 +16,21 @@ constexpr double straight = 0x1p-12;  // sine of the largest angle at which a sl
 // Sine of the largest angle by which a slide may turn, within a mean snap length or a step, and still be the
 // same slide.
 constexpr double gentle = 0.4;
-constexpr double most_young = 0.25;   // largest share of young bristles (new in contact) that are
-                                      // stepped separately; if more are young, all bristles are stepped
-                                      // together
-constexpr double least_apart = 0.05;  // least path, as a share of a piece, on which young bristles are
-                                      // stepped separately
-/// Number of bristles of a patch at which the error of the longest pieces equals the noise of its force;
-/// patches with more bristles take shorter pieces.
+// Largest share of young bristles (new in contact) that are stepped separately; if more are young, all
+// bristles are stepped together.
+constexpr double most_young = 0.25;
+// Least path, as a share of a piece, on which young bristles are stepped separately.
+constexpr double least_apart = 0.05;
+/// Number of bristles of a patch at which the error of the longest pieces equals the noise of its force.
+/// Patches with more bristles take shorter pieces.
 constexpr double even_bristles = 6000.0;
-/// Expected number of snaps on the path along which every bristle is stepped, in a step of a steady slide;
-/// with 8, at most one step in 3000 has no snap there. Along the rest of the step bristles are carried.
+/// Number of snaps expected on the path along which every bristle is stepped, in a step of a steady slide;
+/// along the rest bristles are carried. With 8, at most one step in 3000 has no snap there.
 constexpr double snaps_followed = 8;
 
-/// Finds the number of draws (renewals) y per bristle in a piece in which a bristle would snap `snaps` times
-/// without renewals. Renewals leave the share (1 - exp(-y)) / y of these snaps. Of the bristles that restart,
-/// by snap or renewal, the share `again` snaps once more in the piece. All these snaps together cause y.
+/// Finds the number y of renewals per bristle in a piece in which a bristle would snap `snaps` times without
+/// renewals. Renewals prevent snaps: they leave the share (1 - exp(-y)) / y. Of the bristles that restart, by
+/// snap or renewal, the share `again` snaps once more in the piece. All these snaps together cause y.
 double find_draws(double renewal, double snaps, double again) noexcept {
   const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
@@ -67,7 +67,7 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   return kernel(view, step.advance, 0, r.active_blocks());
 }
 
-/// Returns the fixed-point units of sums over renewals. `energy_unit` keeps path x longest length below 2^51;
+/// Returns the fixed-point unit of sums over renewals. `energy_unit` keeps path x longest length below 2^51;
 /// a renewal adds at most twice that, which kernels/renew.hpp sums in coarse units of 2^40.
 double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
@@ -112,7 +112,7 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
 }
 
 /// Makes the renewals of the next piece: those that its foreseen snaps will cause, and those owed for earlier
-/// snaps; none if the piece has no snap. Returns the number of bristles that the piece would bend beyond
+/// snaps. A piece without a snap makes none. Returns the number of bristles that the piece would bend beyond
 /// their snap length.
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
@@ -130,8 +130,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   return beyond;
 }
 
-/// Returns the length that a slide of ageing bristles counts as. A rest or a change of speed shortens it,
-/// since deflections then differ from steady sliding by the relative change of friction.
+/// Returns the length that a slide of ageing bristles counts as. A rest or a change of speed shortens it:
+/// deflections then differ from steady sliding by the relative change of friction.
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -147,8 +147,9 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
 }
 
 /// Finds the length of the slide that a step continues (0 = a new slide begins), and whether the step turns
-/// off the slide's line. A step on the line continues the slide, even if the patch left the line meanwhile
-/// without a snap. A turn must begin where the slide ended. With ageing every turn begins a new slide.
+/// off the line of the slide. A step on the line continues the slide even if the patch left the line in
+/// between without a snap. A turn must begin where the slide ended. With ageing every turn begins a new
+/// slide.
 template <class T>
 double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -169,7 +170,7 @@ double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
-/// Stores length, direction and end of the slide, after a step in which something snapped.
+/// Stores length, direction and end of the slide, after a step in which a bristle snapped.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -184,7 +185,7 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
   }
 }
 
-/// Rewrites the deflections in block b so that they are those at the patch's present position.
+/// Rewrites the deflections of block b relative to the patch's present position.
 template <class T>
 void write_down(Patch& p, std::uint32_t b) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -196,9 +197,9 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   note_tail<T>(p);
 }
 
-/// Carries the blocks [begin, end), without stepping them, round a corner of the path and `length` along the
-/// step's direction, ahead of the step's last piece. `before`: direction before the corner. Adds to the sums
-/// by how much their deflections differ from steady sliding.
+/// Carries the blocks [begin, end) round a corner of the path, without stepping them, and `length` along the
+/// step's direction, up to the step's last piece. `before`: direction before the corner. Adds to the sums by
+/// how much the deflections then differ from steady sliding.
 template <class T>
 void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
                  std::uint32_t begin, std::uint32_t end) noexcept {
@@ -233,7 +234,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   p.bound.reach = -1.0;
 }
 
-/// Updates the state and adds to the step's sums, after the kernels have stepped one piece.
+/// Updates the state and adds to the step's sums after the kernels have stepped one piece.
 template <class T>
 void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -247,8 +248,8 @@ void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
   walked.visited += t.visited;
 }
 
-/// Returns the number of the first block that has a young bristle (new in contact), or the number of blocks
-/// in contact if no bristle is young.
+/// Returns the number of the first block that has a young bristle (one that came into contact during the
+/// present slide), or the number of blocks in contact if there is none.
 template <class T>
 std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
@@ -262,8 +263,8 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
   return totals;
 }
 
-/// Makes a patch of the blocks of `p` from number `begin` on, which shares p's columns. `record` becomes
-/// its record: a copy of p's, with pointers moved to these blocks.
+/// Makes a patch of the blocks of `p` from number `begin` on, which shares p's columns. `record` becomes its
+/// record: a copy of p's, with pointers moved to these blocks.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -285,9 +286,9 @@ Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record)
 }
 
 /// Steps the blocks from number `begin` on, those with young bristles, by `length` along the step's
-/// direction, in one piece. Then shifts these blocks' stored positions back, because the patch itself has
-/// not moved; its other blocks are not stepped. Renews at the rate of steady sliding, because most snaps
-/// happen in other blocks; leaves `due` unchanged.
+/// direction, in one piece. The patch's other blocks are not stepped and the patch has not moved, so it then
+/// shifts the stored positions of these blocks back. Renews at the rate of steady sliding, because most snaps
+/// happen in the other blocks; leaves `due` unchanged.
 template <class T>
 void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t begin) noexcept {
   Representatives<T> record;
@@ -302,8 +303,8 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   find_direction(a);
   a.skips_blocks = 0;
   prepare_kernel<T>(young, apart);
-  // Makes the unit of integrals over renewals grow with the piece's length, because the square of that length
-  // may exceed the square of every snap length.
+  // Makes the unit of integrals over renewals grow with the length of the piece, whose square may exceed the
+  // square of every snap length.
   int lengths = 0;
   std::frexp(a.length * record.shared->inverse_mean, &lengths);
   a.energy_unit = std::ldexp(a.energy_unit, -std::max(lengths, 0));
@@ -347,9 +348,9 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Returns the path of a step along which every bristle is stepped. It is the path that the slide lacks to be
-/// steady, and at least so long that the end does not depend on the start and that several snaps are expected
-/// (snaps_followed), which matters in a patch of few bristles.
+/// Returns the path of a step along which every bristle is stepped: the path that the slide lacks to be
+/// steady. It is at least so long that its end does not depend on its start, and that several snaps are
+/// expected on it (snaps_followed), which matters in a patch of few bristles.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
@@ -364,8 +365,8 @@ double way_followed(const Representatives<T>& r, double length) noexcept {
 }  // namespace
 
 double shortened_run(double run, double forget, double share) noexcept {
-  constexpr double per_forget = 6.907755278982137;  // ln 1000: along `forget` a disturbance decays to a
-                                                    // thousandth
+  // Natural logarithm of 1000: along `forget` a disturbance decays to a thousandth.
+  constexpr double per_forget = 6.907755278982137;
   if (run == 0.0) return 0.0;
   const double unsteady = std::min(exp(-per_forget * (run / forget)) + share, 1.0);
   return std::clamp(forget * (-log(unsteady) / per_forget), 0.0, run);
@@ -429,9 +430,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.shared->walked.young_run =
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
-  // Makes pieces shorter in patches of many bristles, since the error falls with the square of the piece
+  // Makes pieces shorter in patches of many bristles, because the error falls with the square of the piece
   // and the noise with the root of the number of bristles. Pieces keep their full length if bristles are
-  // carried round a corner (carry_round()): the last piece must follow the corner.
+  // carried round a corner (carry_round()), because the last piece must follow the corner.
   const bool bends = r.shared->walked.turns && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
   const double piece = r.shared->piece * square_root(square_root(even));
@@ -475,9 +476,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
 
 namespace {
 
-/// Rewrites blocks whose stored position lies far behind the patch. Renewal does not move a block: if every
-/// bristle is renewed before it snaps, as with one bristle in contact, the block would fall behind without
-/// end. Ages stay.
+/// Rewrites blocks whose stored position lies far behind the patch. A renewal does not move a block: where
+/// every bristle is renewed before it snaps, as with one bristle in contact, the block would fall behind
+/// without end. Ages stay.
 template <class T>
 void bring_along(Patch& p) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -504,7 +505,8 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
 
 namespace {
 
-/// Returns twice the mean sum of deflections over a step without any snap, with the same bits as hold().
+/// Returns twice the mean sum of deflections over a step without any snap, with the same bits as hold(), so
+/// that division into pieces changes none.
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
@@ -541,7 +543,8 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // Adds the path on which bristles are carried without steps, with the mean deflection of steady sliding.
+  // Adds to the sums the part of the path on which bristles were carried along without being stepped; there
+  // they have the mean deflection of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
@@ -553,8 +556,8 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Shortens the carried path, for energy and snaps, where deflections lag behind a turn of the path. There
-  // bristles are bent less along the motion, so they dissipate less and snap less often.
+  // Shortens the carried path, for energy and snaps, where deflections lag behind a turn of the path.
+  // Bristles there are bent less along the motion, so they dissipate less and snap less often.
   const double carried =
       walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
   const double squares = walked.squares + steady * carried;

@@ -1,5 +1,6 @@
-// The contact model of the paper: n representative bristles, each with a deflection and a snap length
-// (core/MODEL.md, sections 3 to 12). The kernels in kernels/ move the bristles, in float or in double.
+// The contact model of the paper: n representatives, simulated bristles that each stand for several, with a
+// deflection and a snap length each (core/MODEL.md, sections 3 to 12). The kernels in kernels/ move them, in
+// float or in double.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +12,12 @@
 
 namespace bristle::detail {
 
-/// Number of representative bristles in contact under a load.
+/// Numbers of representatives in contact under a load.
 struct ContactCount {
-  double active = 0.0;    ///< number of representatives in contact: zeta / w, but at most n
-  double overload = 1.0;  ///< factor by which the force is scaled under overload: physical bristles over the
-                          ///< largest number, at least 1
+  double active = 0.0;  ///< number of representatives in contact: zeta / w, but at most n
+  /// Factor by which the force is scaled under overload: physical bristles over the largest number, at least
+  /// 1.
+  double overload = 1.0;
   double fraction = 0.0;  ///< share, below 1, by which the last bristle in contact counts
   std::uint32_t whole = 0;
 };
@@ -34,10 +36,10 @@ struct RenewalState {
   std::uint64_t draws = 0;  ///< number of draws for renewal so far, which is the number of the next draw
 
   /// Length so far, at most `forget`, of the slide, straight or gently bent, that the last step with a snap
-  /// belongs to; 0 = none. Steps without a snap do not change it, and a rising load that adds bristles
-  /// shortens it.
+  /// belongs to; 0 = none. Steps without a snap do not change it; a rising load that adds bristles shortens
+  /// it.
   double run = 0.0;
-  /// Length that the slide counts as for the young bristles, which are farther from steady sliding
+  /// Length that the slide counts as for young bristles, which are farther from steady sliding
   /// (shortened_run()). Young are the few bristles that a rising load brought into contact during the slide:
   /// those from number `young_from` on.
   double young_run = 0.0;
@@ -52,7 +54,7 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // Describes the straight slide in progress, `run` long. Only bristles that age use the first two fields.
+  // Straight slide in progress, `run` long. Only bristles that age use the first two fields.
   double run_ageing = 0.0;           ///< age gained per length in the slide (AgedSliding::per_length)
   double run_until = 0.0;            ///< time of the patch at the end of the slide, s
   double direction[2] = {0.0, 0.0};  ///< direction of the slide after its last turn, a unit vector
@@ -70,8 +72,8 @@ struct AgedSliding {
   double steady_snaps = 0.0;    ///< snaps of a bristle per scaled length of steady sliding
 };
 
-/// Sums over the pieces into which a step is cut under shared renewal. Along a path on which the patch is
-/// carried, its bristles are not stepped: their |z| stay, as they do on average in steady sliding.
+/// Sums over the pieces into which a step is cut under shared renewal. Where the patch is carried, its
+/// bristles are not stepped: their |z| stay, as they do on average in steady sliding.
 struct PieceSums {
   double length = 0.0;                 ///< length of the step, scaled
   double until = 0.0, duration = 0.0;  ///< time at the end of the step, and duration of the step, s
@@ -80,13 +82,16 @@ struct PieceSums {
   double carried = 0.0;                ///< part of the step's path along which the patch is carried, scaled
   double run = 0.0;                    ///< length of the slide that this step continues, scaled
   double young_run = 0.0;              ///< length of slide that this step's young bristles continue, scaled
-  double apart = 0.0;  ///< path on which young bristles (new in contact) are stepped separately, times their
-                       ///< share of the weight; part of `carried`
-  double lag = 0.0;    ///< energy dissipated by bristles that are carried round a corner, less that in steady
-                       ///< sliding (negative), in the unit of `squares`
-  double twice_integral[2] = {0.0, 0.0};  ///< twice the integral of the sum of deflections along the path, in
-                                          ///< the unit of StepSums times scaled length
-  double squares = 0.0;                   ///< dissipated energy as a sum of squared deflections, scaled
+  /// Path on which young bristles (new in contact) are stepped separately, times their share of the weight;
+  /// part of `carried`.
+  double apart = 0.0;
+  /// Energy dissipated by bristles that are carried round a corner, less that in steady sliding (negative),
+  /// in the unit of `squares`.
+  double lag = 0.0;
+  /// Twice the integral of the sum of deflections along the path, in the unit of StepSums times scaled
+  /// length. The mean force follows from it.
+  double twice_integral[2] = {0.0, 0.0};
+  double squares = 0.0;  ///< dissipated energy as a sum of squared deflections, scaled
   std::uint64_t snaps = 0, visited = 0;
   std::int64_t from[2] = {0, 0};  ///< position of the patch at the start of the step
   bool changed = false;           ///< whether a bristle snapped, was renewed, or was carried round a corner
@@ -94,13 +99,13 @@ struct PieceSums {
 };
 
 /// Shared renewal of a patch (each snap makes other bristles start afresh): state, constants of the material
-/// in scaled lengths, and sums of the present step.
+/// in scaled lengths, and sums of the step in progress.
 struct SharedRenewal : RenewalState {
   double piece = 0.0;         ///< longest piece of path that is computed at once, scaled
   double inverse_mean = 0.0;  ///< one over the mean snap length, scaled
   double forget = 0.0;        ///< path after which a straight slide is steady, scaled
-  double goes_on = 0.0;       ///< shortest path in a step of a steady slide on which every bristle is
-                              ///< stepped, scaled
+  /// Least path, scaled, along which every bristle is stepped in each step of a steady slide.
+  double goes_on = 0.0;
   double steady_bend = 0.0;   ///< mean deflection of steady sliding, scaled
   double steady_snaps = 0.0;  ///< snaps of a bristle per scaled length of steady sliding
   PieceSums walked;
@@ -125,14 +130,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* zx = nullptr;
   T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
 
-  // Deflections at which bristles snap (residual plus snap length), scaled.
-  T* first = nullptr;               ///< deflections at which bristles snap for the first time, scaled
-  T* delta = nullptr;               ///< deflections at which bristles snap next, scaled; with SnapRule::keep
-                                    ///< the same column as `first`
+  // Deflections at which bristles snap, scaled: residual plus snap length.
+  T* first = nullptr;  ///< deflections at which bristles snap for the first time, scaled
+  /// Deflections at which bristles snap next, scaled; with SnapRule::keep the same column as `first`.
+  T* delta = nullptr;
   std::uint32_t* draw = nullptr;    ///< states of the bristles' random numbers; null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< state of shared renewal, one entry; null for a material without it
 
-  // Ages of bristles and times of blocks (PatchView), null without ageing.
+  // Ages of bristles and times of blocks (PatchView); null without ageing.
   T* age = nullptr;
   double* since = nullptr;
   AgedSliding* aged = nullptr;  ///< constants of ageing bristles, one entry; null without ageing
@@ -155,8 +160,8 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
     visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
-  /// Sets the pointer to the present snap lengths after the columns were placed: with SnapRule::keep they are
-  /// the first ones, in one column.
+  /// Sets the pointer to the present snap lengths after the columns were placed. With SnapRule::keep these
+  /// are the first snap lengths, in one column.
   void find_lengths() noexcept {
     if (!redraws()) delta = first;
   }
@@ -196,7 +201,7 @@ Representatives<T>& representatives(const Patch& p) noexcept {
 
 // ------------------------------------------------------------------------------- blocks (blocks.cpp)
 
-/// Rewrites the deflections of block b so that they are those at the patch's present position.
+/// Rewrites the deflections of block b relative to the patch's present position.
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
 /// Initialises block b, whose bristles are all straight: out of contact or just in contact.
@@ -205,7 +210,7 @@ void enter_block(const Patch& p, std::uint32_t b) noexcept;
 /// Adds the deflections of block b to the patch's sum over full blocks (`sign` +1), or subtracts them (-1).
 template <class T>
 void book_block(Patch& p, std::uint32_t b, int sign) noexcept;
-/// Returns the sum of weight x |z|^2, z the scaled deflection, over those bristles of block b in contact.
+/// Returns the sum of weight x |z|^2, with z the scaled deflection, over the bristles of block b in contact.
 template <class T>
 double block_squares(const Patch& p, std::uint32_t b) noexcept;
 template <class T>
@@ -216,18 +221,19 @@ double joules_per_square(const Patch& p) noexcept;
 /// Gives bristles [from, to) of one block, which are out of contact, their first snap lengths again.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
-/// Marks the bounds of patch and groups as unknown, after blocks changed other than by a step kernel.
+/// Marks the bounds of patch and groups as unknown. To be called after anything but a step kernel has changed
+/// blocks.
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept;
-/// Returns the displacement of the patch since block `block` was last rewritten, scaled.
+/// Returns the displacement of the patch since the last rewrite of a block, scaled.
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
-/// Updates the patch's shared part after a change of the number in contact or of the tail (the
-/// last block, partly filled): sums over the tail, unit of force, response at rest.
+/// Updates the part of a patch that all models share after a change of the number in contact or of the tail
+/// (the last block, partly filled): sums over the tail, unit of force, response at rest.
 template <class T>
 void note_count(Patch& p) noexcept;
-/// Updates the shared part's sums over the tail (the last block, partly filled), after a rewrite of the tail.
+/// Updates the sums over the tail (the last block, partly filled) after a rewrite of the tail.
 template <class T>
 void note_tail(Patch& p) noexcept;
 
@@ -237,22 +243,23 @@ constexpr double oldest_bristle = 1e30;  ///< largest age of a bristle, in units
 
 /// Returns the largest factor by which ageing can increase a snap length.
 double largest_ageing_factor(const Material& material) noexcept;
-/// Returns the largest deflection that a bristle of the patch can have, scaled.
+/// Returns the largest deflection, scaled, that a bristle of the patch can have. Saved deflections are
+/// checked against it.
 template <class T>
 double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
   return r.material->residual + r.material->longest * growth;
 }
-/// Returns by how much bristles of block b have aged since it was last rewritten, in ageing times.
+/// Returns by how much the bristles of block b have aged since its last rewrite, in ageing times.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;
-/// Rewrites the ages of bristles in block b as of the present time. A bristle out of contact gets age 0.
+/// Rewrites the ages of the bristles in block b as of the present time. A bristle out of contact gets age 0.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// Returns the deflection at which bristle i snaps, scaled, for ages stored as of the present time.
+/// Returns the deflection at which bristle i snaps, scaled, from ages stored as of the present time.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
-/// Initialises the constants of long steps (AgedSliding) for a patch that has not slid yet.
+/// Initialises the constants of long steps (AgedSliding) as unknown, for a patch that has not slid yet.
 template <class T>
 void begin_ageing(const Representatives<T>& r) noexcept;
 /// Fills the constants of ageing that the kernels of a step need.
@@ -260,7 +267,7 @@ template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
 /// Returns the age that a bristle gains per scaled length of a step, in ageing times.
 double age_per_length(const Material& material, const Advance& advance) noexcept;
-/// Returns the factor by which ageing lengthens the mean path from snap to snap in steady sliding at one
+/// Returns the factor by which ageing lengthens the mean path from snap to snap, in steady sliding at one
 /// speed, without shared renewal.
 template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept;
@@ -270,13 +277,14 @@ void find_steady_sliding(const Representatives<T>& r, double per_length) noexcep
 
 // ----------------------------------------------------- population, load, step, material, state
 
-/// Fills the first snap lengths that belong to the patch's seed, and the bounds of blocks that follow.
+/// Fills the first snap lengths that belong to the patch's seed, and the bounds of blocks that follow from
+/// them.
 template <class T>
 void fill_first(Representatives<T>& r) noexcept;
 /// Resets all columns: straight bristles with their first snap lengths and first random states.
 template <class T>
 void fill_columns(Representatives<T>& r) noexcept;
-/// Sets the first snap lengths of another seed. Deflections and states of random numbers stay.
+/// Sets the first snap lengths of another seed. Deflections and random states stay.
 template <class T>
 void change_seed(Representatives<T>& r, std::uint32_t seed) noexcept;
 
@@ -293,23 +301,25 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// Updates state and sums of deflections after the kernels have made a step or a piece of one. Energy, number
-/// of snaps and bounds are left to the caller.
+/// Updates state and sums of deflections after the kernels have made a step or a piece of one. Leaves energy,
+/// number of snaps and bounds to the caller.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
 /// Fills the kernels' constants for a step or for a piece of one.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
-/// Finds, after a step that visited blocks, the patch's bound: the distance within which it may move before a
-/// block must be visited again.
+/// Finds, after a step that visited blocks, the bound of the patch: the distance within which it may move
+/// before a block must be visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
-/// Whether the stored sum of deflections over full blocks equals the sum recomputed from these blocks.
+/// Returns whether the stored sum of deflections over full blocks equals the sum recomputed from these
+/// blocks.
 template <class T>
 bool sums_agree(const Patch& p) noexcept;
 
-// Steps with shared renewal (renewal.cpp) are cut into pieces. `advance_pieces` steps all but the last, whose
-// renewals it makes; `finish_piece` ends a piece; `finish_walk` gives the sums over all pieces.
+// Functions of a step that is cut into pieces (shared renewal, renewal.cpp). `advance_pieces` steps all
+// pieces but the last, whose renewals it makes; `finish_piece` ends a piece; `finish_walk` gives the sums
+// over all pieces.
 template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
@@ -320,8 +330,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept;
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
-/// Updates which bristles count as young (new in contact) after a change of load. `active`, `whole`: numbers
-/// in contact, and in contact with full weight, before the change.
+/// Updates which bristles count as young (in contact since the present slide began) after a change of load.
+/// `active`, `whole`: numbers in contact, and in contact with full weight, before the change.
 template <class T>
 void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept;
 template <class T>
@@ -352,7 +362,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
 template <class T>
 void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Makes a patch of representative bristles. Throws bristle::Error.
+/// Makes a patch of representatives. Throws bristle::Error.
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight);
 

@@ -1,5 +1,5 @@
-// Energy, hash, saved bytes and reading of a patch of representatives. The format of the bytes:
-// core/patches/SAVED_STATE.md.
+// Energy, hash, saved bytes and reading of a patch of representatives. core/patches/SAVED_STATE.md has the
+// format.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Lists the saved counts of bristles in contact.
+/// Lists the saved counts of bristles in contact, for writing and for reading.
 template <class Count, class Visit>
 void count_fields(Count& c, Visit&& visit) noexcept {
   visit(c.active);
@@ -18,8 +18,8 @@ void count_fields(Count& c, Visit&& visit) noexcept {
   visit(c.whole);
 }
 
-/// Places of a bristle's numbers in the saved columns: bytes from the first column to each number's column. A
-/// record without a column leaves its place at `none`.
+/// Places of a bristle's numbers in the saved columns: bytes from the first column to the column of each
+/// number. A column that the record lacks has the place `none`.
 struct SavedPlaces {
   static constexpr std::size_t none = ~std::size_t{0};
   std::size_t deflection[2] = {none, none}, length = none, age = none;
@@ -39,11 +39,12 @@ SavedPlaces saved_places(const Representatives<T>& r) noexcept {
   return places;
 }
 
-/// Largest number of snaps of a bristle in a piece of path, by which saved renewals still owed are checked.
+/// Largest number of snaps of a bristle in a piece of path. Saved renewals that are still owed are checked
+/// against it.
 constexpr double most_snaps_of_piece = 64.0;
 
-// Saved scalars of shared renewal. The hash leaves out those of young bristles if none is young, and those
-// of the slide if there is none.
+// Lists the saved scalars of shared renewal. The hash leaves out those of young bristles if none is young,
+// and those of the slide if there is none.
 
 template <class T, class State, class Visit>
 void renewal_fields(State& s, const Representatives<T>& r, Visit&& visit) noexcept {
@@ -80,8 +81,8 @@ std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return saved_block_size + (r.ages() ? 8 : 0);
 }
 
-/// Bristles of one block: number of the first, how many, and how many of them have saved columns (in contact,
-/// not straight). The columns of the others are saved as their filler value.
+/// Bristles of one block: the number of the first, how many they are, and how many of them have saved columns
+/// (in contact, not straight). The columns of the others are saved as their filler value.
 struct Part {
   std::uint32_t first, size, bent;
 };
@@ -94,8 +95,8 @@ Part part_of(const Representatives<T>& r, std::uint32_t b) noexcept {
   return {first, size, r.blocks[b].zero ? 0 : touching};
 }
 
-/// Adds the value of bristle i in a column to a hash. For a bristle that is out of contact or straight this
-/// value is the column's filler, whatever is stored.
+/// Adds the value of bristle i in a column to a hash. For a bristle that is out of contact or straight that
+/// is the filler value of the column, whatever is stored.
 template <class T>
 struct Reading {
   const Representatives<T>& r;
@@ -113,8 +114,8 @@ struct Reading {
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
 
-/// Checks a saved block. Stored values count from the block's position and, after a renewal, may exceed every
-/// deflection, so there are two bounds: `longest` for deflections, and `farthest` for stored values.
+/// Checks a saved block. Stored values count from the block's position, and after a renewal may exceed every
+/// deflection. There are therefore two bounds: `longest` for deflections, and `farthest` for stored values.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;
@@ -125,8 +126,8 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
   return nullptr;
 }
 
-/// Refuses saved counts of bristles in contact that do not follow from the load, because they would give a
-/// force without load, or an infinite one.
+/// Refuses saved counts of bristles in contact that do not follow from the load: they would give a force
+/// without load, or an infinite one.
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
@@ -268,8 +269,8 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     if (!within(renewal.young_run, 0.0, renewal.run)) return "run of young bristles";
   }
 
-  // Under an exponential law, a bristle at the end of a long slide may combine two draws, the lengths before
-  // and after that place, so twice the longest length is possible.
+  // Allows twice the longest length under an exponential law: a bristle at the end of a long slide may
+  // combine two samples, the lengths before and after that place.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
   // Allows a deflection to exceed the snap length slightly, by rounding.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);

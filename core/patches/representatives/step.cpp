@@ -1,4 +1,5 @@
-// Steps a patch of representatives: prepares the kernels' constants, and takes sums and bounds from them.
+// Steps a patch of representatives: prepares the constants of the kernels, and takes sums and bounds from
+// them.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +10,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the fixed-point unit of energies, a power of two with which the sum of squared deflections over
+/// Returns the fixed-point unit of energies: a power of two with which the sum of squared deflections over
 /// the snaps of a block fits 62 bits.
 double energy_unit(double length, double longest) noexcept {
   // Bounds the sum over a block's snaps: each bristle adds at most path x longest snap length.
@@ -20,8 +21,8 @@ double energy_unit(double length, double longest) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Returns the key of the random phases that place bristles between two snaps. The key depends on the state,
-/// so that equal steps of one patch, and equal patches in different states, get different phases.
+/// Returns the key of the random phases that place bristles between two snaps. It depends on the state, so
+/// that equal steps of one patch, and equal patches in different states, get different phases.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -53,7 +54,7 @@ bool sums_agree(const Patch& p) noexcept {
 template <class T>
 void renew_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  // Recomputes bounds on snapping while few blocks change. Bounds cost a square root per bristle; they save
+  // Recomputes bounds on snapping while few blocks change. Bounds cost a square root per bristle. They save
   // nearly all visits if a fortieth of the blocks is rewritten, and cost more than they save at a quarter.
   if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
   const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
@@ -79,8 +80,8 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.residual = m.residual;
   if (a.snaps_all) {
-    // Uses double only if the path left after a bristle's last snap is needed (under the stationary law it is
-    // not), or if the square of the step overflows a float.
+    // Uses double precision only if the path left after a bristle's last snap is needed (under the stationary
+    // law it is not), or if the square of the step overflows a float.
     a.in_double = !r.redraws() || m.law.stationary_from > far_length || a.length > 0x1p60 ? 1 : 0;
     a.phase_key = phase_key<T>(p, step.scaled);
   } else if (m.single_length && sizeof(T) < sizeof(double)) {
@@ -115,7 +116,7 @@ template <class T>
 void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
   // Finds the sum of deflections at the end of the step, and twice its mean over the step, exactly in fixed
-  // point. Takes one axis at a time, so that its 128-bit sums stay in registers.
+  // point. Takes one axis at a time, so that 128-bit sums stay in registers.
   for (int axis = 0; axis < p.axes; ++axis) {
     const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
     const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];
