@@ -1,5 +1,5 @@
 // The interface between core and kernels for beds: plain structs of raw pointers and a table of functions, as
-// in kernel_table.hpp. The equations are in core/beds/BEDS.md. Units make all numbers of a column of order 1:
+// in kernel_table.hpp. core/beds/BEDS.md has the equations. Units make all numbers of a column of order 1:
 // deflections and limits are divided by the bed's unit of deflection, places by its larger half width,
 // stiffnesses by the bed's stiffness at full load.
 #pragma once
@@ -10,29 +10,33 @@
 
 namespace bristle::detail {
 
-/// Columns of a bed, one number a bristle; the count is a multiple of lane_count. Columns lie in blocks:
-/// 16 bristles of each column, then the next 16. Columns that a step reads come first, constants last.
+/// Columns of a bed, with one number for each bristle. They lie in blocks: 16 bristles of each column, then
+/// the next 16; the count is a multiple of lane_count. Columns that a step reads come first, constants last.
 enum BedColumn : std::uint32_t {
   bed_tip_x,  ///< x of the bristle's tip: place of its root less its deflection
   bed_tip_y,
-  bed_pressure,        ///< relative pressure at the bristle; times BedStep::limit_of_pressure it is the
-                       ///< bristle's kinetic limit
+  /// Relative pressure at the bristle. Times BedStep::limit_of_pressure it is the bristle's kinetic friction
+  /// limit.
+  bed_pressure,
   bed_over_pressure2,  ///< inverse square of bed_pressure; 0 where there is no pressure
   bed_stiffness,       ///< stiffness of the part of the bristle's cell that is in contact
   bed_x,               ///< x of the bristle; if the bed can roll, of the middle of its cell's part in contact
   bed_y,
-  bed_slid,   ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
-  bed_kept,   ///< share of the cell's present contact that was in contact before the step too; the deflection
-              ///< is multiplied by it
+  bed_slid,  ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
+  /// Share of the cell's present contact that was in contact before the step too. A step multiplies the
+  /// deflection by it, because the part that has just come into contact is straight.
+  bed_kept,
   bed_moved,  ///< share of the step's motion that bends the bristle: below 1 if its cell has just entered
   bed_along,  ///< place of a rolling bristle in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
 
-  // Columns of constants.
-  bed_own,    ///< stiffness of the bristle when its whole cell is in contact
-  bed_inner,  ///< squared size of the contact at which the cell begins to touch; in a rolling bed: place
-              ///< of the cell's row across the rows, -1 to 1
-  bed_outer,  ///< squared size of the contact from which the whole cell touches; in a rolling bed: half
-              ///< length of the cell's row at full load
+  // Columns of constants:
+  bed_own,  ///< stiffness of the bristle when its whole cell is in contact
+  /// Squared size of the contact at which the cell begins to touch. In a rolling bed: place of the cell's row
+  /// across the rows, -1 to 1.
+  bed_inner,
+  /// Squared size of the contact from which the whole cell touches. In a rolling bed: half length of the
+  /// cell's row at full load.
+  bed_outer,
   bed_share,  ///< factor of the relative pressure at the cell; in a rolling bed the inverse of bed_outer
 
   bed_old_pressure,  ///< bed_pressure before the rolling of this step; no state, written and read within it
@@ -47,7 +51,8 @@ constexpr std::size_t bed_place(BedColumn c, std::size_t i) noexcept {
 
 enum class BedProfile : std::uint32_t { uniform, parabolic, hertz };
 
-/// Size of a bed's contact under its load, and displacement of the bristles' roots.
+/// Size of a bed's contact under its load, and displacement of its bristles' roots: what kernels need to
+/// place the bristles.
 struct BedPlaces {
   std::uint32_t count;
   BedProfile profile;
@@ -61,26 +66,28 @@ struct BedPlaces {
   float over_rolled;  ///< one over the distance rolled, without sign
   bool turned;        ///< Whether the rows have turned, so that rolling changes y too.
   float cell;         ///< h, width of a cell along its row, in half lengths of the row
-  float axes[4];      ///< factors of a bristle's place along the row and across it in its x [0, 1] and its
-                      ///< y [2, 3]; x is the difference of both terms, y their sum
-  float root[4];      ///< displacement of the bristles' roots by translation along x and y [0, 1], then by
-                      ///< turning along x and y [2, 3]
+  /// Factors of a bristle's place along its row and across it: those of its x [0, 1] and of its y [2, 3]. x
+  /// is the difference of both terms, y their sum.
+  float axes[4];
+  /// Displacement of the bristles' roots by translation along x and y [0, 1], then by turning along x and y
+  /// [2, 3].
+  float root[4];
 };
 
 struct BedStep {
   std::uint32_t count;
-  float root[4];         ///< displacement of the roots before the step, as BedPlaces::root; zeros after
-                         ///< rolling
-  float motion[4];       ///< displacement of the bristles' roots in this step, in the same four parts as
-                         ///< BedPlaces::root
-  bool torque;           ///< Whether the torque is computed also in a step without spin.
-  bool rolled;           ///< Whether every tip is rewritten relative to a root at zero, as after rolling or a
-                         ///< long motion.
+  /// Displacement of the roots before the step, in the parts of BedPlaces::root; zeros after rolling.
+  float root[4];
+  /// Displacement of the bristles' roots in this step, in the same four parts as BedPlaces::root.
+  float motion[4];
+  bool torque;  ///< Whether the torque is computed also in a step without spin.
+  /// Whether every tip is rewritten relative to a root at zero, as after rolling or a long motion.
+  bool rolled;
   bool rolls;            ///< Whether the bed rolled just before this step (bed_old_pressure).
   float half_rolled[2];  ///< half of the distance rolled in the step, as a vector; 0 without rolling
-  /// Whether the motion is very short. Then each tip's path is added to its place, instead of recomputing the
-  /// place, and `spread` (-1/2 to 1/2 of a digit) is added before rounding. Only kernels with all outputs
-  /// read it.
+  /// Whether the motion is very short. Recomputing a tip's place would then lose its path in rounding, so the
+  /// path is added to the place, with `spread` (-1/2 to 1/2 of a digit) before rounding. Only kernels with
+  /// all outputs read it.
   bool creeps;
   float spread;
   float limit_of_pressure;
@@ -90,36 +97,38 @@ struct BedStep {
   float gain;                ///< deflection along y over that along x, of equal displacements; 1: isotropic
 };
 
-/// Sums over the bristles of a bed, in its units.
+/// Sums over the bristles of a bed, in its units, from which the response is made.
 struct BedSums {
-  double force[2], torque;  ///< sums of stiffness x deflection (force) and of their moments (torque) at the
-                            ///< end of the step
+  /// Force, the sum over the bristles of stiffness times deflection, and torque, the sum of its moments, at
+  /// the end of the step.
+  double force[2], torque;
 
   // Sums that only kernels with all outputs fill:
   double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;
-  double energy[2];               ///< sums of stiffness x squared deflection at the end
-                                  ///< of the step, along x and y
-  double start_energy;            ///< sum of stiffness x squared deflection at the
-                                  ///< beginning of the step, after bed_kept has reduced
-                                  ///< the deflections; 0 without bed_carried
-  double start[2], start_torque;  ///< force and torque at the beginning of the step, after bed_kept has
-                                  ///< reduced the deflections; 0 without bed_carried
-  double entered, entered_stuck;  ///< stiffness that has entered in this step, and its
-                                  ///< part on that part of the motion on which it
-                                  ///< sticks; 0 without rolling
-  double dissipated;              ///< energy dissipated by sliding, and by deflections
-                                  ///< that drop to a limit
-  double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;  ///< sums over the bristles that did not slide: of
-                                                       ///< their stiffness, and of stiffness times x, y,
-                                                       ///< x^2 and y^2
+  /// Sums of stiffness x squared deflection at the end of the step, along x and y.
+  double energy[2];
+  /// Sum of stiffness x squared deflection at the beginning of the step, after bed_kept has reduced the
+  /// deflections; 0 without bed_carried.
+  double start_energy;
+  /// Force and torque at the beginning of the step, after bed_kept has reduced the deflections; 0 without
+  /// bed_carried. Rolling compares them with those of the last step.
+  double start[2], start_torque;
+  /// Stiffness of the bristles that entered the contact in this step: the whole, and each bristle's times the
+  /// share of its path on which it sticks. Both are 0 without rolling.
+  double entered, entered_stuck;
+  /// Energy dissipated by sliding, and by deflections that drop to a limit.
+  double dissipated;
+  /// Sums over the bristles that did not slide: of their stiffness, and of stiffness times x, y, x^2 and y^2.
+  double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;
 };
 
 /// Bits of an index into BedKernels::step.
 enum BedVariant : std::uint32_t {
   bed_spins = 1,
-  bed_carried = 2,  ///< set if the contact rolled or changed its size, a limit fell, or the motion is long;
-                    ///< only then are bed_kept and bed_moved read
+  /// Set if the contact rolled or changed its size, a limit fell, or the motion is long. Only then are
+  /// bed_kept and bed_moved read.
+  bed_carried = 2,
   bed_all_outputs = 4,
   bed_drops = 8,
   bed_variants = 16
@@ -132,11 +141,11 @@ struct BedKernels {
   double (*place)(const BedPlaces&, float* columns);
   /// Fills the columns of place(), and places and tips, for a bed that can roll but did not in this step.
   double (*place_rows)(const BedPlaces&, float* columns);
-  /// Moves the cells along their rows by BedPlaces::rolled, which is not 0, and fills the columns of place(),
-  /// places and bed_moved. Does not write the tips, which must be relative to roots at zero.
+  /// Moves the cells along their rows by BedPlaces::rolled, which is not 0. Fills the columns of place(),
+  /// places and bed_moved, but not the tips, which must be relative to roots at zero.
   double (*roll)(const BedPlaces&, float* columns);
-  /// Subtracts from each tip its root's displacement BedPlaces::root, which the caller resets to zero, so
-  /// that deflections stay.
+  /// Subtracts the displacement of its root, BedPlaces::root, from each tip. The caller resets that
+  /// displacement to zero, so deflections are unchanged.
   void (*rebase)(const BedPlaces&, float* columns);
 };
 

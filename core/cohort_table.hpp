@@ -1,9 +1,10 @@
 // The interface between core and kernels for the infinite brush: plain structs of raw pointers and a table of
-// functions, as in kernel_table.hpp. A cohort is the set of all bristles that were last straight at one place
-// of the path. The equations are in core/patches/COHORTS.md. Lengths are scaled (kernel_table.hpp). Places of
-// cohorts are doubles relative to a base that follows the patch, so that they stay small; positions of the
-// patch are fixed point. Masses (numbers of bristles) are integers of a fixed unit, stored in doubles, so
-// that their sums are exact in any order.
+// functions, as in kernel_table.hpp. A cohort is all bristles that were last straight at one place of the
+// path and have been bent alike since. core/patches/COHORTS.md has the equations.
+//
+// Lengths are scaled (kernel_table.hpp). Places of cohorts are doubles relative to a base that follows the
+// patch, so that they stay small; positions of the patch are fixed point. Masses (numbers of bristles) are
+// whole numbers of a fixed unit, stored in doubles, so that their sums are exact in any order.
 #pragma once
 
 #include <cstdint>
@@ -17,31 +18,34 @@ constexpr std::uint32_t most_cohorts = 512;
 
 /// Columns of a row of 8 cohorts, 64 bytes each. A cohort has one lane of each column of its row.
 enum CohortColumn : std::uint32_t {
-  cohort_x,       ///< x of the patch's position when the cohort's bristles were last straight, scaled,
-                  ///< relative to CohortState::base
-  cohort_y,       ///< y of that position; 0 with one axis
-  cohort_reach,   ///< R, the reach: largest deflection of the cohort's bristles so far, beyond l_r; bristles
-                  ///< still in the cohort have longer snap lengths
-  cohort_fresh,   ///< u, mass that the cohort would have if none of its bristles had snapped; its mass is
-                  ///< floor(u S(R))
+  /// X coordinate of the patch when the cohort's bristles were last straight, scaled, relative to
+  /// CohortState::base.
+  cohort_x,
+  cohort_y,  ///< y of that position; 0 with one axis
+  /// Reach R: the largest deflection of the cohort's bristles so far, beyond l_r. Bristles still in the
+  /// cohort have longer snap lengths.
+  cohort_reach,
+  /// Mass u that the cohort would have if none of its bristles had snapped. Its mass is floor(u S(R)).
+  cohort_fresh,
   cohort_left,    ///< S(R), the share of fresh snap lengths that are longer than R
   cohort_moment,  ///< E[delta; delta < R], scaled: part of the mean snap length from lengths below R
-  cohort_low,     ///< lower end of the cohort's ranks, which are uniform over [low, high); a rank is a place
-                  ///< in the order of coming into contact, in units of mass
+  /// Lower end of the cohort's ranks, which are uniform over [low, high). The rank of a bristle is the mass
+  /// that came into contact before it.
+  cohort_low,
   cohort_high,
   cohort_columns
 };
-constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;  ///< number of doubles in a row of eight
-                                                                     ///< cohorts
+/// Number of doubles in a row of eight cohorts.
+constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;
 
-/// Margin, scaled, by which a stored reach R exceeds the deflection that set it. With this margin a patch
-/// that trembles can return to its farthest place, and to the place of the newest cohort, without a visit to
-/// its cohorts.
+/// Margin, in scaled units, by which a stored reach R exceeds the deflection that set it. Thanks to it a
+/// patch that trembles can return to its farthest position, and to that of its newest cohort, without a visit
+/// to its cohorts.
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< reach R of an unused lane, so long that no deflection exceeds it
 
-/// A cell of the tabulated survival function S of a law, on which S is linear. The cell of a snap length x is
-/// 1/128 as wide as the power of two at or below x + 1/16, so the upper bits of x + 1/16 give its number.
+/// Cell of the tabulated survival function S of a law, on which S is linear. The cell of a snap length x is
+/// 1/128 as wide as the power of two at or below x + 1/16, so the upper bits of x + 1/16 are its number.
 struct alignas(32) SurvivalCell {
   double survival;  ///< value of S at `start`
   double slope;     ///< slope of S in the cell, never above 0
@@ -49,38 +53,42 @@ struct alignas(32) SurvivalCell {
   double start;     ///< x, snap length at the beginning of the cell, scaled
 };
 constexpr double survival_offset = 0.0625;
-constexpr int survival_shift = 52 - 7;                ///< shift of the bits of x + 1/16 that leaves exponent
-                                                      ///< and 7 mantissa bits: 128 cells for each octave
-constexpr std::uint64_t survival_first = 1019u << 7;  ///< number of the first cell: the upper bits of
-                                                      ///< survival_offset
+/// Shift of the bits of x + 1/16 that leaves exponent and 7 mantissa bits: 128 cells for each octave.
+constexpr int survival_shift = 52 - 7;
+/// Number of the first cell: the upper bits of survival_offset.
+constexpr std::uint64_t survival_first = 1019u << 7;
 
-/// Longest piece of path that is planned, as a share of the longest snap length. The last piece of a move may
-/// be a fifth longer.
+/// Longest planned piece of path, as a share of the longest snap length. The last piece of a move may be a
+/// fifth longer.
 constexpr double longest_piece_share = 0.6;
 
 struct CohortLaw {
   const SurvivalCell* cells;
-  double end;             ///< snap length from which S is 0; longer deflections count as this one
-  double sure;            ///< snap length up to which S is 1 to the last unit of mass; a cohort's R is
-                          ///< at least this
-  double mean;            ///< mean snap length, scaled
-  double piece;           ///< usual length of a piece of path, computed at once, scaled; pieces in the
-                          ///< middle of long moves are longer
-  double forget;          ///< path of a straight slide after which the force does not depend on how the slide
-                          ///< began, scaled
-  double negligible;      ///< share of the patch's mass below which the rest of a cohort snaps as a whole
-  double slow;            ///< distance from either end of a move beyond which its pieces may grow in
-                          ///< proportion to the distance, scaled
+  double end;  ///< snap length from which S is 0; longer deflections count as this one
+  /// Snap length up to which S is 1 to the last unit of mass. A cohort's R is at least this.
+  double sure;
+  double mean;  ///< mean snap length, scaled
+  /// Usual length, scaled, of a piece of path that is computed at once. Pieces in the middle of long moves
+  /// are longer.
+  double piece;
+  /// Path of a straight slide, scaled, after which the force does not depend on how the slide began. A step
+  /// this long needs no pieces.
+  double forget;
+  double negligible;  ///< share of the patch's mass below which the rest of a cohort snaps as a whole
+  /// Distance from either end of a move, scaled, beyond which its pieces may grow in proportion to the
+  /// distance.
+  double slow;
   double longest_growth;  ///< largest factor by which pieces grow in the middle of a move
-  double most_apart;      ///< largest factor by which close_open() may raise the squared distance of two
-                          ///< cohorts, to match the variance of their bristles' places; 1: it moves none
-  double residual;        ///< l_r, scaled: deflection left after a snap; the reach R counts from it
-  double renewal;         ///< kappa, number of bristles that a snap renews
-  double snap_rate;       ///< snaps per bristle and scaled length of path in steady sliding
+  /// Largest factor by which close_open() may raise the squared distance of two cohorts, to match the
+  /// variance of their bristles' places. 1: it moves none.
+  double most_apart;
+  double residual;   ///< l_r, scaled: deflection left after a snap; the reach R counts from it
+  double renewal;    ///< kappa, number of bristles that a snap renews
+  double snap_rate;  ///< snaps per bristle and scaled length of path in steady sliding
 };
 
-/// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), the
-/// reach R being (deflection - l_r) / g. Null and 0 for kernels without ageing.
+/// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), and
+/// the reach R is (deflection - l_r) / g. Null and 0 for kernels without ageing.
 struct CohortTimes {
   double* births;     ///< times at which the bristles of each cohort were last straight
   double now;         ///< present time: the end of a piece of a move; in CohortMove the beginning of the move
@@ -94,8 +102,8 @@ constexpr std::uint32_t no_cohort = 0xFFFFFFFFu;
 
 /// State of an infinite brush apart from its rows of cohorts.
 struct CohortState {
-  std::int64_t base[2] = {0, 0};     ///< position from which the cohorts' places are counted, fixed point,
-                                     ///< moved by whole scaled lengths
+  /// Position from which the places of cohorts are counted, fixed point. It is moved by whole scaled lengths.
+  std::int64_t base[2] = {0, 0};
   double mass = 0.0;                 ///< mass of all cohorts, an integer
   double moment[2] = {0.0, 0.0};     ///< sum over the cohorts of mass x place, for x and y
   double direction[2] = {0.0, 0.0};  ///< direction of the present straight slide of the patch
@@ -104,11 +112,12 @@ struct CohortState {
   /// Places of the patch at which the first bristles of the cohorts open[0] and open[1] were straight. An
   /// open cohort absorbs bristles that become straight within a piece of path from there.
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
-  /// Indices of cohorts: [0] absorbs bristles that snap, [1] those that come into contact; [2] is the closed
+  /// Indices of cohorts: [0] absorbs bristles that snap, [1] those that come into contact. [2] is the closed
   /// cohort from which [0] is moved apart when [0] closes.
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
-  double spread = 0.0;  ///< sum over the bristles of cohorts open[0] and open[2] of mass x squared
-                        ///< distance between the places of bristle and cohort
+  /// Sum, over the bristles of cohorts open[0] and open[2], of mass x squared distance between the places of
+  /// bristle and cohort.
+  double spread = 0.0;
 
   /// 1 if the load has risen since first contact. 0: all bristles came into contact together, and every
   /// cohort has all ranks, [0, mass).
@@ -132,8 +141,8 @@ inline double entry(const double* rows, std::uint32_t i, CohortColumn column) no
 inline double mass_of(const double* rows, std::uint32_t i) noexcept {
   return __builtin_floor(entry(rows, i, cohort_fresh) * entry(rows, i, cohort_left));
 }
-/// Returns u, the mass without snaps, for a cohort of the integer mass m of which the share S is left. Half a
-/// unit is added to m, so that floor(u S) gives m again.
+/// Returns u, the mass without snaps, of a cohort with the whole mass m of which the share S is left. Adds
+/// half a unit to m, so that floor(u S) gives m again.
 inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
 
 /// Empties the lane of cohort i: no mass, and a reach that no deflection exceeds.
@@ -159,17 +168,17 @@ inline void remove_cohort(CohortState& s, double* rows, double* births, std::uin
 
 }  // namespace
 
-/// A straight move of a patch; positions are relative to the base of the places.
+/// A straight move of a patch. Positions are relative to the base of the places.
 struct CohortMove {
   double from[2], to[2];
   double direction[2];
   double length;      ///< length of the move, scaled, > 0
   CohortTimes times;  ///< times of the move; `now` is its beginning
-  bool books = true;  ///< whether the caller needs CohortTotals::integral and lost; if not, their values are
-                      ///< undefined
+  /// Whether the caller needs CohortTotals::integral and lost; if not, their values are undefined.
+  bool books = true;
 };
 
-/// Sums of one move; masses are in units of mass.
+/// Sums of one move, from which the response follows. Masses are in units of mass.
 struct CohortTotals {
   double integral[2];  ///< integral along the path of the sum over the cohorts of mass x deflection
   double lost;         ///< twice the energy lost in the move, in mass x length^2
@@ -183,26 +192,24 @@ struct CohortKernels {
   /// renewal, or plus 4 for laws that age. Changes rows, births and state except CohortState::base, direction
   /// and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Returns the smallest distance, over all cohorts, by which the deflection stays below l_r + R (R the
-  /// cohort's reach), with the patch at `at`; scaled. A result below 0 means that a cohort is bent beyond its
-  /// reach. For laws without ageing.
+  /// Returns the smallest distance, scaled, by which deflections of cohorts stay below l_r + R (R the reach),
+  /// with the patch at `at`. Within it no bristle snaps; below 0 a cohort is bent beyond its reach. For laws
+  /// without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
   /// Merges the pairs of cohorts whose merging costs least (Partner, kernels/cohort_parts.hpp), to make room
-  /// for more cohorts. Returns twice the energy that merging
-  /// loses. Has two variants: [0] for laws without ageing, [1] for laws that age.
+  /// for more. Returns twice the energy that merging loses. Index: 1 for laws that age.
   double (*make_room[2])(const CohortLaw&, CohortState&, double* rows, const double at[2],
                          const CohortTimes&);
   /// Computes the mass whose rank is above `cut`, and the mass per rank at `cut`. A falling load removes the
   /// mass above a cut.
   void (*mass_above)(const CohortState&, const double* rows, double cut, double* mass, double* density);
-  /// Adds straight bristles of ranks [low, high) that come into contact with the patch at `at`, to the
-  /// cohort open[1] (`joins`) or to a new one. Returns twice the energy that is lost if they join. Index: 1
-  /// for laws that age.
+  /// Adds straight bristles of ranks [low, high) that come into contact with the patch at `at`, to the cohort
+  /// open[1] (`joins`) or to a new one. Returns twice the energy that is lost if they join. Index: 1 for laws
+  /// that age.
   double (*enter[2])(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass,
                      double low, double high, bool joins, const CohortTimes&);
-  /// Gives the bristles of cohort i, of mass floor(u), fresh snap lengths, sets its reach to `bent` (at
-  /// least CohortLaw::sure), and removes bristles whose length is not above the reach. Returns the mass
-  /// left.
+  /// Gives the bristles of cohort i, of mass floor(u), fresh snap lengths. Sets its reach to `bent` (at least
+  /// CohortLaw::sure) and removes bristles whose length is not above it. Returns the mass left.
   double (*renew)(const CohortLaw&, double* rows, std::uint32_t i, double bent);
 };
 

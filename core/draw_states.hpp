@@ -1,4 +1,4 @@
-// Numbers of a bristle's random state, which draw_stride (kernel_table.hpp) advances. Kernels include this
+// Random numbers of bristles, from a state that draw_stride (kernel_table.hpp) advances. Kernels include this
 // header, so its functions have internal linkage.
 #pragma once
 
@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Mixes 32 bits by two multiplications, a bijection. Only its high bits are random: share_of() takes 23 of
-/// them, so there is no last shift to mix the low ones.
+/// Mixes 32 bits by two multiplications, a bijection. Only its high bits are random; share_of() takes 23 of
+/// them, so the usual last shift, which would mix the low ones, is left out.
 inline std::uint32_t mix(std::uint32_t x) {
   x ^= x >> 16;
   x *= 0x21F0AAADu;
@@ -17,7 +17,8 @@ inline std::uint32_t mix(std::uint32_t x) {
   return x;
 }
 
-/// Returns a number strictly between 0 and 1 from 23 random bits, exact in float, as is one minus the number.
+/// Returns a number strictly between 0 and 1 from 23 random bits. It is exact in float, as is one minus the
+/// number.
 template <class T>
 inline T share_of(std::uint32_t random) {
   return (static_cast<T>(random >> 9) + T(0.5)) * T(1.1920928955078125e-07);  // 2^-23

@@ -1,5 +1,5 @@
 // The interface between core and kernels for joints: the layout of the numbers of 16 joints, and the input of
-// a step. The equations are in core/joints/JOINTS.md.
+// a step. core/joints/JOINTS.md has the equations.
 #pragma once
 
 #include <cstdint>
@@ -18,26 +18,27 @@ enum JointVariant : std::uint32_t {
   joint_variants = 16
 };
 
-/// Indices of the first column of each quantity of a block of 16 joints. A variant of the kernel has no
-/// columns for quantities that it does not use.
+/// Indices of the first column of each quantity of a block of 16 joints. A kernel variant has no columns for
+/// quantities that it does not use.
 struct JointLayout {
   // Columns of constants, which blocks of joints with equal materials share.
-  std::uint32_t parameter[joint_parameters] = {};  ///< columns of the material's parameters; in place of the
-                                                   ///< Stribeck speed its inverse square, or 0
-  std::uint32_t least_decay = 0;                   ///< column of the least exponent (speed / Stribeck
-                                                   ///< speed)^2: 0, or 80 for a Stribeck speed of 0, so that
-                                                   ///< the static part vanishes
-  std::uint32_t constants = 0;                     ///< number of columns of constants
+  /// Columns of the material's parameters; in place of the Stribeck speed its inverse square, or 0.
+  std::uint32_t parameter[joint_parameters] = {};
+  /// Column of the least exponent (speed / Stribeck speed)^2: 0, or 80 for a Stribeck speed of 0, so that the
+  /// static part vanishes.
+  std::uint32_t least_decay = 0;
+  std::uint32_t constants = 0;  ///< number of columns of constants
 
   // Columns of state, 16 joints each.
-  std::uint32_t before = 0;     ///< column of the last angle, rad; NaN = none since reset
-  std::uint32_t tips = 1;       ///< columns of the angles at which each bristle would be straight, rad
-  std::uint32_t slid = 0;       ///< columns of flags: 1 = the bristle slid in the last step, so its limit is
-                                ///< the kinetic one
+  std::uint32_t before = 0;  ///< column of the last angle, rad; NaN = none since reset
+  std::uint32_t tips = 1;    ///< columns of the angles at which each bristle would be straight, rad
+  /// Columns of flags, one for each bristle. 1: it slid in the last step, so the kinetic limit holds for it
+  /// instead of the static one.
+  std::uint32_t slid = 0;
   std::uint32_t gradients = 0;  ///< columns of the derivatives of each bristle's tip angle by each parameter
   std::uint32_t columns = 0;    ///< number of columns of state
 
-  // Functions are always inlined, because objects of different instruction sets must not share one.
+  // Always inlined, because objects of different instruction sets must not share a function.
   [[gnu::always_inline]] static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {
     const bool of_static = p >= joint_static_base;
     const bool of_load = p != joint_stiffness && p != joint_viscous && p != joint_base &&
@@ -72,9 +73,9 @@ struct JointStep {
   std::uint32_t bristles;
   const double* share;   ///< share of each bristle in the joint's stiffness
   const double* length;  ///< friction limit of each bristle, relative to the mean limit
-  const double* in;      ///< joint_inputs rows; the row in_writes is 1 for joints whose state changes,
-                         ///< else 0
-  double* out;           ///< joint_outputs rows; only kernels with gradients fill those from out_gradient on
+  /// Rows of input, joint_inputs of them. The row in_writes is 1 for joints whose state changes, otherwise 0.
+  const double* in;
+  double* out;  ///< joint_outputs rows; only kernels with gradients fill those from out_gradient on
   const double* constants;
   double* columns;
 };

@@ -1,10 +1,12 @@
 // The one interface between core and kernels: plain structs of raw pointers and a table of functions. Core
 // includes this header and gets a table; kernels include it and fill one table for each instruction set.
 // Nothing here needs the standard library, so that no inline function is shared between objects compiled for
-// different instruction sets. Lengths inside kernels are *scaled*: divided by a power of two near the mean
-// snap length (core/MODEL.md, section 9). Positions of a patch and sums over a block are fixed point, in
-// units of 2^-44 scaled lengths, so that sums over blocks are exact integers. Neither the order of blocks,
-// nor the number of workers, nor whether a block was visited can change a bit.
+// different instruction sets.
+//
+// Lengths inside kernels are *scaled*: divided by a power of two near the mean snap length (core/MODEL.md,
+// section 9). Positions of a patch and sums over a block are fixed point, in units of 2^-44 scaled lengths.
+// Sums over blocks are then exact integers, so that neither the order of blocks, nor the number of workers,
+// nor whether a block was visited can change a bit.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +20,19 @@ constexpr std::uint32_t lane_count = 16;   ///< logical lanes of a row, on every
 constexpr std::uint32_t blocks_per_group = 64;
 constexpr double fixed_per_length = 17592186044416.0;  ///< 2^44 fixed-point units per scaled length
 constexpr double length_per_fixed = 1.0 / fixed_per_length;
-/// Length of a step (scaled) above which it is called far: every bristle snaps, and single precision does not
-/// hold the path left after its last snap.
+/// Length of a step, scaled, above which it is called far. Every bristle snaps in it, and single precision
+/// does not hold the path left after its last snap.
 constexpr double far_length = 4096.0;
-/// Longest snap length (scaled): 1024 mean lengths of at most 1.415. A far step is more than twice as long,
-/// so without ageing it snaps every bristle from any deflection.
+/// Longest snap length, scaled: 1024 mean lengths of at most 1.415. A far step is more than twice as long, so
+/// without ageing it snaps every bristle from any deflection.
 constexpr double longest_scaled_length = 1449.0;
 static_assert(far_length > 2.0 * longest_scaled_length);
 
-/// Difference of successive draw states of a bristle; odd, so that a bristle passes through all 2^32 states.
+/// Difference of successive random states of a bristle. It is odd, so a bristle passes through all 2^32
+/// states.
 constexpr std::uint32_t draw_stride = 0x9E3779B9u;
 
-/// 256 bristles whose stored deflections are rewritten together. One cache line.
+/// 256 bristles whose stored deflections are rewritten together. The struct is one cache line.
 struct alignas(64) Block {
   std::int64_t position[2];  ///< place of the patch at the last rewrite of this block, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection over the block, fixed point
@@ -38,11 +41,12 @@ struct alignas(64) Block {
   // patch stays within `reach` of `anchor` (core/MODEL.md, section 10). A block of unknown reach is visited
   // in every step.
   std::int64_t anchor[2];
-  float reach;         ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
-  float shortest;      ///< least deflection at which a bristle of the block snaps first, scaled: the reach of
-                       ///< a block without deflections
-  std::uint32_t zero;  ///< 1 = all deflections are zero; what the columns z and (redraw) delta hold for the
-                       ///< block is not valid
+  float reach;  ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
+  /// Least deflection at which a bristle of the block snaps first, scaled. It is the reach of a block without
+  /// deflections.
+  float shortest;
+  /// 1 = all deflections are zero. The columns z and (redraw) delta are then not valid for the block.
+  std::uint32_t zero;
 };
 
 /// Bound of a group of 64 blocks, or of the patch, like Block::reach for one block.
@@ -61,24 +65,25 @@ struct KernelLaw {
   double scale;              ///< uniform: width of the range
   double shortest, longest;  ///< ends of the range to which every sampled length is clamped
 
-  // Parameters of the length-biased law, from which jumps to steady sliding sample: a^2 and b^2 - a^2 for the
-  // uniform law on [a, b]; the mean for the exponential law.
+  // Parameters of the length-biased law, which favours lengths in proportion to themselves; jumps to steady
+  // sliding sample from it. Uniform law on [a, b]: a^2 and b^2 - a^2. Exponential law: the mean.
   double biased_location, biased_scale;
-  const double* table;         ///< quantiles at k / table_last (law_table), or cells between quantiles
-                               ///< (kernels/cells.hpp)
-  const double* biased_table;  ///< quantiles of the length-biased law (normal, table) or cells between them
-                               ///< (lognormal)
+  /// Quantiles at k / table_last (law_table), or cells between quantiles (kernels/cells.hpp).
+  const double* table;
+  /// Quantiles of the length-biased law (normal, table) or cells between them (lognormal).
+  const double* biased_table;
   std::int32_t table_last, biased_last;
 
   // Constants of the sum of delta^2 over the snaps that a bristle jumps over, by renewal-reward theory
-  // (core/MODEL.md, "Jumps"). m1 and m2: E[delta] and E[delta^2].
+  // (core/MODEL.md, "Jumps"). m1 and m2 stand for E[delta] and E[delta^2].
   double mean;                                  ///< m1
   double inverse_mean;                          ///< 1 / m1
   double squares_per_length;                    ///< m2 / m1: mean sum of delta^2 per distance jumped
   double squares_offset;                        ///< constant part of the sum of delta^2 over a jump's snaps
   double variance_per_length, variance_offset;  ///< variance of the sum of delta^2, given the distance jumped
-  double count_offset;                          ///< cv^2: the expected number of snaps in a jump of the
-                                                ///< distance D is D / m1 + cv^2
+  /// Squared coefficient of variation, cv^2: the expected number of snaps in a jump of the distance D is D /
+  /// m1 + cv^2.
+  double count_offset;
 
   // Constants for jumps over k snaps at once under a law of small spread (Cornish-Fisher).
   double jump_from;           ///< path left in a step above which a bristle jumps over snaps
@@ -86,83 +91,90 @@ struct KernelLaw {
   double deviation;           ///< standard deviation of the snap length delta
   double skewness, kurtosis;  ///< skewness and excess kurtosis of delta
   double square_mean;         ///< m2 = E[delta^2]
-  double square_slope;        ///< slope of the regression of delta^2 on delta: Cov(delta^2, delta) /
-                              ///< Var(delta)
-  double square_residual;     ///< variance of delta^2 about its regression on delta: Var(delta^2) -
-                              ///< square_slope^2 Var(delta)
+  /// Slope of the regression of delta^2 on delta: Cov(delta^2, delta) / Var(delta).
+  double square_slope;
+  /// Variance of delta^2 about its regression on delta: Var(delta^2) - square_slope^2 Var(delta).
+  double square_residual;
 };
 
 /// State columns of one patch. Rows are padded to 16 bristles; padding has z = 0 and a valid delta.
 template <class T>
 struct PatchView {
   T* zx;
-  T* zy;                ///< deflections along y; null with one axis
-  T* delta;             ///< deflection at which a bristle snaps, residual + snap length; constant with
-                        ///< SnapRule::keep
+  T* zy;  ///< deflections along y; null with one axis
+  /// Deflection at which a bristle snaps, residual + snap length. Constant with SnapRule::keep.
+  T* delta;
   std::uint32_t* draw;  ///< states of the bristles' random draws; null with SnapRule::keep
-  const T* first;       ///< deflections at which bristles snap for the first time (with SnapRule::keep equal
-                        ///< to delta)
+  /// Deflections at which bristles snap for the first time (with SnapRule::keep equal to delta).
+  const T* first;
   Block* blocks;
   Reach* groups;
   std::uint32_t bristles;  ///< number of bristles allocated
   std::uint32_t whole;     ///< number of bristles that are fully in contact
-  T fraction;              ///< weight of bristle number `whole`, which is in contact in part; 0 = it is not
-                           ///< in contact
-  const KernelLaw* law;    ///< law of fresh snap lengths; null with SnapRule::keep
+  /// Weight of bristle number `whole`, which is in contact only in part; 0 = it is not in contact.
+  T fraction;
+  const KernelLaw* law;  ///< law of fresh snap lengths; null with SnapRule::keep
 
-  // Null without ageing. Present age of a bristle: `age` + (now - `since` of its block) / ageing_time.
+  // Columns for ageing, null without it. The present age of a bristle is `age` + (now - `since` of its block)
+  // / ageing_time.
   T* age;         ///< age at the last rewrite of the bristle's block, in units of Material::ageing_time
   double* since;  ///< time of the patch at the last rewrite of each block, s
 };
 
-/// Displacement of a patch in a step or in a piece of it.
+/// Displacement of a patch in a step or in a piece of it: all that a step without snaps needs.
 struct Travel {
-  std::int64_t from[2], to[2];  ///< patch position at the start and at the end, fixed point; both equal in a
-                                ///< far step
-  double direction[2];          ///< direction of the motion, a unit vector
-  double length;                ///< length of the displacement, scaled, > 0
-  double start;                 ///< time of the patch (time_of()) at the beginning of the step, s; 0 without
-                                ///< ageing
-  double duration;              ///< duration of the step, s, > 0
-  double rounding;          ///< time, s, by which the next step may seem to begin before the end of this one,
-                            ///< because times are rounded
-  std::uint32_t snaps_all;  ///< 1: a far step, so long that every bristle snaps (but for some that have
-                            ///< aged); the patch's position does not change
-  std::uint32_t commit;     ///< 0 for a trial step (find_force), which leaves the state unchanged
+  /// Patch position at the start and at the end, fixed point. Both are equal in a far step.
+  std::int64_t from[2], to[2];
+  double direction[2];  ///< direction of the motion, a unit vector
+  double length;        ///< length of the displacement, scaled, > 0
+  /// Time of the patch (time_of()) at the beginning of the step, s; 0 without ageing.
+  double start;
+  double duration;  ///< duration of the step, s, > 0
+  /// Time, s, by which the next step may seem to begin before the end of this one, because times are rounded.
+  double rounding;
+  /// 1 for a far step, which is so long that every bristle snaps in it, except some that have aged. The
+  /// position of the patch does not change then.
+  std::uint32_t snaps_all;
+  std::uint32_t commit;  ///< 0 for a trial step (find_force), which leaves the state unchanged
 };
 
 /// Constants of one step of one patch, for all its blocks.
 struct Advance : Travel {
-  double residual;              ///< deflection of a bristle after a snap, scaled; 0 without a residual
-  double energy_unit;           ///< fixed-point units of Totals::squares per scaled length squared, a power
-                                ///< of two
-  std::uint64_t phase_key;      ///< key of the random number that places a bristle between two snaps after a
-                                ///< step too long for an exact remainder
-  std::uint32_t in_double;      ///< 1: the path left after a bristle's last snap is computed in double,
-                                ///< because the step is long or the law is a single length
-  std::uint32_t skips_blocks;   ///< 1: blocks whose bound holds are not visited
-  std::uint32_t renews_bounds;  ///< 1: bounds are recomputed also for visited blocks in which no bristle
-                                ///< snapped
+  double residual;  ///< deflection of a bristle after a snap, scaled; 0 without a residual
+  /// Fixed-point units of Totals::squares per scaled length squared: a power of two.
+  double energy_unit;
+  /// Key of the random number that places a bristle between two snaps, after a step too long for an exact
+  /// remainder.
+  std::uint64_t phase_key;
+  /// 1: the path left after a bristle's last snap is computed in double, because the step is long or the law
+  /// is a single length.
+  std::uint32_t in_double;
+  std::uint32_t skips_blocks;  ///< 1: blocks whose bound holds are not visited
+  /// 1: bounds are recomputed also for visited blocks in which no bristle snapped, which saves later visits.
+  std::uint32_t renews_bounds;
 
-  // Constants of ageing, 0 where the material does not age.
-  double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
-  double ageing_strength;     ///< strength of ageing, as Material::ageing_strength
-  double largest_growth;      ///< ratio of aged to fresh snap length of the bristle held longest, for long
-                              ///< steps of SnapRule::redraw
+  // Constants of ageing, 0 where the material does not age:
+  double ageing_rate;      ///< 1 / Material::ageing_time, 1/s
+  double ageing_strength;  ///< strength of ageing, as Material::ageing_strength
+  /// Ratio of aged to fresh snap length of the bristle that has been stuck longest, for long steps of
+  /// SnapRule::redraw.
+  double largest_growth;
   std::uint32_t ageing_form;  ///< form of ageing, 1: saturating, 0: logarithmic
 };
 
-/// Sums over the changed blocks of a range: integers, so that the order of adding does not matter. The last
-/// block (the tail) may be partly in contact: the weight of its last bristle is a fraction, so its sums are
-/// kept apart.
+/// Sums over the changed blocks of a range. They are integers, so the order of adding does not matter. The
+/// last block (the tail) may be in contact only in part: the weight of its last bristle is a fraction, so its
+/// sums are kept apart.
 struct Totals {
-  Int128 stored[2];      ///< change of the sum of Block::stored, over full blocks
-  Int128 offset[2];      ///< change by rewriting of the sum over full blocks of Travel::to -
-                         ///< Block::position; times 256 for the sum over bristles
-  Int128 twice_mean[2];  ///< twice the sum of mean deflections over the step, less its value without snaps,
-                         ///< 2 stored + 256 (from + to - 2 position); over full blocks with snaps
-  Int128 squares;        ///< sum over snaps of weight x ((residual + delta)^2 - residual^2), in units of 1 /
-                         ///< energy_unit
+  Int128 stored[2];  ///< change of the sum of Block::stored, over full blocks
+  /// Change, by rewriting, of the sum over full blocks of Travel::to - Block::position. Times 256 it is that
+  /// of the sum over bristles.
+  Int128 offset[2];
+  /// Twice the sum of mean deflections over the step, over full blocks with snaps, less its value without
+  /// snaps: 2 stored + 256 (from + to - 2 position).
+  Int128 twice_mean[2];
+  /// Sum over snaps of weight x ((residual + delta)^2 - residual^2), in units of 1 / energy_unit.
+  Int128 squares;
   std::uint64_t snaps;
   std::uint64_t visited;  ///< number of bristles visited
   std::uint32_t blocks_visited, blocks_rewritten;
@@ -171,25 +183,25 @@ struct Totals {
   std::uint32_t tail_snapped;
 };
 
-/// Input for renewing bristles in a piece of path: every snap of the piece causes some renewals. The bristles
-/// are selected by random draws, before the blocks are stepped.
+/// Input for the renewals of a piece of path: every snap of the piece renews some bristles, selected by
+/// random draws before the blocks are stepped.
 struct Renewal {
-  std::int64_t from[2];      ///< patch position at the start of the piece
-  double direction[2];       ///< direction of the motion, a unit vector
-  double length;             ///< length of the piece, scaled
-  double residual;           ///< deflection of a bristle after a snap, as Advance::residual
-  std::uint64_t key;         ///< key of the patch's draws
-  std::uint64_t first_draw;  ///< number of the first draw, counted over the life of the patch; equal numbers
-                             ///< select equal bristles
+  std::int64_t from[2];  ///< patch position at the start of the piece
+  double direction[2];   ///< direction of the motion, a unit vector
+  double length;         ///< length of the piece, scaled
+  double residual;       ///< deflection of a bristle after a snap, as Advance::residual
+  std::uint64_t key;     ///< key of the patch's draws
+  /// Number of the first draw, counted over the life of the patch. Equal numbers select equal bristles.
+  std::uint64_t first_draw;
   std::uint64_t draws;
   double unit;  ///< fixed-point units of RenewalTotals::twice_integral and squares per scaled length squared
 
-  // Copies of the fields of Advance.
+  // Copies of the fields of Advance:
   double start, duration, ageing_rate, ageing_strength;
   std::uint32_t ageing_form;
 };
 
-/// A corner of the path of a steady slide, round which bristles are carried (core/patches/RUBBING.md).
+/// Corner in the path of a steady slide, round which bristles are carried (core/patches/RUBBING.md).
 struct Corner {
   std::int64_t at[2];   ///< position of the patch, fixed point; turning the bristles does not change it
   double direction[2];  ///< direction of the motion after the corner, a unit vector
@@ -199,14 +211,16 @@ struct Corner {
   double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as Advance::energy_unit
 };
 
-/// Changes made by renewals in a range of blocks. Integers, as in Totals, so that threads may share the
+/// Changes that renewals make in a range of blocks. They are integers, as in Totals, so threads may share the
 /// blocks.
 struct RenewalTotals {
-  Int128 stored[2];          ///< change of the sum of Block::stored, over full blocks
-  Int128 twice_integral[2];  ///< twice the path integral of weight x deflection, as far as the step kernels
-                             ///< do not include it, in 1 / unit
-  Int128 squares;       ///< sum of weight x (|z|^2 - residual^2) over the bristles that are renewed, and over
-                        ///< their snaps before renewal, in 1 / unit
+  Int128 stored[2];  ///< change of the sum of Block::stored, over full blocks
+  /// Twice the path integral of weight x deflection, as far as the step kernels do not include it, in 1 /
+  /// unit.
+  Int128 twice_integral[2];
+  /// Sum of weight x (|z|^2 - residual^2) over the bristles that are renewed, and over their snaps before
+  /// renewal, in 1 / unit.
+  Int128 squares;
   std::uint64_t snaps;  ///< number of snaps of renewed bristles before their renewal
   std::uint64_t renewed;
   std::uint32_t tail_changed;
@@ -223,7 +237,7 @@ constexpr int variant_count = 36;
 
 template <class T>
 struct KernelSet {
-  /// Advances the blocks [first, last) of a patch.
+  /// Advances the blocks [first, last) of a patch through a step or a piece of one, and adds to the totals.
   using Step = void (*)(const PatchView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
                         Totals&);
   Step step[variant_count];  ///< step kernels; null for a variant that this build lacks
@@ -234,16 +248,16 @@ struct KernelSet {
                                     std::uint32_t last);
   Foresee foresee[2][2];
 
-  /// Selects bristles by random draws and renews those in the blocks [first, last) that are bent along the
-  /// motion by more than the residual; `first` must be the first block of a group. Index: axes - 1, then
-  /// redraw; null if this build has none.
+  /// Makes the renewals of a piece in the blocks [first, last): selects bristles by random draws, and renews
+  /// those that are bent along the motion by more than the residual. `first` must be the first block of a
+  /// group. Index: axes - 1, then redraw; null if this build has none.
   using Renew = void (*)(const PatchView<T>&, const Renewal&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
   Renew renew[2][2];
 
   /// Carries the blocks [first, last) of a patch with two axes, none marked as straight, along the path
   /// behind a corner, and rewrites them at the patch's position. Adds to `stored` the change of the full
-  /// blocks' sums of present deflections. Adds to `twice_integral`, with index 1, twice the path integral of
+  /// blocks' sums of present deflections. carry[1] also adds to `twice_integral`: twice the path integral of
   /// weight x (deflection along the motion less |z|).
   using Carry = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
                          RenewalTotals&);
@@ -275,7 +289,7 @@ struct KernelTable {
   KernelSet<double> f64;  ///< kernels for double precision; all entries are null in a build without it
 };
 
-/// An instruction set of this build (kernel_entries(): best first); usable() asks CPU and operating system.
+/// Instruction set of this build (kernel_entries(): best first). usable() asks CPU and operating system.
 struct KernelEntry {
   const KernelTable* table;
   bool (*usable)();

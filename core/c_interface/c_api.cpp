@@ -108,7 +108,7 @@ static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value);
 static_assert(BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 #endif
 
-/// Owns the C++ object behind a handle that a C program holds.
+/// Owner of the C++ object behind a handle that a C program has.
 template <class Part>
 struct Holds {
   Part it;
@@ -126,7 +126,7 @@ struct bristle_joints : Holds<JointFriction> {};
 struct bristle_matcher : Holds<ContactMatcher> {};
 struct bristle_monitor : Holds<DeadlineMonitor> {};
 
-/// A pool of patches or of beds, found by key.
+/// Pool of patches or of beds, found by key, behind one kind of handle.
 struct KeyedPool {
 #if BRISTLE_WITH_BEDS
   std::variant<KeyedPatches, KeyedBeds> pool;
@@ -234,7 +234,7 @@ bristle_result create(Handle** handle, const char* name, const Make& make) {
   });
 }
 
-/// Returns the state hash of the patch or bed `id`, or of all if `id` is 0; 0 for a null handle.
+/// Returns the state hash of the patch or bed `id`, or of all of them if `id` is 0; 0 for a null handle.
 template <class Handle>
 uint64_t hash_of(const Handle* handle, bristle_id id) {
   if (handle == nullptr) return 0;
@@ -249,7 +249,7 @@ void need_columns(const void* in, const char* in_name, const void* out, const ch
 
 // ------------------------------------------------------------------------ structs that mirror C++ ones
 
-/// A field of a C struct, paired with the field of the C++ struct that it mirrors.
+/// Field of a C struct, paired with the field of the C++ struct that it mirrors.
 template <class C, class CField, class Cpp, class CppField>
 struct FieldPair {
   CField C::*c;
@@ -333,8 +333,8 @@ constexpr const char* name_of<bristle_group_step> = "bristle_group_step";
 
 // ------------------------------------------------------------------------- structs of the caller
 
-/// Refuses a struct of the caller whose size differs from the library's: the program was compiled with
-/// another version of the header.
+/// Refuses a struct of the caller whose size differs from the library's, because the program was compiled
+/// with another version of the header.
 template <class Struct>
 void check_size(std::size_t size, const char* name, const char* field = "", const char* advice = "") {
   if (size == sizeof(Struct)) return;  // builds no text: [step] functions that succeed do not allocate
@@ -354,7 +354,7 @@ void write_struct(Struct from, Struct* to, const char* name) {
   *to = from;
 }
 
-/// Writes function(value) for each value of `in` to `out`; writes nothing if the function throws for one.
+/// Writes function(value) for each value of `in` to `out`. Writes nothing if the function throws for one.
 template <class Function>
 void write_column(const double* in, const char* in_name, double* out, const char* out_name, std::size_t count,
                   const Function& function) {
@@ -374,7 +374,7 @@ bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, 
   });
 }
 
-/// Defines bristle_init_KIND, which fills a struct with defaults. `name`: its name in errors.
+/// Defines bristle_init_KIND, which fills a struct with defaults. `name`: name of the struct in errors.
 #define BRISTLE_INIT(kind, name, defaults)                                       \
   bristle_result bristle_init_##kind(bristle_##kind* kind, size_t struct_size) { \
     return init_struct(kind, struct_size, defaults, #name);                      \
@@ -404,7 +404,7 @@ SnapLength to_cpp(const bristle_snap_length& s) {
 Lay to_cpp(const bristle_lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 bristle_lay to_c(const Lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 
-/// Converts a snap-length law to C. Does not copy a table of quantiles: it stays the property of `s`.
+/// Converts a snap-length law to C. Does not copy a table of quantiles, which `s` continues to own.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
   c.law = static_cast<std::uint32_t>(s.law());
@@ -416,7 +416,7 @@ bristle_snap_length to_c(const SnapLength& s) {
 }
 
 /// Converts a C++ struct to the C struct that mirrors it. Does not copy the quantile table of a snap-length
-/// law: it stays the property of `cpp`.
+/// law, which `cpp` continues to own.
 template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
@@ -478,7 +478,8 @@ GroupStep to_cpp(const bristle_group_step& c) {
   return step;
 }
 
-/// Checks a struct of the caller for null and size, and converts it to C++. `name`: its name in errors.
+/// Checks a struct of the caller for null and size, and converts it to C++. `name`: name of the struct in
+/// errors.
 template <class C>
 typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   need(from, name);
@@ -499,7 +500,7 @@ void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
 }
 
-/// Writes find_force(motion) for each motion; the state of patches or beds stays.
+/// Writes find_force(motion) for each motion. The state of patches or beds stays.
 template <class CppMotion, class Motion, class Response, class Try>
 void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -580,8 +581,9 @@ const char* bristle_version(void) { return library_version(); }
 
 bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options) {
   return guarded([&] {
-           BuildSignature headers = header_build;  // takes the library's struct sizes, because each C struct
-                                                   // carries its own size, which its calls check
+           // Checks version and options only: the sizes of the structs need no check here, because each C
+           // struct carries its size, which the calls check.
+           BuildSignature headers = header_build;
            headers.version = version_number;
            headers.options = build_options;
            check_build(headers);
@@ -735,8 +737,8 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     need_columns(options, "options", ids, "ids", count);
     if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
-    std::vector<PatchOptions> all(count);  // converted first, so that a wrong struct is refused before any
-                                           // patch is added
+    // Converts options first, so that a wrong struct is refused before any patch is added.
+    std::vector<PatchOptions> all(count);
     for (size_t i = 0; i < count; ++i)
       all[i] = read_cpp(options + i, ("options[" + std::to_string(i) + "]").c_str());
     std::vector<PatchId> added;
@@ -866,7 +868,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // Passes an empty column for a null pointer of the caller, so that read_bristles() leaves the column out.
+  // Passes an empty column for a null pointer of the caller, which read_bristles() leaves out.
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

@@ -6,7 +6,7 @@
 
 namespace bristle::detail {
 
-/// Stands for a value of any type, to initialise a field whose type is not known.
+/// Value that converts to any type, to initialise a field whose type is not known.
 struct Anything {
   template <class T>
   operator T() const;  // never called

@@ -41,7 +41,7 @@ constexpr Size sizes[] = {{"Material", &BuildSignature::material_bytes},
 }  // namespace
 
 void check_build(const BuildSignature& headers) {
-  // Compares major and minor version only: before 1.0 a minor version may change anything, while a patch
+  // Compares major and minor version only. Before 1.0 a minor version may change anything, while a patch
   // version changes neither struct sizes nor options.
   if (headers.version / 100 != header_build.version / 100) refuse(headers, "", "");
   for (const Option& option : options) {

@@ -9,8 +9,8 @@
 
 namespace bristle::detail {
 
-/// Throws Error for the first field of `values` that is out of its own range. `prefix`: text before the name
-/// of a field in the error, for a struct within another.
+/// Throws Error for the first field of `values` that is out of its own range. `prefix`: text in front of the
+/// field's name in the error, for a struct within another.
 template <class Owner>
 void require_fields(const char* where, const Owner& values, const char* prefix = "") {
   for_each_field<Owner>([&](const auto& field) {

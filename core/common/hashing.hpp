@@ -1,4 +1,4 @@
-// A 64-bit hash of the numbers of a state or a material: their bits and their order count, padding does not.
+// A 64-bit hash of the numbers of a state or a material. Their bits and their order count, padding does not.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Throws bristle::Error for values out of range; the text has parameter, value and allowed range. Numbers are
-// written in the shortest form that reads back to the same double.
+// Throws bristle::Error for values out of range. The text has parameter, value and allowed range, with
+// numbers in the shortest form that reads back to the same double.
 #pragma once
 
 #include <charconv>

@@ -19,11 +19,12 @@ namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;  // magic number at the head of the saved state
-                                                              // of a matcher (letters "brstmtch")
+// Magic number at the head of the saved state of a matcher (letters "brstmtch").
+constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;
 constexpr std::size_t saved_point = 7 * 8 + 3 * 4;
-constexpr double least_cosine = 0.70710678118654752;  // cosine of the largest angle between normals of one
-                                                      // contact in two steps
+// Cosine of the largest angle between the normals of one contact in two steps. Points with a larger angle are
+// different contacts.
+constexpr double least_cosine = 0.70710678118654752;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
   const std::uint64_t key = mix_key(mix_key(pair) + ordinal);
@@ -46,8 +47,8 @@ void point_fields(Point& p, const MatcherOptions& options, Visit&& visit) noexce
 
 struct BRISTLE_PRIVATE ContactMatcher::Impl {
   /// A contact of this step (new), or an old contact: one of the previous step, or one that has been missing
-  /// for up to keep_steps steps. Contacts of one pair are linked in the order in which the caller listed
-  /// them; old contacts that are missing follow the listed ones.
+  /// for up to keep_steps steps. Contacts of one pair of bodies are linked in the order in which the caller
+  /// listed them; old contacts that are missing follow the listed ones.
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
@@ -76,8 +77,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   };
   struct Pair {
     std::uint64_t pair;
-    std::uint32_t first[2], last[2];  ///< first and last contact of the pair of bodies, in the old step [0]
-                                      ///< and the new step [1]
+    /// First and last contact of the pair of bodies, in the old step [0] and in the new step [1].
+    std::uint32_t first[2], last[2];
   };
 
   explicit Impl(const MatcherOptions& its_options)
@@ -109,8 +110,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     pair.last[side] = i;
   }
 
-  /// Finds the nearest unmatched contact of the same two bodies in the other step, if one is within reach; of
-  /// equally near ones the first listed.
+  /// Finds the nearest unmatched contact of the same two bodies in the other step, if one is within reach. Of
+  /// equally near ones takes the first listed.
   void find_nearest(const Pair& pair, int side, Point& p) noexcept {
     p.nearest = none;
     p.distance = reach_squared;
@@ -126,7 +127,7 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     }
   }
 
-  /// Searches again for each unmatched contact whose nearest contact has been matched to another one.
+  /// Searches again for each unmatched contact whose nearest contact has been matched to another.
   void look_again(const Pair& pair, int side) noexcept {
     for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after) {
       Point& p = points[side][i];
@@ -135,9 +136,9 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     }
   }
 
-  /// Matches the old and the new contacts of two bodies, with the result of a search in order of distance,
-  /// but in rounds. Each round matches all pairs of contacts that are each other's nearest. The shortest
-  /// match left is always such a pair, so every round makes progress.
+  /// Matches the old and the new contacts of two bodies, each to its nearest, shortest distance first. Works
+  /// in rounds: each matches all pairs of contacts that are each other's nearest. The shortest match left is
+  /// always such a pair, so every round makes progress.
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
@@ -173,8 +174,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     return false;
   }
 
-  /// Gives each unmatched new contact the smallest number that no contact, new or old, of its bodies has, or
-  /// that of the nearest one if its surfaces have `hold` contacts already.
+  /// Gives each unmatched new contact the smallest number that no contact of its bodies, new or old, has. If
+  /// its surfaces have `hold` contacts already, it gets the number of the nearest one.
   void number_pair(const Pair& pair) noexcept {
     std::uint32_t ordinal = 0, added = 0;
     for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
@@ -198,8 +199,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     p.ordinal = nearest->ordinal;
     return p.joined = true;
   }
-  /// Keeps (holds) old contacts that the caller did not list, while another contact of the same two surfaces
-  /// is listed.
+  /// Holds old contacts that the caller did not list, as long as another contact of the same two surfaces is
+  /// listed.
   void hold_pair(const Pair& pair) noexcept {
     for (std::uint32_t j = pair.first[0]; j != none; j = points[0][j].after) {
       Point& old = points[0][j];
@@ -217,8 +218,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   std::vector<Point> points[2];
   std::vector<Pair> pairs;
   std::vector<HeldContact> held;
-  std::vector<std::uint32_t> joined;  ///< indices, ascending, of contacts in the caller's last list that were
-                                      ///< merged into another contact
+  /// Ascending indices, in the caller's last list, of the contacts that were merged into others.
+  std::vector<std::uint32_t> joined;
   std::uint32_t old_count = 0;
   std::uint32_t pair_count = 0;
 };

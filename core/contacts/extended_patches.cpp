@@ -28,15 +28,15 @@ namespace {
 constexpr std::size_t most_cells = 65536;
 constexpr double largest_scale = 1e6;
 
-/// Rotation angle and size factor of an outline, as stored between steps.
+/// Rotation and size of an outline, as stored between steps.
 struct Pose {
   Turn turn;           ///< rotation from the axes of the surface to those of the outline
   double scale = 1.0;  ///< factor on the outline's given size, as set by set_scale()
 };
 
-/// Sums over the cells for the matrix of stiffness or damping, sum of k J^T J with k the stiffness or damping
-/// of a cell. A cell at the place `at` slips by J (v, omega) = v + omega x at. Stored in the outline's axes
-/// at its full size; write() turns and scales them.
+/// Sums over the cells for the matrix of stiffness or damping: the sum of k J^T J, with k the stiffness or
+/// damping of a cell. J gives the slip of the cell at the place `at`: J (v, omega) = v + omega x at. Stored
+/// in the outline's axes at its full size; write() turns and scales them.
 struct Slopes {
   double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
 
@@ -53,13 +53,14 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];  // adds 0.0 to turn -0 into +0, which light steps (is_light())
-                                              // write as their damping
+    // Adds 0.0 to turn -0 into +0, which light steps (is_light()) write as their damping.
+    sum[1][2] = sum[2][1] = 0.0 + turned[0];
     sum[2][2] = square * (size * size);
   }
 };
 
-/// Stiffness and limits of an outline, summed from its cells' responses; valid while load and material stay.
+/// Stiffness and limits of an outline, summed from its cells' responses. They are valid while load and
+/// material stay, so light steps reuse them.
 struct Stiffnesses {
   bool known = false;
   Slopes stiffness;
@@ -68,7 +69,7 @@ struct Stiffnesses {
   Status status = Status::ok;
 };
 
-/// Rotation and size of a patch's outline while it makes one step.
+/// Rotation and size of an outline during one step.
 struct Course {
   Turn midway, after;        ///< turn of the outline's axes at mid-step and at the end
   double chord = 0.0;        ///< 2 sin(spin / 2), the displacement of a point at distance 1 m from the centre
@@ -87,24 +88,25 @@ struct ExtendedPatch {
   std::uint64_t key = 0, last_step = 0;
   Outputs outputs = Outputs::end;
   Pose pose;
-  Stiffnesses common;           ///< stiffness and force limits of the outline in its last step
-  bool light_material = false;  ///< whether light steps are possible: the material neither damps nor ages,
-                                ///< and the caller asks only for the force at the end of a step
+  Stiffnesses common;  ///< stiffness and force limits of the outline in its last step
+  /// Whether light steps are possible (is_light()): the material neither damps nor ages, and the caller asks
+  /// only for the force at the end of a step.
+  bool light_material = false;
 
-  // Data of the present step of this outline.
+  // Rotation and size of this outline in the step in progress.
   Course course;
   bool light = false;  ///< whether the present step is one of elastic forces alone (is_light())
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
   }
-  /// Returns the factor of the outline's given size under a load, which grows by Hertz's law if the outline
-  /// asks for it.
+  /// Returns the size of the outline under a load, as a factor of its given size. It grows by Hertz's law if
+  /// the outline asks for it.
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    const double known = std::min(load, detail::highest_load);  // limits the load, because a motion refused
-                                                                // for its load still needs a size
+    // Limits the load, because a motion refused for its load still needs a size.
+    const double known = std::min(load, detail::highest_load);
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
 };
@@ -117,13 +119,14 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
-/// Whether the spin is allowed and the total load not too large; cells check only their shares of the load.
+/// Returns whether the spin is allowed and the total load not too large. (Cells check only their shares of
+/// the load.)
 bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
 
-/// Computes the rotation of an outline in a step. An invalid spin counts as zero here, because the cells
-/// refuse their motions then.
+/// Computes the rotation of an outline in a step. An invalid spin counts as zero here; the cells refuse their
+/// motions then.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   Course course;
   course.midway = course.after = p.pose.turn;
@@ -176,8 +179,8 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
   }
 }
 
-/// Whether a step is light: its response is the sum of the cells' elastic forces, with the stiffness and
-/// limits of the previous step.
+/// Returns whether a step is light, which is cheaper: its response is the sum of the cells' elastic forces,
+/// with the stiffness and limits of the previous step.
 bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
   // Excludes displacements beyond 1e300 m, with which the displacement of a cell might not be finite.
   const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
@@ -206,7 +209,7 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-/// Writes those outputs that depend on load, material, angle and size alone: stiffness, limits and status.
+/// Writes the outputs that depend on load, material, angle and size alone: stiffness, limits and status.
 void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
   common.stiffness.write(course.after, course.size, out.stiffness);
   out.force_limit = common.force_limit;
@@ -257,7 +260,7 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   return sum.status;
 }
 
-/// Sums the cells' elastic forces for a light step, in which nothing damps. Stiffness and limits are those of
+/// Sums the cells' elastic forces for a light step, in which nothing damps. Takes stiffness and limits from
 /// the previous step (p.common), because load and material have not changed.
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
                     ExtendedResponse& out) noexcept {
@@ -297,14 +300,15 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   return options;
 }
 
-/// Returns the material of a cell's patch. Viscous friction is the only coefficient that does not grow with
-/// the load, so each cell gets a share of it.
+/// Returns the material of a cell's patch. Viscous friction does not grow with the load, so each cell gets a
+/// share of it; all other coefficients are those of the whole.
 Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
   if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
 }
 
-/// Whether this material's friction depends on deflection alone, and its stiffness and limit on load alone.
+/// Returns whether the friction of this material depends on deflection alone, and its stiffness and limit on
+/// load alone.
 bool is_light(const Material& m) noexcept {
   return m.bristle_damping == 0.0 && m.viscous_friction == 0.0 && m.speed_strengthening == 0.0 &&
          m.ageing_strength == 0.0;
@@ -334,8 +338,8 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
 constexpr std::uint64_t saved_magic = 0x3278'656c'7473'7262;  // "brstlex2"
 constexpr std::size_t saved_pose = 4 * 4 + 5 * 8;
 
-/// Saved state of an outline beside its cells, with the slot and the generation of the outline to which it
-/// belongs.
+/// Part of a saved state that belongs to an outline as a whole, besides the states of its cells. Slot and
+/// generation together identify the outline.
 struct SavedOutline {
   std::uint32_t slot = 0, generation = 0, cells = 0, seed = 0;
   std::uint64_t key = 0;
@@ -361,8 +365,8 @@ struct Room {
   Room() = default;
   explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
 
-  std::vector<CellMotion> light;  ///< displacements and forces of the cells of outlines that make a light
-                                  ///< step, one outline after the other
+  /// Displacements and forces of the cells of outlines that make a light step, one outline after the other.
+  std::vector<CellMotion> light;
   std::vector<Motion> motions;    ///< motions of the cells of outlines whose step is not light
   std::vector<Response> answers;  ///< responses of the cells that move by `motions`
 };
@@ -395,7 +399,7 @@ struct Stepped : Room {
   }
 
   /// Writes the response of an outline that made a light step (is_light()), and stores its new angle. Its
-  /// load is that of the step before.
+  /// load has not changed.
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
@@ -408,7 +412,7 @@ struct Stepped : Room {
     return out.status;
   }
 
-  /// Finds the responses of the cells of outline `p`, from index `at` on, and moves `at` past them; skips
+  /// Finds the responses of the cells of outline `p`, from index `at` on, and moves `at` past them. Skips
   /// cells of outlines that were removed after write_motions(). Returns an empty span if there are none.
   static Span<const Response> find_answers(const ExtendedPatch& p, Span<const Response> cells,
                                            std::size_t& at) noexcept {
@@ -425,7 +429,7 @@ struct Stepped : Room {
   std::uint64_t step_number = 0;
 };
 
-// A command that adds an outline on the stepping side. The command owns all data that it needs, because
+// A command that adds an outline on the stepping side. It owns all data that it needs, because
 // ExtendedPatches may be destroyed before the batch carries the command out.
 struct AddOutline final : Change {
   void apply() noexcept override {
@@ -469,7 +473,7 @@ struct ChangeMaterial final : Change {
 /// Data that only the calls which add, remove or change outlines read and write (the adding side).
 struct BRISTLE_PRIVATE ExtendedPatches::Impl {
   struct Record {
-    // Cells of the outline and the ids of their patches, owned by its ExtendedPatch; no thread changes them.
+    // Cells of the outline and the ids of their patches. Its ExtendedPatch owns them; no thread changes them.
     Span<const PatchCell> cells;
     Span<const PatchId> patches;
     Outputs outputs = Outputs::end;
@@ -500,8 +504,8 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
     return records[slot];
   }
 
-  /// Holds the right to step (BatchAccess::Turn) and gives access to the outlines' data during a call of the
-  /// stepping side.
+  /// The right to step (BatchAccess::Turn), with access to the outlines' data during a call of the stepping
+  /// side.
   struct Call {
     explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
     const BatchAccess::Turn turn;
@@ -611,8 +615,8 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     report.status = Status::bad_input;
     return report;
   }
-  // Refuses unknown and repeated ids in a first pass, since there is room for the cells of each outline only
-  // once, and writes the motions of cells. One call steps them; a second pass writes the responses.
+  // Refuses unknown and repeated ids in a first pass, because there is room for the cells of each outline
+  // only once, and writes the motions of cells. One call steps them, and a second pass writes the responses.
   ++impl.step_number;
   std::size_t light = 0, queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {

@@ -1,4 +1,5 @@
-// Calculates points and weights of Gauss-Legendre integration without the C library's functions (libm).
+// Computes points and weights of Gauss-Legendre integration without the C library's functions, whose bits
+// differ from machine to machine.
 #pragma once
 
 #include <vector>

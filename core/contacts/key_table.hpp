@@ -1,5 +1,6 @@
 // A hash table of fixed size from 64-bit keys to small numbers: open addressing, linear probing. Erasing a
-// key moves later entries up and leaves no mark, so searches do not slow down with the table's history.
+// key moves later entries up and leaves no mark, so searches do not slow down however many keys came and
+// went.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +11,7 @@
 
 namespace bristle::detail {
 
-/// Mixes a key by SplitMix64's finaliser: a bijection whose every output bit depends on every input bit.
+/// Mixes a key by SplitMix64's finaliser, a bijection whose every output bit depends on every input bit.
 constexpr std::uint64_t mix_key(std::uint64_t x) noexcept {
   x += 0x9E3779B97F4A7C15u;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -68,7 +69,8 @@ class KeyTable {
     return static_cast<std::size_t>(mix_key(key)) & mask_;
   }
   std::size_t next(std::size_t place) const noexcept { return (place + 1) & mask_; }
-  /// Returns the slot in which the key is stored, or else the empty slot into which it would be inserted.
+  /// Returns the slot in which the key is stored; if it is in none, the empty slot into which it would be
+  /// inserted.
   std::size_t place_of(std::uint64_t key) const noexcept {
     std::size_t at = home_of(key);
     while (slots_[at].value != none && slots_[at].key != key) at = next(at);

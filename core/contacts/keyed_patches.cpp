@@ -26,9 +26,9 @@ namespace {
 constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
 
-constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;  // magic number at the head of the saved state
-                                                              // of a pool (letters "brstkeys")
-/// Bit in the saved step number of a contact; says that find_or_add_contact has not yet returned the contact.
+// Magic number at the head of the saved state of a pool (letters "brstkeys").
+constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;
+/// Bit in the saved step number of a contact: set if find_or_add_contact has not yet returned the contact.
 constexpr std::uint64_t saved_untold = std::uint64_t{1} << 63;
 constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
@@ -37,7 +37,7 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// The object that owns the patches or beds of a pool, and its functions that a pool calls; ids are ids in
+/// The object that owns the patches or beds of a pool, with the functions that a pool calls. Ids are ids in
 /// that object.
 struct Owner {
   void* it;
@@ -48,7 +48,7 @@ struct Owner {
   std::optional<std::uint64_t> (*key_of)(void* it, std::uint64_t id) noexcept;
 };
 
-/// Makes the owner of patches, whose reset() takes a seed and a key.
+/// Makes the owner of patches. Their reset() takes a seed and a key.
 template <class Patches>
 Owner owner_of(Patches& patches, std::optional<std::uint64_t> (*key_of)(void*, std::uint64_t) noexcept) {
   return {&patches, [](void* it, std::uint64_t id) { static_cast<Patches*>(it)->remove({id}); },
@@ -85,8 +85,8 @@ Owner owner_of(BedBatch& beds) {
 #endif
 
 struct KeyedPool {
-  /// A place of the pool: a patch or bed, and the contact that uses it, if any. Places in use form a list
-  /// that begins with the one whose contact has not been requested for longest.
+  /// Entry of the pool: a patch or bed, and the contact that uses it, if any. Entries in use form a list,
+  /// which begins with the one whose contact has not been requested for longest.
   struct Held {
     std::uint64_t id = 0;
     std::uint64_t key = 0;
@@ -139,7 +139,7 @@ struct KeyedPool {
       throw;
     }
     table = std::move(its_table);
-    // Places the new ones so that they are used last, in ascending order.
+    // Puts new entries where they are used last, in ascending order.
     const auto at = free.insert(free.begin(), capacity - before, 0u);
     std::generate(at, at + (capacity - before), [next = capacity]() mutable { return --next; });
     options.capacity = capacity;
@@ -180,7 +180,7 @@ struct KeyedPool {
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
-  /// Finds or adds the contact of a key. `tells` says whether the caller reads KeyedContact::is_new.
+  /// Finds or adds the contact of a key. `tells`: whether the caller reads KeyedContact::is_new.
   KeyedContact find_or_add(std::uint64_t key, bool tells = false) noexcept;
   std::uint64_t find(std::uint64_t key) const noexcept;
   bool erase(std::uint64_t key) noexcept;
@@ -198,9 +198,9 @@ struct KeyedPool {
   const std::uint32_t seed;
   const std::function<std::uint64_t()> add;  ///< adds one patch or bed to the owner and returns its id
   std::vector<Held> pool;
-  std::vector<std::uint32_t> free;  ///< free places of the pool; the one freed last is used first, because it
-                                    ///< is likely still in the cache
-  KeyTable table;                   ///< maps a key to its place in the pool
+  /// Free entries of the pool. The one freed last is used first, because it is likely still in the cache.
+  std::vector<std::uint32_t> free;
+  KeyTable table;  ///< maps a key to its place in the pool
   std::uint32_t first = none, last = none;
   std::uint64_t step = 0;
   std::uint64_t refused = 0;

@@ -47,10 +47,11 @@ Nodes radial_density(Pressure pressure) {
 }
 
 /// Coefficients of the three-term recurrence of the polynomials that are orthogonal under a density
-/// (Stieltjes).
+/// (Stieltjes). The zeros of these polynomials are the Gauss points for that density.
 struct Recurrence {
-  std::vector<double> a, b;  ///< p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1] for the polynomial p[k] of degree
-                             ///< k; b[0] is 0
+  /// Coefficients of p[k + 1] = (x - a[k]) p[k] - b[k] p[k - 1] for the polynomial p[k] of degree k; b[0] is
+  /// 0.
+  std::vector<double> a, b;
 
   Recurrence(const Nodes& density, int n) {
     std::vector<double> before(density.size(), 0.0), now(density.size(), 1.0);
@@ -134,7 +135,8 @@ Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, in
   int ring = 0;
   for (const Node& r : radial_nodes(pressure, rings)) {
     for (int k = 0; k < around; ++k) {
-      // Turns each ring of cells by half the angle between two cells against the previous ring.
+      // Turns each ring of cells by half the angle between two cells against the previous ring, which spreads
+      // the cells more evenly.
       const Turn turn = detail::turn_by(pi * (2 * k + ring % 2) / around);
       outline.cells.push_back(
           {{half_x_m * r.at * turn.cosine, half_y_m * r.at * turn.sine}, r.weight / around});

@@ -1,4 +1,5 @@
-// Puts 16 bytes, magic number and checksum, before the saved bytes of pools, matchers, outlines and joints.
+// Puts 16 bytes in front of the saved bytes of pools, matchers, outlines and joints: a magic number and a
+// checksum.
 #pragma once
 
 #include <cstdint>

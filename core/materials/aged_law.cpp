@@ -10,16 +10,16 @@ namespace bristle::detail {
 namespace {
 
 /// Makes a normal law, cut at 0, with this mean and nearly this coefficient of variation. The cut raises the
-/// mean and lowers the variation, so it begins from a smaller mean, and from `cv` times the ratio uncut / cut
-/// of the variation of `law`.
+/// mean and lowers the variation. The function therefore begins from a smaller mean, and from `cv` times the
+/// ratio uncut / cut of the variation of `law`.
 SnapLength normal_of(const SnapLength& law, double mean, double cv) {
   const double spread = law.second_parameter() / law.first_parameter() * (cv / law.cv());
   const double raised = SnapLength::normal(1.0, std::min(spread, 1.0)).mean();
   return SnapLength::normal(mean / raised, std::min(spread, 1.0) * mean / raised);
 }
 
-/// Makes a table law of aged snap lengths from the aged values of a table, or from 33 aged quantiles of a
-/// uniform law (error of the peak below 1e-4: test_ageing_law), with straight lines between them.
+/// Makes a table law of aged snap lengths: from the aged values of a table, or from 33 aged quantiles of a
+/// uniform law with straight lines between them (error of the peak below 1e-4: test_ageing_law).
 SnapLength table_of(const SnapLength& law, const WayAgeing& ageing) {
   std::vector<double> quantiles;
   if (law.law() == SnapLaw::table) {
@@ -59,8 +59,8 @@ double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, co
 
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
                     const WayAgeing& ageing) {
-  constexpr double step = 1e-3;  // relative change of speed in the central difference, which has a relative
-                                 // error of 1e-7
+  // Relative change of speed in the central difference, whose relative error is then 1e-7.
+  constexpr double step = 1e-3;
   const auto force = [&](double factor) {
     WayAgeing other = ageing;
     other.path *= factor;

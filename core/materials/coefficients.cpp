@@ -15,12 +15,13 @@ namespace {
 
 constexpr double ln10 = 2.302585092994046;
 
-/// Effect of ageing on friction that the caller asks for; lengths in mean snap lengths. Together with the law
-/// of snap lengths it determines the strength of ageing.
+/// Effect of ageing on friction that the caller asks for. Together with the law of snap lengths it determines
+/// the strength of ageing. Lengths are in mean snap lengths.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
-  double fall = 0.0;    ///< fall of kinetic friction per factor e of speed, over kinetic friction; if it is
-                        ///< 0, `growth` determines the ageing
+  /// Fall of kinetic friction per factor e of speed, over kinetic friction; if it is 0, `growth` determines
+  /// the ageing.
+  double fall = 0.0;
   double growth = 0.0;  ///< growth of static friction per factor e of rest, over kinetic friction
   double path = 0.0;    ///< sliding speed times ageing time; 0 = so fast that nothing ages
 
@@ -29,7 +30,7 @@ struct AgeingWish {
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// A family of snap-length laws with one mean and any spread; with spread 0 it is the single length.
+/// Family of snap-length laws with one mean and any spread; with spread 0 it is the single length.
 struct Family {
   SnapLaw law;
   SnapRule rule;
@@ -39,15 +40,14 @@ struct Family {
 
   bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
-  /// Returns the largest spread of snap lengths that Material::validate allows. The spread is limited further
-  /// for SnapRule::keep with shared renewal, because a wide law has more short bristles than that rule
-  /// allows.
+  /// Returns the largest spread of snap lengths that Material::validate allows. SnapRule::keep with shared
+  /// renewal allows less, because a wide law has more short bristles than that rule can have.
   double widest_allowed() const noexcept {
     const bool few_short = rule == SnapRule::keep && renewal != 0.0;
     switch (law) {
       case SnapLaw::uniform:
-        return few_short ? 0.568 : 0.5773502691896257;  // spread at which the shortest length of a uniform
-                                                        // law is 0
+        // Spread at which the shortest length of a uniform law is 0.
+        return few_short ? 0.568 : 0.5773502691896257;
       case SnapLaw::normal:
         return few_short ? 0.3 : 1.0;
       case SnapLaw::lognormal:
@@ -57,8 +57,8 @@ struct Family {
     }
   }
 
-  /// Returns an upper end for the search of a spread, up to which the ratio peak / kinetic falls. If possible
-  /// the ratio there is at most `wanted`; otherwise it is the least ratio.
+  /// Returns an upper end for the search of a spread. Up to it the ratio peak / kinetic falls, if possible to
+  /// `wanted` or below, otherwise to its least value.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
       return 0.6;  // a narrower law is enough, and is solved faster
@@ -87,7 +87,7 @@ struct Family {
     }
   }
 
-  /// Returns the relative fall or growth of friction, as in AgeingWish, that ageing of this strength causes.
+  /// Returns the relative fall or growth of friction (AgeingWish) that ageing of this strength causes.
   double effect(const SnapLength& unit, double strength) const {
     const detail::WayAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
@@ -122,8 +122,8 @@ struct Family {
     return (residual + peak) / (residual + kinetic);
   }
 
-  /// Returns a spread of a uniform law at which the ratio peak / kinetic is at most `wanted`, or else the
-  /// spread where the ratio is least. Searches step by step, since the places of the minima have no closed
+  /// Returns a spread of a uniform law at which the ratio peak / kinetic is at most `wanted`; if there is
+  /// none, the spread where the ratio is least. Searches step by step, because the minima have no closed
   /// form.
   double search_uniform(double wanted) const {
     constexpr int points = 12;
@@ -148,8 +148,8 @@ struct Family {
   // For w from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2, the kinetic value (1 + w^2/12) / 2. Wider
   // laws, up to w = 2, have ratios from 1.153 to 1.159.
   static constexpr double widest_falling_uniform = 0.27990193654;
-  // Spread of a uniform law up to which peak / kinetic falls under any residual and renewal; the peak then
-  // lies before any bristle snaps twice.
+  // Spread of a uniform law up to which peak / kinetic falls under any residual and renewal, because the peak
+  // then lies before any bristle snaps twice.
   static constexpr double narrow_uniform = 0.249;
 };
 
@@ -157,13 +157,14 @@ const char* rule_name(SnapRule rule) noexcept {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "keep" : "redraw";
 }
 
-/// Returns the least spread, at most `widest`, at which peak / kinetic is `wanted`. That may be 1, the ratio
-/// of every law so wide that its force has no peak.
+/// Returns the least spread, at most `widest`, at which peak / kinetic is `wanted`. A ratio of 1 is that of
+/// every law so wide that its force has no peak.
 double solve_spread(const Family& family, double widest, double wanted) {
   const auto excess = [&](double spread) { return family.ratio(spread) - wanted; };
   const double highest = excess(0.0);
   if (highest <= 0.0) return 0.0;
-  // A virgin curve on a grid is known to 1e-7; closed forms are exact.
+  // Takes a wider tolerance where the virgin curve comes from a grid, which is exact to 1e-7. Closed forms
+  // are exact.
   const detail::ZeroTolerance tolerance =
       family.of_paper() ? detail::ZeroTolerance{1e-13, 1e-10} : detail::ZeroTolerance{1e-9, 3e-8};
   return detail::find_zero(excess, 0.0, widest, highest, excess(widest), tolerance);
@@ -188,7 +189,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
                    detail::number_text(highest) + " (" + describe(family, residual_share) +
                        ", which has no spread to choose)");
   }
-  // Tolerance: a ratio that lies outside the possible range by less counts as the end of the range.
+  // Distance outside the possible range within which a ratio counts as the end of the range.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding))
@@ -247,7 +248,7 @@ AgeingWish find_wish(const Coefficients& c) {
   return wish;
 }
 
-/// Returns, for SnapRule::slide, the caller's spread; if that is 0, 0.3 for a family that has a spread.
+/// Returns the caller's spread for SnapRule::slide. If that is 0, returns 0.3 for a family that has a spread.
 double find_slide_spread(const Family& family, const Coefficients& c) {
   constexpr double usual_spread = 0.3;
   const double widest = family.widest_allowed();
@@ -287,8 +288,8 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
                            ratio(largest_drop) - wanted, {1e-14});
 }
 
-/// Returns, for SnapRule::slide, the ageing strength that makes the peak of bristles with this law and drop
-/// grow by c.growth_per_decade (of the kinetic friction) per decade of rest. Throws if no strength does.
+/// Returns the ageing strength for SnapRule::slide: with this law and drop, the peak grows by
+/// c.growth_per_decade (of the kinetic friction) per decade of rest. Throws if no strength does that.
 double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
   if (c.fall_per_decade != 0.0)
     detail::refuse("Coefficients", "fall_per_decade", c.fall_per_decade,
@@ -302,8 +303,8 @@ double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients
   return std::min(c.growth_per_decade / highest, 1.0) * largest_ageing;
 }
 
-/// Fills the kinetic and the peak coefficient of a material at c.kinetic_speed, and its fall with speed or,
-/// for SnapRule::slide, its growth at rest.
+/// Fills the coefficients of a material at c.kinetic_speed: kinetic and peak, and the fall with speed or, for
+/// SnapRule::slide, the growth at rest.
 void find_friction(const Material& m, Coefficients& c) {
   c.kinetic = m.kinetic_coefficient();
   c.peak = m.peak_coefficient();
@@ -336,7 +337,7 @@ void find_friction(const Material& m, Coefficients& c) {
       ln10 * detail::kinetic_fall(m.snap_length, m.snap_rule, m.shared_renewal, residual, ageing);
 }
 
-/// Returns the spread from which Family::make makes this law.
+/// Returns the spread from which Family::make would make this law.
 double spread_of(const SnapLength& length) noexcept {
   switch (length.law()) {
     case SnapLaw::uniform:
@@ -396,8 +397,8 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.residual_length = c.presliding_length * residual_share;
   material.shared_renewal = renewal;
   material.snap_rule = c.rule;
-  material.asperity_height_deviation = 1e-6;  // a value that suits most industrial surfaces (paper, section
-                                              // 2.3)
+  // Height deviation that suits most industrial surfaces (paper, section 2.3).
+  material.asperity_height_deviation = 1e-6;
   material.normal_stiffness = 1.0 / (c.bristles_per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;
   material.ageing_form = c.ageing_form;

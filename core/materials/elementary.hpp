@@ -1,5 +1,5 @@
-// exp, log, the normal distribution and its inverse for set-up code: scalar double, in plain arithmetic. No
-// function of libm but sqrt is used: glibc selects variants with other bits by CPU at run time, and these
+// exp, log, the normal distribution and its inverse for set-up code: scalar double, in plain arithmetic. The
+// C library is not used but for sqrt: glibc selects variants with other bits by CPU at run time, and these
 // results enter the state of patches. Build with -ffp-contract=off. (kernels/elementary.hpp has the vector
 // versions, which trade the last digits for speed.)
 #pragma once
@@ -42,7 +42,7 @@ inline double exp_remainder(double r) noexcept {
   return sum;
 }
 
-// ln 2 as the sum of two numbers; products of the first with integers up to 2^11 are exact.
+// ln 2 as the sum of two numbers, because products of the first with integers up to 2^11 are exact.
 inline constexpr double ln2_high = 0x1.62e42feep-1;
 inline constexpr double ln2_low = 0x1.a39ef35793c76p-33;
 
@@ -111,7 +111,8 @@ inline double asinh(double x) noexcept {
   return log1p(x + x * x / (1.0 + square_root(1.0 + x * x)));
 }
 
-/// Returns exp(-x^2/2), accurate also in the far tails: x^2 is split into an exact part and a small rest.
+/// Returns exp(-x^2/2), accurate also in the far tails, because x^2 is split into an exact part and a small
+/// remainder.
 inline double exp_half_square(double x) noexcept {
   const double high = from_bits(bits_of(x) & 0xfffffffff8000000ULL);
   const double low = x - high;
@@ -122,9 +123,9 @@ inline double exp_half_square(double x) noexcept {
 /// Returns the density of the standard normal law.
 inline double normal_density(double x) noexcept { return 0.3989422804014327 * exp_half_square(x); }
 
-/// Calculates P(X > z) of the standard normal law for each z >= 0: the Mills ratio times the density. (4 + z)
-/// times that ratio is a Chebyshev series in t = (z - 4) / (z + 4), with coefficients from 113-bit
-/// arithmetic. Takes several z at a time, because the steps for one z wait for each other.
+/// Computes P(X > z) of the standard normal law for several z >= 0, as the Mills ratio times the density. (4
+/// + z) times that ratio is a Chebyshev series in t = (z - 4) / (z + 4), with coefficients from 113-bit
+/// arithmetic. Several z at a time hide latency, because the steps for one z wait for each other.
 template <int n>
 inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept {
   constexpr double chebyshev[] = {
@@ -164,7 +165,7 @@ inline double normal_cdf(double z) noexcept {
   return z < 0.0 ? normal_upper_tail(-z) : 1.0 - normal_upper_tail(z);
 }
 
-/// Returns the inverse of normal_cdf, relative error 1e-16 or so (Wichura, algorithm AS 241, PPND16, Appl.
+/// Returns the inverse of normal_cdf, relative error about 1e-16 (Wichura, algorithm AS 241, PPND16, Appl.
 /// Statist. 37, 1988). -infinity at 0, infinity at 1, NaN outside.
 inline double normal_quantile(double p) noexcept {
   if (!(p >= 0.0 && p <= 1.0)) return not_a_number;

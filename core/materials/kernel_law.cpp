@@ -13,31 +13,30 @@
 namespace bristle::detail {
 namespace {
 
-// Coefficient of variation below which all snap lengths count as equal, so that SnapRule::redraw is computed
-// as SnapRule::keep.
+// Coefficient of variation below which all snap lengths count as equal. SnapRule::redraw is then computed as
+// SnapRule::keep.
 constexpr double negligible_cv = 1e-6;
-// Probability that lies below the smallest at which a snap length is sampled, 2^-24. Sampled probabilities
-// are (h + 1/2) 2^-23, h = 0, 1, 2, ...
-constexpr double smallest_share = 1.0 / 33554432.0;        // 2^-25
-constexpr double shortest_scaled = 1.0 / 1099511627776.0;  // 2^-40, shortest scaled snap length; with it
-                                                           // numbers in single precision and quotients stay
-                                                           // finite
+// Probability that lies below the smallest one at which a snap length is sampled, 2^-24. Sampled
+// probabilities are (h + 1/2) 2^-23, h = 0, 1, 2, ...
+constexpr double smallest_share = 1.0 / 33554432.0;  // 2^-25
+// Shortest scaled snap length, 2^-40. With it numbers in single precision, and quotients, stay finite.
+constexpr double shortest_scaled = 1.0 / 1099511627776.0;
 constexpr int biased_knots = 1024;
-// Largest number of renewals of a bristle along a mean snap length, which bounds the time of a step.
+// Largest number of renewals of a bristle along a mean snap length. It bounds the time of a step.
 constexpr double most_renewals = 1000.0;
 
-/// Finds the path, in mean snap lengths, after which the mean deflection of bristles that were straight at
-/// first stays within 1e-3 of its value in steady sliding. Solves the renewal equation on a grid
+/// Finds the path to steady sliding, in mean snap lengths: after it the mean deflection of bristles that were
+/// straight at first stays within 1e-3 of its final value. Solves the renewal equation on a grid
 /// (core/MODEL.md, "Jumps").
 double find_stationary_path(const SnapLength& law) {
   constexpr int per_mean = 48;
-  constexpr int reach = 40;  // longest path that is returned, in mean lengths, even if the law takes longer
-                             // to settle
+  // Longest path that is returned, in mean lengths, even if the law takes longer to settle.
+  constexpr int reach = 40;
   constexpr int n = per_mean * reach;
   const double h = law.mean() / per_mean;
   const double steady = law.moment(2) / (2.0 * law.mean()) / law.mean();
-  std::vector<double> share(static_cast<std::size_t>(n) + 1);  // share[k] = P((k-1) h < delta <= k h), the
-                                                               // share of snap lengths in cell k of width h
+  // share[k] = P((k-1) h < delta <= k h): the share of snap lengths in cell k of width h.
+  std::vector<double> share(static_cast<std::size_t>(n) + 1);
   double before = 1.0;
   for (int k = 1; k <= n; ++k) {
     const double now = law.survival(k * h);
@@ -69,15 +68,15 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   if (cv < 0.2) {
     fill_narrow_jumps(m, cv, law);
   } else {
-    // Begins jumps early for the exponential law. Because it has no memory, its jumps are exact over any
-    // distance, and from 0.3 mean lengths on they cost less than sampling snap by snap.
+    // Begins jumps early for the exponential law. It has no memory, so its jumps are exact over any distance,
+    // and from 0.3 mean lengths on they cost less than sampling snap by snap.
     const bool memoryless = length.law() == SnapLaw::exponential;
     law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
   }
 }
 
-/// A piecewise linear table of quantiles for the kernels (kernels/cells.hpp), of the law times `scale`.
+/// Piecewise linear table of quantiles for the kernels (kernels/cells.hpp), of the law times `scale`.
 class CellTable {
  public:
   CellTable(const SnapLength& the_law, double the_scale, double the_shortest, double the_longest)
@@ -130,8 +129,8 @@ class CellTable {
     return {mean - slope * middle, slope};
   }
 
-  /// Shifts the longest lengths in the table (quantiles above 1 - 2^-16 except the last) in two groups, so
-  /// that mean and mean square are those of the law. The shift makes up for lengths too rare to be sampled.
+  /// Shifts the longest lengths of the table (quantiles above 1 - 2^-16 except the last) in two groups, so
+  /// that mean and mean square are those of the law. That makes up for lengths too rare to be sampled.
   void match_tail() {
     constexpr double step = 1.0 / 8388608.0;  // distance between two probabilities that can be sampled
     constexpr int shares = 128, outer = 8;
@@ -155,15 +154,16 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      return;  // the law is too wide: its longest lengths stay uncorrected, because the correction would
-               // be more than half of their length or exceed the longest length
+      // Leaves the longest lengths of a very wide law uncorrected: the correction would be more than half of
+      // their length, or exceed the longest length.
+      return;
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
           std::ldexp(1.0 + (cell % per_octave) / double{per_octave}, cell / per_octave - octaves - 1);
       lines[half + cell].a += more[w < outer * step ? 0 : 1];
     }
   }
-  /// Returns the table's quantile at the probability 1 - w.
+  /// Returns the quantile of the table at the probability 1 - w.
   double length_at(double w) const {
     int exponent = 0;
     const double mantissa = std::frexp(w, &exponent);  // mantissa is in [1/2, 1)
@@ -173,7 +173,8 @@ class CellTable {
   }
 };
 
-/// Returns quantiles of the length-biased law at k / biased_knots, for laws without a closed form.
+/// Returns quantiles of the length-biased law (which favours lengths in proportion to themselves) at k /
+/// biased_knots, for laws without a closed form.
 std::vector<double> biased_quantiles(const SnapLength& length, double per_metre) {
   std::vector<double> knots(biased_knots + 1);
   const double total = length.mean();
@@ -200,8 +201,8 @@ std::vector<double> biased_quantiles(const SnapLength& length, double per_metre)
 void assert_law(const CompiledMaterial& c) {
   const KernelLaw& law = c.law;
   BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
-  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);  // true because lengths are scaled by a power of two
-                                                      // near their mean
+  // Holds because lengths are scaled by a power of two near their mean.
+  BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);
   BRISTLE_ASSERT(law.kind != law_table || ascends(c.table));
   BRISTLE_ASSERT(law.kind == law_lognormal || ascends(c.biased_table));
   BRISTLE_ASSERT(law.jump_from > 0.0 && law.stationary_from >= law.jump_from);
@@ -211,15 +212,15 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Turns negative zeros into positive ones. A batch stores only one of the materials that compare equal, so
-/// all of them must have equal hashes and bits.
+/// Turns negative zeros into positive ones. A batch stores only one of several materials that compare equal,
+/// so all of them need equal hashes and bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
                     &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})
     *x += 0.0;
 }
 
-/// Hashes the parameters of a material after make_zeros_positive(). + 0.0 removes negative zeros in the
+/// Hashes the parameters of a material after make_zeros_positive(). Adding 0.0 removes negative zeros in the
 /// snap-length law too.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
@@ -230,8 +231,8 @@ std::uint64_t hash_material(const Material& m) {
   for (double x : m.snap_length.table_values()) hasher.add(x + 0.0);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
-  // Leaves out parameters that the material does not use, so that the hash of the paper's brush, by which its
-  // saved states are checked, does not depend on which other parameters exist.
+  // Leaves out parameters that the material does not use. The hash of the paper's brush, by which its saved
+  // states are checked, then does not depend on which other parameters exist.
   if (m.residual_length != 0.0 || m.shared_renewal != 0.0) {
     hasher.add(m.residual_length);
     hasher.add(m.shared_renewal);
@@ -291,8 +292,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);
   const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
   const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-  // At a spread of 2e-3 or less the differences of higher moments have errors of 1e-16 / cv^4; the sum of
-  // lengths then counts as normally distributed.
+  // Treats the sum of lengths as normally distributed at a spread of 2e-3 or less, where the differences of
+  // higher moments have errors of 1e-16 / cv^4.
   if (cv > 2e-3) {
     law.skewness = third / (variance * law.deviation);
     law.kurtosis = fourth / (variance * variance) - 3.0;
@@ -300,8 +301,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
   law.square_residual =
       cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-  // Finds the shortest path for jumps: one so long that a jump has at least 3 snaps, and is longer than the
-  // path only three times in a million.
+  // Finds the shortest path for jumps. On it a jump has at least 3 snaps, and exceeds the path only three
+  // times in a million.
   double from = 3.0 * m[1];
   for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
   law.jump_from = from;
@@ -336,8 +337,8 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.kinetic = c.residual + kinetic * length.mean() * per_metre;
   c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
-  // Counts every bristle at its static limit if the rule has a drop: after rests between short slides all may
-  // reach it at once.
+  // Counts every bristle at its static limit if the rule has a drop, because after rests between short slides
+  // all bristles may reach it at once.
   c.peak_coefficient = material.snap_rule == SnapRule::slide
                            ? material.kinetic_coefficient() / (1.0 - material.drop)
                            : material.peak_coefficient();
@@ -358,8 +359,8 @@ std::shared_ptr<const Strata> CompiledMaterial::strata(std::uint32_t n) const {
 }
 
 void CompiledMaterial::make_draws() const {
-  // Wider laws are only for Population::infinite (Material::validate_for_representatives), which samples no
-  // lengths.
+  // Stops for wider laws. They are only for Population::infinite (Material::validate_for_representatives),
+  // which samples no lengths.
   if (!redraw || material.snap_length.cv() > widest_redraw_cv) return;
   std::call_once(draws_made_, [this] { fill_draws(); });
 }
@@ -378,7 +379,7 @@ void CompiledMaterial::fill_draws() const {
       law.scale = (second - first) * per_metre;
       law.biased_location = law.location * law.location;
       law.biased_scale = second * per_metre * second * per_metre - law.biased_location;
-      // Keeps sampled lengths above 0, since a bristle of length 0 would snap without end.
+      // Keeps sampled lengths above 0: a bristle of length 0 would snap without end.
       law.shortest = std::max(law.location, smallest_share * law.scale);
       break;
     case SnapLaw::normal:
@@ -388,8 +389,8 @@ void CompiledMaterial::fill_draws() const {
     case SnapLaw::lognormal: {
       law.kind = law_lognormal;
       table = CellTable(length, per_metre, shortest, longest).write();
-      // Lognormal lengths picked in proportion to their length have a lognormal law of equal cv whose mean is
-      // 1 + cv^2 times as large.
+      // Uses that lognormal lengths picked in proportion to their length have a lognormal law of equal cv,
+      // whose mean is 1 + cv^2 times as large.
       const SnapLength biased = SnapLength::lognormal(1.0, second);
       const double mean = first * per_metre * (1.0 + second * second);
       biased_table = CellTable(biased, mean, shortest, longest).write();

@@ -1,4 +1,4 @@
-// A material prepared for the kernels: scaled lengths and the constants of its snap-length law.
+// A material prepared for the kernels: lengths in scaled units, and the constants of its snap-length law.
 #pragma once
 
 #include <cstdint>
@@ -15,32 +15,35 @@
 
 namespace bristle::detail {
 
-/// A material with its constants in scaled lengths. Made once per material on the thread that adds patches;
-/// never changed afterwards, and shared by patches.
+/// Material with its constants in scaled lengths. Made once per material on the thread that adds patches,
+/// then never changed, and shared by patches.
 struct CompiledMaterial {
   Material material;
   double metres_per_length = 1.0;  ///< m per scaled length: a power of two near the mean snap length
   double lengths_per_metre = 1.0;
   double shortest = 0.0;  ///< bounds of every snap length, scaled: `shortest` and `longest`
   double longest = 0.0;
-  double residual = 0.0;          ///< Material::residual_length in scaled lengths
-  double snap_rate = 0.0;         ///< snaps of a bristle per scaled length of steady sliding, without ageing
-  double kinetic = 0.0;           ///< mean deflection in slow steady sliding, scaled; without ageing
-  bool redraw = false;            ///< whether the redraw kernels are needed: the rule is redraw and the
-                                  ///< spread not negligible
-  bool single_length = false;     ///< whether the law is a single length, for which remainders of a path are
-                                  ///< computed in double at every speed
-  double peak_coefficient = 0.0;  ///< peak friction over normal load (Material::peak_coefficient), without
-                                  ///< ageing
-  std::uint64_t hash = 0;         ///< hash of all parameters of the material
-  mutable KernelLaw law{};        ///< constants of the law for the kernels, with pointers into `table` and
-                                  ///< `biased_table`; make_draws() fills all three
+  double residual = 0.0;   ///< Material::residual_length in scaled lengths
+  double snap_rate = 0.0;  ///< snaps of a bristle per scaled length of steady sliding, without ageing
+  double kinetic = 0.0;    ///< mean deflection in slow steady sliding, scaled; without ageing
+  /// Whether the redraw kernels are needed: the rule is redraw and the spread is not negligible.
+  bool redraw = false;
+  /// Whether the law is a single length. Its bristles stay in phase for ever, so remainders of a path are
+  /// computed in double at every speed.
+  bool single_length = false;
+  /// Peak friction over normal load (Material::peak_coefficient), without ageing.
+  double peak_coefficient = 0.0;
+  std::uint64_t hash = 0;  ///< hash of all parameters of the material
+  /// Constants of the law for the kernels, with pointers into `table` and `biased_table`; make_draws() fills
+  /// all three.
+  mutable KernelLaw law{};
 
   mutable std::vector<double> table, biased_table;
-  std::vector<double> spread;  ///< quantiles of the law at the 128 probabilities spread_share(k), scaled;
-                               ///< empty without ageing
+  /// Quantiles of the law at the 128 probabilities spread_share(k), scaled, for sums over the law with
+  /// ageing; empty without ageing.
+  std::vector<double> spread;
 
-  /// Makes the tables from which representatives with SnapRule::redraw sample their lengths; the infinite
+  /// Makes the tables from which representatives with SnapRule::redraw sample their lengths. The infinite
   /// brush does not need them. Takes milliseconds the first time, and nothing after that. Any thread that
   /// adds patches may call it.
   void make_draws() const;
@@ -51,8 +54,8 @@ struct CompiledMaterial {
   /// slide is steady, and how often renewed bristles snap again. The first call computes them.
   const RenewalLaw& renewal() const;
 
-  /// Returns the law as n strata, for SnapRule::slide. The first call with this n computes them; any thread
-  /// may call it.
+  /// Returns the law as n strata (a few weighted lengths), for SnapRule::slide. The first call with this n
+  /// computes them; any thread may call it.
   std::shared_ptr<const Strata> strata(std::uint32_t n) const;
 
   CompiledMaterial() = default;
@@ -70,16 +73,17 @@ struct CompiledMaterial {
   mutable std::map<std::uint32_t, std::shared_ptr<const Strata>> strata_;
 };
 
-/// Number of quantiles that stand for a law in sums over it. Their probabilities spread_share(k), t^3 (10 -
-/// 15 t + 6 t^2) at the midpoints of equal steps of t, lie close together at both ends of the law.
+/// Number of quantiles that stand for a law in sums over it. Their probabilities spread_share(k) are t^3 (10
+/// - 15 t + 6 t^2) at the midpoints of equal steps of t, so they lie close together at both ends of the law.
 inline constexpr int spread_size = 128;
 double spread_share(int k) noexcept;
 double spread_weight(int k) noexcept;
 
-/// Fills the constants of jumps over many snaps from the moments of the path from snap to snap, moment[0] = 1
-/// to moment[5].
+/// Fills the constants for jumping over many snaps at once, from the moments 0 to 5 of the path between two
+/// snaps (moment[0] is 1).
 void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
-/// Fills the constants for jumping over k snaps at once under a narrow law, and the paths that suit it.
+/// Fills the constants for jumping over k snaps at once under a narrow law, and the range of paths for such
+/// jumps.
 void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;
 
 /// Prepares a material for the kernels. Throws bristle::Error when the material is out of range.

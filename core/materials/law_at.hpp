@@ -1,4 +1,4 @@
-// Reads a snap-length law at many lengths.
+// Reads a snap-length law at many lengths at once, which costs less than single calls of SnapLength.
 #pragma once
 
 #include "bristle/snap_length.hpp"
@@ -6,14 +6,14 @@
 
 namespace bristle::detail {
 
-/// Values of a law at one length: partial moments of order 0 and 1 (SnapLength::partial_moment), and
+/// Values of a law at one length: its partial moments of order 0 and 1 (SnapLength::partial_moment), and
 /// SnapLength::survival.
 struct LawAt {
   double mass, first, survival;
 };
 
-/// Fills `at` with the values of the law at each of the lengths (m, above 0, finite; as many as `at` has), to
-/// the bits of SnapLength's functions. The three values of a lognormal law share most of their work.
+/// Fills `at` with the values of the law at each of the lengths (m, above 0, finite; as many as `at` has).
+/// Bits are those of SnapLength's functions. The three values of a lognormal law share most of their work.
 void read_law(const SnapLength& law, Span<const double> lengths_m, Span<LawAt> at);
 
 }  // namespace bristle::detail

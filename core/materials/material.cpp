@@ -11,8 +11,8 @@ namespace bristle {
 namespace {
 
 // Largest share of bristles that may be shorter than 1/64 of the mean length, for SnapRule::keep with shared
-// renewal. With more of them the shortest bristle of the sample, and not the material, would determine how
-// many bristles are renewed.
+// renewal. With more of them the shortest bristle of the sample, not the material, would determine how many
+// bristles are renewed.
 constexpr double short_length = 1.0 / 64, short_share = 1e-4;
 
 }  // namespace
@@ -46,9 +46,9 @@ void Material::validate_for_representatives() const {
 }
 
 double Material::kinetic_coefficient() const {
-  // Calculates the mean deflection of sliding. With SnapRule::keep a bristle of length delta is on average
-  // bent by delta / 2. With SnapRule::redraw the share of bristles that have a length is in proportion to
-  // that length, so the mean is m2 / (2 m1).
+  // Computes the mean deflection of sliding. With SnapRule::keep a bristle of length delta is on average bent
+  // by delta / 2. With SnapRule::redraw bristles have a length in proportion to it, so the mean is m2 / (2
+  // m1).
   const double mean = snap_length.mean();
   if (snap_rule == SnapRule::slide)
     return bristle_stiffness * (1.0 - drop) * mean / (normal_stiffness * asperity_height_deviation);
@@ -143,7 +143,7 @@ double virgin_deflection(const Material& material, double x_over_mean) {
     return x_over_mean < 0.0 ? -f : f;
   }
   const double residual = material.residual_length / material.snap_length.mean();
-  // Up to the residual length no bristle snaps, so the mean deflection is the path; beyond it the virgin
+  // Takes the path as mean deflection up to the residual length, where no bristle snaps; beyond it the virgin
   // curve begins.
   const double f = x <= residual ? x
                                  : residual + detail::virgin_curve(material.snap_length, material.snap_rule,

@@ -13,14 +13,16 @@ namespace bristle::detail {
 namespace {
 
 constexpr int per_mean = 32;  ///< number of cells in a mean snap length
-constexpr int reach = 40;     ///< longest path, in mean snap lengths, that is returned, even for a law under
-                              ///< which bristles forget their start more slowly
+/// Longest path, in mean snap lengths, that is returned, even if bristles of the law forget their start more
+/// slowly.
+constexpr int reach = 40;
 constexpr int cells = per_mean * reach;
-constexpr double near_steady = 1e-3;  ///< tolerance of the mean deflection, relative to that of steady
-                                      ///< sliding
-constexpr int classes = 64;           ///< number of classes of snap length for bristles of SnapRule::keep
+/// Difference of the mean deflection from that of steady sliding, relative to it, within which a slide counts
+/// as steady.
+constexpr double near_steady = 1e-3;
+constexpr int classes = 64;  ///< number of classes of snap length for bristles of SnapRule::keep
 
-/// Simulates a slide that begins with straight bristles: stores the mass of the bristles in each cell of
+/// Simulation of a slide that begins with straight bristles. Stores the mass of the bristles in each cell of
 /// deflection, and moves it on by one cell per step.
 class Slide {
  public:
@@ -44,7 +46,7 @@ class Slide {
     }
   }
 
-  /// Moves all bristles on by a cell. Returns the mean deflection after the move.
+  /// Moves all bristles on by a cell. Returns the mean deflection after that.
   double step() {
     double snapped = 0.0;
     std::vector<double> born(mass_.size(), 0.0);
@@ -82,8 +84,8 @@ class Slide {
   double renewal_;
   bool redraw_;
   std::vector<std::vector<double>> mass_;
-  std::vector<double> snapping_;  ///< probability, for each cell, that a bristle in it snaps before the next
-                                  ///< cell
+  /// Probability, for each cell, that a bristle in it snaps before the next cell.
+  std::vector<double> snapping_;
   std::size_t steps_ = 0;
 };
 
@@ -98,8 +100,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// Inputs and result of one call of find_forget(). Results are remembered, because a search takes
-/// milliseconds and many materials differ only in their stiffness.
+/// Inputs and result of one call of find_forget(). Results are kept, because a search takes milliseconds and
+/// many materials differ only in their stiffness.
 struct Known {
   SnapLaw law;
   SnapRule rule;
@@ -113,13 +115,13 @@ struct Known {
   }
 };
 
-/// Returns the result of find_forget(), from memory if possible. Each thread remembers its last 32 materials,
-/// which needs no lock (a fork could leave one locked), in plain data, so that the library can be unloaded.
-/// A material with a table as law is not remembered.
+/// Returns the result of find_forget(), from memory if possible. Each thread remembers its last 32 materials.
+/// That needs no lock (a fork could leave one locked), and plain data let the library be unloaded. A material
+/// with a table as law is not remembered.
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
-  // Does not remember a law that is a table: Known holds only two parameters of a law.
+  // Searches each time for a law that is a table, because Known holds only two parameters of a law.
   if (m.snap_length.law() == SnapLaw::table) return find_forget(m);
   for (const Known& k : known)
     if (k.fits(m)) return k.forget;
@@ -136,8 +138,8 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // Averages 1 - S, S being the survival function, over the path: the share of bristles that snap within it
-  // if they begin evenly along it.
+  // Averages 1 - S over the path, with S the survival function: the share of bristles that snap within it if
+  // they begin evenly along it.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

@@ -1,5 +1,5 @@
 // Constants of shared renewal: the path along which straight bristles reach steady sliding, and the share of
-// renewed bristles that snap again soon after. steady_sliding.hpp has steady sliding itself.
+// renewed bristles that snap again soon after. Steady sliding itself is in steady_sliding.hpp.
 #pragma once
 
 #include "bristle/material.hpp"
@@ -12,8 +12,8 @@ struct RenewalLaw {
 
   static constexpr int again_knots = 16;
   static constexpr double again_reach = 0.25;
-  /// again[k]: of the bristles renewed at even distances along a path of k again_reach / again_knots, the
-  /// share that snaps before the end of this path.
+  /// again[k]: share that snaps before the end of a path of k again_reach / again_knots, of the bristles
+  /// renewed at even distances along it.
   double again[again_knots + 1] = {};
 };
 

@@ -22,14 +22,14 @@ Complex operator*(Complex a, Complex b) { return {a.re * b.re - a.im * b.im, a.r
 double squared(Complex a) { return a.re * a.re + a.im * a.im; }
 Complex operator/(Complex a, Complex b) { return (1.0 / squared(b)) * (a * Complex{b.re, -b.im}); }
 
-/// Values of 1 - p(s) and of its derivative, with p(s) the Laplace transform of the density of snap lengths;
-/// the derivative is the integral of x p(x) exp(-s x).
+/// Values of 1 - p(s) and of its derivative, with p(s) the Laplace transform of the density p(x) of snap
+/// lengths. The derivative is the integral of x p(x) exp(-s x).
 struct Transform {
   Complex missing, slope;
 };
 
-/// Calculates the Transform at s. The density is constant in a cell, so each integral is a difference of
-/// values at the cell's ends. `at(k)`: exp(-s x) at the start x of cell k.
+/// Computes the Transform at s. The density is constant in a cell, so each integral is a difference of values
+/// at the ends of the cell. `at(k)`: exp(-s x) at the start x of cell k.
 template <class At>
 Transform transform(const std::vector<SurvivalCell>& cells, Complex s, At&& at) {
   const Complex over = Complex{1.0, 0.0} / s;
@@ -62,9 +62,9 @@ struct Candidate {
   Complex s;
 };
 
-/// Lists candidates for the roots s of p(s) = 1 with negative real part, the most slowly decaying wave first,
-/// where p(s) = E[exp(-s delta)] for the random snap length delta. A candidate is the result of one Newton
-/// step from a frequency at which p comes near to 1.
+/// Lists candidates for the roots s of p(s) = 1 with negative real part, the most slowly decaying wave first.
+/// p(s) = E[exp(-s delta)] for the random snap length delta. A candidate is the result of one Newton step
+/// from a frequency at which p comes near to 1.
 std::vector<Candidate> find_candidates(const std::vector<SurvivalCell>& cells, double mean) {
   constexpr int most_steps = 8192;
   const double step = std::min(0.05 / mean, 0.3 / cells.back().start), first = 2.0 / mean;
@@ -108,7 +108,7 @@ SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean) {
       s = s - change;
       if (!(squared(change) > 1e-20 * squared(s))) break;
     }
-    // Rejects roots that are not decaying waves: Newton's method may end at one of these, such as s = 0
+    // Rejects roots that are not decaying waves. Newton's method may end at one of these, such as s = 0
     // (steady sliding).
     if (s.re < 0.0 && magnitude(s.im) * mean > 1.0 && -s.re < slowest.decay)
       slowest = {-s.re, magnitude(s.im)};

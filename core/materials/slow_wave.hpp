@@ -1,4 +1,5 @@
-// Finds how slowly the swings of the force decay when all bristles began to slide together.
+// Finds how slowly the swings of the force decay after all bristles began to slide together. Pieces of path
+// and the length after which a slide is steady follow from it.
 #pragma once
 
 #include <vector>
@@ -7,16 +8,18 @@
 
 namespace bristle::detail {
 
-/// A wave in the rate of snaps, exp(-decay x) cos(frequency x) over the path x, in inverse units of the
-/// table's lengths.
+/// Wave in the rate of snaps, exp(-decay x) cos(frequency x) over the path x, in inverse units of the table's
+/// lengths.
 struct SlowWave {
   double decay, frequency;
 };
 
 /// Finds the most slowly decaying wave of the snap rate. Bristles that began to slide together snap in step
-/// at first, and each then has a fresh length, so the rate obeys the renewal equation. The rate's waves are
-/// the roots s = -decay + i frequency of p(s) = 1, s != 0, where p is the Laplace transform of the density of
-/// lengths. Returns an infinite decay if it finds no wave: then none lasts longer than the longest bristles.
+/// at first, and each then has a fresh length, so the rate obeys the renewal equation. Its waves are the
+/// roots s = -decay + i frequency, s != 0, of p(s) = 1, where p is the Laplace transform of the density of
+/// lengths. Without such a wave returns an infinite decay: then nothing lasts longer than the longest
+/// bristles.
+///
 /// `cells`: the cells of a survival table, the last one its end. Searches wave lengths down to 1/24 of the
 /// mean length; under a law whose longest length is above 16 means, only down to a longer one.
 SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean);

@@ -17,8 +17,8 @@ namespace {
 
 constexpr double shortest_allowed_m = 1e-12;
 constexpr double longest_allowed_m = 1e3;
-constexpr double longest_share = 1.0 - 0x1p-24;  // probability whose quantile is the longest length,
-                                                 // longest()
+// Probability whose quantile is the longest length, longest().
+constexpr double longest_share = 1.0 - 0x1p-24;
 constexpr double root_of_three = 1.7320508075688772;
 
 double whole_power(double x, int k) noexcept {
@@ -27,8 +27,8 @@ double whole_power(double x, int k) noexcept {
   return power;
 }
 
-/// Returns E[delta^k; delta < x] of the uniform law on [a, b], a < b. Differences of powers are factored, so
-/// that nothing cancels: x^(k+1) - a^(k+1) = (x - a) (x^k + x^(k-1) a + ... + a^k).
+/// Returns E[delta^k; delta < x] of the uniform law on [a, b], a < b. Factors differences of powers, so that
+/// nothing cancels: x^(k+1) - a^(k+1) = (x - a) (x^k + x^(k-1) a + ... + a^k).
 double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   if (x <= a) return 0.0;
   x = std::min(x, b);
@@ -37,14 +37,14 @@ double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   return (x - a) / (b - a) * sum / (k + 1);
 }
 
-/// Returns E[delta^k; delta < x] of one segment of a table, which is an atom (one length with a probability)
-/// where a = b.
+/// Returns E[delta^k; delta < x] of one segment [a, b] of a table. Where a = b it is an atom: one length with
+/// a probability.
 double segment_partial_moment(int k, double a, double b, double x) noexcept {
   if (a == b) return a < x ? whole_power(a, k) : 0.0;
   return uniform_partial_moment(k, a, b, x);
 }
 
-/// The normal law cut at 0: delta = mean + deviation z, given z > -mean / deviation.
+/// Normal law cut at 0: delta = mean + deviation z, given z > -mean / deviation.
 struct CutNormal {
   double mean, deviation;
   double cut;   // place of the cut in standard deviations, -mean / deviation
@@ -66,13 +66,13 @@ struct CutNormal {
     const double below = (1.0 - kept) + u * kept;
     const double z = below < 0.5 ? detail::normal_quantile(detail::normal_cdf(cut) + u * kept)
                                  : -detail::normal_quantile((1.0 - u) * kept);
-    // Returns at least a smallest length above 0: rounding could give 0 at the smallest u, and a bristle of
+    // Returns at least a smallest length above 0. Rounding could give 0 at the smallest u, and a bristle of
     // length 0 would snap without end.
     return std::max(mean + deviation * z, mean * 0x1p-60);
   }
 
   double moment(int k) const noexcept {
-    // Integrates by parts: the moments obey M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2), with an edge term
+    // Integrates by parts. The moments obey M(k) = mean M(k-1) + (k-1) deviation^2 M(k-2), with an edge term
     // at k = 1.
     double before = 0.0, last = 1.0;
     for (int j = 1; j <= k; ++j) {
@@ -87,8 +87,8 @@ struct CutNormal {
   double partial_moment(int k, double x) const noexcept {
     const double z = standard(x);
     const double density = detail::normal_density(z) / kept;
-    // Takes the difference of distribution functions in the tail in which they are smaller, because it keeps
-    // more digits there.
+    // Takes the difference of distribution functions in the tail in which they are smaller, where it keeps
+    // more digits.
     const double p0 =
         (z < 0.0 ? detail::normal_cdf(z) - detail::normal_cdf(cut) : kept - detail::normal_cdf(-z)) / kept;
     if (k == 0) return std::max(p0, 0.0);
@@ -104,7 +104,7 @@ double log_ratio(double x, double reference) noexcept {
   return detail::log(x / reference);
 }
 
-/// The lognormal law with given mean and coefficient of variation.
+/// Lognormal law with given mean and coefficient of variation.
 struct Lognormal {
   double mean, cv, s;  // s, standard deviation of log(delta)
 
@@ -114,7 +114,7 @@ struct Lognormal {
   double quantile(double u) const noexcept {
     return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
   }
-  /// Returns z for which E[delta^k; delta < x] is moment(k) normal_cdf(z).
+  /// Returns the z for which E[delta^k; delta < x] is moment(k) normal_cdf(z).
   double standard(int k, double x) const noexcept { return standard_of(k, log_ratio(x, mean)); }
   double standard_of(int k, double log_x) const noexcept { return (log_x + (0.5 - k) * s * s) / s; }
   double moment(int k) const noexcept {
@@ -124,8 +124,8 @@ struct Lognormal {
 
 /// Returns E[t^k; t < x] of the exponential law of mean 1.
 double unit_exponential_partial_moment(int k, double x) noexcept {
-  // Sums a series for small x, because the terms of the closed form k! (1 - exp(-x) (1 + x + ... + x^k/k!))
-  // cancel there.
+  // Sums a series for small x, where the terms of the closed form k! (1 - exp(-x) (1 + x + ... + x^k/k!))
+  // cancel.
   const double factorial = k == 2 ? 2.0 : 1.0;
   double term = 1.0;
   if (x > 2.0) {
@@ -243,7 +243,7 @@ SnapLength SnapLength::table(Span<const double> quantiles_m) {
   require_within(where, "number of quantiles_m", static_cast<double>(size), 2, max_table_size);
   for (std::size_t i = 0; i < size; ++i) {
     const std::string name = "quantiles_m[" + std::to_string(i) + "]";
-    // Allows 0 only as the first value, because a share of bristles of length 0 would snap without end.
+    // Allows 0 only as the first value: a share of bristles of length 0 would snap without end.
     const double low = i == 0 ? 0.0 : i == 1 ? shortest_allowed_m : quantiles_m[i - 1];
     require_within(where, name, quantiles_m[i], std::max(low, i > 0 ? quantiles_m[i - 1] : 0.0),
                    longest_allowed_m, "m, ascending");

@@ -1,4 +1,4 @@
-// The solvers of the material code: a root between two places, a root by Newton's method where the slope is
+// The solvers of the material code: a root in an interval, a root by Newton's method where the slope is
 // known, and a maximum.
 #pragma once
 
@@ -14,11 +14,11 @@ struct ZeroTolerance {
   double value = 0.0;  ///< value that counts as 0, where the values at both ends of the interval are larger
 };
 
-/// Finds a place between `low` and `high` where f changes its sign; f has the values `at_low` and `at_high`
-/// there. Takes the zero of the line between both ends (false position), halving the value at an end that
-/// stays (Illinois). Bisects where that does not halve the interval, and while an end counts as 0, so that
-/// for a function that is 0 from some place on, that place is found. Returns the end of the last interval at
-/// which f has the sign of `at_high`.
+/// Finds where f changes its sign between `low` and `high`, at which f has the values `at_low` and `at_high`.
+/// Takes the zero of the line between both ends (false position), and halves the value at an end that stays
+/// (Illinois). Bisects where that does not halve the interval, and while an end counts as 0; of a function
+/// that is 0 from some point on, that point is found. Returns the end of the last interval at which f has the
+/// sign of `at_high`.
 template <class Function>
 double find_zero(const Function& f, double low, double high, double at_low, double at_high,
                  ZeroTolerance tolerance) {
@@ -43,8 +43,8 @@ double find_zero(const Function& f, double low, double high, double at_low, doub
   return high;
 }
 
-/// Follows Newton's method from x to the root of a convex or concave function, from the side on which no step
-/// passes the root. `step_from(x)`: the step from x.
+/// Follows Newton's method from x to the root of a convex or concave function, from the side on which no
+/// iterate passes the root. `step_from(x)`: Newton's step at x.
 template <class Step>
 double newton(double x, const Step& step_from) {
   constexpr int most_steps = 100;
@@ -64,8 +64,8 @@ struct Maximum {
   double place, value;
 };
 
-/// Finds the maximum of f between `low` and `high`, where it has one hump, by golden section. The place has
-/// an error of (high - low) 1.618^-iterations.
+/// Finds the maximum of f between `low` and `high`, where it has one hump, by golden section. The error of
+/// its position is (high - low) 1.618^-iterations.
 template <class Function>
 Maximum find_maximum(const Function& f, double low, double high, int iterations) {
   constexpr double golden = 0.6180339887498949;

@@ -161,10 +161,11 @@ double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double 
   });
 }
 
-/// Returns the integral over 0 to d of exp(-growth r).
+/// Returns the integral of exp(-growth r) over 0 to d: the path along which a bristle of length d is bent,
+/// weighted by renewal.
 double path_share(double growth, double d) { return growth == 0.0 ? d : -expm1(-growth * d) / growth; }
 
-/// Returns the integral over 0 to d of r exp(-growth r).
+/// Returns the integral of r exp(-growth r) over 0 to d, which is the deflection weighted in the same way.
 double deflection_share(double growth, double d) {
   const double t = growth * d;
   if (t < 0.35) return d * d * (1.0 - (1.0 + t) * exp_remainder(-t));
@@ -202,9 +203,9 @@ WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
 
 double aged_length(double length, const WayAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
-  // Starts Newton's method beyond the root, from where its iterates fall onto the root, since l - length g(l)
-  // is convex. No allowed strength of ageing brings l to a thousand times the fresh length. A start at
-  // `length` could diverge, because the slope can be 0 there.
+  // Starts Newton's method beyond the root. From there its iterates fall onto the root, since l - length g(l)
+  // is convex; from `length` they could diverge, because the slope can be 0 there. No allowed strength of
+  // ageing brings l to a thousand times the fresh length.
   constexpr double farthest = 1e3;
   const bool saturates = ageing.form == AgeingForm::saturating;
   const double start = length * (saturates ? 1.0 + ageing.strength : ageing.factor(farthest * length));
@@ -231,8 +232,8 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  // Largest shared renewal kappa that is computed as 0: it does not change the number of bristles in double,
-  // and 1 / kappa^2 of a tiny kappa would overflow.
+  // Largest shared renewal kappa that is computed as 0. So small a kappa does not change the number of
+  // bristles in double, and 1 / kappa^2 would overflow.
   constexpr double least_renewal = 1e-16;
   const bool renews = shared_renewal > least_renewal;
   const double growth = renews ? solve_growth(nodes, rule, shared_renewal, mean) : 0.0;

@@ -8,27 +8,28 @@
 namespace bristle::detail {
 
 /// Snap length, in mean lengths, below which bristles are left out of the closed forms of SnapRule::keep.
-/// Such bristles are few (Material::validate), and their snap rate depends on the number of bristles.
+/// Such bristles are few (Material::validate), and how often they snap depends on the number of bristles.
 inline constexpr double shortest_that_counts = 1.0 / 1024;
 
-/// Growth of snap lengths at a constant speed, as a function of the path r of a bristle since its last snap,
-/// in mean snap lengths: g = 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
+/// Growth of snap lengths at a constant speed, as a function of the path r of a bristle since its last snap
+/// (in mean snap lengths): g = 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
 struct WayAgeing {
   AgeingForm form = AgeingForm::logarithmic;
   double strength = 0.0;  ///< beta or gain of ageing; 0 = none
   double path = 1.0;      ///< speed times ageing time, in mean snap lengths, > 0
 
-  /// Returns the factor g by which a snap length grows along the path `way` (in mean snap lengths); slope()
-  /// is its derivative.
+  /// Returns the factor g by which a snap length grows along the path `way`, in mean snap lengths; slope() is
+  /// its derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };
 
-/// Returns the ageing of a material in sliding at a speed; speeds below slowest_sliding count as that speed.
+/// Returns the ageing of a material in sliding at a speed. Speeds below slowest_sliding count as
+/// slowest_sliding.
 WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 
-/// Returns the deflection beyond the residual at which a bristle of this fresh length snaps: the solution of
-/// l = length g(l).
+/// Returns the deflection beyond the residual at which a bristle of this fresh length snaps: the solution l
+/// of l = length g(l).
 double aged_length(double length, const WayAgeing& ageing) noexcept;
 
 /// Mean and spread of the lengths at which ageing bristles snap, in units of the mean fresh snap length.
@@ -37,7 +38,8 @@ struct AgedMoments {
 };
 AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing);
 
-/// A fresh snap length, its share of the bristles, and the length at which it snaps when aged.
+/// Node of a sum over a law: a fresh snap length, its share of the bristles, and the length at which it snaps
+/// when aged.
 struct AgedNode {
   double length, share, aged = 0.0;
 };
@@ -57,8 +59,8 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 /// snap; all in one unit of length. Allocates nothing.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept;
-/// Returns snaps per bristle and mean snap length of path without shared renewal: 1, or E[1/delta] with
-/// SnapRule::keep.
+/// Returns snaps per bristle and mean snap length of path, without shared renewal: 1, or E[1/delta] (delta in
+/// mean lengths) with SnapRule::keep.
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule);
 
 }  // namespace bristle::detail

@@ -8,11 +8,11 @@
 namespace bristle::detail {
 namespace {
 
-/// Maps t in [0, 1] to a share of the bristles, so that equal steps of t give shares that lie close together
-/// at both ends of the law.
+/// Maps t in [0, 1] to a share of the bristles. Equal steps of t give shares that lie close together at both
+/// ends of the law.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
-/// The law that make_strata() divides, as cells between quantiles, with the integral of p^(1/2) up to each
+/// Law that make_strata() divides, as cells between quantiles, with the integral of p^(1/2) up to each
 /// quantile, where p is the density.
 class Cells {
  public:
@@ -23,8 +23,8 @@ class Cells {
       length_[k] = k == count ? law.longest() : law.quantile(std::clamp(u, 0x1p-52, 1.0 - 0x1p-52));
       if (k > 0) {
         length_[k] = std::min(std::max(length_[k], length_[k - 1]), law.longest());
-        // The integral of p^(1/2) over a cell of probability u and width x is u^(1/2) x^(1/2), with p
-        // constant in the cell.
+        // Takes p as constant in the cell: the integral of p^(1/2) over a cell of probability u and width x
+        // is then u^(1/2) x^(1/2).
         integral_[k] =
             integral_[k - 1] + std::sqrt(std::max(u - before, 0.0) * (length_[k] - length_[k - 1]));
       }
@@ -60,8 +60,8 @@ class Cells {
   std::vector<double> length_, integral_;
 };
 
-/// Inner ends of the first and the last stratum, at which the error of the mean deflection (Strata) is -e; at
-/// the length of either stratum it is +e.
+/// Inner ends of the first and the last stratum. At either the error of the mean deflection (Strata) is -e;
+/// at the length of the stratum it is +e.
 struct Edges {
   double first, last;  ///< upper end of the first stratum, lower end of the last
   double error;        ///< e, largest error of the mean deflection in first loading, m
@@ -113,8 +113,8 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
     last = cells.integral_at(edges.last);
     error = edges.error;
   }
-  double low = 0.0, above = 1.0, first_moment = 0.0;  // survival and partial moment of the law at the lower
-                                                      // end of the present stratum
+  // Survival and partial moment of the law at the lower end of the stratum in progress.
+  double low = 0.0, above = 1.0, first_moment = 0.0;
   for (std::uint32_t i = 0; i < n; ++i) {
     double high = law.longest(), beyond = 0.0, moment = law.mean();
     if (i + 1 < n) {

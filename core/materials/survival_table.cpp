@@ -17,8 +17,8 @@ constexpr double farthest_end = 2048.0;  // longest end of a table, mean snap le
 
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 
-/// Returns the end of the survival table: the longest length that representatives sample, or a longer one for
-/// a lognormal law whose longer bristles carry more than 1e-5 of the force.
+/// Returns the end of the survival table: the longest length that representatives sample. For a lognormal law
+/// whose longer bristles carry more than 1e-5 of the force it is a longer one.
 double find_end(const SnapLength& law) {
   double end = law.longest();
   if (law.law() != SnapLaw::lognormal) return end;
@@ -28,9 +28,9 @@ double find_end(const SnapLength& law) {
   return end;
 }
 
-/// Finds the deflection beyond which bristles carry a given share of the force of steady sliding. The force
-/// is in proportion to the integral of x S(x) over the deflection x. The integral of S alone would neglect
-/// the few longest bristles, which carry most of the force under a wide law.
+/// Finds the deflection beyond which bristles carry a given share of the force of steady sliding. That force
+/// is in proportion to the integral of x S(x) over the deflection x. (The integral of S alone would neglect
+/// the few longest bristles, which carry most of the force under a wide law.)
 double find_tail(const SurvivalTable& table, double share) {
   double carried = 0.0;
   for (std::size_t k = table.cells.size() - 1; k-- > 0;) {
@@ -43,13 +43,13 @@ double find_tail(const SurvivalTable& table, double share) {
   return 0.0;
 }
 
-/// Waves of the renewal equation, in which bristles that began to slide together snap in step: the path after
-/// which they have decayed, and the longest piece that resolves them.
+/// Waves of the force after bristles began to slide together and snap in step: the path after which the waves
+/// have decayed, and the longest piece of path that resolves them.
 ///
 /// Waves of lognormal, normal and exponential laws decay nearly as exp(-2 pi^2 cv^2 x / mean) or faster, and
 /// are followed until 1e-4 of them is left. A law whose density jumps, or that has several groups of lengths,
-/// may have slower and shorter waves than its spread suggests. Its slowest wave is found, and followed until
-/// 6e-6 of it is left.
+/// may have slower and shorter waves than its spread suggests. Its slowest wave is computed, and followed
+/// until 6e-6 of it is left.
 struct Waves {
   double path;
   double finest;  ///< SurvivalTable::finest, from the waves
@@ -60,8 +60,9 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   const double narrow = table.mean / (19.7 * square(law.cv()));
   Waves waves{9.2 * narrow, std::min(1.0, law.cv() / 0.25)};
   if (table.smooth) return waves;
-  constexpr double farthest = 1e5;  // longest path, in mean snap lengths, even for groups of bristles that
-                                    // snap in step for ever
+  // Longest path, in mean snap lengths, that counts as the decay of waves, even for groups of bristles that
+  // snap in step for ever.
+  constexpr double farthest = 1e5;
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
   // Makes pieces as short as under a narrow law with equally slow waves, and short enough to resolve the wave
@@ -76,10 +77,10 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   return waves;
 }
 
-/// Returns the path after which a long slide does not depend on how it began. By then its waves have decayed,
-/// and bristles left from before it carry at most the share `little` of the force. The longest length of
-/// those bristles counts twice, because a bristle bent against the slide first unbends along a path as long
-/// as its deflection.
+/// Returns the path after which a long slide does not depend on how it began: its waves have decayed, and
+/// bristles left from before it carry at most the share `little` of the force. The longest length of those
+/// bristles counts twice, because a bristle bent against the slide first unbends along a path as long as its
+/// deflection.
 double find_forgetting_path(const SurvivalTable& table, double waves, double little) {
   const double tail = find_tail(table, little);
   return std::max(tail + waves, 2.0 * tail);
@@ -97,10 +98,10 @@ std::vector<double> survival_at_nodes(const SnapLength& law, double metres, doub
   return survival;
 }
 
-/// Returns means of S for a table law: S at each node averaged over the hat function that falls to 0 at both
-/// neighbours. The law as tabulated then has the mean of the law, and E[delta^2] within a sixth of a cell's
-/// square. An atom (one length with a probability) spreads over two cells; S taken at the nodes would put the
-/// atom in the middle of one, up to half a cell from its place.
+/// Returns local means of S for a law given as a table: S at each node averaged over the hat function that
+/// falls to 0 at both neighbours. The tabulated law then has the mean of the law, and E[delta^2] within a
+/// sixth of a cell's square. An atom (one length with a probability) spreads over two cells; S taken at the
+/// nodes would put it in the middle of one, up to half a cell away.
 std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres, double longest) {
   // Returns E[(x - delta)^2; delta < x], whose second derivative by x is 2 (1 - S), S the survival function.
   const auto squares = [&](double x) {
@@ -141,9 +142,9 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   if (tabulated) longest = node(survival_at_node.size() - 1);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
-    // Begins a cell at the shortest and at the longest length, where the survival function S has corners. The
-    // bits of a length still give its cell: no length below the shortest (CohortLaw::sure) or above the
-    // longest is looked up.
+    // Begins a cell at the shortest and at the longest length, where S has corners. The bits of a length
+    // still give its cell, because no length below the shortest (CohortLaw::sure) or above the longest is
+    // looked up.
     const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
     const double next = std::min(node(k + 1), longest);
     double after = std::min(survival_at_node[k + 1], survival);

@@ -1,4 +1,5 @@
-// Rotations in the plane as unit complex numbers, without libm, whose bits differ from machine to machine.
+// Rotations in the plane as unit complex numbers. The C library is not used, because its bits differ from
+// machine to machine.
 #pragma once
 
 #include "core/materials/elementary.hpp"
@@ -27,7 +28,7 @@ inline Turn normalized(const Turn& t) noexcept {
   return {t.cosine * correction, t.sine * correction};
 }
 
-/// Returns the rotation by an angle in rad of moderate size: halves the angle until series of sine and cosine
+/// Returns the rotation by an angle, rad, of moderate size. Halves the angle until series of sine and cosine
 /// are exact to rounding. The sine of a small angle keeps its relative accuracy.
 inline Turn turn_by(double angle) noexcept {
   int doublings = 0;

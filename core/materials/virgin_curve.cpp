@@ -32,7 +32,7 @@ namespace {
 
 double whole_part(double x) noexcept { return std::floor(x); }
 
-/// A snap-length law with lengths in units of its mean.
+/// Snap-length law with lengths in units of its mean, as all functions here need it.
 struct UnitLaw {
   const SnapLength& law;
   double mean;
@@ -43,8 +43,8 @@ struct UnitLaw {
   double partial_moment(int k, double x) const {
     return law.partial_moment(k, x * mean) / (k == 0 ? 1.0 : k == 1 ? mean : mean * mean);
   }
-  /// Returns f(x), the mean deflection after the path x, as long as no bristle has snapped twice, for both
-  /// rules; at an atom (one length with a probability) the limit from the left.
+  /// Returns f(x), the mean deflection after the path x, as long as no bristle has snapped twice; for both
+  /// rules. At an atom (one length with a probability) it is the limit from the left.
   double first_pass(double x) const { return x - partial_moment(1, x); }
   /// Returns f(x), the mean deflection after the path x, as long as no bristle has snapped twice, with shared
   /// renewal `renewal`.
@@ -65,22 +65,22 @@ double tail_of_inverse_squares(double n) noexcept {
     n += 1.0;
     sum += 1.0 / (n * n);
   }
-  // Uses the Euler-Maclaurin expansion of the rest of the sum at n + 1/2; the first term left out is below
+  // Uses the Euler-Maclaurin expansion of the remaining sum at n + 1/2; the first term left out is below
   // 1e-15.
   const double w = 1.0 / (n + 0.5);
   const double w2 = w * w;
   return sum + w * (1.0 - w2 * (1.0 / 12 - w2 * (7.0 / 240 - w2 * (31.0 / 1344))));
 }
 
-/// Returns E[x mod delta] for delta uniform on [a, b], or equal to a (an atom) if a = b. If x is a multiple
-/// of an atom, `from_left` gives the limit from the left, which is a, instead of 0.
+/// Returns the expectation E[x mod delta] for snap lengths delta uniformly distributed on [a, b]; a = b is an
+/// atom at a. Where x is a multiple of an atom the remainder jumps from a to 0: `from_left` asks for a.
 double uniform_remainder(double a, double b, double x, bool from_left) noexcept {
   if (a == b) {
     const double rest = x - whole_part(x / a) * a;
     return from_left && rest <= 0.0 && x > 0.0 ? a : std::max(rest, 0.0);
   }
-  // Splits the sum over k of M1(x / k): up to k0 each term equals the mean of delta, above k1 each term is
-  // zero.
+  // Splits the sum over k of M1(x / k). Up to k0 each term equals the mean of delta, and above k1 each term
+  // is zero.
   const double k0 = whole_part(x / b);
   const double k1 = a > 0.0 ? whole_part(x / a) : detail::infinity;
   double inverse_squares, atoms_below = 0.0;
@@ -113,8 +113,8 @@ void effective_support(const UnitLaw& unit, double& low, double& high) noexcept 
   }
 }
 
-/// Returns E[x mod delta] of a law with a smooth density. Sums 100 terms one by one and replaces the later
-/// ones by their integral over k, E[(x - kappa delta)+] with kappa = last k + 1/2, and two Euler-Maclaurin
+/// Returns E[x mod delta] of a law with a smooth density. Sums 100 terms one by one; in place of the later
+/// ones takes their integral over k, E[(x - kappa delta)+] with kappa = last k + 1/2, and two Euler-Maclaurin
 /// corrections.
 double smooth_remainder(const UnitLaw& unit, double x) {
   constexpr double direct_terms = 100.0;
@@ -133,7 +133,7 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   const double kappa = last + 0.5;
   const double share = 1.0 - unit.survival(x / kappa);
   const double rest = x * share - kappa * unit.partial_moment(1, x / kappa);
-  // Replaces the derivatives in the corrections by the first and third differences about k = kappa.
+  // Replaces the derivatives in the corrections by first and third differences about k = kappa.
   const double next = unit.partial_moment(1, x / (last + 1.0)),
                after = unit.partial_moment(1, x / (last + 2.0));
   const double difference = next - term, third = after - 3.0 * next + 3.0 * term - before;
@@ -182,14 +182,14 @@ std::vector<Atom> find_atoms(const SnapLength& law) {
   return atoms;
 }
 
-/// Values of f, the mean deflection in first loading with SnapRule::redraw, on equidistant nodes: limits from
-/// the left and from the right, which differ only for laws with atoms.
+/// Values of f, the mean deflection in first loading with SnapRule::redraw, on equidistant nodes. The limits
+/// from the left and from the right differ only for laws with atoms.
 struct VirginGrid {
   double step = 0.0;
   std::vector<double> left, right;
 };
 
-/// A snap-length law on equidistant nodes: mass and first moment up to each node of the part without atoms,
+/// Snap-length law on equidistant nodes: mass and first moment, up to each node, of the part without atoms,
 /// and the mass of the atoms at each node.
 struct LawOnGrid {
   double step = 0.0;
@@ -198,7 +198,7 @@ struct LawOnGrid {
   std::size_t last() const noexcept { return mass.size() - 1; }
 };
 
-/// Puts atoms (lengths that have a probability) on their nearest nodes and recomputes `survival` with them.
+/// Puts atoms (lengths that have a probability) on their nearest nodes, and recomputes `survival` with them.
 void place_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
   law.atom_mass.assign(law.mass.size(), 0.0);
   if (atoms.empty()) return;
@@ -242,7 +242,8 @@ LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, doubl
   return law;
 }
 
-/// Reduces a law to a grid of twice the step: every other node of the fine grid.
+/// Reduces a law to a grid of twice the step, by leaving out every other node. Solutions on both grids are
+/// extrapolated.
 LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms) {
   LawOnGrid law;
   law.step = 2.0 * fine.step;
@@ -255,18 +256,19 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   return law;
 }
 
-/// Weights of the nodes in a sum that gives the expectation of a function over a law, exactly if the function
+/// Weights of the nodes in a sum that gives the expectation of a function over a law, exact if the function
 /// is linear between nodes. make_kernel() multiplies the law by `factor` and by `damping`, exp(-lambda x) at
 /// the nodes (empty: by 1).
 struct RenewalKernel {
   std::vector<double> weight;  ///< weight of each node, from the cells on both sides
-  std::vector<double> far;     ///< part of the probability of cell j, between nodes j and j + 1, that counts
-                               ///< at node j + 1
+  /// Part of the probability of cell j, between nodes j and j + 1, that counts at node j + 1.
+  std::vector<double> far;
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
 
-  /// Whether this grid is too coarse to solve the equation: too many bristles snap within the first cell.
+  /// Whether this grid is too coarse to solve the equation, because too many bristles snap within the first
+  /// cell.
   bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
 };
 
@@ -296,13 +298,13 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
 }
 
 /// Source term of a renewal equation at the nodes: its limit from the left, and its jump there. A source that
-/// is not 0 at x = 0 jumps at that node.
+/// is not 0 at x = 0 jumps there.
 struct Source {
   std::vector<double> left, jump;
 };
 
 /// Solves a renewal equation (see the beginning of this file) for a function f that is linear between nodes.
-/// The error is O(step^2).
+/// The error is of order step^2.
 VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, double step) {
   const std::size_t n = kernel.weight.size() - 1;
   VirginGrid grid;
@@ -383,8 +385,8 @@ RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vect
   return problem;
 }
 
-/// Extrapolates from solutions on two grids to an error of O(step^4) where f is smooth. Overwrites the finer
-/// solution with the result.
+/// Extrapolates from solutions on two grids, which leaves an error of order step^4 where f is smooth.
+/// Overwrites the finer solution with the result.
 void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   const auto extrapolate = [](const std::vector<double>& rough, std::vector<double>& good) {
     double before = 0.0;
@@ -399,7 +401,7 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   extrapolate(coarse.right, fine.right);
 }
 
-/// Solves for the virgin curve of SnapRule::redraw without shared renewal on a grid with an even number of
+/// Solves for the virgin curve of SnapRule::redraw without shared renewal, on a grid with an even number of
 /// cells.
 VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
                                      int cells) {
@@ -413,8 +415,8 @@ VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom
   return fine;
 }
 
-/// Returns the largest grid step for an error below 1e-6: in proportion to the width of the law, and finer
-/// where its density jumps.
+/// Returns the largest grid step for an error below 1e-6. It is in proportion to the width of the law, and
+/// finer where its density jumps.
 double resolving_step(const SnapLength& law) noexcept {
   const bool has_jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
@@ -423,8 +425,8 @@ double resolving_step(const SnapLength& law) noexcept {
 /// Returns a grid step, at most `largest`, for which all atoms lie close to nodes of the grid of twice that
 /// step.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Keeps the step if even the longest atom is shorter than half of it: a grid with nodes at such atoms may
-  // need millions of cells. The atoms then lie up to half a step off a node.
+  // Keeps the step if even the longest atom is shorter than half of it. A grid with nodes at such atoms may
+  // need millions of cells, so they lie up to half a step off a node.
   if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
@@ -454,11 +456,13 @@ double paper_kinetic(const SnapLength& law, SnapRule rule) {
 double redraw_deflection(const SnapLength& law, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
   if (law.law() == SnapLaw::exponential)
-    return -detail::expm1(-x);  // mean of min(r, x), where r, the path since the last snap, is exponentially
-                                // distributed, as this law has no memory
+    // Returns the mean of min(r, x). The path r since the last snap is exponentially distributed, because
+    // this law has no memory.
+    return -detail::expm1(-x);
 
-  // Takes the steady value after a long path: under a law without atoms or heavy tail the swings of the force
-  // around it decay as exp(-2 pi^2 cv^2 x), here to 3e-9.
+  // Returns the friction of steady sliding if the path is long. Under a law without atoms or heavy tail the
+  // force swings around that value, and the swings decay as exp(-2 pi^2 cv^2 x): beyond the path tested here
+  // they are below 3e-9.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
@@ -505,8 +509,8 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
   return std::max(peak, find_maximum(f, low, high, iterations).value);
 }
 
-/// Finds the peak of the virgin curve, and its place, on the path where no bristle has snapped twice; narrow
-/// laws have their peak there.
+/// Finds the peak of the virgin curve, and where it is, on the path on which no bristle has snapped twice.
+/// Narrow laws have their peak there.
 void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
   const SnapLength& law = unit.law;
   peak = place = 0.0;
@@ -520,8 +524,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
   if (law.law() == SnapLaw::uniform) {
     const double low = law.first_parameter() / unit.mean, high = law.second_parameter() / unit.mean;
     if (renewal == 0.0) {
-      consider(std::max(low, high - low));  // the slope of the curve is 1 up to the shortest length, then 1 -
-                                            // x / (max - min)
+      // Uses that the slope of the curve is 1 up to the shortest length, then 1 - x / (max - min).
+      consider(std::max(low, high - low));
     } else {
       consider(low);
       const double end = std::min(2.0 * low, high);
@@ -539,13 +543,12 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
       consider(b);
     }
   } else {
-    // Searches the peak in the one hump of the curve, beginning ten standard deviations below the mean
-    // length.
+    // Searches the peak in the one hump of the curve, from ten standard deviations below the mean length on.
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = find_maximum([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40).value;
     place = high;
-    for (int i = 0; i < 64; ++i) {  // finds, to within 1/64 of the interval, the longest path at which the
-                                    // curve is within 1e-3 of its peak
+    // Finds, to within 1/64 of the interval, the longest path at which the curve is within 1e-3 of its peak.
+    for (int i = 0; i < 64; ++i) {
       const double x = low + (high - low) * i / 64.0;
       if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
     }
@@ -567,7 +570,7 @@ double keep_peak(const SnapLength& law) {
     const double a = law.first_parameter() / law.mean();
     for (int i = 0; i <= 400; ++i) points.push_back(a + (3.0 - a) * i / 400.0);
   } else {
-    // Searches farther under wider laws: the peak of a lognormal law comes later the wider the law is, at 115
+    // Searches farther under wider laws. The peak of a lognormal law comes later the wider the law is: at 115
     // mean lengths for cv = 3.
     const double end = law.cv() < 0.65 ? 2.5 : law.cv() < 1.1 ? 8.0 : 500.0;
     for (double x = 0.4; x < end; x *= 1.06) points.push_back(x);
@@ -576,8 +579,8 @@ double keep_peak(const SnapLength& law) {
   return maximum_over(f, points, iterations);
 }
 
-/// Returns the largest value of f on a grid; where f is smooth, the top of the parabola through the best
-/// three nodes.
+/// Returns the largest value of f on a grid. Where f is smooth, that is the top of the parabola through the
+/// best three nodes.
 double grid_peak(const VirginGrid& grid, bool smooth) {
   double peak = 0.0;
   std::size_t best = 0;
@@ -633,8 +636,9 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   return damping;
 }
 
-/// A law of snap lengths, in cells of uniform density, for bristles that keep their lengths. Gives the number
-/// of their snaps up to a path x, and the sums of the places of these snaps and of the deflections lost.
+/// Law of snap lengths, in cells of uniform density, for bristles that keep their lengths. Gives the number
+/// of their snaps up to a path x, and sums over these snaps: of their places on the path and of the
+/// deflections lost.
 class DividedLaw {
  public:
   DividedLaw(const UnitLaw& unit, double cell, double end)
@@ -656,8 +660,8 @@ class DividedLaw {
       const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
       at_[i].rest = at_[i - 1].rest;
       if (x <= shortest_) continue;
-      // Integrates over a cell by Simpson's rule; in eight parts in the first 64 cells, whose width is not
-      // small beside u, so that 1/u^2 and 1/u^3 vary much within a cell.
+      // Integrates over a cell by Simpson's rule. The first 64 cells are divided into eight parts, because
+      // their width is not small beside u, so that 1/u^2 and 1/u^3 vary much within a cell.
       const int parts = i < 64 ? 8 : 1;
       const double part = (x - start) / parts;
       Moments low = i < 64 ? moments(start) : at_[i - 1];
@@ -688,7 +692,7 @@ class DividedLaw {
     }
   };
   Snaps snaps_up_to(double x) const {
-    // Number of terms that are summed one by one; for larger k an integral over the length u = x / k replaces
+    // Number of terms that are summed one by one. For larger k an integral over the length u = x / k replaces
     // the sum.
     constexpr double direct = 100.0;
     Snaps snaps;
@@ -809,10 +813,11 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Returns a grid step: for laws with atoms the step of the curves without shared renewal, for other laws
-  /// twice that step, because extrapolation is more exact for smooth solutions.
+  /// Returns a grid step: for laws with atoms the step of curves without shared renewal, for other laws twice
+  /// that step, because extrapolation is more exact for smooth solutions.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
-  /// Returns a grid step at which the atoms, or else the shortest length of a uniform law, lie on nodes.
+  /// Returns a grid step with which the atoms, or otherwise the shortest length of a uniform law, lie on
+  /// nodes.
   double fit_step(double largest) const {
     if (!atoms.empty()) return step_for_atoms(atoms, largest);
     if (law.law() != SnapLaw::uniform) return largest;
@@ -829,8 +834,8 @@ double kink_in_cell(const VirginGrid& grid, std::size_t i) {
     if (grid.left[k] != grid.right[k]) return 0.0;
   const double* f = grid.left.data() + i;
   const double rise = f[0] - f[-1], fall = f[1] - f[2];
-  const double place = (f[1] - f[0] + fall) / (rise + fall);  // place of the crossing of the two lines, in
-                                                              // cells from node i
+  // Place of the crossing of the two lines, in cells from node i.
+  const double place = (f[1] - f[0] + fall) / (rise + fall);
   return rise > 0.0 && fall > 0.0 && place > 0.0 && place < 1.0 ? f[0] + place * rise : 0.0;
 }
 
@@ -865,14 +870,15 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5)
     peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
-  // Searches a longer path on a coarser grid: with SnapRule::keep a wide law has a distant, flat peak.
+  // Searches a longer path on a coarser grid, because a wide law with SnapRule::keep has a distant, flat
+  // peak.
   if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
     peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
   return peak;
 }
 
-/// Whether the force is steady to its last digit after the path x (in mean lengths), for SnapRule::redraw:
-/// bristles that began to slide together have ceased to snap in step.
+/// Returns whether the force with SnapRule::redraw is steady to its last digit after the path x (in mean
+/// lengths): bristles that began to slide together have ceased to snap in step.
 bool has_forgotten(const SnapLength& law, double x) {
   const SurvivalTable table = make_survival_table(law, 1.0 / law.mean());
   return x * find_slow_wave(table.cells, table.mean).decay > 40.0;

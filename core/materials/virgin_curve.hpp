@@ -1,4 +1,4 @@
-// Virgin curves (force of first loading) and steady sliding, in units of the mean snap length; deflections
+// Virgin curves (force of first loading) and steady sliding, in units of the mean snap length. Deflections
 // are counted beyond the residual length.
 #pragma once
 
@@ -8,15 +8,15 @@ namespace bristle::detail {
 
 /// Returns the mean deflection in slow steady sliding.
 double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Returns the highest value of the virgin curve, the largest mean deflection in first loading.
+/// Returns the highest value of the virgin curve, which is the largest mean deflection in first loading.
 double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Returns the mean deflection after a path x > 0, if all deflections were zero at first.
+/// Returns the mean deflection after a path x > 0 from zero deflections.
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
 
-/// Returns the mean deflection with SnapRule::slide after a path x > 0 from rest, for bristles that stick up
-/// to `growth` times their length and then slide at (1 - drop) of their length.
+/// Returns the mean deflection with SnapRule::slide after a path x > 0 from rest. The bristles stick up to
+/// `growth` times their length and then slide at (1 - drop) of their length.
 double slide_curve(const SnapLength& law, double drop, double growth, double x);
-/// Returns the highest value of slide_curve(), and its derivative by `growth`.
+/// Highest value of slide_curve(), and its derivative by `growth`.
 struct SlidePeak {
   double force, slope;
 };

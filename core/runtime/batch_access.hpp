@@ -1,5 +1,5 @@
-// Access to a batch for objects made over it (outlines), for contact models of tests that make_patch.cpp does
-// not know, and for patch_outputs.hpp.
+// Access to the inside of a batch: for objects made over it (outlines), for contact models of tests that
+// make_patch.cpp does not know, and for patch_outputs.hpp.
 #pragma once
 
 #include "bristle/patch_batch.hpp"
@@ -38,8 +38,8 @@ struct BatchAccess {
     ~Changes();
     Changes(const Changes&) = delete;
     Changes& operator=(const Changes&) = delete;
-    void send(std::unique_ptr<Change>&& change);  ///< Throws std::bad_alloc, and then leaves `change` to the
-                                                  ///< caller
+    /// Sends a change to the stepping side. Throws std::bad_alloc, and then leaves `change` to the caller.
+    void send(std::unique_ptr<Change>&& change);
 
    private:
     PatchBatch::Impl& impl_;
@@ -48,7 +48,7 @@ struct BatchAccess {
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 
-  // Whether a patch is an infinite brush in a glide: a steady slide in which steps visit no cohort.
+  // Returns whether a patch is an infinite brush in a glide: a steady slide in which steps visit no cohort.
   static bool glides(const PatchBatch& batch, PatchId id) noexcept;
 
   // Returns what find_outputs() (patch_outputs.hpp) returns.

@@ -198,7 +198,7 @@ PatchBatch::Impl::Commands PatchBatch::Impl::make_group(Command::Kind kind, std:
 
 namespace {
 
-/// Gives the scheduler room for the motions of a larger group.
+/// A change that gives the scheduler room for the motions of a larger group.
 struct MakeRoom : Change {
   MakeRoom(GroupRoom& old, std::size_t count) : room(old), made(count) {}
   void apply() noexcept override { std::swap(room, made); }

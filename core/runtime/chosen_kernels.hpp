@@ -11,8 +11,8 @@
 
 namespace bristle::detail {
 
-/// Returns the kernels that `wanted` names, or else those that BRISTLE_ISA names, or else the best for this
-/// machine. Throws Error.
+/// Returns the kernels that `wanted` names; without it those that BRISTLE_ISA names; without that the best
+/// for this machine. Throws Error.
 inline const KernelTable& choose_kernels(const char* wanted) {
   int count = 0;
   const KernelEntry* entries = kernel_entries(&count);

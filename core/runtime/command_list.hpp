@@ -1,6 +1,6 @@
-// Passes changes from the thread that adds patches to the stepping thread, and replaced memory back to it for
-// freeing. The list is unbounded, has one producer and one consumer and no lock; the consumer neither
-// allocates nor frees.
+// Passes changes from the thread that adds patches to the stepping thread, and replaced memory back to be
+// freed. The list is unbounded, has one producer, one consumer and no lock. The consumer neither allocates
+// nor frees, so that a step stays within its deadline.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace bristle::detail {
 
-/// Memory for copies of patches under trial loads.
+/// Memory for copies of patches, on which loads are tried.
 struct Scratch {
   struct Free {
     void operator()(std::byte* freed) const noexcept {
@@ -33,19 +33,20 @@ struct Change {
 
 struct Command {
   enum class Kind : unsigned char { none, add, replace, remove, grow, change };
-  // The first cache line: all that commands of the kinds add, replace and remove use besides `patch`.
+  // The first cache line has all that commands of the kinds add, replace and remove use besides `patch`.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
   std::uint64_t number = 0;  ///< number of the command in the order of push()
   std::atomic<Command*> next{nullptr};
-  PatchRecord* removed = nullptr;     ///< record of the patch that a command of kind `remove` removed, for
-                                      ///< the producer to free
-  Scratch scratch;                    ///< scratch memory that replaces the batch's if that is too small for
-                                      ///< the new patch
+  /// Record of the patch that a command of kind `remove` removed, for the producer to free.
+  PatchRecord* removed = nullptr;
+  /// Scratch memory that replaces the batch's if that is too small for the new patch.
+  Scratch scratch;
   std::unique_ptr<PatchChunk> chunk;  ///< chunk of slots with the number `slot`, for a command of kind `grow`
 
-  Patch patch;  ///< patch of a command of kind `add` or `replace`; after `replace` the replaced patch. The
-                ///< command owns its record
+  /// Patch of a command of kind `add` or `replace`; after `replace`, the patch that was replaced. The command
+  /// owns its record.
+  Patch patch;
   std::unique_ptr<Change> change;  ///< change that a command of kind `change` applies
 
   Command() = default;
@@ -70,7 +71,7 @@ class CommandList {
   CommandList(const CommandList&) = delete;
   CommandList& operator=(const CommandList&) = delete;
 
-  /// Producer: appends a command, and frees commands that the consumer has finished. Without `publishes` the
+  /// Appends a command (producer), and frees commands that the consumer has finished. Without `publishes` the
   /// consumer sees the command only after the next publish().
   void push(std::unique_ptr<Command> command, bool publishes = true) {
     Command* const added = command.release();
@@ -88,11 +89,11 @@ class CommandList {
 
   void publish() noexcept { pushed_.store(newest_->number, std::memory_order_release); }
 
-  /// Consumer: returns the number of the last published command. A consumer that takes commands only up to it
-  /// comes to an end, however fast the producer is.
+  /// Returns the number of the last published command (consumer). A consumer that takes commands only up to
+  /// it comes to an end, however fast the producer is.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 
-  /// Consumer: returns the next command up to number `last`, or null. The command stays valid until the next
+  /// Returns the next command up to number `last`, or null (consumer). The command stays valid until the next
   /// one is taken; then its contents return to the producer.
   Command* take(std::uint64_t last) noexcept {
     if (current_->number >= last) return nullptr;

@@ -26,10 +26,10 @@ DeadlineMonitor::DeadlineMonitor(double deadline_s, double period_s) noexcept {
 
 namespace {
 
-/// Locks the numbers by a sequence count: the writer never waits, and a reader may have to copy again. There
-/// are no fences, which the thread sanitizer does not support. Instead every number is stored with release
-/// and read with acquire, so a reader that meets a number of a new tick also finds the count odd or
-/// increased.
+/// Writer's half of a sequence count over the numbers of the monitor: the writer never waits, and a reader
+/// may have to copy again. Uses no fences, which the thread sanitizer does not support. Every number is
+/// stored with release and read with acquire, so a reader that sees a number of a new tick also finds the
+/// count odd or increased.
 class Change {
  public:
   explicit Change(detail::SharedNumber<std::uint64_t>& changes) noexcept : changes_(changes) {
@@ -159,8 +159,8 @@ void DeadlineMonitor::refresh_events() noexcept {
 void DeadlineMonitor::reset() noexcept { *this = DeadlineMonitor(deadline(), period()); }
 
 std::uint64_t DeadlineMonitor::misses_machine() const noexcept {
-  // Reads misses_ours() first, so that a tick recorded meanwhile cannot make the difference negative; a reset
-  // can.
+  // Reads misses_ours() first, so that a tick recorded meanwhile cannot make the difference negative. (A
+  // reset can.)
   const std::uint64_t ours = misses_ours(), all = misses();
   return all > ours ? all - ours : 0;
 }

@@ -1,5 +1,6 @@
-// The floating-point mode of the kernels: round to nearest, denormals flushed to zero. A call sets it and
-// restores the caller's mode, so that neither mode changes the results of the other's code.
+// The floating-point mode of the kernels: round to nearest, denormals flushed to zero. A call of the library
+// sets it and restores the caller's mode at its end, so that neither mode changes the results of the other's
+// code.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,8 @@ class FloatModeScope {
 
  private:
 #if defined(__SSE2__)
-  // Control word of SSE: all exceptions masked, round to nearest, flush to zero, denormals are zero.
+  // Control word of SSE in kernels: all exceptions masked, round to nearest, flush to zero, denormals are
+  // zero.
   static constexpr unsigned kernel_mode = 0x1F80u | 0x8000u | 0x0040u;
   unsigned before_;
 #elif defined(__aarch64__)

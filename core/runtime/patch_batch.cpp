@@ -20,7 +20,7 @@ using namespace detail;
 
 namespace {
 
-/// Whether a time step is allowed. Denormal ones are not, because whether they read as 0 depends on the
+/// Returns whether a time step is allowed. Denormal ones are not: whether they read as 0 depends on the
 /// caller's floating-point mode.
 bool is_good_time(double dt_s) noexcept {
   return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
@@ -181,7 +181,7 @@ Response PatchBatch::Impl::find_force(double dt_s, const Motion& motion) noexcep
     step_patch(copy, motion, dt_s, response);
     return response;
   }
-  // Tries another load on a copy, because applying a load moves bristles in and out of contact.
+  // Tries another load on a copy of the patch, because applying a load moves bristles in and out of contact.
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, scratch.memory.get());
     trial.contact_loss = trial.patch.model->apply_load(trial.patch, motion.normal_load);
@@ -215,8 +215,8 @@ bool PatchBatch::ages(PatchId id) const noexcept {
 
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
-  const FloatModeScope mode;  // masks exceptions that the caller may have unmasked, since a division may
-                              // raise them
+  // Masks exceptions that the caller may have unmasked, since a division may raise them.
+  const FloatModeScope mode;
   PatchInfo info;
   const Patch* p = impl->find(id);
   if (p == nullptr) return info;
@@ -289,7 +289,7 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
   if (head.patches != impl->patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
                 std::to_string(impl->patches));
-  // Checks every patch before it changes any.
+  // Checks every patch before it changes any, so that a bad state leaves the batch as it is.
   std::size_t at = saved_batch_size;
   impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
     const std::size_t left = static_cast<std::size_t>(head.bytes) - at;

@@ -1,4 +1,5 @@
-// Memory of the patches of a batch: slots side by side, in chunks that never move.
+// Memory of the patches of a batch: slots side by side, in chunks that never move, so that pointers stay
+// valid.
 #pragma once
 
 #include <algorithm>
@@ -31,9 +32,10 @@ inline void keep_place(Patch& made, const Patch& before) noexcept {
   made.skips = before.skips;
 }
 
-/// Estimated cost of the next step of a slot's patch, by which work is shared out without reading patches.
+/// Estimated cost of the next step of a slot's patch, by which work is divided among threads without reading
+/// patches.
 struct Outlook {
-  /// Value of `bristles` for a contact in a lane: its block has the cost.
+  /// Value of `bristles` for a contact in a lane, whose cost is counted with its block.
   static constexpr std::uint32_t in_lane = ~std::uint32_t{0};
 
   double normal_load = -1.0;   ///< load of the last step, N
@@ -44,7 +46,7 @@ struct Outlook {
 
 struct LaneBlock;
 
-/// Place of a slot's patch in a block of lanes, if it has one: all that a step needs to place a motion.
+/// Lane of a slot's patch in a block, if it has one: all that a step needs to write the motion there.
 struct LaneAddress {
   LaneBlock* block = nullptr;  ///< null if the patch is in no lane
   std::uint32_t generation = 0, lane = 0;
@@ -58,8 +60,8 @@ struct PatchChunk {
   std::unique_ptr<LaneAddress[]> lanes;
 };
 
-/// Chunks of 64, 64, 128, 256, ... slots. A chunk is made by the thread that adds patches and put in place by
-/// the stepping thread: nothing is copied.
+/// Chunks of 64, 64, 128, 256, ... slots. The thread that adds patches makes a chunk, and the stepping thread
+/// puts it in place: nothing is copied.
 class PatchPool {
  public:
   static constexpr std::uint32_t first_slots = 64;
@@ -99,8 +101,8 @@ class PatchPool {
   }
   /// Returns the patch of an id, null if there is none.
   Patch* find(PatchId id) const noexcept {
-    const std::uint32_t slot = slot_of(id);  // number of the slot; for PatchId{} the largest number, which
-                                             // no slot has
+    // Number of the slot. For PatchId{} it is the largest number, which no slot has.
+    const std::uint32_t slot = slot_of(id);
     if (slot >= capacity_) return nullptr;
     Patch& p = patch(slot);
     return p.generation == generation_of(id) && p.generation != 0 ? &p : nullptr;
@@ -134,7 +136,7 @@ class SlotList {
     free_.pop_back();
     return {slot, ++generations_[slot]};
   }
-  /// Frees a slot, unless it has used its last generation: no id is given twice.
+  /// Frees a slot. A slot that has used its last generation stays unused, so that no id is given twice.
   void give_back(std::uint32_t slot) noexcept {
     BRISTLE_ASSERT(slot < generations_.size() && free_.size() < free_.capacity());
     if (generations_[slot] != last_generation) free_.push_back(slot);
@@ -176,7 +178,7 @@ class SlotList {
   }
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
-  /// Sets the generation of a slot, as if it had held so many patches. For tests.
+  /// Sets the generation of a slot, as if it had held that many patches. For tests.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;
   }

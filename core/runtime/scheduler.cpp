@@ -14,21 +14,21 @@ namespace {
 
 thread_local char this_thread;  // variable of each thread, whose address identifies the thread
 
-/// Distances, in patches, at which a slot and its patch's record are prefetched.
+/// Distances, in patches of the step, at which a slot and its patch's record are prefetched.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
 constexpr std::size_t resting_row = 16;  ///< number of resting patches in a row at which prefetching stops
 
 // Prefetches cache lines. Always inlined, because g++ 12 drops calls to a function that only prefetches.
-// Computes with the address as a number, because a slot without a patch has a null record, and arithmetic on
-// a null pointer is undefined.
+// Computes with the address as a number: a slot without a patch has a null record, and arithmetic on a null
+// pointer is undefined.
 [[gnu::always_inline]] inline void fetch(const void* memory, int lines) noexcept {
   const auto address = reinterpret_cast<std::uintptr_t>(memory);
   for (std::uintptr_t line = 0; line < static_cast<std::uintptr_t>(lines); ++line)
     __builtin_prefetch(reinterpret_cast<const void*>(address + 64 * line));
 }
 
-/// Steps the contacts of a block that motions were placed for, then calls answer(lane, answers) for each.
+/// Steps the contacts of a block for which motions were written, then calls answer(lane, answers) for each.
 template <class Answer>
 void run_block(LaneBlock& block, const Answer& answer) noexcept {
   LaneAnswers answers;
@@ -39,7 +39,7 @@ void run_block(LaneBlock& block, const Answer& answer) noexcept {
 
 }  // namespace
 
-/// Items of a step: motions of patches, also of cells of outlines whose step is not light.
+/// Items of a step: motions of patches, and of cells of outlines whose step is not light.
 struct Scheduler::Motions {
   double dt;
   Span<const Motion> in;
@@ -52,7 +52,8 @@ struct Scheduler::Motions {
   const Motion& whole_motion(const Patch&, std::size_t i) const noexcept { return in[i]; }
   double load(std::size_t i, double) const noexcept { return in[i].normal_load; }
 
-  /// Returns the patch of a motion, or null and the reason in `status` for a motion that cannot be stepped.
+  /// Returns the patch of a motion. For a motion that cannot be stepped returns null, and the reason in
+  /// `status`.
   Patch* admit(Patch* p, std::size_t i, std::uint64_t step_number, Status& status) const noexcept {
     out[i].id = in[i].id;
     Status why = Status::ok;
@@ -67,7 +68,7 @@ struct Scheduler::Motions {
     status = status | why;
     return nullptr;
   }
-  /// Places the motion of a contact in its block, unless it is refused or answered at once.
+  /// Writes the motion of a contact into its block, unless it is refused or answered at once.
   bool place(LaneBlock& block, std::uint32_t lane, std::size_t i, bool repeats,
              Outcome& outcome) const noexcept {
     out[i].id = in[i].id;
@@ -173,7 +174,7 @@ struct Scheduler::Cells {
     status = status | status_of(p);
     return visited;
   }
-  // Returns the motion of a cell that is stepped as a patch is, because it is large enough to be shared among
+  // Returns the motion of a cell that is stepped as a patch, because it is large enough to be shared among
   // threads.
   Motion whole_motion(const Patch& p, std::size_t i) const noexcept {
     Motion motion;
@@ -235,9 +236,9 @@ class Scheduler::Step {
   }
 
  private:
-  /// Places the motions of contacts in lanes. Sets `others` to the number of items of other patches, and
-  /// `cost` to the cost of the blocks that the step has to run. Returns the first of them, null if there is
-  /// none.
+  /// Writes the motions of contacts in lanes into their blocks. Sets `others` to the number of items of other
+  /// patches, and `cost` to the cost of the blocks that the step has to run. Returns the first of these
+  /// blocks, null if there is none.
   LaneBlock* place_motions(std::size_t& others, std::uint64_t& cost, StepReport& report) noexcept {
     Outcome outcome;
     LaneBlock *first = nullptr, *last = nullptr;
@@ -275,7 +276,7 @@ class Scheduler::Step {
     }
   }
 
-  /// Whether a step of this cost, in bristles, is worth sharing among threads.
+  /// Returns whether a step of this cost, in bristles, is worth sharing among threads.
   bool pays(std::uint64_t cost) noexcept {
     if (s.workers.count() <= 1 || cost < s.sharing_.parallel_from) return false;
     const bool awake = DeadlineMonitor::wall_now() - s.last_sizable_step_ < s.sharing_.awake;
@@ -375,8 +376,8 @@ class Scheduler::Step {
     task.end = DeadlineMonitor::wall_now();
   }
 
-  /// Returns the bristles that the step of an item may visit, plus the fixed cost of a patch in bristles; 0 =
-  /// nothing to do.
+  /// Returns the number of bristles that the step of an item may visit, plus the fixed cost of a patch in
+  /// bristles; 0 = nothing to do.
   std::uint64_t cost_of(std::size_t i) const noexcept {
     const std::uint32_t slot = slot_of(items_.id(i));
     if (slot >= s.pool.capacity()) return 0;
@@ -388,8 +389,8 @@ class Scheduler::Step {
     return works ? s.sharing_.patch_overhead + outlook.bristles : 0;
   }
 
-  /// Returns the estimated cost of all motions, 0 if a slot is named twice, because such a step is not worth
-  /// sharing.
+  /// Returns the estimated cost of all motions. Returns 0 if a slot is named twice, because such a step is
+  /// not worth sharing.
   std::uint64_t count_cost() noexcept {
     std::uint64_t cost = 0;
     const auto mark = static_cast<std::uint32_t>(s.step_number_);
@@ -403,7 +404,7 @@ class Scheduler::Step {
   }
 
   /// Begins the step of a large patch and splits it into ranges of blocks. Returns false, and begins nothing,
-  /// if it cannot be split, need not be split, or there is no room for its tasks.
+  /// if the patch cannot or need not be split, or if there is no room for its tasks.
   bool split_patch(std::size_t i, std::uint64_t pieces, int& task_count, Status& status) noexcept {
     if (pieces <= 1 || s.split_count_ >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
       return false;
@@ -417,7 +418,7 @@ class Scheduler::Step {
     split.motion = i;
     split.first_task = task_count;
     const std::uint32_t blocks = begin_step(p, motion, items_.dt, split.step);
-    // Gives each task whole groups of blocks, because bounds are kept by group of blocks.
+    // Gives each task whole groups of blocks, because bounds on snapping are kept for groups.
     const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
     const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
     for (std::uint32_t k = 0; k < parts; ++k) {
@@ -483,8 +484,8 @@ class Scheduler::Step {
       add_to(report, task.outcome);
     }
     s.retreat_.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
-    // Reports the larger numbers of two runs, that of cells and that of motions. Both numbers stay 1 if there
-    // was no task, because the calling thread then did all the work.
+    // Reports the larger numbers of two runs, that of cells and that of motions. Both stay 1 if there was no
+    // task: the calling thread then did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
     report.threads = std::max(s.count_threads(task_count), report.threads);
   }
@@ -582,7 +583,7 @@ void Scheduler::step_group(double dt_s, const GroupStep& step, StepReport& repor
     Step<Blocks>(*this, blocks).run_blocks(first, blocks.cost, report);
     return;
   }
-  // Steps the contacts as patches, as many at a time as there is room.
+  // Steps the contacts as patches, as many at a time as there is room for.
   const Outputs computed = pool.find(step.group.first)->outputs;
   std::vector<Motion>& motions = group_room.motions;
   std::vector<Response>& responses = group_room.responses;

@@ -42,8 +42,8 @@ class Scheduler {
 
   struct Range {
     std::uint32_t first = 0, last = 0;
-    int next_split = 0;  ///< index in `splits_` of the first large patch that may lie in this range of
-                         ///< motions
+    /// Index in `splits_` of the first large patch that may lie in this range of motions.
+    int next_split = 0;
   };
   using Outcome = StepOutcome;
   /// A task of a shared step: blocks of contacts in lanes, a range of blocks of one large patch, or a range
@@ -70,9 +70,9 @@ class Scheduler {
   template <class Items>
   class Step;
 
-  /// Links the blocks of a group whose named contacts are all lent, with their `named` lanes. Returns the
-  /// first, null if the contacts have to be stepped one by one. `repeats`: gets Status::repeated_id for a
-  /// contact that the step has named before; null for a trial.
+  /// Links the blocks of a group whose named contacts are all lent to them, with their `named` lanes. Returns
+  /// the first block; null if the contacts have to be stepped one by one. `repeats`: gets Status::repeated_id
+  /// for a contact that the step has named before; null for a trial.
   LaneBlock* link_group(const GroupStep& step, std::uint64_t& cost, Status* repeats) noexcept;
   void step_group(double dt_s, const GroupStep& step, StepReport& report) noexcept;
 

@@ -1,5 +1,5 @@
 // Checks the thread rule (patch_batch.hpp) in builds with asserts: one call at a time on each side of a
-// batch. A call may make further calls on its thread.
+// batch. A call may make further calls on its own thread.
 #pragma once
 
 #include "core/common/assert.hpp"
@@ -43,7 +43,7 @@ class SteppingSide {
 };
 #endif
 
-/// Marks the side of a batch as busy while one call lasts.
+/// Marks one side of a batch as busy while a call lasts.
 class SteppingCall {
  public:
   explicit SteppingCall(SteppingSide& side) noexcept : side_(side) { side_.enter(); }

@@ -9,8 +9,8 @@ namespace bristle {
 
 namespace {
 
-constexpr int mantissa_bits = 6;  // number of mantissa bits that select one of the 64 buckets of an
-                                  // octave
+// Number of mantissa bits that select one of the 64 buckets of an octave.
+constexpr int mantissa_bits = 6;
 constexpr int last = TimeHistogram::buckets - 1;
 
 // Returns the number of the bucket of a time. Bucket 0 holds 0 ns. Below 2^6 ns every nanosecond has its own
@@ -42,7 +42,7 @@ void TimeHistogram::record(double time_s) noexcept {
   if (!(time_s >= 0.0)) time_s = 0.0;  // counts as 0 if the clock went back or gave NaN
   sum_s_.add(time_s);
   if (time_s > max_s_.get()) max_s_.set(time_s);
-  // Times above 2^36 ns (69 s) fall into the last bucket, whose percentile is the maximum.
+  // Puts times above 2^36 ns (69 s) into the last bucket, whose percentile is the maximum.
   const double ns = time_s * 1e9 + 0.5;
   detail::SharedNumber<std::uint32_t>& cell =
       cells_[ns < 0x1p36 ? bucket_of(static_cast<std::uint64_t>(ns)) : last];

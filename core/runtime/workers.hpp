@@ -7,15 +7,15 @@ namespace bristle::detail {
 
 class Workers {
  public:
-  /// Makes `threads` >= 1 workers, the caller included; 0 = one per core.
+  /// Makes `threads` >= 1 workers, counting the caller; 0 = one per core.
   explicit Workers(int threads);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
   int count() const noexcept { return count_; }
-  /// Calls task(context, i) once for each i in [0, tasks), on any thread; returns when all are done.
-  /// The caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).
+  /// Calls task(context, i) once for each i in [0, tasks), on any thread, and returns when all are done. The
+  /// caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).
   void run(int tasks, void (*task)(void* context, int index), void* context) noexcept;
   /// Wakes the threads, so that their library makes its allocations in this call and not in a step.
   void warm_up() noexcept;

@@ -1,4 +1,4 @@
-// Workers by oneTBB. Only this file includes it.
+// The threads that share a step, by oneTBB. Only this file includes it.
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -13,8 +13,8 @@
 #include "core/runtime/workers.hpp"
 
 #if defined(__SANITIZE_THREAD__)
-// Tells the thread sanitizer of the fork and the join, because TBB is not built for it. The tags are global
-// because a worker must read nothing, not even the address of a tag, before it has acquired the fork.
+// Tells the thread sanitizer of the fork and the join, because TBB is not built for it. The tags are global:
+// a worker must read nothing, not even the address of a tag, before it has acquired the fork.
 extern "C" void __tsan_acquire(void*);
 extern "C" void __tsan_release(void*);
 static char fork_tag, join_tag;
@@ -95,8 +95,8 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     return;
   }
   impl_->share_out(tasks);
-  // Makes the loop's body before the fork and passes it by reference, so that workers read only such memory
-  // of this library as was written before the fork.
+  // Makes the loop's body before the fork and passes it by reference. Workers then read only memory of this
+  // library that was written before the fork.
   const auto body = [task, context, impl = impl_.get()](int) {
     __tsan_acquire(&fork_tag);
     const int index = tbb::this_task_arena::current_thread_index();
@@ -106,7 +106,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
   };
   __tsan_release(&fork_tag);
   impl_->arena.execute([&] {
-    // Isolates the loop, because a thread that waits here must not pick up unrelated work of the host.
+    // Isolates the loop: a thread that waits here must not pick up unrelated work of the host.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, count_, body, tbb::simple_partitioner{}); });
   });
   __tsan_acquire(&join_tag);

@@ -1,5 +1,5 @@
-// All services of the operating system that core needs besides threads: clocks and counters of a thread. One
-// source for each family of systems: posix.cpp, windows.cpp.
+// All services of the operating system that core needs besides threads: clocks and counters of a thread. Each
+// family of systems has one source: posix.cpp, windows.cpp.
 #pragma once
 
 #include "bristle/deadline_monitor.hpp"

@@ -16,8 +16,8 @@ double monotonic_seconds() noexcept {
   return static_cast<double>(count.QuadPart) / static_cast<double>(rate.QuadPart);
 }
 
-/// Returns the CPU time of the calling thread, s: Windows counts its processor cycles, which the clock and
-/// the cycle counter since the first call convert to seconds.
+/// Returns the CPU time of the calling thread, s. Windows counts its processor cycles; clock and cycle
+/// counter since the first call convert them to seconds.
 double thread_seconds() noexcept {
   struct Start {
     double time = monotonic_seconds();
