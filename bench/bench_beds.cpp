@@ -1,8 +1,8 @@
 // Compares beds with what their users have otherwise (plain_beds.hpp, tools/libraries/rivals), in one run.
 //
 // Each row times a bed and one alternative (its rival). Both are stepped alternately in blocks, so that
-// whatever slows the machine slows both. `ratio` is the median over the blocks of the rival's time over the
-// bed's. `error` and `rival_error` are the errors of force and torque, per cent of mu N and mu N R, where a
+// whatever slows the machine slows both. `ratio` is the rival's time over the bed's, as the median over the
+// blocks. `error` and `rival_error` are the errors of force and torque, per cent of mu N and mu N R, where a
 // closed or converged answer exists.
 #include <algorithm>
 #include <cmath>
@@ -32,7 +32,7 @@ using bristle::BedPressure;
 using bristle::BedResponse;
 using bristle::BedShape;
 
-/// Batch of equal beds (contacts of elastic bodies), with the motion of each.
+/// Batch of equal beds (a bed is the contact of an elastic body), with the motion of each.
 struct Beds {
   bristle::BedBatch batch;
   std::vector<BedMotion> in;
@@ -98,7 +98,7 @@ std::shared_ptr<Beds> disc_bed(int rings, int around) {
                                 BedShape::disc(disc_radius, BedPressure::uniform, rings, around), disc_load);
 }
 
-/// Sets a motion, about half slide and half spin, in which the disc's rim moves by about `way` times
+/// Sets a motion, about half slide and half spin, in which the rim of the disc moves by about `way` times
 /// `disc_limit`, the deflection at which bristles slide.
 void move_disc(Beds& bed, double way) {
   bed.in[0].displacement[0] = 0.45 * way * disc_limit;

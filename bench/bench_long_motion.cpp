@@ -1,4 +1,4 @@
-// Measures cost against the length of the step, which must stay bounded however many snaps a step holds, and
+// Measures cost against the length of the step. It must stay bounded however many snaps a step holds, and
 // however the path bends.
 #include <cstdio>
 

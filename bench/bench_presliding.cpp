@@ -1,6 +1,6 @@
-// Measures steps in presliding (few bristles snap): cost against the length of a step, and the share of
-// bristles that are visited. Steps go one way, after sliding; below a snap length only blocks with a bristle
-// near its snap are visited.
+// Measures steps in presliding, in which few bristles snap: cost against the length of a step, and the share
+// of bristles that are visited. Steps go one way, after sliding. Below a snap length only blocks with a
+// bristle near its snap should be visited.
 #include <cstdio>
 
 #include "measured_scene.hpp"

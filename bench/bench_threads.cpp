@@ -1,7 +1,7 @@
 // Measures what sharing a step between threads costs and gains. Rows: waking a worker once a millisecond; the
-// number of bristles from which sharing pays; the size of the pieces shared; the gain of two threads in steps
-// back to back and in a paced 1 kHz loop. Each row has the same number of steps, timed one by one; p50 and
-// p99 are counters.
+// number of bristles from which sharing pays; the size of the pieces shared; the gain of two threads, in
+// steps that follow each other at once and in a paced 1 kHz loop. Each row has the same number of steps,
+// timed one by one; p50 and p99 are counters.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
@@ -72,8 +72,8 @@ struct Meeting {
   }
 };
 
-/// Registers a fork and join of eight empty tasks, whose time is what sharing costs the caller, and of tasks
-/// that wait for a worker, whose time is that of waking one.
+/// Registers two benchmarks of fork and join: eight empty tasks, whose time is what sharing costs the caller;
+/// and tasks that wait for a worker, whose time is that of waking one.
 void register_fork_join() {
   for (bool wait : {false, true}) {
     for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {

@@ -62,8 +62,8 @@ inline std::vector<Outputs> output_sets() {
 inline std::vector<int> axes_counts() { return {1, 2}; }
 inline Outputs usual_outputs() { return Outputs::mean; }
 
-/// Steps that bring a scene into its regime: 54 steps of 0.37 mean snap lengths (20 in all, out of phase with
-/// the snap lengths), then 16 steps of the regime itself.
+/// Steps that bring a scene into its regime: 54 steps of 0.37 mean snap lengths (20 in all; the odd length
+/// keeps steps and snaps from coinciding), then 16 steps of the regime itself.
 constexpr Settling usual_settling = {0.37, 54, 16};
 
 /// Batch of patches in steady motion, with the benchmarks' step time and settling.
@@ -95,9 +95,9 @@ T& keep_while_named(const std::string& name, Make make) {
   return *kept;
 }
 
-/// Returns the least bytes that a step must read and write per bristle. Deflections and snap length are read;
-/// deflections are written if bristles snap. If all snap with redraw, the snap length is written too, and
-/// draw state read and written.
+/// Returns the fewest bytes that a step must read and write per bristle. It reads deflections and snap
+/// length, and writes deflections if bristles snap. If all snap with redraw, it also writes the snap length,
+/// and reads and writes the random state.
 inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precision precision) {
   const double real = precision == Precision::single ? 4.0 : 8.0;
   const double read = (axes + 1) * real;
@@ -106,9 +106,9 @@ inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precisi
   return rule == SnapRule::redraw && regime.step > 0.1 ? moved + real + 8.0 : moved;
 }
 
-/// Runs `step` repeatedly and sets the counters. Every benchmark has the same ones, because the CSV reporter
+/// Runs `step` repeatedly and sets the counters. All benchmarks have the same ones, because the CSV reporter
 /// stops at a row with others. `visited` is the share of bristles that a kernel visited, if `step` returns a
-/// StepReport. Measures the time itself, because Google Benchmark labels all of its own rate counters "per
+/// StepReport. Measures time itself, because Google Benchmark labels all of its own rate counters "per
 /// second".
 template <class Step>
 void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_bristle, Step step) {

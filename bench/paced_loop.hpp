@@ -7,7 +7,8 @@
 
 namespace bristle_bench {
 
-/// Timer of a servo loop, which sleeps until the next point of a grid of absolute times.
+/// Timer of a servo loop. It sleeps until the next point of a grid of absolute times, so that delays do not
+/// add up.
 class PacedLoop {
  public:
   explicit PacedLoop(double period_s = 1e-3) : period_ns_(std::lround(1e9 * period_s)) {

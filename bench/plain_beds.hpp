@@ -1,5 +1,5 @@
-// Loop that a bed (bed.hpp) is compared with, as its users write it, left to the compiler (flags and rules of
-// plain_loops.hpp): FASTSIM.
+// The loop that users write in place of a bed (bed.hpp), FASTSIM, left to the compiler with the flags and
+// rules of plain_loops.hpp.
 #pragma once
 
 #include <cstddef>

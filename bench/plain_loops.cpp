@@ -13,7 +13,7 @@ namespace bristle::plain {
 namespace {
 
 constexpr std::size_t cache_line = 64;
-// number of bristles in a chunk; its four columns are 16 KB, half of a small first-level cache
+// Number of bristles in a chunk. Its four columns are 16 KB, half of a small first-level cache.
 constexpr std::size_t chunk = 1024;
 
 void* take(std::size_t bytes) {
@@ -176,8 +176,8 @@ struct Sums {
   float end_x = 0.0f, end_y = 0.0f, path_x = 0.0f, path_y = 0.0f;
 };
 
-/// Source of uniform snap lengths: a hash of two multiplications of the bristle's number and the number of
-/// its draw.
+/// Source of uniform snap lengths: a hash of the bristle's number and of the number of its sample, by two
+/// multiplications.
 struct Draw {
   float shortest, width;  // m
   std::uint32_t seed;
@@ -194,7 +194,7 @@ struct Draw {
   }
 };
 
-/// Returns the distance along the path to a bristle's first snap; 0 if it is bent beyond its length.
+/// Returns the distance along the path to a bristle's first snap; 0 if it is bent beyond its length already.
 template <int Axes>
 inline float distance_to_snap(float zx, float zy, float delta, const Path& path) {
   if constexpr (Axes == 1) {
@@ -207,7 +207,7 @@ inline float distance_to_snap(float zx, float zy, float delta, const Path& path)
 }
 
 /// Adds one bristle to the sums. z: its deflection before the step; `t`: its path up to the first snap or the
-/// end, `squares`: sum of squared paths between later snaps.
+/// end; `squares`: sum of squared paths between later snaps.
 template <int Axes, bool Mean>
 inline void add(Sums& sums, float zx, float zy, float t, float squares, float new_zx, float new_zy,
                 const Path& path) {
@@ -220,11 +220,13 @@ inline void add(Sums& sums, float zx, float zy, float t, float squares, float ne
   }
 }
 
-// Steps bristles that keep their lengths in a single loop. By `objdump -dC` and -fopt-info-vec, g++ 12 with
-// -O3 -march=native -ffast-math on an AVX-512 machine turns the whole loop into 64-byte (zmm) vectors in all
-// four variants: vrsqrt14ps and vrcp14ps with a Newton step for root and quotient, vrndscaleps for floor,
-// masked adds for bristles that do not snap. clang++ 14 vectorises it as widely. Sums are passed by
-// reference, because clang++ does not vectorise the loop if the function returns them.
+// Steps bristles that keep their lengths, in a single loop.
+//
+// g++ 12 with -O3 -march=native -ffast-math turns the whole loop into 64-byte (zmm) vectors in all four
+// variants on an AVX-512 machine (`objdump -dC`, -fopt-info-vec): vrsqrt14ps and vrcp14ps with a Newton step
+// for root and quotient, vrndscaleps for floor, masked adds for bristles that do not snap. clang++ 14
+// vectorises it as widely. Sums are passed by reference, because clang++ does not vectorise the loop if the
+// function returns them.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void keep_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
                                      const Path& path_in, Sums& out) {
@@ -240,7 +242,7 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    // Path left after the bristle's first snap. It is 0 without a snap, so that nothing is added for it.
+    // Path left after the bristle's first snap. It is 0 without a snap, so that nothing is added then.
     const float rest = path.h - t;
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
@@ -284,8 +286,8 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Steps bristles that redraw their lengths in the simplest form: one bristle after the other, snap by snap.
-/// The inner loop prevents vectorisation.
+/// Steps bristles that redraw their lengths in the simplest form: one bristle after the other, from snap to
+/// snap. The inner loop prevents vectorisation.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void redraw_one_loop(const Columns& columns, std::size_t begin, std::size_t end,
                                        const Path& path_in, const Draw& draw_in, Sums& out) {
@@ -328,9 +330,10 @@ template <int Axes, bool Mean>
   out = sums;
 }
 
-/// Steps bristles with redraw in rounds over the chunk, one snap per round for each with path left, so that
-/// each loop vectorises (zmm on an AVX-512 machine). Takes as many rounds as the bristle that snaps most. g++
-/// 12 needs 32-bit indices, loads before selects, unconditional stores, and sums apart from selects.
+/// Steps bristles with redraw in rounds over the chunk. In a round each bristle with path left snaps once, so
+/// that each loop vectorises (zmm on an AVX-512 machine). There are as many rounds as snaps of the bristle
+/// that snaps most. g++ 12 needs 32-bit indices, loads before selects, unconditional stores, and sums apart
+/// from selects.
 template <int Axes, bool Mean>
 [[gnu::noinline]] void redraw_chunk(const Columns& columns, std::size_t begin, std::size_t end,
                                     const Path& path_in, const Draw& draw_in, Sums& out) {
@@ -438,7 +441,7 @@ Force step_all(const Columns& columns, const PlainOptions& options, double dx_m,
   force.end[0] = -stiffness * end_x;
   force.end[1] = -stiffness * end_y;
   if constexpr (Mean) {
-    // Takes the end force as the mean force at rest.
+    // Takes the end force as the mean force of a step at rest.
     force.mean[0] = h > 0.0 ? -stiffness * path_x * per_h : force.end[0];
     force.mean[1] = h > 0.0 ? -stiffness * path_y * per_h : force.end[1];
   }
@@ -469,7 +472,7 @@ Step find_step(Rule rule, bool mean, Style style) {
 PlainLoop::PlainLoop(const PlainOptions& options) : options_(options) {
   if (options_.axes != 1) options_.axes = 2;
   const std::size_t n = options_.bristles;
-  // Puts between columns an odd number of cache lines, so that equal rows of two columns never share a set.
+  // Puts an odd number of cache lines between columns, so that equal rows of two columns never share a set.
   const std::size_t stride = (n + 15) / 32 * 32 + 16;
   memory_ = take(4 * stride * sizeof(float));
   auto* floats = static_cast<float*>(memory_);

@@ -14,7 +14,8 @@ namespace bristle::plain {
 /// Returns whether this machine has the instructions that this file was compiled for.
 bool plain_loops_run_here() noexcept;
 
-/// Elastic force of the bristles on the moving body, N: at the step's end, and its mean (0 unless computed).
+/// Elastic force of the bristles on the moving body, N: at the end of the step, and its mean (0 unless
+/// computed).
 struct Force {
   double end[2] = {0.0, 0.0};
   double mean[2] = {0.0, 0.0};
@@ -25,12 +26,12 @@ struct Bristle {
   double zx = 0.0, zy = 0.0, delta = 0.0;
 };
 
-/// The paper's loop (section 4.1) as its authors would have written it. It is an array of structs, moved one
-/// bristle at a time by a vector class with operators; the rule is literal, `z += x; if |z| > delta then z =
+/// The paper's loop (section 4.1) as its authors would have written it: an array of structs, moved one
+/// bristle at a time by a vector class with operators. The rule is literal, `z += x; if |z| > delta then z =
 /// 0`, and the damper is inside the sum. Snap lengths are uniform on 0.5 to 1.5 of the mean and never change.
 ///
-/// Real is float or double; Dimensions is 3 (the vectors of the haptic tool kits of the time, with a third
-/// component of 0) or 2. Compiled: <double, 3> and <float, 2>, the most and the least work.
+/// Real is float or double. Dimensions is 3 (the vectors of the haptic tool kits of the time, with a third
+/// component of 0) or 2. Compiled are <double, 3> and <float, 2>, the most and the least work.
 template <class Real, int Dimensions>
 class PaperLoop {
  public:
@@ -64,9 +65,9 @@ enum class Style : unsigned char {
   one_loop,  ///< all work of a bristle in one loop body, as one writes it first
 
   /// Chunks of 1024 bristles, as one writes after a day with a profiler. A cheap pass adds their deflections
-  /// and tests whether any snaps; redraw goes in rounds over the chunk, so that it vectorises too.
+  /// and tests whether any snaps; `redraw` takes rounds over the chunk, in each of which a bristle snaps at
+  /// most once, so that it vectorises too.
   chunked
-  ///< redraw in rounds over the chunk, one snap per round for each bristle, so that it vectorises too
 };
 
 struct PlainOptions {
@@ -80,9 +81,9 @@ struct PlainOptions {
   std::uint32_t seed = 1;
 };
 
-/// Plain loop of the same exact physics as bristle's kernels, with every snap inside the step and the
-/// remainder carried. It is a structure of float arrays, with loops for the compiler's auto-vectoriser. It
-/// has no vector code, does not promise equal bits, and does not handle extreme input: only finite input and
+/// Plain loop with the same exact physics as bristle's kernels: every snap inside the step counts, and the
+/// path left after it is carried on. It is a structure of float arrays, with loops for the compiler's
+/// auto-vectoriser. It has no vector code, does not promise equal bits, and handles only finite input and
 /// steps up to some 1e3 mean snap lengths, beyond which float loses the phase.
 class PlainLoop {
  public:
@@ -117,7 +118,7 @@ class PlainLoop {
 
 /// Plain loop for contacts whose bristles slide at their limit (SnapRule::slide), sixteen at a time: two
 /// axes, single precision, end force, equal weights, a polynomial for exp. Limits are uniform on 0.5 to 1.5
-/// means. A load scales the force only: the loop does not follow its changes.
+/// means. A load only scales the force; the loop does not follow its changes.
 class LanesLoop {
  public:
   static constexpr std::size_t lanes = 16;
@@ -134,13 +135,13 @@ class LanesLoop {
  private:
   std::size_t contacts_, springs_;
   double mean_m_;
-  float* limit_;       ///< limit of each spring, in units of the mean limit
-  float* springs_xy_;  ///< deflections: for each block of 16 contacts and each spring 16 along x, then 16
-                       ///< along y
+  float* limit_;  ///< limit of each spring, in units of the mean limit
+  /// Deflections: for each block of 16 contacts and each spring 16 along x, then 16 along y.
+  float* springs_xy_;
 };
 
-/// Plain loop for joints of 8 bristles that slide at load-dependent limits: a clamp per bristle, double
-/// precision. Limits are evenly spread on 0.5 to 1.5 of base + by_motor |motor|.
+/// Plain loop for joints of 8 bristles that slide at load-dependent limits: a clamp for each bristle, in
+/// double precision. Limits are evenly spread on 0.5 to 1.5 of base + by_motor |motor|.
 class JointLoop {
  public:
   JointLoop(std::size_t n, double stiffness, double base, double by_motor);
@@ -157,9 +158,9 @@ class JointLoop {
   double* tip_;  ///< deflections: for each of the 8 bristles a column with all joints
 };
 
-/// Streaming limit: reads `read_columns` float columns of n and writes the first `written_columns` of them
-/// back, in chunks of 256 like bristle's blocks, with almost no computation. A step with two axes and keep
-/// reads 3 columns, and writes 2 where bristles snap.
+/// Streaming limit, the time that memory alone takes: reads `read_columns` float columns of n and writes the
+/// first `written_columns` of them back, in chunks of 256 like bristle's blocks, with almost no computation.
+/// (A step with two axes and keep reads 3 columns, and writes 2 where bristles snap.)
 class StreamLoop {
  public:
   StreamLoop(std::size_t n, int read_columns, int written_columns);

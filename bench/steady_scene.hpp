@@ -20,8 +20,8 @@ struct SteadyMotion {
   bool zigzag = false;  ///< whether every other step is perpendicular to the one before (two axes only)
 };
 
-/// Motion that brings a scene from rest into its steady motion. First `slides` steps of `slide` mean snap
-/// lengths make the distribution of the deflections steady; then `moves` steps of the motion itself follow.
+/// Motion that brings a scene from rest into its steady motion: `slides` steps of `slide` mean snap lengths,
+/// which make the distribution of the deflections steady, then `moves` steps of the motion itself.
 struct Settling {
   double slide;
   int slides, moves;
@@ -35,7 +35,7 @@ void bring_to_steady_state(const Settling& settling, Slide slide, Move move) {
 
 class SteadyScene {
  public:
-  /// Makes an empty scene. `eager`: whether steps visit every bristle.
+  /// Makes an empty scene. `eager`: steps visit every bristle, also where none can snap.
   SteadyScene(const bristle::BatchOptions& options, double dt_s, const Settling& settling, bool eager = false)
       : batch_(options), dt_s_(dt_s), settling_(settling) {
     if (eager) bristle::detail::visit_all(batch_);
@@ -54,7 +54,8 @@ class SteadyScene {
       motion.displacement[1] = (options.axes == 1 ? 0.0 : 0.6) * (lengths * mean);
       return motion;
     };
-    // Patches slide by different lengths, so that afterwards they do not merge cohorts in the same steps.
+    // Lets patches slide by different lengths, so that afterwards they do not merge cohorts in the same
+    // steps.
     sliding_.push_back(moved(settling_.slide * (1.0 + 0.05 * static_cast<double>(sliding_.size() % 8))));
     motions_[0].push_back(moved(steady.step));
     motions_[1].push_back(moved(steady.there_and_back ? -steady.step : steady.step));

@@ -65,7 +65,8 @@ class Subject {
 
 struct Kind {
   std::string name;
-  /// Makes the object, with so many further members in front of the three.
+  /// Makes an object of this kind. In front of its three members it gets `company` others, which must not
+  /// change the results of the three.
   std::function<std::unique_ptr<Subject>(const BatchOptions&, std::size_t company)> make;
 };
 

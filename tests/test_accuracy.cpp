@@ -151,7 +151,8 @@ double virgin_error(std::uint32_t n, int seeds) {
         PatchOptions{}.with_bristles(n).with_axes(1).with_seed(static_cast<std::uint32_t>(977 * seed));
     const auto id = batch.add(m, options);
     const Response r = step_one(batch, Motion{id, {0.8 * dbar, 0.0}, 1.0, false, {0.0, 0.0}}, 1e-3);
-    // First loading by the uniform law on 0.5 to 1.5, path x from 0.5 to 1: force x - x^2/2 + 1/8, less.
+    // Expects the mean deflection x - x^2/2 + 1/8 of first loading, at x = 0.8, for snap lengths uniform on
+    // 0.5 to 1.5.
     const double expected = -m.bristles_in_contact(1.0) * m.bristle_stiffness * dbar * (0.8 - 0.32 + 0.125);
     squares += (r.end[0] / expected - 1.0) * (r.end[0] / expected - 1.0) / seeds;
   }

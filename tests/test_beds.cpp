@@ -569,7 +569,8 @@ TEST_CASE(
       double peak = 0.0;
       for (int i = 0; i < 300; ++i) peak = std::max(peak, -bed.step(1e-6).force[0]);
       CHECK(peak == Approx(std::string(how) == "at once" ? 6.0 : 9.0).epsilon(0.02));
-      // Back by less than both limits: all bristles still stick, in one step as in many.
+      // Moves the bed back by less than the sum of the kinetic and the static limit, so that all bristles
+      // still stick, in one step as in many.
       for (const int parts : {1, 20}) {
         OneBed back(BedMaterial(0.9, 0.6).with_presliding(0.9e-4), BedShape::disc(1e-3, BedPressure::uniform),
                     with_load(10.0, all));
@@ -587,7 +588,7 @@ TEST_CASE("A bed that slides by a millionth of a limit a step turns, works and d
         for (const double size : {0.9e-3, 3e-5, 1e-6}) {
           INFO("gain " << gain << ", spin " << spin << ", steps of " << size << (all ? ", all outputs" : ""));
           const auto run = [&](double step, double& work, double& dissipated) {
-            // A row of one pressure, or one that spins.
+            // Takes a wheel's row of uniform pressure, or a rectangle where the bed spins.
             const BedShape shape = spin > 0.0 ? BedShape::rectangle(0.1, 0.05, BedPressure::uniform, 4, 4)
                                               : BedShape::wheel_row(0.1, BedPressure::uniform, 8);
             BedMaterial material(0.8);

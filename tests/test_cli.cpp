@@ -592,7 +592,7 @@ TEST_CASE("A peak is reached, or the run says which one was and why", "[cli]") {
   const auto coefficient = [&] {
     return run_report(folder, "run '" + folder.write("s.toml", s.text()) + "'")["patches"][0]["coefficient"];
   };
-  // Two mean snap lengths a step, whose ends miss the peak.
+  // Takes steps of two mean snap lengths, whose ends miss the peak of friction.
   json found = coefficient();
   CHECK(found["highest"].get<double>() < 0.45);
   CHECK_THAT(found["missed_peak"].get<std::string>(),
@@ -603,7 +603,7 @@ TEST_CASE("A peak is reached, or the run says which one was and why", "[cli]") {
   found = coefficient();
   CHECK(found["missed_peak"].is_null());
   CHECK(found["highest"].get<double>() == Approx(0.5).epsilon(0.02));
-  // A push that goes 4 um, and one that turns back there.
+  // Pushes that end before the peak: one stops after 4 um, one turns back there.
   replace(s.motion, "velocity = 0.02", "velocity = 0.02\nuntil = 2e-4");
   CHECK_THAT(coefficient()["missed_peak"].get<std::string>(),
              Contains("went no farther than 4") && Contains("the peak comes near 10 um"));

@@ -272,7 +272,7 @@ TEST_CASE("A state of every kind with forged numbers and a true checksum is refu
   forge_states({11}, 40, 400);
 }
 
-// With forged numbers at every place. Takes minutes.
+// Forges numbers at every place. Runs on request only, because it takes minutes.
 TEST_CASE("A state of every kind that is forged anywhere is refused or does no harm", "[.forged]") {
   forge_states({11, 4}, 1000, 20000);
 }

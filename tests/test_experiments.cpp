@@ -384,7 +384,7 @@ TEST_CASE("Rubbing hardens the paper's brush as the records of its prototype say
     CHECK(std::abs(finding(result, "echo", model)) < 3.0);
   }
   // With keep the virgin peak repeats at the origin, and just before it friction is twice the kinetic force
-  // (reference/README.md).
+  // (core/MODEL.md, section 17).
   CHECK(finding(result, "echo", "brush_keep") > 50.0);
   // Checks that all models slide with the kinetic friction that the settings ask for.
   for (const std::string& model : models) {

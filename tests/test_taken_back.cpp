@@ -436,9 +436,9 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
   struct Forged {
     const char* bound;
     Kind kind;
-    void (*forge)(S&, std::size_t in,
-                  std::size_t out);  ///< forged state; `in`: index of a bristle in contact with little load,
-                                     ///< `out`: of one out of contact
+    /// Forges a state. `in`: index of a bristle that is in contact with little load; `out`: of one that is
+    /// out of contact.
+    void (*forge)(S&, std::size_t in, std::size_t out);
   };
   const Forged table[] = {
       {"load", disc,

@@ -30,7 +30,7 @@ int main() {
     const double force = trial.force[0] / (1.0 + stiffness * per_force);
     speed += dt * (force - slope) / mass;
     spin -= dt * radius * force / inertia;
-    // The brake holds the wheel as far as its torque reaches.
+    // Stops the wheel within the step, or brakes it with the largest torque if that does not suffice.
     const double stop = inertia * spin / dt;
     const double torque = stop > brake ? brake : stop < -brake ? -brake : stop;
     spin -= dt * torque / inertia;

@@ -10,7 +10,8 @@
 
 constexpr double dt = 1e-3, mass = 2.0, slope = 0.3, half = 0.05;  // s, kg, rad, m
 
-// The engine's part: positions and loads of the contacts, in any order. How it finds loads is its own affair.
+// The engine's part: positions and loads of the contacts, in any order. How it finds the loads does not
+// matter here.
 struct EngineContact {
   double x, y, load;  // position from the centre of mass in the plane of the slope, m; load, N
 };
@@ -60,7 +61,7 @@ struct Engine {
     for (int a = 0; a < 3; ++a) position[a] += dt * block.velocity[a];
   }
 
-  // A snapshot for rollback: the batch, then pool and matcher. The engine saves its bodies itself.
+  // Snapshot for rollback: the batch, then pool and matcher. The engine saves its bodies itself.
   std::vector<std::byte> saved[3];
   void save() {
     const auto keep = [](const auto& what, std::vector<std::byte>& bytes) {

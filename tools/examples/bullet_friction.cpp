@@ -22,9 +22,9 @@ Vector3d from(const btVector3& v) {
 btVector3 to(const Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
-// Largest errors with which the linear solve of a group of bodies is accepted without iterations:
-// accelerations at normal impulses and joints, and at slips (m/s^2); change of a patch's force by this step's
-// slip, over its limit.
+// Largest errors with which the linear solve of a group of bodies is accepted without iterations: error of
+// accelerations at normal impulses and joints, and at slips (m/s^2); and the change of a patch's force by
+// this step's slip, as a share of its limit.
 constexpr double row_error = 0.1, slip_error = 1e-3, most_bent = 0.05;
 
 constexpr std::uint32_t held_contacts = 4;  // largest number of contacts kept for each pair of surfaces
@@ -100,16 +100,16 @@ struct BristleSolver::System {
     int columns[12];
     Vector12 along;
   };
-  /// Bullet's constraint row of a normal impulse or a joint. Solved with `softness`, slightly above the row's
-  /// own compliance.
+  /// Bullet's constraint row of a normal impulse or a joint. It is solved with `softness`, slightly above the
+  /// row's own compliance.
   struct Row {
     btSolverConstraint* constraint;
     Line line;
-    double before, impulse;        // N s
-    double wanted, own, softness;  // target speed of the row, m/s; the row's own softness and the larger one
-                                   // used, 1/kg
-    bool active;                   // whether the row's impulse is within its limits, so that it is an unknown
-                                   // of the solve
+    double before, impulse;  // N s
+    // Target speed of the row, m/s; the row's own softness and the larger one used, 1/kg.
+    double wanted, own, softness;
+    // Whether the row's impulse is within its limits, so that it is an unknown of the solve.
+    bool active;
   };
   struct Friction {
     Contact* contact;
@@ -399,10 +399,10 @@ void BristleSolver::reserve(std::size_t contacts) {
   index_.resize(room);
 }
 
-/// Keeps a contact that Bullet does not list, but for which its pair is listed elsewhere, if it still lies on
-/// both surfaces.
+/// Keeps a contact that Bullet does not list at its point, though it lists the pair elsewhere, if the point
+/// still lies on both surfaces.
 void BristleSolver::hold(const bristle::HeldContact& held) {
-  // Angle (rad) between the surfaces, and distance (m), beyond which they part there.
+  // Angle (rad) and distance (m) between the surfaces beyond which they have parted at the point.
   constexpr double steepest = 2e-3, deepest = 1e-4;
   const bristle::KeyedContact keyed = patches_.find_or_add_contact(held.key);
   std::size_t& index = index_[keyed.place];
@@ -495,7 +495,7 @@ void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
   }
 }
 
-/// Prepares the contact for the iterations, which start from the present force of its patch.
+/// Prepares the contact for the iterations. They start from the present force of its patch.
 void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row];
   const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
@@ -570,7 +570,8 @@ void BristleSolver::set_sides(Contact& contact, const Vector3d& at) {
 /// and scaled.
 void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   if (contact.bed) {
-    // Finds stiffness by a small slip back, as a bed that rolls far in a step is softer than its tangent.
+    // Finds the stiffness by a small slip back, because a bed that rolls far in a step is softer than its
+    // tangent.
     constexpr double small = 0.05;  // share of the force limit by which the slip changes the force
     const double load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
     const Vector2d slip = slip_of(contact);
@@ -681,7 +682,7 @@ void BristleSolver::list_unknowns(double dt_s) {
     for (int i = 0; i < 6; ++i) line.columns[6 * side + i] = first < 0 ? -1 : first + i;
   };
 
-  // Adds a slight softness to Bullet's rows of normal impulses, which shares the load among four corners
+  // Adds a slight softness to Bullet's rows of normal impulses. It shares the load among all four corners
   // where three would carry the body.
   constexpr double softness = 3e-3;  // softness of a normal row, relative to the inverse mass that the row
                                      // feels
@@ -735,7 +736,7 @@ bool BristleSolver::solve_at_once(double dt_s) {
   System& system = *system_;
   list_unknowns(dt_s);
   system.set_shape();
-  // With more unknowns a direct solve would take longer than the iterations.
+  // Leaves large systems to the iterations, because a direct solve would take longer.
   if (system.masses.entries() > 400 * system.rows.size()) return false;
   system.set_masses(m_tmpSolverBodyPool);
   constexpr int passes = 8;
@@ -757,8 +758,8 @@ bool BristleSolver::solve_at_once(double dt_s) {
   }
   for (const System::Friction& f : system.frictions)
     push(*f.contact, f.share * f.model.force(system.slip(f)));
-  // Later iterations get forces from the patches themselves, because their linear models may not
-  // hold.
+  // Takes forces from the patches themselves in later iterations, because their linear models may not hold
+  // there.
   const auto bends = [&](const Contact* c) {
     const double change = dt_s * c->response.stiffness * axes_of(*c).cwiseProduct(slip_of(*c)).norm();
     return c->scale * change > most_bent * c->answer.limit;
@@ -789,8 +790,8 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
   if (ask)
     for (std::size_t i = first_of_group_; i < solved_.size(); ++i) ask_patch(*solved_[i], dt_s);
   for (int sweep = 0; sweep < friction_sweeps_; ++sweep) residual = std::max(residual, rub_all(dt_s));
-  // Reports a residual of at least 1 until the patches have been evaluated, since Bullet stops iterating at a
-  // small one.
+  // Reports a residual of at least 1 until the patches have been evaluated: Bullet stops iterating at a small
+  // one.
   const bool asked = iteration > half || first_of_group_ == solved_.size();
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }

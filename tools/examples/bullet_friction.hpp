@@ -49,12 +49,12 @@
 
 namespace bullet_example {
 
-/// A bed (ContactOptions::rolling) serves each contact of a sphere, capsule or cylinder. It resists slip;
-/// spin stays Bullet's.
+/// Options of friction. With ContactOptions::rolling each contact of a sphere, capsule or cylinder has a bed,
+/// which resists slip; spin stays Bullet's.
 struct FrictionOptions : bristle_example::ContactOptions {
   /// Number of friction passes over all contacts in each of Bullet's iterations. The stuck feet of a body
-  /// equalise their loads slowly: with 1 pass a block rocks on its bristles at steps of 1/60 s, with 4 it
-  /// comes to rest.
+  /// equalise their loads slowly: at steps of 1/60 s a block rocks on its bristles with 1 pass, and comes to
+  /// rest with 4.
   int sweeps = 4;
 };
 
@@ -72,15 +72,15 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   struct Contact {
     std::uint64_t key = 0;
     bristle::PatchId patch;
-    /// Contact frame; its normal points from body B of the manifold to body A.
+    /// Contact frame. Its normal points from body B of the manifold to body A.
     bristle::ContactFrame frame;
     Eigen::Vector3d point = {0, 0, 0};  ///< position of the contact point in the world, m
-    double force[2] = {0, 0};    ///< friction along frame.along() and frame.aside(), N, acting on body A
-    double normal_load = 0.0;    ///< N
-    double scale = 1.0;          ///< friction coefficient of the contact over that of the material
-    bristle::BedId bed;          ///< bed, if a body is round; the contact's patch then rests
-    bristle::Response response;  ///< response of the contact's patch or bed in the step before, not scaled by
-                                 ///< `scale`
+    double force[2] = {0, 0};  ///< friction along frame.along() and frame.aside(), N, acting on body A
+    double normal_load = 0.0;  ///< N
+    double scale = 1.0;        ///< friction coefficient of the contact over that of the material
+    bristle::BedId bed;        ///< bed, if a body is round; the contact's patch then rests
+    /// Response of the contact's patch or bed in the step before, not scaled by `scale`.
+    bristle::Response response;
     bool is_listed = true;  ///< whether Bullet lists the contact; if not, the pair touches at other points
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< bodies A and B
 
@@ -97,13 +97,13 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     Eigen::Vector3d arm = Eigen::Vector3d::Zero();
     Eigen::Vector3d turns[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     std::uint64_t pair = 0;
-    const btCollisionObject* objects[2] = {nullptr, nullptr};  // the bodies as Bullet's objects, static
-                                                               // bodies too
+    // The bodies as Bullet's objects, static bodies too.
+    const btCollisionObject* objects[2] = {nullptr, nullptr};
     int rider = 0;  // index of the body that may roll, or of the smaller one
     bristle::SlipByPlaces slip;
-    // Slip velocity by the bodies' velocities (m/s), and the correction to it: by how much the slip of the
-    // last step was faster. This step will repeat the difference, because bodies that turn move along arcs,
-    // and Bullet moves them along tangents.
+    // Slip velocity by the bodies' velocities, m/s, and its correction: how much faster the slip of the last
+    // step was. This step will repeat the difference, because bodies that turn move along arcs, while Bullet
+    // moves them along tangents.
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> by_velocity = Eigen::Vector2d::Zero(),
                                                   arc = Eigen::Vector2d::Zero();
     int surfaces = -1;       // index in surfaces_ if Bullet lists other points of the pair than before
@@ -112,7 +112,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     Eigen::Vector3d held_at = Eigen::Vector3d::Zero();  // place of a contact that is not listed, m
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
-    // Slip velocity at the start of the step, m/s
+    // Slip velocity at the start of the step, m/s, from which the iterations find the slip at its end.
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();  // N s
     bristle::LinearFriction answer;  // model of the force, made under some load
@@ -139,15 +139,15 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
                                          const btContactSolverInfo& info) override;
 
  private:
-  /// A point of Bullet's with its contact: index in known_, and whether the contact lies elsewhere on the
-  /// same surfaces.
+  /// Point that Bullet lists, with its contact: index in known_, and whether the contact lies elsewhere on
+  /// the same surfaces.
   struct Place {
     const btManifoldPoint* point;
     std::size_t contact;
     bool joined;
   };
-  /// Surfaces of which other points are listed than before: name of the pair, its rows in Bullet's list, and
-  /// its loads in the last step and in this one, N.
+  /// Surfaces whose listed points have changed: name of the pair, its rows in Bullet's list, and its loads in
+  /// the last step and in this one, N.
   struct Surfaces {
     std::uint64_t pair;
     std::vector<int> rows;

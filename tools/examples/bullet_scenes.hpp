@@ -11,8 +11,8 @@
 
 namespace bullet_example {
 
-/// Kind of friction in a scene. stock: Bullet's by default. anchored: Bullet's at its best for holding
-/// (friction anchors, two directions, 50 iterations). bristle: patches of bristles, other settings at
+/// Kind of friction in a scene. stock: Bullet's by default. anchored: Bullet's with the options that hold
+/// best (friction anchors, two directions, 50 iterations). bristle: patches of bristles, other settings at
 /// Bullet's defaults.
 enum class Friction { stock, anchored, bristle };
 const char* to_string(Friction friction);

@@ -43,8 +43,8 @@ struct BrushProxyOptions {
   double dt_s = 1e-3;                                            ///< period of the servo thread, s
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
 
-  /// Motion of the tool per count of the encoders, m: the count times the workspace scale. The damper's
-  /// velocity depends on it, see HapticOptions.
+  /// Motion of the tool per count of the encoders, m: the count times the workspace scale. The damper smooths
+  /// its velocity by it, see HapticOptions.
   double resolution = 0.0;
   /// Sends the mean friction of the tick, instead of the friction at its end. This halves ripple with few
   /// representatives, but acts half a tick later, so the device must damp K T instead of K T / 2 (K
@@ -114,7 +114,7 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     double force_n;  ///< step of friction when an encoder moves by one count, N
     double share;    ///< force step of one count over the highest friction; above 0.2 it is felt as grain
 
-    /// Damping that the device itself needs at the hand to make the loop passive, N s/m.
+    /// Damping, N s/m, that the device itself needs at the hand to make the loop passive.
     double damping_n_s_per_m;
   };
   /// Returns the effect of a count of `count_m` (m, at the hand) in a workspace scaled by `scale`, under a
@@ -139,8 +139,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   void updateForce() override {
     cAlgorithmFingerProxy::updateForce();
     follow_object();
-    // Takes as load, on a face, the part of the spring force along the normal (the rest comes from a proxy
-    // that lags behind), and in an edge or corner the whole spring force.
+    // Takes the load from the spring force. On a face that is its part along the normal (the rest comes from
+    // a proxy that lags behind), in an edge or corner the whole force.
     const Eigen::Vector3d wall = from(m_numCollisionEvents == 1 ? m_normalForce : m_lastGlobalForce);
     bool rough = m_numCollisionEvents > 0 && wall.squaredNorm() > 0.0;
     for (unsigned int i = 0; rough && i < m_numCollisionEvents; ++i)
@@ -199,9 +199,9 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   bristle::Motion motion_;
   bristle::Response response_;
   bristle::HapticPoint point_;
-  chai3d::cGenericObject* object_ = nullptr;   // object touched in the last tick
-  std::weak_ptr<chai3d::cMaterial> material_;  // material of object_, by which a new object at the same
-                                               // address is recognised
+  chai3d::cGenericObject* object_ = nullptr;  // object touched in the last tick
+  // Material of object_, by which a new object at the same address is recognised.
+  std::weak_ptr<chai3d::cMaterial> material_;
   Pose surface_ = Pose::Identity(),
        on_object_ = Pose::Identity();  // poses of the contact in the world, and on object_
 };

@@ -18,8 +18,8 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr std::uint32_t held_contacts = 4;  // largest number of contacts kept for each pair of surfaces
-// Values of Contact::joined beside an index: a contact with a patch of its own, and one without friction,
-// whose surfaces have parted where their patch was.
+// Values of Contact::joined that are not indices: a contact with a patch of its own, and one without
+// friction, whose surfaces have parted where their patch was.
 constexpr int own_patch = -1, no_friction = -2;
 
 std::uint64_t pair_of(const mjContact& contact) {
@@ -350,8 +350,8 @@ void BristleFriction::reserve(std::size_t contacts) {
   }
 }
 
-/// Adds a contact that has a normal force only: the patch of a contact of the same surfaces, which has this
-/// key, carries its load.
+/// Adds a contact that has a normal force only. Its load is carried by the patch of a contact of the same
+/// surfaces, which has this key.
 void BristleFriction::join(const mjModel& model, const mjData& data, const mjContact& found,
                            std::uint64_t key) {
   const auto it = std::find_if(contacts_.begin(), contacts_.end(),
@@ -373,8 +373,8 @@ void BristleFriction::join(const mjModel& model, const mjData& data, const mjCon
   set_rows(model, data, nullptr, contact);
 }
 
-/// Keeps a contact that MuJoCo does not list, but for which its pair is listed elsewhere, if it still lies on
-/// both surfaces.
+/// Keeps a contact that MuJoCo does not list at its point, though it lists the pair elsewhere, if the point
+/// still lies on both surfaces.
 void BristleFriction::hold(const mjModel& model, const mjData& data, const bristle::HeldContact& held) {
   constexpr double steepest = 2e-3;  // angle between the surfaces beyond which they part there, rad
   const Contact* const old = find_before(held.key);
@@ -482,8 +482,8 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   contact.point = held_at ? *held_at : Map<const Vector3d>(found.pos);
   const Eigen::Matrix3d axes = axes_of(model, data, small);
   if (known && old->surfaces >= 0 && !held_at) {
-    // Keeps the height of a point that changes by less than 0.1 mm from step to step. The change belongs to
-    // the body's rocking, and following it would make the body walk.
+    // Keeps the height of a point that changes by less than 0.1 mm from step to step. The change comes from
+    // rocking of the body, and following it would make the body walk.
     constexpr double hop = 1e-4;  // m
     const double up = normal.dot(contact.point - centre_of(data, small) - axes * contact.place);
     if (std::fabs(up) < hop) contact.point -= up * normal;
@@ -651,8 +651,8 @@ void BristleFriction::number_dofs(const mjModel& model) {
   for (const Contact& contact : contacts_) system_.couple(columns_.data() + contact.first_dof, contact.dofs);
 }
 
-/// Gives every new contact the normal load that a step without friction finds. If its bodies already slide,
-/// its bristles start with the bends of steady sliding along the slip.
+/// Gives every new contact the normal load that a step without friction finds. If its bodies slide already,
+/// its bristles begin with the deflections of steady sliding along the slip.
 void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   const auto is_new = [](const Contact& contact) { return contact.is_new && (contact.patch || contact.bed); };
   if (std::none_of(contacts_.begin(), contacts_.end(), is_new)) return;
@@ -666,7 +666,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
     if (contact.bed) continue;  // a bed reaches its force limit within a presliding displacement
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
-    // Slides so far that the bristles' bends become those of steady sliding.
+    // Slides so far that the bristles' deflections become those of steady sliding.
     const bool slides = speed * model.opt.timestep > presliding_length_;
     moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
     set_motions(contact, moved);
@@ -828,8 +828,8 @@ void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
       const Response& now = cells_[contact.first_cell].response;
       const Vector2d d = moved.head<2>();
       Vector2d force = Vector2d(now.elastic[0], now.elastic[1]) - (now.stiffness + now.damping / dt_s) * d;
-      constexpr double linear = 1e-6;  // change of the force, as a share of its limit, below which the linear
-                                       // force is exact enough
+      // Change of the force, as a share of its limit, below which the linear force is exact enough.
+      constexpr double linear = 1e-6;
       if (!(now.stiffness * d.norm() < linear * now.force_limit)) {
         const Response trial = batch_.find_force(dt_s, point_motion(contact, d));
         force = Vector2d(trial.end[0], trial.end[1]);

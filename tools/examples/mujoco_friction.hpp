@@ -47,7 +47,7 @@
 
 namespace mujoco_example {
 
-/// The condim of each geom and listed pair: the number that says which motions their contacts resist.
+/// The condim of each geom and listed pair. MuJoCo's condim says which motions a contact resists.
 struct ContactDims {
   std::vector<int> geom, pair;
 };
@@ -55,8 +55,8 @@ struct ContactDims {
 /// condims that it had.
 ContactDims remove_friction(mjModel& model);
 
-/// A bed (ContactOptions::rolling) serves each contact whose smaller geom is a sphere, capsule, cylinder or
-/// ellipsoid. It resists slip and spin, whatever condim 3 or 4 says.
+/// Options of friction. With ContactOptions::rolling each contact whose smaller geom is a sphere, capsule,
+/// cylinder or ellipsoid has a bed, which resists slip and spin, whatever condim 3 or 4 says.
 struct FrictionOptions : bristle_example::ContactOptions {
   /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
   int rings = 1;
@@ -93,7 +93,7 @@ class BristleFriction {
   /// moved by hand.
   void forget_contacts();
 
-  /// Bends of all bristles and what belongs to them.
+  /// Deflections of all bristles and what belongs to them.
   struct State;
   /// Returns the present state. Together with the data's (mj_copyData) it repeats a run to the bit.
   State save() const;
@@ -106,10 +106,9 @@ class BristleFriction {
     std::uint64_t key = 0;
     bristle::PatchId patch;       ///< id of the patch in the batch, or of a disc in the extended patches
     bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
-    Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(),
-                               Eigen::Vector3d::Zero()};  ///< turn of each body that is not yet applied to
-                                                          ///< `frame`, rad
-    Eigen::Vector3d point = {0, 0, 0};                    ///< position of the contact point in the world, m
+    /// Turn of each body, rad, that is not yet applied to `frame` because it is too small to matter.
+    Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    Eigen::Vector3d point = {0, 0, 0};  ///< position of the contact point in the world, m
 
     /// Friction force along frame.along() and aside(), N, and torque about the normal, N m, on geom2's body.
     Eigen::Vector3d force = {0, 0, 0};
@@ -119,11 +118,12 @@ class BristleFriction {
     double radius = 0.0;       ///< radius of the contact, if it is a disc, m
     double normal_load = 0.0;  ///< normal load from MuJoCo's solver in this step, N
 
-    /// Friction coefficient of the contact over that of the material.
+    /// Friction coefficient of the contact over that of the material, by which the patch's forces are
+    /// multiplied.
     double scale = 1.0;
-    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();  ///< predicted slip: m/s along the normal and the two
-                                                         ///< axes, rad/s about the normal
-    int bodies[2] = {0, 0};                              ///< ids of the bodies of geom1 and geom2
+    /// Predicted slip: m/s along the normal and the two axes, rad/s about the normal.
+    Eigen::Vector4d velocity = Eigen::Vector4d::Zero();
+    int bodies[2] = {0, 0};  ///< ids of the bodies of geom1 and geom2
 
     /// Index of the contact's normal force among MuJoCo's constraint forces; -1 if it is not listed.
     int row = -1;
@@ -138,8 +138,8 @@ class BristleFriction {
     bristle::SlipByPlaces slip;
     std::uint64_t pair = 0;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // point from the smaller geom's centre, in its axes, m
-    Eigen::Vector4d surface = Eigen::Vector4d::Zero();  // velocity of the surfaces themselves, in the axes of
-                                                        // `velocity`
+    // Velocity of the surfaces themselves, in the axes of `velocity`.
+    Eigen::Vector4d surface = Eigen::Vector4d::Zero();
     int surfaces = -1;       // index in surfaces_ if MuJoCo lists other points of the pair than before
     int joined = -1;         // index of the contact whose patch carries the load of this one, or below 0
     double on_points = 0.0;  // load of this step on the contact's points, N
@@ -150,10 +150,10 @@ class BristleFriction {
     // Linear model of the bed's force at the velocity v of slip and spin: steady - slope v.
     Eigen::Vector3d steady = Eigen::Vector3d::Zero();
     Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
-    std::size_t first_dof = 0, dofs = 0;              // index of the contact's first entry in dofs_ and
-                                                      // rows_, and number of its entries
-    Eigen::Vector4d start = Eigen::Vector4d::Zero();  // slip velocity at the start of the step, in the axes
-                                                      // of `velocity`
+    // Index of the contact's first entry in dofs_ and rows_, and number of its entries.
+    std::size_t first_dof = 0, dofs = 0;
+    // Slip velocity at the start of the step, in the axes of `velocity`.
+    Eigen::Vector4d start = Eigen::Vector4d::Zero();
   };
   const std::vector<Contact>& contacts() const { return contacts_; }
   const bristle::KeyedPatches& points() const { return points_; }
@@ -224,8 +224,8 @@ class BristleFriction {
   std::vector<bristle::ContactPoint> found_points_;
   std::vector<double> found_normals_;
   std::vector<std::uint64_t> keys_;
-  // Surfaces of which other points are listed than before: name of the pair, and its loads in the last step
-  // and in this one, N.
+  // Surfaces whose listed points have changed: name of the pair, and its loads in the last step and in this
+  // one, N.
   struct Surfaces {
     std::uint64_t pair;
     double before, now;
@@ -239,8 +239,9 @@ class BristleFriction {
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
   std::vector<double> rows_;             // Jacobians, four values for each entry of dofs_
   std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree
-  std::vector<int> trees_, column_;      // trees in contact, in the order of their columns; for each degree
-                                         // of freedom, its matrix column or -1
+  // `trees_`: kinematic trees in contact, in the order of their columns in the system's matrix. `column_`:
+  // for each degree of freedom its column, or -1 if its tree touches nothing.
+  std::vector<int> trees_, column_;
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   std::vector<int> columns_;                   // matrix column of each entry of dofs_
   bristle::BodySystem system_;

@@ -47,8 +47,8 @@ class BristleJoints {
   std::vector<int> dofs_, places_;
   bristle::JointFriction batch_;
   Eigen::VectorXd angle_, speed_, motor_, outside_, torque_, by_angle_, by_speed_;
-  Eigen::MatrixXd inverse_inertia_;  ///< J M^-1 J^T, the change of the joints' speeds per impulse on each
-                                     ///< joint
+  /// J M^-1 J^T, the change of the joints' speeds per impulse on each joint.
+  Eigen::MatrixXd inverse_inertia_;
   std::vector<double> unit_, column_;
   bool begun_ = false;
 };

@@ -84,7 +84,7 @@ class Stepper {
   double timestep() const { return model_->opt.timestep; }
   void finish() {
     const Sample& end = result.samples.back();
-    // State of the body at the start of the last quarter of the run.
+    // State of the body at the start of the last quarter of the run, from which creep is measured.
     const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];
     result.creep = (end.travel - from.travel) / (end.t - from.t);
     result.contacts = contacts_ / static_cast<double>(steps_);

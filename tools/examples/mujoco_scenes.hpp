@@ -70,9 +70,10 @@ inline constexpr double book_coefficient = 0.4, book_go = 1.5, book_go_s = 0.2, 
 std::vector<Scene> all_scenes();
 
 struct Sample {
-  double t, travel, turn;  ///< time, s; displacement of the observed point along the scene's direction, m;
-                           ///< angle of the body about z, rad
-  double place[3];         ///< displacement of the observed point, m
+  /// Time, s; displacement of the observed point along the scene's direction, m; angle of the body about z,
+  /// rad.
+  double t, travel, turn;
+  double place[3];  ///< displacement of the observed point, m
 };
 
 struct Run {

@@ -36,9 +36,9 @@ struct ContactOptions {
   std::optional<RollingBed> rolling;
 };
 
-/// Returns the motion of a round body's bed. `moved`: slip along the frame's axes (m) and spin about its
-/// normal (rad) in this step; `arm`: from its centre to the contact (m); `turn`: its rotation in this step
-/// (rad), which carries its surface through the contact, since the contact stays below its centre.
+/// Returns the motion of a round body's bed in this step. `moved`: slip along the frame's axes (m) and spin
+/// about its normal (rad). `arm`: from the body's centre to the contact (m). `turn`: rotation of the body
+/// (rad). The contact stays below the centre, so the rotation carries the body's surface through the contact.
 inline bristle::BedMotion bed_motion(bristle::BedId bed, const bristle::ContactFrame& frame,
                                      const Eigen::Vector3d& arm, const Eigen::Vector3d& turn,
                                      const Eigen::Vector3d& moved, double normal_load) {

@@ -47,8 +47,8 @@ struct Box {
   double mobility(const Vector3d& arm, const Vector3d& a, const Vector3d& b) const {
     return a.dot(b) / mass + arm.cross(a).dot(inverse_inertia * arm.cross(b));
   }
-  Matrix3d inverse_inertia = Matrix3d::Zero();  // inverse inertia in the world's axes, for this step, 1/(kg
-                                                // m^2)
+  // Inverse inertia in the world's axes, for this step, 1/(kg m^2).
+  Matrix3d inverse_inertia = Matrix3d::Zero();
 };
 
 /// Corner of a box that touches the plane or the top of another box.
@@ -57,9 +57,10 @@ struct Contact {
   int box = 0;               // box with the corner
   int below = -1;            // box whose top it touches; -1: the plane
   Vector3d corner{0, 0, 0};  // corner from the box's centre, in the box's axes, m
-  Vector3d under{0, 0, 0};   // place of the corner at the beginning of the step, m: seen from the box below,
-                             // in its axes, or from the plane
-  Vector3d arm{0, 0, 0};     // corner from the box's centre, in the world's axes
+  // Place of the corner at the beginning of the step, m: seen from the box below, in its axes, or from the
+  // plane.
+  Vector3d under{0, 0, 0};
+  Vector3d arm{0, 0, 0};        // corner from the box's centre, in the world's axes
   Vector3d arm_below{0, 0, 0};  // corner from the centre of the box below, in the world's axes
   Vector3d up{0, 0, 1};         // normal of the surface below
   double gap = 0.0;             // height over that surface, m; negative inside it
@@ -68,8 +69,8 @@ struct Contact {
   bristle::ContactFrame frame;
   Matrix2d mobility = Matrix2d::Zero();  // change of slip per unit friction impulse, 1/kg
 
-  // bristles: the patch of the corner, a linear model of its force for PGS, and its elastic force without
-  // slip under the load of the model, N.
+  // The friction of the corner: its patch, a linear model of the patch's force that PGS uses, and the patch's
+  // elastic force (N) without slip, under the load of the model.
   bristle::PatchId patch;
   double load = 0.0;  // normal load in the step before, N
   bristle::LinearFriction model;
@@ -131,8 +132,8 @@ class World {
 
  private:
   static constexpr int sweeps = 2;
-  static constexpr double softness = 3e-3;      // softness of normal impulses in solve_bodies(), over their
-                                                // mobility
+  // Softness of normal impulses in solve_bodies(), over their mobility.
+  static constexpr double softness = 3e-3;
   static constexpr double highest_load = 50.0;  // highest load of one corner, N
 
   /// Lists the corners near the plane or the top of a box. Each keeps its impulses and patch of the step
@@ -209,8 +210,8 @@ class World {
   /// Returns the normal speed that just closes the gap in this step, or pushes a corner that is too deep out
   /// over several steps, m/s.
   static double wanted_speed(const Contact& c, double h) {
-    constexpr double allowed = 1e-4, share = 0.1;  // accepted depth of overlap, m; share of the excess that
-                                                   // each step removes
+    // Accepted depth of overlap, m; share of the excess that each step removes.
+    constexpr double allowed = 1e-4, share = 0.1;
     return c.gap > 0.0 ? -c.gap / h : share * std::max(-c.gap - allowed, 0.0) / h;
   }
 
@@ -240,8 +241,8 @@ class World {
     c.elastic = c.model.steady;
   }
 
-  /// bristles: solves all boxes at once with soft normal impulses and the linear models, because in a stack
-  /// iterations come too slowly from box to box. Returns whether few iterations are enough for the rest: no
+  /// bristles: solves all boxes at once, with soft normal impulses and the linear models, because in a stack
+  /// iterations come too slowly from box to box. Returns whether few iterations are enough after that: no
   /// contact pulls, and loads are nearly those of the linear models. (bristle::BodySystem does the same for
   /// many bodies, and LinearFriction::release finds contacts that slip.)
   bool solve_bodies(double h) {

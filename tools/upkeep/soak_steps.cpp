@@ -85,8 +85,8 @@ struct Step {
 };
 
 /// Random path of a contact that goes straight, turns, reverses and rests. Displacements are 0, or 1e-6 to
-/// 1e6 mean snap lengths. Loads mostly stay constant; else 0, or 1e-6 to 1.5 times max_normal_load. Time
-/// steps are a microsecond to 17 minutes, mostly a tenth of a millisecond.
+/// 1e6 mean snap lengths. Loads mostly stay constant; otherwise they are 0, or 1e-6 to 1.5 times
+/// max_normal_load. Time steps are a microsecond to 17 minutes, mostly a tenth of a millisecond.
 class Path {
  public:
   explicit Path(std::uint64_t part) : random{part * 0xD1B54A32D192ED03u + 1} {}
@@ -281,8 +281,8 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / (std::string(model.name) + ".jsonl");
   Total total;
-  std::uintmax_t whole = 0;  // length in bytes of the file's complete lines; a killed run may leave a partial
-                             // line
+  // Length in bytes of the file's complete lines; a killed run may leave a partial line.
+  std::uintmax_t whole = 0;
   if (std::ifstream file(path); file)
     for (std::string line; std::getline(file, line) && !file.eof(); whole += line.size() + 1)
       total.add(nlohmann::json::parse(line));

@@ -16,31 +16,34 @@ namespace cli {
 struct AccuracyOptions {
   std::string scene;
   bool quick = false;
-  double seconds = 0.0;         ///< wall time that a study may take, s; 0: 40 s with `quick`, else 220 s
-  std::optional<double> error;  ///< wanted rms error of the forces, relative to the forces; none: the first
-                                ///< of 1, 2, 5, 10 % that a setting meets
-  std::string json, csv;        ///< names of report files; empty: no report, "-": stdout
-  std::string isa;              ///< instruction set, such as "avx2"; empty: the library's choice
+  double seconds = 0.0;  ///< wall time that a study may take, s; 0: 40 s with `quick`, else 220 s
+  /// Wanted rms error of the forces, relative to the forces. None: the first of 1, 2, 5, 10 % that a setting
+  /// meets.
+  std::optional<double> error;
+  std::string json, csv;  ///< names of report files; empty: no report, "-": stdout
+  std::string isa;        ///< instruction set, such as "avx2"; empty: the library's choice
 };
 
-/// Number of copies of a patch whose forces are compared with the reference; more copies are only timed.
+/// Number of copies of a patch whose forces are compared with the reference. Further copies are only timed.
 constexpr std::uint32_t compared_copies = 64;
 
-/// Setting of the patches (number of bristles, time step, ...), with the errors and run times under it.
+/// Setting of the patches (number of bristles, time step, ...), with its errors and run times.
 struct SettingResult {
   Setting setting;
   /// Whether this setting was also compared with a run of the same bristles in double precision at the finest
-  /// step, with every snap.
+  /// step, which has every snap.
   bool paired = false;
-  double predicted_s = 0.0;                         ///< predicted time of one run with this setting, s
-  std::vector<RunTime> times;                       ///< run times with all copies of patches, one per round
-  std::vector<std::vector<PatchError>> errors;      ///< [run][patch], force error against the reference run
-  std::vector<std::vector<PatchError>> same_steps;  ///< [run][patch], force error against a reference that
-                                                    ///< has the scene's own time step
-  std::vector<std::vector<PatchError>> pairs;       ///< [run][patch], force error against a run of the same
-                                                    ///< bristles with the finest time step
-  std::vector<std::optional<double>> closed_form;   ///< [patch], force error of the first run against a
-                                                    ///< closed form, where one exists
+  double predicted_s = 0.0;                     ///< predicted time of one run with this setting, s
+  std::vector<RunTime> times;                   ///< run times with all copies of patches, one per round
+  std::vector<std::vector<PatchError>> errors;  ///< [run][patch], force error against the reference run
+  /// Force error against a reference that has the scene's own time step, as [run][patch]. It shows what is
+  /// not due to the step.
+  std::vector<std::vector<PatchError>> same_steps;
+  /// Force error against a run of the same bristles with the finest time step, as [run][patch]. It shows what
+  /// is due to step and precision alone.
+  std::vector<std::vector<PatchError>> pairs;
+  /// Force error of the first run against a closed form, by patch, where one exists.
+  std::vector<std::optional<double>> closed_form;
   bool on_front = false;
 
   /// Returns a patch's error over all runs: the root mean square of the rms errors, the mean of the energy
@@ -67,16 +70,16 @@ struct Recommendation {
   double wanted = 0.0;
   PatchError promised;  ///< error of the chosen setting as first measured, when it was chosen
   double promised_step_s = 0.0;
-  PatchError confirmed;  ///< error of the chosen setting with seeds that the search did not use; may exceed
-                         ///< the wanted error
+  /// Error of the chosen setting with seeds that the search did not use. It may exceed the wanted error.
+  PatchError confirmed;
   double confirmed_step_s = 0.0;
   double p99_s = 0.0, max_s = 0.0;  ///< wall time of single steps, s: 99th percentile and maximum
   std::uint64_t misses = 0, misses_ours = 0, steps = 0;
   double least_error = 0.0;  ///< least error of all settings tried, where none met the wanted error
 };
 
-/// Cheapest setting whose patches all have representatives (or all the infinite brush) and whose error meets
-/// the one wanted by the user.
+/// Cheapest setting with representatives (or with the infinite brush) in all patches whose error is at most
+/// the one that the user wants.
 struct CheapestOf {
   bool infinite = false;
   bool found = false;
@@ -114,7 +117,8 @@ struct AccuracyResult {
   double seconds = 0.0;              ///< wall time that the study took, s
 };
 
-/// CPU time of a scene step, s: a fixed part, plus a part times the number of bristles of a patch.
+/// CPU time of a step of the scene, s: a fixed part, plus a part times the number of bristles of a patch.
+/// Predicts the time of settings not yet run.
 struct StepCost {
   double fixed_s = 0.0, bristle_s = 0.0;
 };
@@ -137,7 +141,7 @@ struct AccuracyStudy {
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }
-  /// Returns the predicted time (s) of one run, under a setting, of the scene with few copies of patches.
+  /// Returns the predicted time, s, of one run of the scene under a setting, with few copies of patches.
   double predict(const Setting& setting) const;
   std::uint32_t scene_bristles() const;  ///< returns the number of bristles of the scene's largest patch
 };

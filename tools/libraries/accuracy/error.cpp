@@ -36,7 +36,7 @@ void scale(ForceRecord& record, double factor) {
 }
 
 // Returns the force of the reference run over a longer step that consists of `parts` of its own steps and
-// ends with step `last`. Returns the mean force if `mean` is set, else the force at the end.
+// ends with step `last`: the mean force if `mean` is set, otherwise the force at the end.
 double reference_force(const ForceRecord& r, std::size_t last, std::size_t copy, std::size_t axis,
                        std::uint32_t parts, bool mean) {
   if (!mean) return r.end[r.at(last, copy) + axis];

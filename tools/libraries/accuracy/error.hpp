@@ -19,8 +19,8 @@ struct PatchError {
   double path = 0.0;    ///< largest difference of a body's position from the reference, m
 };
 
-/// Reference run that errors are measured against: the mean of finely resolved runs with several seeds,
-/// together with the standard error of that mean.
+/// Reference run that errors are measured against: the mean of finely resolved runs with several seeds, with
+/// the standard error of that mean.
 class Reference {
  public:
   /// Adds a run. Alternate runs go to two halves, whose difference gives the standard error of the mean.
@@ -46,10 +46,10 @@ class Reference {
 std::vector<PatchError> compare(const ForceRecord& record, const ForceRecord& reference, std::uint32_t parts,
                                 bool mean);
 
-/// Compares forces with a closed form, which exists for a patch that moves as a ramp under constant load: the
-/// loading curve of straight bristles, plus dampers and lubricant. Gives the relative rms difference by
-/// patch; unset without a closed form. `most_parts`, the longest step in steps of the reference, makes the
-/// compared times the same for every step length.
+/// Comparison of forces with a closed form, which exists for a patch that moves as a ramp under constant
+/// load: the loading curve of straight bristles, plus dampers and lubricant. Gives the relative rms
+/// difference for each patch; unset without a closed form. `most_parts`, the longest step in steps of the
+/// reference, makes the compared times the same for every step length.
 class ClosedForm {
  public:
   ClosedForm(const Scene& cut_scene, double reference_dt_s, std::uint32_t most_parts);
@@ -65,7 +65,7 @@ class ClosedForm {
   std::vector<Point> points_;
 };
 
-/// Straight line fitted through points on log-log axes.
+/// Straight line fitted through points on log-log axes, whose slope is the order of an error.
 struct Slope {
   int points = 0;
   double slope = 0.0;

@@ -20,16 +20,16 @@ namespace {
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
 constexpr double first_round_share = 0.4;  // share of the time for all rounds that the first may take
 constexpr std::uint64_t pilot_steps = 20'000;
-constexpr double enough_timed_s = 0.2;  // run time of a setting, s, above which disturbances by other
-                                        // programs are negligible
+// Run time of a setting, s, above which disturbances by other programs are negligible.
+constexpr double enough_timed_s = 0.2;
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
 // Estimated ratio of the time of a step in double precision to one in single precision. Only single precision
-// is timed in advance, and the estimate is on the high side.
+// is timed in advance, so the estimate is on the high side.
 constexpr double double_costs = 2.0;
 // Estimated ratio of the time of a step of the paper's loop (plain arrays) to one of as many representatives.
 constexpr double paper_loop_costs = 5.0;
-// Number of representatives whose step takes as long as that of an infinite patch with one piece per mean
-// snap length. An infinite patch of resolution r costs r times as much. For planning only.
+// Number of representatives whose step takes as long as that of an infinite patch with one piece of path per
+// mean snap length. An infinite patch of resolution r costs r times as much. For planning only.
 constexpr double bristles_a_piece = 150.0;
 constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
 // Smallest relative spread (standard deviation over mean) of snap lengths that the infinite brush accepts.
@@ -49,8 +49,8 @@ Setting reference_setting(std::uint32_t bristles) {
   return setting;
 }
 
-// Measures the wall time of a step of the scene with few copies as a fixed part and a part per bristle. Wall
-// time, because the whole study has a limit in wall time. A short scene is run in full.
+// Measures the wall time of a step of the scene with few copies, as a fixed part and a part per bristle. It
+// is wall time because the study as a whole has a limit in wall time. A short scene is run in full.
 StepCost step_cost(const AccuracyStudy& study, Setting setting, std::uint32_t parts) {
   double cost[2];
   for (const int i : {0, 1}) {
@@ -87,8 +87,8 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
       const auto& d = stepper.motions()[c].displacement;
       const double length = std::hypot(d[0], d[1]);
       way[c] += length;
-      // Counts a step as moving only if it is above a thousandth of a mean snap length, since a creeping body
-      // moves a little in every step.
+      // Counts a step as moving only if it is longer than a thousandth of a mean snap length, since a
+      // creeping body moves a little in every step.
       const double snap =
           fine.materials[fine.patches[stepper.copies()[c].patch].material].material.snap_length.mean();
       if (length > 1e-3 * snap) moved[c] += 1.0;
@@ -134,7 +134,7 @@ std::string paper_loop_obstacle(const Scene& scene) {
   return {};
 }
 
-// Drops the most expensive settings from the ladder (the list to try) until the rest fits into `seconds`.
+// Drops the most expensive settings from the ladder (the list to try) until the others fit into `seconds`.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
     double sum = 0.0;
@@ -335,8 +335,8 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
 
 void run_ladder(AccuracyStudy& study, double seconds) {
   AccuracyResult& r = study.result;
-  // Halves the time for settings if errors are measured on few copies of each patch, because the scene with
-  // all copies is timed in the other half.
+  // Halves the time for settings if errors are measured on few copies of each patch. The other half is for
+  // timing the scene with all copies.
   const double usable = study.is_cut ? 0.5 * seconds : seconds;
   r.settings = make_ladder(study, usable);
   // Runs cheap settings first, so that the expensive ones are dropped if the machine is slower than

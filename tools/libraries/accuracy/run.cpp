@@ -157,8 +157,8 @@ class RecordedRun {
 
   const Scene& scene_;
   SceneStepper stepper_;
-  std::vector<rivals::PaperLoop> loops_;  ///< the paper's loops, one for each copy of a patch; empty: the
-                                          ///< library steps
+  /// The paper's loops, one for each copy of a patch; empty: the library steps.
+  std::vector<rivals::PaperLoop> loops_;
   bool keep_;
   std::uint64_t steps_;
   std::uint64_t chunk_ = 1;

@@ -21,18 +21,19 @@ namespace {
 
 // Relative force errors wanted by default, tried in this order; the first that a setting can meet is used.
 constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
-// Least relative gain in error for which a slower setting joins the Pareto front; less is noise of the seeds.
+// Least relative gain in error for which a slower setting joins the Pareto front. Less is noise of the seeds.
 constexpr double front_gain = 0.02;
-constexpr double above_floor = 3.0;  // error of a fitted point must exceed the reference's own error by this
-                                     // factor
+// Factor by which the error of a point must exceed the reference's own error to be fitted.
+constexpr double above_floor = 3.0;
 constexpr double single_rounding = 1e-6;  // relative error of forces in single precision
-constexpr double paper_limit = 0.7;       // step, in mean snap lengths, up to which the paper's loop has an
-                                          // error that is a power of the step
+// Step, in mean snap lengths, up to which the error of the paper's loop is a power of the step. Longer steps
+// are left out of the fit.
+constexpr double paper_limit = 0.7;
 
 // Numbers of the first rounds of seeds for the search and for its reported errors; earlier runs count from 0.
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 
-// Returns the order at which the error falls with the number of bristles, by theory. Stratified snap lengths
+// Returns, by theory, the order at which the error falls with the number of bristles. Stratified snap lengths
 // raise the order until the bristles have redrawn their lengths.
 std::string count_theory(const bristle::Material& m, double snaps_slid) {
   if (m.snap_rule == bristle::SnapRule::slide) return "-2: strata, each with the mean length of its part";
@@ -129,11 +130,12 @@ SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uin
   return result;
 }
 
-// Searches for a smaller number of bristles that still meets the wanted error, above the next lower number
+// Searches for a smaller number of bristles that still has the wanted error, above the next lower number
 // tried. Assumes that the error falls as n^-1/2, and measures every guess.
 Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, double seconds) {
-  constexpr double aim = 0.93;  // factor on the wanted error at which the search aims; below 1, so that other
-                                // seeds meet the error too
+  // Factor on the wanted error at which the search aims. It is below 1, so that other seeds have the wanted
+  // error too.
+  constexpr double aim = 0.93;
   Setting best = found.setting;
   if (best.as_scene || best.is_infinite()) return best;
   double low = 0.0, low_error = 0.0;
@@ -177,7 +179,7 @@ void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   to.steps = run.steps;
 }
 
-// Accepts a setting if it meets the wanted error with seeds that the search did not use, since the search
+// Accepts a setting if it has the wanted error with seeds that the search did not use, since the search
 // favours settings that were lucky. The reported error comes from yet other seeds, since acceptance favours
 // luck too; it may exceed the wanted one.
 bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {

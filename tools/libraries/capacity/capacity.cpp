@@ -142,8 +142,8 @@ void capacity_command(const CapacityOptions& options) {
     Progress progress("capacity");
     progress.update(0.0, "comparing loops");
     if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
-    double done = 0.05;  // share of the study that is done, 0 to 1, for the progress
-                         // line
+    // Share of the study that is done, 0 to 1, for the progress line.
+    double done = 0.05;
     const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
     if (everything) {
       result.infinite = measure_infinite(options, report);

@@ -54,11 +54,11 @@ struct CapacityCase {
   bristle::Precision precision = bristle::Precision::single;
   std::uint32_t patch_bristles = 0;  ///< number of bristles of each patch; 0: one patch has all bristles
   int threads = 1;
-  std::optional<double> step = {};              ///< displacement per step in mean snap lengths; none: that of
-                                                ///< the motion `regime`
+  /// Displacement per step in mean snap lengths; none: that of the motion `regime`.
+  std::optional<double> step = {};
   std::optional<bristle::SnapLength> law = {};  ///< law of the snap lengths; none: uniform
 
-  /// Whether the material is the default one: lognormal snap lengths, residual bend, shared renewal.
+  /// Whether the material is the default one: lognormal snap lengths, residual length, shared renewal.
   bool default_material = false;
   bool eager = false;
   bristle::Population population = bristle::Population::representatives;
@@ -91,14 +91,14 @@ struct CapacityRow {
   /// Largest number of bristles whose 99th percentile of step time met the deadline in a longer, confirming
   /// run.
   StepTimes fits;
-  bool capped = false;  ///< whether even the largest number tried met the deadline, so that more may
-                        ///< fit
+  /// Whether even the largest number tried met the deadline, so that more may fit.
+  bool capped = false;
 
   /// Whether only short runs met the deadline and no confirming one; `fits` then holds the last number tried.
   bool unconfirmed = false;
 };
 
-/// Time of some other friction loop, measured in turns with the library's on an equal motion.
+/// Time of another friction loop, measured in turns with the library's on an equal motion.
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
@@ -111,8 +111,8 @@ struct ComparisonRow {
 /// Speed target of the library, and the value measured on this machine.
 struct TargetRow {
   std::string name, what;
-  double measured = 0.0, low = 0.0, high = 0.0;  ///< measured value: median and quartiles (none for a 99th
-                                                 ///< percentile)
+  /// Measured value: median and quartiles (none for a 99th percentile).
+  double measured = 0.0, low = 0.0, high = 0.0;
   double limit = 0.0;
   bool at_least = false;  ///< whether the target is reached at `limit` or above; if not, at `limit` or below
   std::string unit;
@@ -135,7 +135,8 @@ struct InfiniteRow {
   double p99_s = 0.0;  ///< 99th percentile of the time of a step of all patches, reading the clock included
 };
 
-/// Memory of a contact of the default material, and time to save and restore its state, of 100 in a batch.
+/// Memory of a contact of the default material, and the time to save and restore its state, of 100 in a
+/// batch.
 struct SnapshotRow {
   std::string what;
   std::uint64_t memory_bytes = 0;          ///< PatchInfo::memory_bytes
@@ -152,8 +153,8 @@ struct CapacityResult {
   std::vector<CapacityRow> rows;
   std::vector<TargetRow> targets;
   std::vector<InfiniteRow> infinite;
-  std::vector<CapacityRow> contacts;  ///< as `rows`, but numbers of infinite patches instead of bristles that
-                                      ///< meet the deadline
+  /// Numbers of infinite patches that meet the deadline, in rows like those for bristles.
+  std::vector<CapacityRow> contacts;
   std::vector<SnapshotRow> snapshots;
 };
 
@@ -183,16 +184,16 @@ std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Rep
 /// Makes a case of infinite patches of the default material that move in this regime. Defined in
 /// infinite.cpp.
 CapacityCase infinite_case(Regime regime, std::optional<double> step = {});
-/// Makes the cases of sliding infinite patches: straight and in a zigzag by steps of 0.003 to 100 mean snap
-/// lengths; by steps of 0.1 also on bends with radii of 10 and 1 mean snap lengths and under a load that
-/// ripples; round right angles, always to the left and to either side. In steady straight sliding the patch's
-/// cohorts are shifted along; otherwise they are recomputed.
+/// Makes the cases of sliding infinite patches, in steps of 0.003 to 100 mean snap lengths, straight and in a
+/// zigzag. Steps of 0.1 also go round bends with radii of 10 and 1 mean snap lengths, under a load that
+/// ripples, and round right angles, always to the left or to either side. Only in steady straight sliding are
+/// the patch's cohorts shifted along; otherwise they are recomputed.
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
 /// Measures memory, saved state and times of contacts of the default material. Defined in snapshots.cpp.
 std::vector<SnapshotRow> measure_snapshots(const CapacityOptions& options);
-/// Resolution (pieces of path per mean snap length) that keeps the rms error of the force within 1 % of
-/// kinetic friction in straight slides, on bends and in zigzags, and at 1.1 % round random right angles
+/// Resolution (pieces of path per mean snap length) with which the rms error of the force is within 1 % of
+/// kinetic friction in straight slides, on bends and in zigzags, and 1.1 % round random right angles
 /// (core/patches/COHORTS.md).
 constexpr double coarse_resolution = 4.0;
 /// Makes a case of infinite patches that slide straight in steps of 0.1 mean snap lengths.

@@ -63,12 +63,13 @@ Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   auto loop = std::make_shared<bristle::plain::PaperLoop<Real, Dimensions>>(n, mean_snap_length_m);
-  // Spreads the bristles' bends evenly between straight and about to snap, as after long sliding in short
-  // steps. Settling by steps of 1.6 mean snap lengths, which suits the other loops, would leave all bristles
-  // straight here, since the paper's rule loses the overshoot of a snap.
+  // Spreads the bristles' deflections evenly between straight and about to snap, as after long sliding in
+  // short steps. Settling by steps of 1.6 mean snap lengths, which suits the other loops, would leave all
+  // bristles straight here, because in the paper's rule a snap loses the path left in the step.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    // Multiplies a bristle's number by an irrational factor: its bend is independent of its snap length.
+    // Multiplies a bristle's number by an irrational factor, which makes its deflection independent of its
+    // snap length.
     const double place = static_cast<double>(i) * 1.4142135623730951;
     const double bend = b.delta * (place - std::floor(place));
     b.zx = 0.8 * bend;

@@ -12,8 +12,8 @@ namespace cli {
 namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;
-constexpr double default_resolution = 8.0;  // the library's default resolution, in pieces of path per mean
-                                            // snap length
+// The library's default resolution, in pieces of path per mean snap length.
+constexpr double default_resolution = 8.0;
 
 InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {
   const ComparisonRow time =

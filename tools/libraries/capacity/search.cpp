@@ -47,7 +47,7 @@ class Search {
 
   bool fits(const StepTimes& times) const { return times.p99_s <= options_.deadline_s; }
 
-  // Repeats a measurement whose 99th percentile misses the deadline although its median is well inside: such
+  // Repeats a measurement whose 99th percentile misses the deadline although its median is well inside. Such
   // outliers are other programs at work.
   StepTimes measure_with_patience(std::uint64_t bristles, std::uint64_t steps, int tries) const {
     StepTimes best = measure_(bristles, steps);

@@ -62,8 +62,8 @@ class LuGreDisc {
   double step(Motion by) { return grid_.step({by.slide, 0.0}, by.turn, capacity_dt_s, load_n).end.torque; }
 
  private:
-  /// Returns a surface without lubricant or Stribeck curve, so that each cell of the LuGre disc (a rival) is
-  /// spared an exponential function.
+  /// Returns a surface without lubricant or Stribeck curve, which saves each cell of the LuGre disc (a rival)
+  /// an exponential function.
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = kinetic_coefficient;

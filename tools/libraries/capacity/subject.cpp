@@ -11,8 +11,8 @@ namespace cli {
 namespace {
 
 /// Returns the sliding that settles patches before they are timed: 32 mean snap lengths in steps of 1.6,
-/// after which bends have their stationary distribution; then 10 steps of the motion, and with infinite
-/// patches, whose cohorts change for longer, 10 mean snap lengths, in at most 100 steps.
+/// after which deflections have their stationary distribution, then 10 steps of the motion. Infinite patches,
+/// whose cohorts change for longer, take 10 mean snap lengths of the motion, in at most 100 steps.
 bristle_bench::Settling settling_of(const CapacityCase& what) {
   const double step = what.step_in_lengths();
   const bool longer = what.is_infinite() && step > 0.0;

@@ -33,8 +33,8 @@ class CapacitySubject {
   bristle_bench::SteadyScene scene_;
 };
 
-/// Times successive steps, without pauses between them. Ends after `steps` of them, or from `at_least` on as
-/// soon as so many exceeded the deadline (s) that the 99th percentile of `steps` steps exceeds it too.
+/// Times successive steps, without pauses between them, at most `steps`. From `at_least` on it ends as soon
+/// as so many exceeded the deadline (s) that the 99th percentile of `steps` steps would exceed it too.
 StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps, std::uint64_t at_least = UINT64_MAX,
                      double deadline_s = 1e-3);
 

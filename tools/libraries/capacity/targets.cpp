@@ -116,7 +116,7 @@ class Targets {
               "a million bristles, tremor of 0.05 after sliding: time over that of visiting all");
   }
 
-  /// Makes a loop that only copies the motions and responses that a step's caller writes and reads.
+  /// Makes a loop that only copies the motions and responses that the caller of a step writes and reads.
   static Contestant copy_of_messages(std::uint64_t patches) {
     struct Messages {
       explicit Messages(std::uint64_t count) : motions(count), responses(count) {}
@@ -168,8 +168,8 @@ class Targets {
     return {name, [scene] { return scene->step(); }, {}};
   }
 
-  /// Compares contacts in lanes, as a group, with a plain loop of the same physics; at rest, named one by
-  /// one, with a copy of their messages.
+  /// Compares a group of contacts in lanes with a plain loop of the same physics. Contacts at rest that are
+  /// named one by one are compared with a copy of their messages.
   void lanes() {
     using namespace bristle_bench;
     for (const std::uint32_t springs : {8u, 16u, 32u})
@@ -265,7 +265,8 @@ class Targets {
               "the same disc, rim to and fro by 0.003: time over 21 x 21 LuGre elements");
   }
 
-  /// Returns a trembling patch after 200 steps, when all that the first strokes could snap has snapped.
+  /// Returns a trembling patch after 200 steps, when all bristles that the first strokes could snap have
+  /// snapped.
   Contestant settled(const CapacityCase& what) const {
     Contestant contestant = bristle_kernel(what, a_million, options_.isa);
     for (int i = 0; i < 200; ++i) contestant.step();
@@ -305,9 +306,9 @@ class Targets {
          worst.ns_per_bristle, worst.ns_low, worst.ns_high, 3.5, false, "ns per bristle"});
   }
 
-  /// Measures the default material on recorded paths of hands. Takes the ratios of its time to that on a
-  /// straight path of equal speed, and to that of the rule `keep` on the same path, where path and speed cost
-  /// most.
+  /// Measures the default material on recorded paths of hands. Takes the ratio of its time to that on a
+  /// straight path of equal speed and, where path and speed cost most, to that of the rule `keep` on the same
+  /// path.
   void hands() {
     using bristle::Material;
     const Material usual = Material::from_coefficients({});

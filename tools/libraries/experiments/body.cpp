@@ -6,8 +6,8 @@
 namespace cli {
 namespace {
 
-constexpr double tolerance = 1e-11;  // accepted residual of the equation of motion over its largest
-                                     // force
+// Residual of the equation of motion, relative to its largest force, at which a step counts as solved.
+constexpr double tolerance = 1e-11;
 constexpr int usual_evaluations = 8;
 constexpr int most_evaluations = 90;
 
@@ -18,8 +18,8 @@ struct Root {
 
 // Finds the root of a residual that falls with the displacement d. Uses secants between the closest points of
 // either sign, and bisects when two steps did not halve the bracket. With a finite redrawing brush friction
-// jumps where one more bristle snaps; if the residual changes sign in a jump, no root exists and the side
-// with the smaller residual is returned.
+// jumps where one more bristle snaps. If the residual changes sign in such a jump, there is no root, and the
+// side with the smaller residual is returned.
 template <class Residual>
 Root solve(const Residual& residual, double d, double slope, double accepted) {
   double low = -INFINITY, high = INFINITY;  // bracket of the root: residual > 0 at low, < 0 at high

@@ -6,12 +6,12 @@
 
 namespace cli {
 
-/// Pull on a block that moves by d during a step, averaged over the step: force_n - stiffness d. force_n is
-/// the mean pull on a block that stays.
+/// Pull on a block that moves by d during a step, averaged over the step: force_n - stiffness d, where
+/// force_n is the mean pull on a block that does not move.
 struct Pull {
   double force_n = 0.0;
-  double stiffness = 0.0;  ///< stiffness of the pull, N/m; half that of a spring, since the mean over a step
-                           ///< sees half of d
+  /// Stiffness of the pull, N/m. It is half that of a spring, since the mean over a step sees half of d.
+  double stiffness = 0.0;
 };
 
 /// Block on a friction model. A step solves m (v1 - v0) = T (F_pull + F_mean(d)), d = T (v0 + v1) / 2.
@@ -24,8 +24,8 @@ class SlidingBlock {
 
   double position() const noexcept { return position_; }
   double velocity() const noexcept { return velocity_; }
-  /// Returns the largest residual of the equation of motion in any step, over its largest force. It is not
-  /// small where one more snap of a finite brush makes friction jump.
+  /// Returns the largest residual of the equation of motion in any step, relative to its largest force. Where
+  /// one more snap of a finite brush makes friction jump, it is not small.
   double worst_residual() const noexcept { return worst_residual_; }
   int worst_evaluations() const noexcept { return worst_evaluations_; }
 

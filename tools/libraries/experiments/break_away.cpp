@@ -27,8 +27,8 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
   BreakAway found;
   for (long k = 1; block.velocity() < s.number("sliding_velocity"); ++k) {
     const double applied = rate * dt * (static_cast<double>(k) - 0.5);
-    // Gives up when the pull is a hundred times the highest friction: only viscous terms still hold the
-    // block, so that it will not break away.
+    // Gives up when the pull is a hundred times the highest friction. Only viscous terms still hold the block
+    // then, so it will not break away.
     if (applied > 100.0 * strongest) break;
     const double friction = -block.advance(subject, {applied}, dt, load);
     if (friction > found.friction) found = {friction, applied};
@@ -115,7 +115,7 @@ void check_break_away(const Settings& settings) {
     throw UserError("experiment break-away: loads must hold two loads that differ");
 }
 
-// Says which peaks the settings state, so that those measured can be held against them.
+// Returns a sentence with the peaks that the settings state, to compare the measured ones with.
 std::string stated_peaks(const Settings& settings, const std::vector<std::string>& models) {
   std::string text =
       fmt::format("[1] as stated, without damping and viscous terms: {:.3g} by static over kinetic",

@@ -14,8 +14,8 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
   const double step = 0.37 * s.number("presliding");  // length of a step, m; the odd factor keeps
-                                                      // length of a step, m; the odd factor keeps steps and
-                                                      // snaps from coinciding
+                                                      // Length of a step, m. The odd factor keeps steps and
+                                                      // snaps from coinciding.
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;
@@ -27,7 +27,7 @@ double steady_friction(const std::string& model, const Settings& s, double load,
 }
 
 // Returns how many asperities touch (the paper's eq. 8) if the apparent area is `area_factor` times the
-// default. Heights are quantiles of an exponential law (eq. 6); the surfaces come together until the springs
+// default. Heights are quantiles of an exponential law (eq. 6). The surfaces come together until the springs
 // carry the load (eq. 7 without its integral).
 double asperities_touching(const Settings& s, double area_factor) {
   const double sigma = 1e-6;  // mean asperity height, m; does not affect the result
@@ -85,7 +85,7 @@ void over_areas(ExperimentRun& run) {
   const double bristles_per_newton = s.number("bristles_per_newton");
   double low = INFINITY, high = -INFINITY;
   for (const double area : run.settings.numbers("areas")) {
-    // Scales a brush's friction by the number of asperities that touch; rival models have no such number.
+    // Scales a brush's friction by the number of asperities that touch. Rival models have no such number.
     const double touching = asperities_touching(s, area) / (bristles_per_newton * load);
     const double friction =
         steady_friction(run.model, s, load, load) * (is_brush(run.model) ? touching : 1.0);

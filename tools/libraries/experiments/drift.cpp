@@ -40,8 +40,8 @@ struct Profile {
   }
 };
 
-// Averages of a block's position over successive windows of time, so that the ringing of undamped springs
-// does not count as drift.
+// Averages of a block's position over successive windows of time. They keep the ringing of undamped springs
+// from counting as drift.
 class WindowMeans {
  public:
   WindowMeans(double from, double window) : from_(from), window_(window) {}
@@ -115,8 +115,8 @@ void slope(ExperimentRun& run) {
   run.add("slope", 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding"));
 }
 
-// Limits the time step to a 20th of the shortest event (hold, ramp, cycle), so that the measured means and
-// swings are the friction model's and not the step's.
+// Limits the time step to a 20th of the shortest event (hold, ramp, cycle), so that measured means and swings
+// are those of the friction model, not of the step.
 void check_step(const Settings& s) {
   const double longest = 0.05 * std::min({1.0 / s.number("frequency"), 1.0 / s.number("slope_frequency"),
                                           s.number("hold_time"), s.number("ramp_time")});

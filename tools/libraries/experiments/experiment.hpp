@@ -32,7 +32,7 @@ struct Finding {
   bool shown = false;
 };
 
-/// Point of a measured curve: the panel of the picture, the model, and the point's numbers.
+/// Point of a measured curve: the panel of the picture that shows it, the model, and the point's numbers.
 struct SeriesRow {
   std::string panel;
   std::string model;
@@ -50,7 +50,7 @@ struct ExperimentInput {
   std::function<void(double)> progress = [](double) {};  ///< called with the share that is done, 0 to 1
 };
 
-/// Run of an experiment on one model, to whose curves and verdicts it adds.
+/// Run of an experiment on one model. The experiment adds to its curves and verdicts.
 struct ExperimentRun {
   const Settings& settings;
   const std::string& model;
@@ -66,7 +66,7 @@ struct ExperimentRun {
   }
 };
 
-/// Steps one contact or, without `keeps`, only finds its response to the step.
+/// Steps one contact. Without `keeps` only finds its response to the step and leaves its state.
 template <class Batch, class Motion, class... Time>
 auto take(Batch& batch, const Motion& motion, bool keeps, Time... dt) {
   decltype(batch.find_force(dt..., motion)) response;
@@ -103,7 +103,7 @@ const Experiment& find_experiment(std::string_view name, std::initializer_list<c
 /// infinite brush (redraw), an infinite brush with residual and shared renewal ("rubbed"), and one that also
 /// ages.
 std::span<const std::string_view> model_names();
-/// Returns the names of the models that an experiment runs; those of model_names() for nullptr.
+/// Returns the names of the models that an experiment runs; for nullptr those of model_names().
 std::vector<std::string> models_of(const Experiment* experiment);
 /// Returns the models `wanted` by the user, or all that the experiment runs if none are named. Throws a
 /// UserError that begins with `where` on unknown and repeated names.
@@ -112,8 +112,8 @@ std::vector<std::string> choose_models(const std::vector<std::string>& wanted, c
 /// Returns the title of a model in tables, such as "LuGre".
 std::string model_title(std::string_view model);
 
-/// Returns why a model shows (or does not show) a phenomenon. Empty if `shown` is not the outcome with
-/// default parameters, for which the reasons were written.
+/// Returns why a model shows (or does not show) a phenomenon. The reasons were written for the default
+/// parameters; if `shown` is not the outcome with these, returns an empty text.
 std::string reason_of(std::string_view phenomenon, std::string_view model, bool shown);
 
 /// Runs an experiment and shows its progress on a terminal. Throws UserError, for instance for a model that

@@ -14,13 +14,13 @@ namespace {
 
 constexpr double gravity = 9.81;  // m/s^2
 
-/// Friction force on the ball (N), and its decrease per metre of slip (N/m).
+/// Friction force on the ball (N), and its decrease per metre of slip (N/m), for an implicit solve.
 struct Pull {
   double force = 0.0, slope = 0.0;
 };
 
-/// Ground under a ball: a function from a step's slip of the surfaces and rolled distance (m) to the friction
-/// force. `keeps` says whether the step is made or only tried.
+/// Ground under a ball: a function from the slip of the surfaces in a step and the rolled distance (m) to the
+/// friction force. `keeps`: whether the step is made or only tried.
 using Ground = std::function<Pull(double slip, double rolled, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s, double load) {

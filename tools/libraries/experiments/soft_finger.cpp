@@ -15,7 +15,8 @@ namespace {
 
 constexpr double dt = 1e-3;  // time step, s; no model in this experiment depends on time
 
-/// Function from displacement (m) and load (N) to the force against it (N); `keeps`: changes the state.
+/// Function from displacement (m) and load (N) to the force against the displacement (N). `keeps`: whether it
+/// changes the state.
 using Contact = std::function<double(double displacement, double load, bool keeps)>;
 
 Contact make_contact(const std::string& model, const Settings& s) {
@@ -146,8 +147,8 @@ void run_soft_finger(ExperimentRun& run) {
   run.progress(0.4);
 
   const double wide = lost_in_loop(run, make(), most, 0.5), narrow = lost_in_loop(run, make(), most, 0.25);
-  const bool loses = std::min(wide, narrow) > 1e-5;  // a loss below this is a rounding error of single
-                                                     // precision
+  // Losses below this are rounding errors of single precision.
+  const bool loses = std::min(wide, narrow) > 1e-5;
   const double power = loses ? std::log2(wide / narrow) : 0.0;
   run.add("loops_lose", power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1);
   run.progress(0.8);

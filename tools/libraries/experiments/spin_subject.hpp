@@ -27,8 +27,8 @@ class SpinSubject {
 
  private:
   struct Brush {
-    std::unique_ptr<bristle::PatchBatch> batch;  // held by pointer, since `patches` refers to it even if this
-                                                 // object moves
+    // Batch in a pointer, because `patches` refers to it even if this object moves.
+    std::unique_ptr<bristle::PatchBatch> batch;
     bristle::ExtendedPatches patches;
     bristle::PatchId id;
 

@@ -36,7 +36,8 @@ class Subject {
   void set_torques(double motor, double outside) noexcept;
 
   const std::string& name() const noexcept { return name_; }
-  /// Returns an upper bound of the stiffness, -d(mean force)/d(displacement), N/m; not on falling branches.
+  /// Returns an upper bound of the stiffness, -d(mean force)/d(displacement), N/m. Not valid on branches
+  /// where friction falls.
   double slope_bound(double dt_s, double load_n) const noexcept;
 
  private:

@@ -46,7 +46,7 @@ Steps steps_at(const std::string& model, const Settings& s, double speed) {
 }
 
 // Returns the number of steps of the path over which friction falls from its peak by all but 1/e of the fall;
-// 0 if it does not.
+// 0 if it does not fall so far.
 double evolution_way(const Step& up) {
   const auto peak = std::max_element(up.friction.begin(), up.friction.end());
   const double highest = std::max(*peak, up.before);
@@ -61,9 +61,9 @@ void run_velocity_step(ExperimentRun& run) {
   const double e_folds = std::log(s.number("factor")), each = 1.0 / s.number("steps_per_length");
   // Least and greatest immediate change of friction (direct effect) over all steps of speed.
   double least = INFINITY, most = -INFINITY;
-  double smallest_fall = INFINITY;            // least fall of friction by a step up in speed, per e-fold
-  double shortest = INFINITY, longest = 0.0;  // least and greatest path over which friction settles after its
-                                              // peak
+  double smallest_fall = INFINITY;  // least fall of friction by a step up in speed, per e-fold
+  // Least and greatest path over which friction settles after its peak.
+  double shortest = INFINITY, longest = 0.0;
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {
     const Steps found = steps_at(run.model, s, speeds[i]);

@@ -13,8 +13,8 @@ namespace cli {
 
 struct Unit {
   std::string_view name;
-  /// How many of this unit make one SI unit (1000 for mm). Values are divided by it: dividing by a power of
-  /// ten rounds once, multiplying by its inverse twice.
+  /// Number of these units in one SI unit (1000 for mm). Values are divided by it, because dividing by a
+  /// power of ten rounds once, and multiplying by its inverse twice.
   double per_si;
 };
 inline constexpr Unit time_units[] = {{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}, {"min", 1.0 / 60.0}};
@@ -69,7 +69,8 @@ CsvHeader read_csv_header(std::string_view line, const std::string& where, std::
 
 std::string_view trim(std::string_view text);
 
-/// Check a row of a CSV file: its time must be later than the last row's, its load >= 0. Throw UserError.
+/// Check a row of a CSV file: its time must be later than the last row's, and its load must be at least 0.
+/// Throw UserError.
 void require_later(double t, double last_t, const std::string& where);
 void require_load(double load_n, std::string_view cell, const std::string& where);
 

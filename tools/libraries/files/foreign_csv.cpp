@@ -109,7 +109,8 @@ class Header {
   std::string_view unit(std::size_t kind) const {
     return split_unit(cells_[*of_[kind]], kinds_[kind].units).unit;
   }
-  /// Returns whether a column's name in the file, without its unit in brackets, is not the standard name.
+  /// Returns whether a column has another name in the file than the standard one (the unit in brackets
+  /// aside).
   bool renamed(std::size_t kind) const {
     const std::string_view cell = cells_[*of_[kind]];
     return trim(cell.substr(0, cell.find('['))) != kinds_[kind].name;

@@ -9,9 +9,9 @@
 
 namespace cli {
 
-/// Output file that is written whole or not at all. Bytes go into a temporary file beside it, renamed once it
-/// is complete and on the disk. Until then, and after an error or signal, an existing file of that name
-/// stays. "-" is stdout; FIFOs and devices are written directly. An empty path is no file.
+/// Output file that is written whole or not at all. Bytes go into a temporary file beside it, which is
+/// renamed once it is complete and on the disk. Until then, and after an error or signal, an existing file of
+/// that name stays. "-" is stdout; FIFOs and devices are written directly. An empty path is no file.
 class OutputFile {
  public:
   OutputFile() = default;

@@ -13,8 +13,8 @@ constexpr std::size_t most_line_bytes = std::size_t{1} << 24;
 
 /// Reads a text file to its end. Throws UserError if that fails, and as soon as the file is too large or
 /// turns out not to be text (a zero byte, an overlong line), so that an endless device or a huge file does
-/// not fill the memory. `binary` allows any bytes, as for pictures. Waits for the writer of a FIFO; a line on
-/// stderr says so after a second.
+/// not fill the memory. `binary` allows any bytes, as in pictures. Waits for the writer of a FIFO, and says
+/// so on stderr after a second.
 std::string read_text_file(const std::string& path, std::size_t most_bytes = most_data_bytes,
                            bool binary = false);
 

@@ -24,7 +24,7 @@ namespace cli::platform {
 void hold_standard_streams() noexcept;
 
 bool is_terminal(std::FILE* stream) noexcept;
-/// Whether stdout is a terminal that shows colours.
+/// Returns whether stdout is a terminal that shows colours.
 bool shows_colours() noexcept;
 
 /// Returns the folder of the running program; empty if unknown.
@@ -76,15 +76,15 @@ std::FILE* create_file(const std::string& path) noexcept;
 /// Kind of file that a path names. After `nothing`, `errno` says why.
 enum class Kind { nothing, file, other };
 Kind kind_of(const std::string& path) noexcept;
-/// Whether this process may write an existing file.
+/// Returns whether this process may write an existing file.
 bool is_writable(const std::string& path) noexcept;
 /// Returns whether two names mean the same file. Devices may be named twice, so they count as different.
 bool is_same(const std::string& a, const std::string& b);
 
 void copy_permissions(const std::string& from, std::FILE* to) noexcept;
-/// Forces what was written to the disk.
+/// Forces what was written to a file onto the disk.
 bool flush_to_disk(std::FILE* file) noexcept;
-/// Replaces `to` by `from`: at every moment `to` is wholly the old file or the new one.
+/// Replaces the file `to` by the file `from`: at every moment `to` is wholly the old file or the new one.
 bool replace_file(const std::string& from, const std::string& to) noexcept;
 /// Deletes a file. A signal handler may call it.
 void remove_file(const char* path) noexcept;

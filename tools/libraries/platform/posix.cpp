@@ -165,8 +165,9 @@ std::FILE* open_to_read(const std::string& path) noexcept {
 std::FILE* open_special(const std::string& path) noexcept {
   struct stat there;
   if (is_cut(path) || ::stat(path.c_str(), &there) != 0) return nullptr;
-  if (S_ISSOCK(there.st_mode)) {  // a socket cannot be opened; without this line the system would report
-                                  // ENXIO, as for a FIFO without a reader
+  // Refuses a socket, which cannot be opened. The system would report ENXIO for it, as for a FIFO without a
+  // reader.
+  if (S_ISSOCK(there.st_mode)) {
     errno = ENOTSUP;
     return nullptr;
   }

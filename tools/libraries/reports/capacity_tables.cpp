@@ -45,8 +45,8 @@ JsonColumn fit_time_column(const char* header, const char* key) {
 }  // namespace
 
 bool was_busy(const Json& row, double deadline_s) {
-  // Share of the deadline above which a median is usual: at the largest number of bristles that fits it is
-  // 0.7 to 0.95 on a quiet machine. Less means disturbances.
+  // Median step time, as a share of the deadline, below which a machine counts as disturbed. At the largest
+  // number of bristles that fits it is 0.7 to 0.95 on a quiet machine.
   constexpr double usual = 0.6;
   return row.value("unconfirmed", false) ||
          (row.at("bristles").get<double>() > 0.0 && !row.at("more_would_fit").get<bool>() &&

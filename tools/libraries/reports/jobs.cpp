@@ -41,7 +41,7 @@ void run_jobs(std::size_t count, std::size_t threads,
   try {
     for (std::size_t t = 1; t < threads; ++t) helpers.emplace_back(work);
   } catch (const std::exception&) {
-    // Goes on with fewer threads if the system has no more, or no memory for them.
+    // Continues with fewer threads if the system has no more, or no memory for them.
   }
   work();
   for (std::thread& helper : helpers) helper.join();

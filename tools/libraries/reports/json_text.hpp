@@ -7,8 +7,8 @@
 
 namespace cli {
 
-/// Parses JSON nested at most 64 levels deep, since the JSON library's recursion would overflow the stack on
-/// deeper values. Throws a UserError that begins with `what`.
+/// Parses JSON nested at most 64 levels deep; on deeper values the recursion of the JSON library would
+/// overflow the stack. Throws a UserError that begins with `what`.
 nlohmann::json parse_json(const std::string& text, const std::string& what);
 
 }  // namespace cli

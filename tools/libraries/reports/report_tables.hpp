@@ -40,8 +40,7 @@ Table snapshots_table(const Json& capacity);
 Table contacts_table(const Json& capacity);
 /// Returns the largest number of bristles that meets the deadline ("> 1,234"), or why there is none.
 std::string bristles_that_fit(const Json& row);
-/// Returns whether other programs caused a row's 99th percentile, since its median is far inside the
-/// deadline.
+/// Returns whether other programs caused a row's 99th percentile: its median is then far inside the deadline.
 bool was_busy(const Json& row, double deadline_s);
 /// Returns the result of a capacity report in a sentence that also says whether to trust it.
 std::string capacity_answer(const Json& capacity);

@@ -10,10 +10,10 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t gap = 2;           // number of blanks between two columns
-constexpr std::size_t readable = 20;     // least width of a text column, in characters
-constexpr std::size_t widest_word = 30;  // width in characters beyond which a word is cut, except in row
-                                         // names
+constexpr std::size_t gap = 2;        // number of blanks between two columns
+constexpr std::size_t readable = 20;  // least width of a text column, in characters
+// Width in characters beyond which a word is cut, except in row names.
+constexpr std::size_t widest_word = 30;
 
 std::size_t longest_word(std::string_view text) {
   std::size_t longest = 0;

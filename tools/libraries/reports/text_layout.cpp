@@ -74,7 +74,7 @@ std::string filled(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);
-    // Leaves coloured lines unbroken: they occur only in tables, which already fit the width.
+    // Leaves coloured lines unbroken. They occur only in tables, which already fit the width.
     if (columns == 0 || width_of(line) <= columns || line.find('\x1B') != std::string_view::npos) {
       out += line;
     } else {

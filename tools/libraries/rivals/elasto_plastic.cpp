@@ -8,7 +8,7 @@ namespace rivals {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-// Number of pieces that a step is cut into at most; they cover a path of fifty steady deflections, after
+// Largest number of pieces into which a step is cut. They cover a path of fifty steady deflections, after
 // which sliding is steady.
 constexpr int most_pieces = 800;
 
@@ -20,8 +20,8 @@ struct Band {
     if (size >= steady) return 1.0;
     return 0.5 + 0.5 * std::sin(pi * (size - 0.5 * (steady + elastic)) / (steady - elastic));
   }
-  // Returns a distance over which alpha |z| / zss hardly changes. The distance is longer where alpha nears 1,
-  // because there z approaches zss slowly.
+  // Returns a distance over which alpha |z| / zss hardly changes. It is longer where alpha nears 1, because z
+  // approaches zss slowly there.
   double piece(double size) const noexcept {
     const double left = (steady - size) / (steady - elastic);
     if (left > 0.5) return 0.0625 * (steady - elastic);

@@ -1,5 +1,5 @@
-// Contact area cut into a grid of cells, and the wrench of friction on it; shared by the rivals with an
-// extent.
+// A contact area cut into a grid of cells, and the wrench of the friction on it. Serves those rivals of the
+// bristle model whose contact has an extent.
 #pragma once
 
 #include <cstddef>

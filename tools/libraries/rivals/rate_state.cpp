@@ -6,8 +6,7 @@
 namespace rivals {
 namespace {
 
-// Unknowns of the equations: scaled spring force u = sigma0 z / (a N), state psi, and the time integral of
-// u.
+// Unknowns of the equations: scaled spring force u = sigma0 z / (a N), state psi, and the time integral of u.
 using Vector = std::array<double, 5>;
 enum State : std::size_t { u_x, u_y, psi_, sum_x, sum_y };
 
@@ -133,8 +132,8 @@ double piece(const Equations& eq, Vector& q, double h) noexcept {
 }
 
 void integrate(const Equations& eq, Vector& q, double dt) noexcept {
-  constexpr int most_pieces = 100'000;  // largest number of pieces; a slider that runs away on a soft spring
-                                        // needs some thousand
+  // Largest number of pieces. A slider that runs away on a soft spring needs some thousand.
+  constexpr int most_pieces = 100'000;
   double left = dt, h = dt;
   for (int n = 0; n < most_pieces && left > 0.0; ++n) {
     h = std::min(h, left);
@@ -149,8 +148,8 @@ void integrate(const Equations& eq, Vector& q, double dt) noexcept {
   }
 }
 
-// Lets the slider slip at once, its state worn off over Dc without healing, if it would be faster than e^60
-// v0. A load that falls at rest leaves a force so far above the law's that the speed would overflow.
+// Lets the slider slip at once, its state worn off over Dc without healing, where it would be faster than
+// e^60 v0. A load that falls at rest can leave a force so far above the law's that the speed would overflow.
 void slip_at_once(const Equations& eq, Vector& q) noexcept {
   const double u = std::hypot(q[u_x], q[u_y]);
   const double excess = u - eq.mu0_over_a - eq.b_over_a * q[psi_] - 60.0;
@@ -170,8 +169,8 @@ Force RateState::step(Pair displacement, double dt_s, double load_n) noexcept {
     psi = 0.0;
     return {};
   }
-  const double unit = direct_effect * load_n / surface.stiffness;  // spring stretch per unit of the scaled
-                                                                   // force u, m
+  // Spring stretch per unit of the scaled force u, m.
+  const double unit = direct_effect * load_n / surface.stiffness;
   const Equations eq{.v0 = reference_speed,
                      .mu0_over_a = surface.kinetic_coefficient / direct_effect,
                      .b_over_a = state_effect / direct_effect,

@@ -22,15 +22,16 @@
 namespace rivals {
 
 struct RateState {
-  Surface surface;                ///< parameters of the surface, of which the model uses only
-                                  ///< kinetic_coefficient (mu0) and stiffness (sigma0)
+  /// Parameters of the surface, of which the model uses only kinetic_coefficient (mu0) and stiffness
+  /// (sigma0).
+  Surface surface;
   double direct_effect = 0.02;    ///< direct effect a > 0: immediate change of F / N per e-fold of speed
   double state_effect = 0.04;     ///< evolution effect b >= 0: change of F / N per e-fold of the state theta
   double state_length = 2e-5;     ///< distance Dc over which the state wears off, m
   double reference_speed = 1e-3;  ///< speed v0 at which steady friction is mu0 N, m/s
   Pair z;                         ///< deflection of the spring, m
 
-  /// State psi = ln(v0 theta / Dc); a new contact starts as after sliding at v0.
+  /// State psi = ln(v0 theta / Dc). A new contact starts as after sliding at the speed v0.
   double psi = 0.0;
 
   static constexpr double tolerance = 1e-7;

@@ -14,15 +14,15 @@ struct Relaxed {
 /// Relaxes z towards the target; `q` = rate times duration, >= 0. The result lies between z and target for
 /// any q, so any step length is stable.
 inline Relaxed relax(Pair z, Pair target, double q) noexcept {
-  const double lost = -std::expm1(-q);                           // 1 - exp(-q), share of the way to target
-  const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;  // mean of exp(-rate t) over the duration of
-                                                                 // the step
+  const double lost = -std::expm1(-q);  // 1 - exp(-q), share of the way to target
+  // Mean of exp(-rate t) over the duration of the step.
+  const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;
   const Pair away = z - target;
   return {z - lost * away, target + mean_left * away};
 }
 
-/// Returns how far z can move along the unit vector `along` before it leaves the disc |z| <= limit; if its
-/// path misses the disc, the distance to the point closest to it.
+/// Returns how far z can move along the unit vector `along` before it leaves the disc |z| <= limit. If its
+/// path misses the disc, returns the distance to the point closest to it.
 inline double way_to_limit(Pair z, Pair along, double limit) noexcept {
   const double s = dot(z, along);
   const double aside = z.x * along.y - z.y * along.x;

@@ -119,8 +119,8 @@ std::vector<BedRow> read_path(const TomlTable& parent) {
   std::vector<BedRow> rows;
   for (const TomlTable& table : parent.tables("path")) {
     table.allow({"t", "x", "y", "spin", "rolled", "load"});
-    BedRow row = rows.empty() ? BedRow{} : rows.back();  // keys missing in a row keep the last row's
-                                                         // values
+    // Lets a row without some keys keep the last row's values.
+    BedRow row = rows.empty() ? BedRow{} : rows.back();
     row.t = table.number("t", {0.0, 1e6, false, "s"});
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     if (rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");

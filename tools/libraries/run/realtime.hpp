@@ -1,5 +1,5 @@
-// Steps a scene in real time, in turns with a bare loop that only sleeps, whose delays are the machine's:
-// `bristle run --realtime`.
+// Steps a scene in real time, `bristle run --realtime`, in turns with a bare loop that only sleeps. The
+// delays of the bare loop are the machine's, so those of the stepping loop can be judged.
 #pragma once
 
 #include <cstdint>
@@ -29,11 +29,12 @@ struct RealtimeOptions {
 struct PacedLoopResult {
   bristle::DeadlineMonitor monitor;
   double seconds = 0.0;
-  double stolen_s = 0.0;        ///< time that a hypervisor took from all cores, s, which the system counts in
-                                ///< steps of 10 ms
+  /// Time that a hypervisor took from all cores, s. The system counts it in steps of 10 ms.
+  double stolen_s = 0.0;
   double stolen_worst_s = 0.0;  ///< time that a hypervisor took in the turn with the worst tick, s
-  double queued_worst_s = 0.0;  ///< time that the thread waited for a core, s, from the tick before the worst
-                                ///< one to the end of the worst
+  /// Time that the thread waited for a core, s, from the tick before the worst one to the end of the worst.
+  /// It tells whether other programs caused the delay.
+  double queued_worst_s = 0.0;
 };
 
 struct RealtimeResult {
@@ -60,7 +61,7 @@ RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, d
 template <class Segment>
 void run_segment(PacedLoopResult& loop, Segment&& segment);
 
-/// Runs `ticks` ticks of the bare loop, which does nothing, so that its delays are those of the machine.
+/// Runs `ticks` ticks of the bare loop, which does nothing but sleep.
 void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& clock, const QueueClock& queue);
 
 /// Records the times of a tick and, if it is the worst so far, how long it waited for a core.

@@ -13,8 +13,8 @@ struct RealtimeThreadOptions {
   bool lock_memory = false;          ///< whether memory in use is kept from being paged out (mlockall)
 };
 
-/// Makes the calling thread a real-time thread for as long as this object lives. Does without what the system
-/// refuses, and lists it. Always makes the thread's timers exact (without the usual slack of 50 us), which
+/// Makes the calling thread a real-time thread for as long as this object lives. What the system refuses is
+/// left out, and listed. Always makes the thread's timers exact (without the usual slack of 50 us), which
 /// needs no permission. Threads made later do not inherit the priority.
 class RealtimeThread {
  public:

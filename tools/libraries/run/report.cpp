@@ -73,7 +73,7 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   };
   const Conditions c = conditions();
   const bristle::DeadlineMonitor& m = r.monitor;
-  // Passes the description through one_line(), as a text from a file may hold control characters.
+  // Passes the description through one_line(), because a text from a file may hold control characters.
   line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
   line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
                               r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
@@ -177,7 +177,7 @@ std::string overload_answer(const Scene& scene, const RunResult& r) {
   return text;
 }
 
-// The reasons hold no commas, which would need quotes in the tables of sweeps.
+// Writes reasons without commas, which would need quotes in the tables of sweeps.
 
 /// Returns why a patch's friction stayed below its material's peak.
 std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, double dt,

@@ -55,8 +55,8 @@ class SceneRun {
   SceneStepper stepper_;
   std::vector<Way> ways_;
   std::vector<FirstLoading> first_loadings_;  ///< first loading of each copy
-  /// Place where a body last stuck, which follows a sliding body at a distance of ten snap lengths: ten times
-  /// `length`, the longest mean of its patches.
+  /// Place where a body last stuck. It follows a sliding body at a distance of ten times `length`, the
+  /// longest mean snap length of its patches.
   struct Hold {
     double place[2], length;
     Sticking sticking;
@@ -137,7 +137,8 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
   const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
-    // Sums the magnitude of the force: its component along the step is noisy if an encoder gave the motion.
+    // Sums the magnitude of the force. Its component along the step would be noisy where an encoder gave the
+    // motion.
     result.sliding_force += force;
     result.sliding_load += motion.normal_load;
     ++result.sliding_steps;
@@ -277,8 +278,8 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
-  const bool large = stepper_.batch().state_size() > 100'000'000;  // whether the state exceeds 100 MB, for
-                                                                   // which a step may take a second
+  // Whether the state exceeds 100 MB. A step may then take a second, so progress is shown at every step.
+  const bool large = stepper_.batch().state_size() > 100'000'000;
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
     if (large) progress.show(static_cast<double>(k) / static_cast<double>(result_.steps));
@@ -303,7 +304,7 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
   double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(), step_cpu = 0.0;
   for (; k < first + ticks; ++k) {
     // Detects a tick that is late because of this program's bookkeeping, though the step before it was in
-    // time. Then neither the step nor the machine is blamed.
+    // time. Neither the step nor the machine is blamed then.
     const double busy_s = step_cpu + DeadlineMonitor::cpu_now() - end_cpu;
     const bool held_up = end <= clock.next_due_s() && busy_s > clock.period_s();
     std::uint64_t left_out = clock.wait();
@@ -338,7 +339,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   Progress progress("run --realtime", options_.quiet);
   PacedClock clock(scene_.dt, realtime.busy_wait_s);
   // Alternates the stepping and the bare loop in turns of a second, so that both meet the same conditions. A
-  // turn has at least two ticks, since it takes two to enclose a period.
+  // turn has at least two ticks, because it takes two to enclose a period.
   const std::uint64_t segment = std::clamp<std::uint64_t>(
       result_.steps / 4, 2, static_cast<std::uint64_t>(std::max(std::round(1.0 / scene_.dt), 2.0)));
   std::uint64_t done = 0;

@@ -79,16 +79,16 @@ struct PatchResult {
   std::uint64_t sliding_steps = 0;
   /// Highest elastic force over load, of steps whose load is at least a tenth of max_normal_load.
   double highest_coefficient = 0.0;
-  FirstLoading first_loading;  ///< first loading of the copy that moved farthest in it; empty in a run that
-                               ///< continues another
+  /// First loading of the copy that moved farthest in it; empty in a run that continues another.
+  FirstLoading first_loading;
   std::uint64_t overload_steps = 0, bad_steps = 0, steps_in_contact = 0;
   std::uint64_t snaps = 0;
   double dissipated = 0.0, contact_loss = 0.0, damper_work = 0.0, work = 0.0, stored = 0.0;  // energies, J
 };
 
-/// Break-away of a body, and how long it sticks. A body counts as sliding while it is farther than ten mean
-/// snap lengths (the longest of its patches') from where it last stuck, and faster than one such length per
-/// second.
+/// Break-away of a body, and how long it sticks. A body counts as sliding while it is faster than one mean
+/// snap length (the longest of its patches') per second, and farther than ten such lengths from where it last
+/// stuck.
 struct Sticking {
   bool broke_away = false;
   double time = 0.0, applied = 0.0;  ///< time of the first break-away (s), and force then (N)

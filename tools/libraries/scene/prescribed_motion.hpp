@@ -30,11 +30,11 @@ struct PrescribedMotion {
   double frequency = 1.0;            ///< frequency of a sine, Hz
   double phase = 0.0;                ///< phase of a sine at t = 0, in turns
   std::vector<MotionRow> keyframes;
-  std::shared_ptr<const MotionFile> trace;  ///< rows of a motion file, shifted to start at t = 0; several
-                                            ///< motions may share them
-  std::vector<LoadStep> load_steps;         ///< normal loads over time; empty: rows hold the loads
-  double turn_per_copy = 0.0;               ///< turns by which copy i's directions differ from copy i - 1's
-  double delay_per_copy = 0.0;              ///< time by which copy i moves later than copy i - 1, s
+  /// Rows of a motion file, shifted to start at t = 0; several motions may share them.
+  std::shared_ptr<const MotionFile> trace;
+  std::vector<LoadStep> load_steps;  ///< normal loads over time; empty: rows hold the loads
+  double turn_per_copy = 0.0;        ///< turns by which copy i's directions differ from copy i - 1's
+  double delay_per_copy = 0.0;       ///< time by which copy i moves later than copy i - 1, s
 
   /// Returns the rows of keyframes or of a motion file; empty for other motions. Between rows the motion is
   /// linear; after the last row it stays constant.
@@ -43,7 +43,7 @@ struct PrescribedMotion {
   Position at(double t) const noexcept;
   /// Returns the first copy's normal load (N) in the step from t to t + dt. Rows give the load at the end of
   /// the step, since a control loop reads position and load together at each tick. Load steps give that at
-  /// the middle of the step, where rounded times do no harm.
+  /// the middle of the step, where rounding of times does no harm.
   double load_over(double t, double dt) const noexcept;
   /// Returns whether the motion, copies included, needs patches with two axes.
   bool moves_along_y() const noexcept;

@@ -69,8 +69,8 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
 std::string_view key_of(const char* field) {
   return std::string_view(field) == "snap_rule" ? std::string_view("rule") : field;
 }
-/// Returns the range of a key: that of the field, but presliding lengths above 1 m are taken for another
-/// unit.
+/// Returns the range of a key: that of the field, except that presliding lengths above 1 m are refused, as
+/// given in another unit.
 template <class Field>
 Range range_of(const Field& field) {
   const double most = std::string_view(field.name) == "presliding_length" ? 1.0 : field.about.most;
@@ -215,7 +215,7 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
         "population",
         "is 'infinite', but the material has rule = \"keep\" or \"slide\", whose bristles are what they "
         "are for ever; give the material rule = \"redraw\" or the patch population = \"representatives\"");
-  // A resolution of 0 means automatic, as a missing key does.
+  // Takes a resolution of 0 as automatic, like a missing key.
   o.resolution = table.number("resolution", {0.0, 128.0, false, "pieces per mean snap length"}, 0.0);
   if (o.resolution > 0.0 && o.resolution < 1.0)
     table.fail(
@@ -298,8 +298,8 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
   if (!parent.has("keyframes")) parent.fail("key 'keyframes' is missing");
   for (const TomlTable& table : parent.tables("keyframes")) {
     table.allow({"t", "x", "y", "load"});
-    MotionRow row = rows.empty() ? MotionRow{} : rows.back();  // keys missing in a row keep the last row's
-                                                               // values
+    // Lets a row without some keys keep the last row's values.
+    MotionRow row = rows.empty() ? MotionRow{} : rows.back();
     row.t = table.number("t", seconds);
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
     row.x = table.number("x", position, row.x);
@@ -323,8 +323,8 @@ Trace read_trace(const std::string& path, double clip_load_n) {
   return file;
 }
 
-using Traces = std::map<std::pair<std::string, double>, Trace>;  ///< motion files read so far, by path and
-                                                                 ///< clip_load
+/// Motion files read so far, by path and clip_load.
+using Traces = std::map<std::pair<std::string, double>, Trace>;
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
   if (!trace->has_load && motion.load_steps.empty())

@@ -19,10 +19,9 @@ namespace cli {
 struct SceneMaterial {
   std::string name;
   bristle::Material material;
-  std::optional<bristle::Coefficients> coefficients;  ///< friction coefficients, if the scene gives them for
-                                                      ///< the material
-  std::string where;                                  ///< place of the table, for messages: "file:line:
-                                                      ///< [[material]] 'name'"
+  /// Friction coefficients, if the scene gives them for the material.
+  std::optional<bristle::Coefficients> coefficients;
+  std::string where;  ///< place of the table, for messages, as "file:line: [[material]] 'name'"
 };
 
 /// Contact patch of a scene. It is moved either by a prescribed motion or by a body.
@@ -58,8 +57,8 @@ struct SceneBody {
   double gravity = 9.80665;          ///< gravity on the body, m/s^2
   std::vector<LoadStep> extra_load;  ///< normal load beside the body's weight, N
   double velocity[2] = {0.0, 0.0};   ///< initial velocity, m/s
-  std::vector<ForceRow> force;       ///< pushing force over time, N; linear between rows, two rows at one
-                                     ///< time make a jump
+  /// Pushing force over time, N; linear between rows, two rows at one time make a jump.
+  std::vector<ForceRow> force;
   std::vector<ForceSine> force_sines;
   std::vector<std::size_t> patches;  ///< patches under the body, as indices into Scene::patches
   int axes = 2;
@@ -82,10 +81,10 @@ struct Scene {
   std::string file;
   std::string name;
   std::string description;
-  double dt = 1e-3;                ///< time step, s
-  std::optional<double> duration;  ///< simulated time, s; none: as long as the longest motion
-                                   ///< file
-  double deadline = 1e-3;          ///< time that a step may take, s
+  double dt = 1e-3;  ///< time step, s
+  /// Simulated time, s; none: as long as the longest motion file.
+  std::optional<double> duration;
+  double deadline = 1e-3;  ///< time that a step may take, s
   int threads = 1;
   std::uint32_t out_patches = 8;  ///< number of patches in the force file
   SceneLimits limits;

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t beside_a_patch = 1900;  // bytes that a copy of a patch needs beside its bristles
 
-// Bytes of memory that every machine has; a scene that needs less is not checked.
+// Bytes of memory that every machine has. A scene that needs less is not checked.
 constexpr std::uint64_t surely_there = 128 << 20;
 
 /// Returns an upper bound on the bytes of memory of a patch with these options.

@@ -87,7 +87,7 @@ void SceneStepper::add_patches(const ShareDone& progress) {
 }
 
 void SceneStepper::add_bodies() {
-  // By patch of the scene, the indices of its copies in the batch's arrays.
+  // Indices of each patch's copies in the batch's arrays, by patch of the scene.
   std::vector<std::vector<std::size_t>> places(scene_.patches.size());
   for (std::size_t c = 0; c < copies_.size(); ++c) places[copies_[c].patch].push_back(c);
   for (const SceneBody& body : scene_.bodies) {

@@ -13,16 +13,16 @@
 namespace cli {
 namespace {
 
-constexpr double zeta = 1000.0;          // number of bristles in contact at the largest load, 1 N
-constexpr double rest_amplitude = 1e-7;  // amplitude that counts as rest, in mean snap
-                                         // lengths
-constexpr double bound_amplitude = 1e5;  // amplitude that counts as growing without bound, in mean snap
-                                         // lengths
-constexpr double lasting_energy = 0.8;   // ratio of the energy in the last quarter of a run to that in the
-                                         // third, above which snapping lasts
+constexpr double zeta = 1000.0;  // number of bristles in contact at the largest load, 1 N
+// Amplitude, in mean snap lengths, below which the mass counts as at rest.
+constexpr double rest_amplitude = 1e-7;
+// Amplitude, in mean snap lengths, above which the motion counts as growing without bound.
+constexpr double bound_amplitude = 1e5;
+// Ratio of the energy in the last quarter of a run to that in the third, above which snapping lasts.
+constexpr double lasting_energy = 0.8;
 
-// Peak-to-peak motion above which snapping lasts, in mean snap lengths: the length of the shortest bristle,
-// since lengths are uniform from 0.5 to 1.5.
+// Peak-to-peak motion above which snapping lasts, in mean snap lengths. It is the length of the shortest
+// bristle, since lengths are uniform from 0.5 to 1.5.
 constexpr double lasting_amplitude = 0.5;
 constexpr double quanta_at_rest = 4.0;  // motion in encoder counts, below which the mass rests
 
@@ -83,7 +83,7 @@ Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   return matrix;
 }
 
-// Returns the largest magnitude of an eigenvalue. Takes matrices of dynamic size, since a solver for each
+// Returns the largest magnitude of an eigenvalue. Takes matrices of dynamic size, because a solver for each
 // fixed size would double the time to compile.
 double spectral_radius(const Eigen::MatrixXd& matrix) {
   return Eigen::EigenSolver<Eigen::MatrixXd>(matrix, false).eigenvalues().cwiseAbs().maxCoeff();
@@ -199,7 +199,7 @@ void Loop::step_implicitly() {
   } else if (s_.scheme == Scheme::midpoint) {
     solve_displacements<2>(batch_, s_.dt_s, body_, none, contacts, motions);
   } else {
-    // Never clips the spring at its limit: the fault that this scheme shows.
+    // Leaves out the clip of the spring at its limit, which is the fault that this scheme shows.
     bristle::LinearFriction always_on(response_, s_.dt_s, motion_.normal_load);
     always_on.bounded = false;
     const Eigen::Matrix2d mobility = Eigen::Matrix2d::Identity() / s_.mass_kg;
@@ -255,8 +255,8 @@ LoopResult Loop::run() {
   for (int q = 0; q < 4; ++q) {
     Quarter& now = quarters[q];
     if (q == 1 && s_.turn && s_.axes == 2) axis_[1].v += s_.start_velocity;
-    double low = INFINITY, high = -INFINITY, fastest = 0.0;  // lowest and highest position (m), highest speed
-                                                             // (m/s) in these hundred steps
+    // Lowest and highest position (m), highest speed (m/s) in these hundred steps.
+    double low = INFINITY, high = -INFINITY, fastest = 0.0;
     for (std::uint64_t i = 0; i < length; ++i) {
       step(next_load(static_cast<std::uint64_t>(q) * length + i));
       now.snaps += response_.snaps;

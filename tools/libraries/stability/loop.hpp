@@ -30,7 +30,8 @@ const char* to_string(Scheme scheme) noexcept;
 /// Returns the condition for stability on a linear spring and damper, as text in k = K T^2/m, c = C T/m and
 /// beta = b T/m (stiffness K, damping C, device damping b, time step T, mass m).
 const char* linear_condition(Scheme scheme) noexcept;
-/// Returns whether a scheme's map has the device damping beta as second axis, instead of the damping c.
+/// Returns whether the scheme damps in the haptic device. The second axis of its map is then the device's
+/// damping beta instead of the damping c.
 constexpr bool is_device(Scheme scheme) noexcept {
   return scheme == Scheme::device || scheme == Scheme::device_mean;
 }
@@ -94,9 +95,9 @@ struct LoopResult {
   /// Peak-to-peak motion in the last quarter of the run, on the axis where it is larger, m.
   double peak_to_peak_m = 0.0;
   double highest_speed = 0.0;  ///< highest speed in the last quarter of the run, m/s
-  double energy_ratio = 0.0;   ///< highest energy in the last quarter of the run over that in the third
-                               ///< quarter
-  double distance_m = 0.0;     ///< largest distance from the start along the first axis, m
+  /// Highest energy in the last quarter of the run over that in the third quarter.
+  double energy_ratio = 0.0;
+  double distance_m = 0.0;  ///< largest distance from the start along the first axis, m
 };
 
 /// Simulates the mass on the patch. Throws bristle::Error on parameters that the library refuses.

@@ -13,8 +13,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Life of bristles with one drawn snap length in steady sliding with ageing: their age (s) at the snap, and
-/// the speed (m/s) at which the bend then gains on the snap length, which grows with age.
+/// Life of the bristles with one snap length in steady sliding with ageing: their age (s) at the snap, and
+/// the speed (m/s) at which their deflection then gains on the snap length, which grows with age.
 struct Life {
   double age, gain;
 };
@@ -45,10 +45,10 @@ double steady_force(const SpringPull& pull) {
 
 }  // namespace
 
-// Returns the complex stiffness dF/dx of sliding with ageing by first-order perturbation: x = v t + u with u
-// = exp(p t). A bristle born at time s is bent by r = x(t) - x(s) and remains while its drawn snap length
-// exceeds r / g(t - s), where g is the growth by age. The conserved number of bristles gives the first-order
-// change of their birth rate n0 + n1, and from it the force. With the age A = l / v at the snap, l the snap
+// Returns the complex stiffness dF/dx of sliding with ageing, by perturbation to first order: x = v t + u
+// with u = exp(p t). A bristle born at time s is bent by r = x(t) - x(s), and remains while its fresh snap
+// length exceeds r / g(t - s), with g the growth by age. The number of bristles is conserved, which gives the
+// change n1 of their birth rate n0, and from it the force. With A = l / v the age at the snap, l the snap
 // path, delta the fresh snap length and w = 1 / (v - delta g'(A)):
 //
 //   H(p) = K / E[A] { E[w (1 - e^(-pA))] v M(p) / B(p) + E[A] - B(p) - v E[w A (1 - e^(-pA))] }

@@ -17,7 +17,7 @@ struct StabilityOptions {
   std::string json;  ///< JSON report to write; empty: none, "-": stdout
   std::string csv;   ///< CSV file of the maps, which tools/plots/stability.gp plots; empty: none
 
-  /// Representatives or the infinite brush, for the maps and for the plate on a slope.
+  /// Kind of brush in the maps and on the slope: representatives or the infinite brush.
   bristle::Population population = bristle::Population::representatives;
   bristle::SnapRule rule = bristle::SnapRule::redraw;  ///< snap rule of maps, rest on the slope, and stopping
 };
@@ -50,7 +50,7 @@ struct SchemeMap {
   std::uint64_t agreeing() const;
 };
 
-/// Coarse stability map of a scheme for two axes, or for a swinging load.
+/// Coarse stability map of a scheme with two axes, or with a load that swings.
 struct VariedMap {
   Scheme scheme = Scheme::semi_implicit;
   /// Map with two axes, where the motion turns sideways while sliding: number of cells, and number of those
@@ -61,7 +61,7 @@ struct VariedMap {
   std::uint64_t always = 0, always_settle = 0, partly = 0, partly_settle = 0, never = 0, never_settle = 0;
 };
 
-/// Distance in which steady sliding stops, simulated over true.
+/// Distance in which steady sliding stops, as simulated over the true distance.
 struct StopRow {
   double k = 0.0, slide = 0.0;  ///< dimensionless stiffness K T^2/m; true distance, in mean snap lengths
   Scheme scheme = Scheme::semi_implicit;

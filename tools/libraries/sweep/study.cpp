@@ -231,7 +231,7 @@ std::string stamp_of(const std::string& path) {
   return error ? std::string("gone") : fmt::format("{} {}", time, size);
 }
 
-/// Error that is this machine's (such as too little memory) and does not make the row's scene impossible.
+/// Error of this machine (such as too little memory), which does not make the row's scene impossible.
 struct NotHere : UserError {
   using UserError::UserError;
 };

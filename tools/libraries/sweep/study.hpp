@@ -94,8 +94,8 @@ class Study {
   std::map<std::string, std::string> stamps_;  ///< time and size of each file when read, by path
   std::string scene_name_;
   std::vector<VariedKey> varied_, set_, reference_;
-  double window_from_ = 0.0, window_until_ = 1e300;  ///< time window in which results are taken, s: beginning
-                                                     ///< and end
+  /// Time window in which results are taken, s: beginning and end.
+  double window_from_ = 0.0, window_until_ = 1e300;
   std::uint64_t points_ = 0;
   std::vector<SweepResult> results_;
   std::vector<SweepColumn> columns_;

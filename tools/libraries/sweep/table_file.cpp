@@ -62,7 +62,8 @@ bool read_csv_row(std::string_view text, std::size_t& at, std::vector<std::strin
   return false;
 }
 
-/// Converts a cell of the table back to the value in Study::run_row(); discarded where it is none.
+/// Converts a cell of the table back to the value in Study::run_row(); the value is `discarded` if the cell
+/// holds none.
 Json value_of(const std::string& cell, ColumnType type) {
   if (cell.empty()) return nullptr;
   if (type == ColumnType::hash || type == ColumnType::text) return cell;
@@ -160,7 +161,7 @@ void SweepRows::read(const std::string& text) {
   }
 }
 
-/// Takes a row unless it is there; returns whether it was new.
+/// Stores a row unless it is there already; returns whether it was new.
 bool SweepRows::take(const Json& cells) {
   std::string& place = rows_[cells[0].get<std::uint64_t>()];
   if (!place.empty()) return false;
@@ -199,7 +200,8 @@ std::string SweepRows::table_hash() const {
 void SweepRows::append(const std::string& text) {
   if (!file_.append(text))
     throw UserError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
-  // Forces the rows to disk once a second: a killed process loses nothing, a power failure at most a second.
+  // Forces the rows to disk once a second. A killed process then loses nothing, a power failure at most a
+  // second.
   const double now = bristle::DeadlineMonitor::wall_now();
   if (now - synced_ < 1.0) return;
   file_.flush();

@@ -127,8 +127,8 @@ double parse_share(const std::string& text) {
 /// Parses numbers of threads such as "1,2".
 std::vector<int> parse_threads(const std::string& text) {
   std::vector<int> counts;
-  std::istringstream words(text + ',');  // the added comma shows an empty last count, which getline() would
-                                         // leave out
+  // Adds a comma, which shows an empty last count; getline() would leave it out.
+  std::istringstream words(text + ',');
   for (std::string word; std::getline(words, word, ',');) {
     const std::optional<int> count = cli::number_in<int>(word);
     if (!count || *count < 1 || *count > 1024)
@@ -289,7 +289,8 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
   return fmt::format("{} (see {} --help)", text, called.call());
 }
 
-/// Adds an option whose value is one of some words. (CLI11's own errors would list word and number pairs.)
+/// Adds an option whose value is one of some words. An error lists just the words; CLI11's own message would
+/// list the numbers behind them, too.
 template <class T>
 void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
                 const std::string& description) {

@@ -44,7 +44,7 @@ namespace {
 struct FitNames {
   std::string sign, law, rule, damper_decay;
 };
-/// Residual length and shared renewal, set where the user fixes them.
+/// Residual length and shared renewal, where the user fixes them instead of fitting them.
 struct Held {
   std::optional<double> residual, renewal;
 };

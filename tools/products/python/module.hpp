@@ -58,7 +58,7 @@ const py::dtype& response_dtype();
 /// Return numpy record arrays of `size` elements, whose columns can be read by name or attribute.
 py::array new_motions(py::ssize_t size);
 py::array new_responses(py::ssize_t size);
-/// Objects of classes that are written in Python, which signatures name.
+/// Objects of classes that are written in Python, so that signatures can name these classes.
 struct ResponseArray : py::object {
   explicit ResponseArray(py::object array) : py::object(std::move(array)) {}
 };
@@ -69,8 +69,8 @@ struct StatusFlags : py::object {
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
 
 /// Calls `take_lock`, which waits for the interpreter's lock. When the interpreter ends, Python up to 3.13
-/// unwinds a daemon thread that waits for it. The thread sleeps here instead until the process ends, since
-/// unwinding would run destructors that need the lock.
+/// unwinds a daemon thread that waits for the lock. Unwinding would run destructors that need it, so the
+/// thread sleeps here instead, until the process ends.
 template <class TakeLock>
 void take_lock_or_sleep(const TakeLock& take_lock) noexcept {
 #ifdef __GLIBCXX__

@@ -32,7 +32,8 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-// Finds bristles that snapped between two pictures: all others moved with the block, by the median move.
+// Finds bristles that snapped between two pictures: those that did not move with the block, whose motion is
+// the median of all.
 void BristleGlass::find_snaps(const BristleView& now) {
   snaps_ = 0;
   const std::size_t count = hairs_.size();
@@ -47,7 +48,7 @@ void BristleGlass::find_snaps(const BristleView& now) {
   for (std::size_t i = 0; i < count; ++i) {
     const float x = now.zx[i] - before_.zx[i] - displacement[0],
                 y = now.zy[i] - before_.zy[i] - displacement[1];
-    // Counts a bristle as snapped if its snap length was redrawn; ageing changes it too, but by less.
+    // Counts a bristle as snapped if its snap length was redrawn. Ageing changes the length too, but by less.
     const bool redrawn =
         std::abs(now.snap_length[i] - before_.snap_length[i]) > grows_ * before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
@@ -72,7 +73,8 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
     seen_.clear();
   }
   cohorts_ = room.settings.infinite;
-  // Largest relative growth of a snap length by ageing between two pictures; more means a new snap length.
+  // Largest relative growth of a snap length by ageing between two pictures. A larger growth means a new snap
+  // length.
   grows_ = room.settings.growth_per_decade > 0.0 ? 0.02f : 0.0f;
   const float passed = continues && std::isfinite(simulated) ? static_cast<float>(simulated) : 0.0f;
   if (cohorts_) {

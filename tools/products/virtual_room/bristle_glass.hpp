@@ -14,8 +14,8 @@ namespace room {
 /// lengths, along the patch's axes.
 struct Hair {
   float root[2] = {0, 0}, lean[2] = {0, 0};
-  float bent = 0;                ///< deflection over snap length of a bristle; for a cohort, over the mean
-                                 ///< length
+  /// Deflection over snap length of a bristle; for a cohort, over the mean length.
+  float bent = 0;
   float flash = 0;               ///< brightness of a flash: 1 at a snap, then fading to 0
   float half[2] = {thin, thin};  ///< half thickness of hair or sheet along x and y
   float age_colour = 0;          ///< place of `age` on the renderer's colour scale, 0 to 1
@@ -28,7 +28,7 @@ class BristleGlass {
  public:
   static constexpr float reach = 2.3f;  ///< radius of the shown floor, in hair lengths
 
-  /// Lean of a hair, in hair lengths, at a deflection of one mean snap length.
+  /// Lean of a drawn hair, in hair lengths, at a deflection of one mean snap length.
   static constexpr float lean_per_length = 0.8f;
 
   /// Updates the hairs. `elapsed` is the real time (s) since the last call; 0 while the room pauses.

@@ -29,7 +29,7 @@ struct Touch {
   Surface surface = Surface::floor;  ///< surface of the room; unused for block_tool
   int corner = 0;                    ///< index of the block's corner, for block_surface
 
-  /// Place of the touch, m: on the block, or on the tool if that touches a surface
+  /// Place of the touch, m: on the block, or on the tool if that touches a surface.
   Vector3 point = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  ///< unit vector from the other body into the block (or tool)
   double gap = 0.0;                   ///< distance of the bodies, m; negative: depth of overlap

@@ -36,7 +36,8 @@ rivals::Pair displacement_of(double dt_s, const TangentRows& rows, const Vector9
 // smooth except at corners, where either side serves.
 Eigen::Matrix2d stiffness_of(const rivals::Rival& rival, rivals::Pair d, rivals::Pair force, double dt_s,
                              double load) {
-  // Step of the difference, m: far below any presliding length and far above rounding.
+  // Displacement, m, over which the difference is taken: far below any presliding length and far above
+  // rounding.
   constexpr double h = 1e-10;
   const rivals::Pair fx = rivals::find_force(rival, {d.x + h, d.y}, dt_s, load).end - force;
   const rivals::Pair fy = rivals::find_force(rival, {d.x, d.y + h}, dt_s, load).end - force;

@@ -1,8 +1,8 @@
 // Computes the friction of all contacts in a tick, and the motion of block and tool under it.
 //
 // Block and tool are one body of nine velocities: three of the block's translation, three of its rotation,
-// three of the tool. A contact maps these to its tangent plane by two rows, the tool's pad (a disc) by a
-// third for spin. Normal forces and the hand's spring are already part of mass matrix and external force
+// three of the tool. A contact maps these to its tangent plane by two rows; the tool's pad (a disc) has a
+// third row for spin. Normal forces and the hand's spring are already part of mass matrix and external force
 // (world.cpp), so that everything is implicit.
 #pragma once
 
@@ -66,8 +66,8 @@ class Friction {
   double active_bristles(std::size_t i) const noexcept;
   /// Returns how many bristles on the floor snapped in the last step; 0 if the friction model is no brush.
   std::uint64_t snaps() const noexcept { return model_ == FrictionModel::brush ? snaps_ : 0; }
-  std::uint64_t state_hash() const noexcept;  ///< hash of the patches' states, or of the states of a rival
-                                              ///< friction model
+  /// Hash of the patches' states, or of the states of a rival friction model.
+  std::uint64_t state_hash() const noexcept;
 
  private:
   Velocity find_brush_motion(double dt_s, const Body& body, const Velocity& external,

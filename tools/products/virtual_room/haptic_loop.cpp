@@ -41,8 +41,8 @@ constexpr double message_time = 6.0;    // time for which a message to the user 
 constexpr double farthest_hand = 10.0;  // limit of the hand's coordinates on each axis, m
 constexpr double strongest_hand = 1e3;  // limit of the hand's force on each axis, N
 
-// Deadline (s) that no tick can miss, so that the loop only measures the periods between ticks and does not
-// look for the cause of a late one.
+// Deadline, s, so long that no tick misses it. With it the loop measures the periods between ticks only, and
+// does not look for the cause of a late tick.
 constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
 // Speeds of slow motion, each as the share of ticks that step the world.
@@ -190,7 +190,7 @@ struct HapticLoop::Impl {
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
-      // Stops a recording of the hand: the clock restarts here, before the desk (file thread) knows.
+      // Stops a recording of the hand here, where the clock restarts, before the desk (file thread) knows.
       if (hand_recorded) recording = hand_recorded = false;
       reset_worlds();
     }
@@ -207,7 +207,7 @@ struct HapticLoop::Impl {
     const bool begins = order.parameters.settings.compare != world.settings().compare;
     world.take(order.parameters);
     for (std::size_t i = 0; i < most_compared; ++i) beside[i]->world.take(order.beside[i]);
-    // Resets the worlds for a new scene, as bristles bent in the old one would push its block.
+    // Resets the worlds for a new scene: bristles bent in the old one would push its block.
     if (begins) reset_worlds();
   }
 
@@ -682,7 +682,7 @@ struct HapticLoop::Impl {
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
-  // hand_recorded: whether the recording includes the hand, and not only forces
+  // Recording in progress; hand_recorded: it includes the hand, and not only forces.
   bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the computed force sent to the device
@@ -717,7 +717,7 @@ struct HapticLoop::Impl {
   std::string recorded;     // file name of the last recording
   Act waiting = Act::none;  // user's request that waits for a recording to be closed
 
-  // closing: whether the recording must be closed; failed: whether it failed, not yet told to the user.
+  // closing: the recording must be closed. failed: it has failed, and the user is not yet told.
   bool closing = false, failed = false;
   std::string failure;  // error text of a recording that failed
 

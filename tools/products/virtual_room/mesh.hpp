@@ -16,8 +16,8 @@ struct Vertex {
 
 struct Triangles {
   std::vector<Vertex> vertices;
-  std::vector<std::uint32_t> indices;  ///< vertices of the triangles, three each, anticlockwise from
-                                       ///< outside
+  /// Vertices of the triangles, three each, anticlockwise from outside.
+  std::vector<std::uint32_t> indices;
 };
 
 /// Makes a box with rounded edges. `half` has the half lengths along x, y and z.

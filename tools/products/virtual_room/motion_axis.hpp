@@ -20,7 +20,8 @@ class MotionAxis {
       far = length;
     }
     if (!(far > least_share * length)) return;
-    // Chooses the sign by a direction that a push hardly ever crosses: to the right, or away from the eye.
+    // Points the axis to the right, or away from the eye. It changes its sign only where the motion crosses
+    // the skew direction (-0.3, 1), along which people hardly ever push.
     const double sign = lag_[0] + 0.3 * lag_[1] < 0.0 ? -1.0 : 1.0;
     for (int i = 0; i < 2; ++i) axis_[i] = sign * lag_[i] / far;
   }
@@ -28,7 +29,8 @@ class MotionAxis {
   double along(double x, double y) const noexcept { return x * axis_[0] + y * axis_[1]; }
 
  private:
-  /// Distance to the place behind, in `length`, below which the axis stays: trembling is no motion.
+  /// Least distance, as a share of `length`, to the dragged place for which the axis follows it. Below, the
+  /// axis keeps its direction, so that trembling does not turn it.
   static constexpr double least_share = 0.02;
   double lag_[2] = {0.0, 0.0}, axis_[2] = {1.0, 0.0};
 };

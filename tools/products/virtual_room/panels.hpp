@@ -42,8 +42,8 @@ struct Wishes {
 /// Stack of earlier settings, to undo changes. A whole drag of a slider counts as one change.
 class SettingsUndo {
  public:
-  /// Notes for a picture the settings `before` it, whether the user `changed` them, and whether a control is
-  /// still held (`active`).
+  /// Stores, for a picture, the settings `before` it, whether the user `changed` them, and whether a control
+  /// is still held (`active`).
   void note(const Settings& before, bool changed, bool active);
   /// Restores the settings from before the last change; returns false if there was none.
   bool undo(Settings& settings);

@@ -102,7 +102,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.peak = least_peak_over_kinetic * s.kinetic;
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
-  // Of two choices that exclude each other (nap, snap rule), keeps the one that the user made last.
+  // Keeps the choice that the user made last, of two that exclude each other (nap, snap rule).
   if (s.nap != 1.0 && s.rule != SnapRule::slide) {
     if (s.nap == before.nap) {
       s.nap = 1.0;

@@ -42,7 +42,8 @@ inline constexpr std::array<SettingRange, 19> setting_ranges = {{
     {"pad_friction", &Settings::pad_friction, 0.0, 2.0, ""},
     {"nap", &Settings::nap, 0.1, 10.0, ""},
 }};
-/// Number of first entries of setting_ranges that describe the surface; the snap rule is not among them.
+/// Number of entries at the beginning of setting_ranges that describe the surface. (The snap rule is not
+/// among them.)
 inline constexpr std::size_t surface_numbers = 10;
 static_assert(setting_ranges[surface_numbers - 1].member == &Settings::ageing_time);
 constexpr const SettingRange& range_of(double Settings::*member) {
@@ -62,7 +63,7 @@ using PatchIds = std::array<bristle::PatchId, patch_count>;
 inline constexpr int pad_rings = 3;
 inline constexpr std::size_t pad_cells = 27;
 
-/// What the haptic loop needs to know of the settings, as a plain struct.
+/// All that the haptic loop needs to know of the settings, as a plain struct.
 struct Parameters {
   Settings settings;
   PatchIds patches;

@@ -180,8 +180,8 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    constexpr GLint sizes[] = {4, 2, 3};  // number of components of a hair's attributes place, state and
-                                          // shape
+    // Number of components of a hair's attributes place, state and shape.
+    constexpr GLint sizes[] = {4, 2, 3};
     std::size_t offset = 0;
     for (GLuint i = 2; i < 5; ++i) {
       glEnableVertexAttribArray(i);

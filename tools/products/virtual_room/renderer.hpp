@@ -10,7 +10,7 @@
 
 namespace room {
 
-/// Places of room and magnifying glass in a picture, in pixels from the upper left.
+/// Size of a picture, and where the room and the magnifying glass lie in it, in pixels from the upper left.
 struct Picture {
   int width = 1280, height = 800;
   Area scene{0, 0, 1280, 800};                       ///< part that the camera's view fills

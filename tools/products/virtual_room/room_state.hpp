@@ -170,8 +170,8 @@ struct Snapshot {
   ContactView contact[most_contacts];
   BristleView bristles;
   std::uint64_t bristles_total = 0;
-  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;  ///< friction coefficients that follow from the
-                                                             ///< settings
+  /// Friction coefficients that follow from the settings.
+  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;
 
   /// Mean deflection of bristles at a snap that follows from the settings, m.
   double presliding_length = 0.0;
@@ -197,8 +197,8 @@ struct PlotPoint {
 
 /// Fixed dimensions of room, block and tool, m.
 struct RoomMeasures {
-  double length = 0.60, width = 0.40, height = 0.30;  ///< size of the room along x, y and z; walls are at x =
-                                                      ///< length/2 and y = +-width/2
+  /// Size of the room along x, y and z; walls are at x = length/2 and y = +-width/2.
+  double length = 0.60, width = 0.40, height = 0.30;
   double block[3] = {0.10, 0.08, 0.06};
   double tool_radius = 0.008;
 };

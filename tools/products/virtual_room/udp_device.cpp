@@ -19,15 +19,15 @@ namespace {
 
 constexpr std::uint16_t version = 2;
 constexpr std::int64_t most_ahead = 1 << 16;  // largest plausible jump of the sequence number
-constexpr int most_packets = 32;              // limit of packets read in one tick, so that a flood does not
-                                              // stop the loop
+// Limit of packets read in one tick, so that a flood does not stop the loop.
+constexpr int most_packets = 32;
 
 template <class T>
 void put(unsigned char* to, T value) noexcept {
   static_assert(sizeof(T) <= 8);
   std::uint64_t bits = 0;
-  std::memcpy(&bits, &value, sizeof value);  // copies bytes as they are: right on little-endian machines
-                                             // only
+  // Copies bytes as they are, which is right on little-endian machines only.
+  std::memcpy(&bits, &value, sizeof value);
   std::memcpy(to, &bits, sizeof value);
 }
 template <class T>
@@ -108,8 +108,8 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
   time_s_ = time_s;
   const double now = bristle::DeadlineMonitor::wall_now();
   if (there_ && now - heard_at_ > silence_s_) there_ = false;
-  unsigned char bytes[hand_packet_size + 1];  // has one byte more than a packet, so that a longer packet is
-                                              // noticed
+  // Has one byte more than a packet, so that a longer packet is noticed.
+  unsigned char bytes[hand_packet_size + 1];
   for (int i = 0; i < most_packets; ++i) {
     sockaddr_in from{};
     socklen_t length = sizeof from;

@@ -225,8 +225,8 @@ class RoomWindow {
     view_->title.clear();
     if (!touring_) return;
     const bool compares = view_->gui.settings.compare == Comparison::models;
-    tour_begins_ = tour_begins_ && room().time > 1.0;  // true until the room's time shows that it was
-                                                       // reset
+    // Stays true until the room's time shows that the room was reset.
+    tour_begins_ = tour_begins_ && room().time > 1.0;
     const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
     if (!compares && t >= tour_hand_s) {
       compare(Comparison::models);
@@ -556,7 +556,7 @@ class RoomWindow {
   double notice_until_ = 0, next_stall_ = 1.0;
   double sent_at_ = 0;  // time when settings were last sent, s; 0: only the initial ones
   long pictures_ = 0;
-  // Real and simulated time when the rates were last computed, s.
+  // Real and simulated time, s, at which the rates were last computed.
   double counted_at_ = 0, simulated_ = 0;
   bool was_paused_ = false, touring_ = false, tour_begins_ = false;
   long pictures_counted_ = 0;

@@ -23,14 +23,14 @@ constexpr double air_damping = 0.5;  // damping of the tool's motion by air, N s
 constexpr double normal_stiffness = 1e5;
 constexpr double fastest_target = 2.0;  // limit of the speed of the spring's hand end, m/s
 
-// Speed at which the hand's end of the spring fetches a tool that is far away, m/s.
+// Speed, m/s, at which the spring's end at the hand moves to the hand where the two begin apart.
 constexpr double catching_up = 0.15;
 // Time from a tap on the block to the next, and duration of a tap, s. Taps go down and up the slope in turn.
 constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;
-// Distance from the room's middle beyond which the block counts as lost, m.
+// Distance from the middle of the room, m, beyond which the block counts as lost.
 constexpr double far_away = 5.0;
-// Relative change of load below which a patch keeps its load, so that rounding alone does not make it visit
-// its bristles.
+// Relative change of load below which a patch keeps its load. Rounding alone then does not make it visit its
+// bristles.
 constexpr double load_grain = 1e-9;
 // Stiffness (N/m) and largest force (N) by which the carriage moves a compared block.
 constexpr double carriage_stiffness = 1e5, carriage_force = 20.0;

@@ -114,12 +114,12 @@ class World {
   double time_ = 0.0;
   Pose block_;
   Vector3 tool_ = Vector3::Zero(), target_ = Vector3::Zero(), target_velocity_ = Vector3::Zero();
-  bool held_ = false;        // whether the hand has held the tool since the reset
-  bool caught_up_ = false;   // whether the spring's end has reached the hand
-  Body body_;                // nine velocities of block and tool, and their mass
-  Body coupled_;             // body_ plus the hand's spring and normal contacts in its mass
-  Touches touches_, found_;  // contacts that act in this tick, and those found at its end, which act in the
-                             // next
+  bool held_ = false;       // whether the hand has held the tool since the reset
+  bool caught_up_ = false;  // whether the spring's end has reached the hand
+  Body body_;               // nine velocities of block and tool, and their mass
+  Body coupled_;            // body_ plus the hand's spring and normal contacts in its mass
+  // Contacts that act in this tick, and those found at its end, which act in the next.
+  Touches touches_, found_;
   std::array<Place, touch_keys> places_{};
   std::array<NormalContact, touch_keys> normals_{};
   std::array<bool, patch_count> patch_used_{};
