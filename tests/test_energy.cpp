@@ -113,62 +113,68 @@ class RandomWalk {
   std::uniform_real_distribution<double> flat_{0.0, 1.0};
 };
 
+/// Walks a patch and checks its energy balance in every step. `seed`: of the walk.
+void check_walk(const PatchCase& c, unsigned seed, int steps) {
+  INFO(c.name << ", walk " << seed);
+  const bool infinite = c.options.population == bristle::Population::infinite;
+  const bool ages = c.material.ageing_strength > 0.0, slides = c.material.snap_rule == SnapRule::slide;
+  // Whether energy is lost only with a counted snap. A renewal loses energy without a snap, and a sliding
+  // bristle is counted as a snap before it loses any.
+  const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
+  const Precision precision = infinite ? Precision::double_ : c.options.precision;
+  // In double a snap's place is known to 1e-12; ages and slides are less exact.
+  const double digits = precision == Precision::double_ && (ages || slides) ? 10.0 : 1.0;
+  const std::uint32_t n = infinite ? 530 : c.options.bristles;
+  const double most = c.options.max_normal_load;
+  OnePatch patch(c.material, c.options);
+  RandomWalk walk(c.options.axes, most, seed);
+  std::mt19937_64 random(7);
+  int failures = 0;
+  double taken = 0.0, slack = 0.0;  // work done on the patch so far, and what rounding may have added
+  for (int k = 0; k < steps && failures < 3; ++k) {
+    double dx, dy, load;
+    walk.next(dx, dy, load);
+    const double dt = ages ? tick * std::ldexp(1.0, static_cast<int>(random() % 14) - 7) : tick;
+    const double before = patch.energy();
+    const Response r = patch.step(dx, dy, load, dt);
+    const double after = patch.energy();
+    Balance b = balance_of(r, before, after, dx, dy, precision, n, c.material.bristle_stiffness * most / n,
+                           c.material.snap_length.longest());
+    b.tolerance *= digits;
+    // The stored energy of an infinite brush may be off by 1e-5 of itself, and be corrected in a step that
+    // does no work.
+    const double least = infinite ? -1e-5 * (before + after) : 0.0;
+    if (!(std::abs(b.residual()) <= b.tolerance)) {
+      ++failures;
+      FAIL_CHECK("step " << k << ": work " << b.work << " J, stored " << before << " to " << after
+                         << " J, snaps " << r.dissipated << " J, contact loss " << r.contact_loss
+                         << " J: residual " << b.residual() / b.involved << " of the energies involved; load "
+                         << load << " N, step " << std::hypot(dx, dy) / dbar << " mean lengths");
+    }
+    if (!(r.dissipated >= least) || (snaps_alone && (r.snaps > 0) != (r.dissipated > 0.0))) {
+      ++failures;
+      FAIL_CHECK("step " << k << ": " << r.snaps << " snaps dissipated " << r.dissipated << " J; load "
+                         << load << " N, step " << std::hypot(dx, dy) / dbar << " mean lengths");
+    }
+    expect(r.contact_loss >= -b.tolerance, "contact loss is a loss");
+    expect(r.damper_work >= 0.0, "dampers take energy");
+    // Checks passivity: a patch gives out no more energy than it took, and the stored energy is part of
+    // what it took.
+    taken += b.work;
+    slack += b.tolerance;
+    expect(taken >= after - slack, "the work taken so far covers the energy stored");
+  }
+}
+
 }  // namespace
 
 TEST_CASE("The energy balance with the mean force holds in every step of every kind of patch", "[energy]") {
   const int steps = static_cast<int>(test_size(400));
   for (const PatchCase& c : every_variant(530)) {  // 530 bristles fill two blocks and part of a third
     if (c.options.outputs != Outputs::all || c.options.bristles > 1000) continue;
-    INFO(c.name);
-    const bool infinite = c.options.population == bristle::Population::infinite;
-    const bool ages = c.material.ageing_strength > 0.0, slides = c.material.snap_rule == SnapRule::slide;
-    // Whether energy is lost only with a counted snap. A renewal loses energy without a snap, and a sliding
-    // bristle is counted as a snap before it loses any.
-    const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
-    const Precision precision = infinite ? Precision::double_ : c.options.precision;
-    // In double a snap's place is known to 1e-12; ages and slides are less exact.
-    const double digits = precision == Precision::double_ && (ages || slides) ? 10.0 : 1.0;
-    const std::uint32_t n = infinite ? 530 : c.options.bristles;
-    const double most = c.options.max_normal_load;
-    OnePatch patch(c.material, c.options);
-    RandomWalk walk(c.options.axes, most, 5);
-    std::mt19937_64 random(7);
-    int failures = 0;
-    double taken = 0.0, slack = 0.0;  // work done on the patch so far, and what rounding may have added
-    for (int k = 0; k < steps && failures < 3; ++k) {
-      double dx, dy, load;
-      walk.next(dx, dy, load);
-      const double dt = ages ? tick * std::ldexp(1.0, static_cast<int>(random() % 14) - 7) : tick;
-      const double before = patch.energy();
-      const Response r = patch.step(dx, dy, load, dt);
-      const double after = patch.energy();
-      Balance b = balance_of(r, before, after, dx, dy, precision, n, c.material.bristle_stiffness * most / n,
-                             c.material.snap_length.longest());
-      b.tolerance *= digits;
-      // The stored energy of an infinite brush may be off by 1e-5 of itself, and be corrected in a step that
-      // does no work.
-      const double least = infinite ? -1e-5 * (before + after) : 0.0;
-      if (!(std::abs(b.residual()) <= b.tolerance)) {
-        ++failures;
-        FAIL_CHECK("step " << k << ": work " << b.work << " J, stored " << before << " to " << after
-                           << " J, snaps " << r.dissipated << " J, contact loss " << r.contact_loss
-                           << " J: residual " << b.residual() / b.involved
-                           << " of the energies involved; load " << load << " N, step "
-                           << std::hypot(dx, dy) / dbar << " mean lengths");
-      }
-      if (!(r.dissipated >= least) || (snaps_alone && (r.snaps > 0) != (r.dissipated > 0.0))) {
-        ++failures;
-        FAIL_CHECK("step " << k << ": " << r.snaps << " snaps dissipated " << r.dissipated << " J; load "
-                           << load << " N, step " << std::hypot(dx, dy) / dbar << " mean lengths");
-      }
-      expect(r.contact_loss >= -b.tolerance, "contact loss is a loss");
-      expect(r.damper_work >= 0.0, "dampers take energy");
-      // Checks passivity: a patch gives out no more energy than it took, and the stored energy is part of
-      // what it took.
-      taken += b.work;
-      slack += b.tolerance;
-      expect(taken >= after - slack, "the work taken so far covers the energy stored");
-    }
+    // Takes more walks for springs that slide: some errors need a slide after a load that falls far.
+    const unsigned last = c.material.snap_rule == SnapRule::slide ? 12 : 5;
+    for (unsigned seed = 5; seed <= last; ++seed) check_walk(c, seed, steps);
   }
 }
 
