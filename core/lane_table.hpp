@@ -24,7 +24,7 @@ struct SlideLaw {
   const T* per_limit;           ///< one over the limit of each spring
   const T* weight;              ///< share of each spring in the contact's stiffness; the shares sum to 1
   double stiffness_per_newton;  ///< stiffness of a contact per newton of its load, N per scaled length
-  double mean_limit;            ///< sum of weight x limit
+  double whole;                 ///< sum of the weights, 1 but for roundings
   double metres_per_length;     ///< m per scaled length
   double to[2][2];  ///< map of a displacement (m) to isotropic axes, in scaled lengths; rows: along the lay,
                     ///< across it
@@ -67,14 +67,15 @@ struct LaneInput {
   double duration;                ///< s
   std::uint32_t named;            ///< bits of the lanes that the step moves; other contacts keep their state
   bool stores;                    ///< whether the step changes the state; false for a trial
+  const void* ahead = nullptr;  ///< columns of the block that is stepped next, to be prefetched; may be null
 };
 
-/// Output of a step. A null column was not asked for; numbers of contacts that the step does not name are
-/// invalid.
+/// Output of a step: columns, which may be a caller's own arrays, null with a kernel that does not compute
+/// them. Numbers of contacts that the step does not name are invalid.
 struct LaneOutput {
   double* end[2];        ///< elastic force on the body at the end of the step, N
   double* mean[2];       ///< elastic force on the body, mean over the step, N
-  double* stiffness;     ///< N/m
+  double* stiffness;     ///< N/m; may be null
   double* dissipated;    ///< J
   double* contact_loss;  ///< elastic energy lost by the change of load, J
   double* slid;          ///< number of springs that slid
@@ -87,7 +88,19 @@ struct LaneKernels {
                       ///< outputs, 2 with drop or ageing
 };
 
+/// Findings on the motions of sixteen contacts, named or not.
+struct LaneChecks {
+  bool any_bad;    ///< A number is not finite, or a load not within 0 to the highest.
+  bool any_still;  ///< A contact has no displacement, under the load that it had.
+  bool all_still;
+  bool any_above;  ///< A load is above `light`.
+};
+
 struct LaneTable {
+  /// Checks motions. Unlike those of a step all columns have to be given, but for velocities, which may be
+  /// null. `loads`: loads of the last step. `light`: load up to which no contact is overloaded.
+  LaneChecks (*check)(const LaneInput&, const double* const (&velocity)[2], const LaneColumn<double>& loads,
+                      double light, double highest_load);
   LaneKernels<float> f32;
   LaneKernels<double> f64;  ///< kernels for double precision; null in a build without it
 };

@@ -16,6 +16,7 @@ constexpr LaneKernels<T> make_lane_kernels() {
 
 extern const LaneTable BRISTLE_TABLE(lane_kernels_);
 constinit const LaneTable BRISTLE_TABLE(lane_kernels_) = {
+    &check_lanes,
     make_lane_kernels<float>(),
 #if BRISTLE_WITH_DOUBLE
     make_lane_kernels<double>(),

@@ -5,28 +5,28 @@
 // Within a step forces are divided by the stiffness that belongs to the present load. In these units, scaled
 // lengths, a spring slides at its limit l under every load, and a contact that is stiffer than its load
 // (after a fall) moves by a longer path. A spring that sticks is not written: its force grows with `base`,
-// which is in double. A slide adds the path of the tip to a stored force, never the difference of two forces,
-// and its rounding is spread evenly. Therefore slow sliding turns and dissipates as it should.
+// which is in double. A slide adds the path of the tip to a stored force, never the difference of two forces.
+// Its rounding is spread evenly, and over the next 1/64 limits the spring returns to its limit. Therefore
+// slow sliding turns and dissipates as it should. The force of a contact is the sum of what its springs
+// store: while they stick it has no rounding of single precision, which would make a held body creep.
 #pragma once
 
 #include <limits>
 
-#include "lane_contact.hpp"
+#include "lane_finish.hpp"
 #include "slide.hpp"
 
 namespace bristle::detail {
 namespace {
 
-/// Path per step, scaled, below which the rounding of stored forces is spread.
-constexpr double creep = 0x1p-6;
-
 /// Part of a step in which a spring's tip sticks, and the lengths at which it slides then.
 template <class V, class Which>
 struct LaneStart {
   Which slides;
-  V path;   ///< path over which the tip sticks
-  V holds;  ///< |z| at which the tip begins to slide
-  V limit;  ///< |z| at which the tip slides
+  Which at_once;  ///< slides from the start of the step, at |z| within roundings of the limit
+  V path;         ///< path over which the tip sticks
+  V holds;        ///< |z| at which the tip begins to slide
+  V limit;        ///< |z| at which the tip slides
 };
 
 /// A step of one vector of contacts, lanes from `first` on.
@@ -36,40 +36,36 @@ class LaneSlider {
   using Which = decltype(V() < V());
 
  public:
-  LaneSlider(const SlideLaw<T>& the_law, const SlideColumns<T>& the_columns, const LaneInput& the_input,
-             const LaneMotion<T>& the_motion, std::uint32_t the_first)
-      : law(the_law),
-        columns(the_columns),
-        input(the_input),
-        motion(the_motion),
-        first(the_first),
-        ex(E::get(motion.ex + first)),
-        ey(E::get(motion.ey + first)),
-        length(E::get(motion.length + first)),
-        base_x(E::get(motion.base_x + first)),
-        base_y(E::get(motion.base_y + first)),
-        per_unit(E::get(motion.per_unit + first)),
-        unit(E::get(motion.unit + first)),
-        phase(E::get(motion.phase + first)),
-        named(E::get(motion.named + first) > V(T(0))),
-        rebases(E::get(motion.rebases + first) > V(T(0))),
-        per_kinetic(T(1) / static_cast<T>(law.kinetic * (1.0 - 6 * eps))),
-        softens(all || any_lane(E::get(motion.softens + first) > V(T(0)))),
-        creeps(sizeof(T) == 4 && any_lane((length > V(T(0))) & (length < V(T(creep))))) {}
-
-  void run(LaneSums<T>& sums) {
-    // Sums over sixteen springs at a time, then over these sums, which loses fewer digits.
-    V total[count];
-    for (V& x : total) x = none;
-    for (std::uint32_t i = 0; i < law.springs;) {
-      for (V& x : part) x = none;
-      for (const std::uint32_t end = least_index(i + 16, law.springs); i < end; ++i) step(i);
-      for (std::uint32_t c = 0; c < count; ++c) total[c] = total[c] + part[c];
-    }
-    for (std::uint32_t c = 0; c < count; ++c) E::put(sums.of[c] + first, total[c]);
+  /// Steps the springs, by an object whose address nobody has, so that its vectors may stay in registers.
+  [[gnu::noinline]] static void run(const SlideLaw<T>& law, const SlideColumns<T>& columns,
+                                    const LaneInput& input, const LaneMotion<T>& motion, std::uint32_t first,
+                                    LaneSums<T>& sums) {
+    LaneSlider slider(law, columns, input, motion, first);
+    slider.run(sums);
   }
 
  private:
+  LaneSlider(const SlideLaw<T>& the_law, const SlideColumns<T>& the_columns, const LaneInput& the_input,
+             const LaneMotion<T>& the_motion, std::uint32_t the_first)
+      : law(the_law), columns(the_columns), input(the_input), motion(the_motion), first(the_first) {}
+
+  [[gnu::always_inline]] void run(LaneSums<T>& sums) {
+    // Sums over sixteen springs at a time, then over these sums in double: where springs are alike, every
+    // rounding of a longer sum would have the same sign.
+    for (std::uint32_t i = 0; i < law.springs;) {
+      const bool is_first = i == 0;
+      for (V& x : part) x = none;
+      for (const std::uint32_t end = least_index(i + 16, law.springs); i < end; ++i) step(i);
+      for (std::uint32_t c = 0; c < count; ++c) {
+        alignas(64) T sum[E::size];
+        E::put(sum, part[c]);
+        double* const total = sums.of[c].lane + first;
+        for (std::uint32_t k = 0; k < E::size; ++k)
+          total[k] = (is_first ? 0.0 : total[k]) + static_cast<double>(sum[k]);
+      }
+    }
+  }
+
   static constexpr T eps = std::numeric_limits<T>::epsilon();
   const V none = V(T(0));
 
@@ -78,17 +74,32 @@ class LaneSlider {
   const LaneInput& input;
   const LaneMotion<T>& motion;
   const std::uint32_t first;
-  const V ex, ey, length, base_x, base_y, per_unit, unit, phase;
-  const Which named, rebases;
-  const T per_kinetic;
-  const bool softens, creeps;
+  const V ex = get(motion.ex), ey = get(motion.ey), length = get(motion.length);
+  const V base_x = get(motion.base[0]), base_y = get(motion.base[1]), per_unit = get(motion.per_unit);
+  const V unit = get(motion.unit), taken_x = get(motion.taken[0]), taken_y = get(motion.taken[1]);
+  const Which moves = length > none, is_long = length >= V(T(1));
+  const T per_kinetic_share = T(1) / static_cast<T>(law.kinetic * (1.0 - 4 * eps));
+  const bool softens = all || motion.any_softens, any_long = any_lane(is_long);
   static constexpr std::uint32_t count = all ? lane_sums : lane_sums_of_end;
   V part[count];
 
+  [[gnu::always_inline]] V get(const Lane16<T>& from) const { return E::get(from.lane + first); }
   static std::uint32_t least_index(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
-  void add(LaneSum to, V x) { part[to] = part[to] + x; }
+  [[gnu::always_inline]] void add(LaneSum to, V x) { part[to] = part[to] + x; }
 
-  V square_of(V x, V y, V centre) const {
+  /// Returns the limit over the deflection, sqrt(limit^2 / bent2), of a deflection beyond its limit: by a
+  /// series where a load has fallen by little.
+  [[gnu::always_inline]] V share_kept(V bent2, V limit, V per_limit) const {
+    const V one(T(1)), over = bent2 * (per_limit * per_limit) - one;
+    const Which little = over < V(T(sizeof(T) == 4 ? 0x1p-5 : 0.0));
+    V share = V(T(0.3125)) - over * V(T(0.2734375));
+    share = one - over * (V(T(0.5)) - over * (V(T(0.375)) - over * share));
+    const Which is_far = (bent2 > limit * limit) & (!little);
+    if (!any_lane(is_far)) return share;
+    return select_lanes(little, share, divide(limit, most(root(bent2), V(T(1e-30)))));
+  }
+
+  [[gnu::always_inline]] V square_of(V x, V y, V centre) const {
     const V from_root = x + centre;
     if constexpr (axes == 1) return from_root * from_root;
     return from_root * from_root + V(static_cast<T>(law.energy)) * (y * y);
@@ -100,30 +111,36 @@ class LaneSlider {
     const V centre(static_cast<T>(law.lean) * law.limit[i]);
     T* const at_x = columns.x[i].lane + first;
     T* const at_y = axes == 2 ? columns.y[i].lane + first : nullptr;
+    if (first == 0 && input.ahead != nullptr) {
+      const auto* const ahead = static_cast<const LaneColumn<T>*>(input.ahead);
+      __builtin_prefetch(ahead + i);
+      if constexpr (axes == 2) __builtin_prefetch(ahead + law.springs + i);
+    }
     const V stored_x = E::get(at_x);
     const V stored_y = axes == 2 ? E::get(at_y) : none;
     V x = stored_x * per_unit + base_x - centre;
     V y = axes == 2 ? stored_y * per_unit + base_y : none;
     if constexpr (all) add(sum_squares_before, weight * square_of(x, y, centre));
 
-    // Lets tips beyond their limits slide, although the contact does not move, after a fall of the load has
-    // lowered the limits. All springs stay within their limit by a few roundings.
-    V kinetic = full * V(T(1) - 6 * eps);
-    V most_held = full * V(T(1) - 2 * eps);
+    // A load that has fallen lowers the limits: the tips of springs beyond them slide although the contact
+    // does not move. All springs stay within their limit by a few roundings.
+    V kinetic = full * V(T(1) - 4 * eps);
+    V most_held = full * V(T(1) - eps);
     V held = kinetic, age = none;
     Which goes_on = none > none;  // tips that slid up to the start of the step
     if constexpr (timed) {
       find_age(i, age, goes_on);
       const V static_limit = law.ageing_strength != 0.0 ? full * growth<T>(ageing(), age) : full;
-      held = static_limit * V(T(1) - 4 * eps);
+      held = static_limit * V(T(1) - 3 * eps);
       kinetic = kinetic * V(static_cast<T>(law.kinetic));
-      most_held =
-          select_lanes(goes_on, full * V(static_cast<T>(law.kinetic)), static_limit) * V(T(1) - 2 * eps);
+      most_held = select_lanes(goes_on, full * V(static_cast<T>(law.kinetic)), static_limit) * V(T(1) - eps);
     }
     V bent2 = axes == 2 ? x * x + y * y : x * x;
     const Which beyond = bent2 > most_held * most_held;
-    if (any_lane(beyond)) {
-      const V keep = select_lanes(beyond, divide(kinetic, most(root(bent2), V(T(1e-30)))), V(T(1)));
+    const bool any_beyond = any_lane(beyond);
+    const V per_kinetic = V(law.per_limit[i] * per_kinetic_share);
+    if (any_beyond) {
+      const V keep = select_lanes(beyond, share_kept(bent2, kinetic, per_kinetic), V(T(1)));
       x = keep * x;
       y = keep * y;
       bent2 = select_lanes(beyond, kinetic * kinetic, bent2);
@@ -131,78 +148,116 @@ class LaneSlider {
     if constexpr (all) add(sum_squares_start, weight * square_of(x, y, centre));
 
     const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
-    if constexpr (timed) goes_on = (goes_on | beyond) & (start.along >= none) & (length > none);
+    if constexpr (timed) goes_on = (goes_on | beyond) & (start.along >= none) & moves;
     const LaneStart<V, Which> way = start_of(start, bent2, full, kinetic, goes_on, held, age);
     // Changes of the deflection by sliding, along the motion and across it, apart from the path over which
-    // the tip sticks; integrals of the deflection over the path of the slide, along and across.
-    V along = none, aside = none, work = none, turned = none;
-    V slide = none;
+    // the tip sticks.
+    V along = none, aside = none, slide = none;
+    Turn turned;
     if (any_lane(way.slides)) {
       slide = select_lanes(way.slides, length - way.path, none);
       V a = start.along + way.path, b = start.aside;  // deflection at which the tip begins to slide
+      // Brings a deflection that rounding has changed back to the limit, fully over a path of 1/64 limits.
+      // Otherwise the roundings of many steps would add up.
+      const V limit2 = way.limit * way.limit, short_of = select_lanes(way.at_once, limit2 - bent2, none);
+      const V pace = least(V(T(64)) * length * per_kinetic, V(T(1)));
+      V more = V(T(0.5)) * pace * (short_of * (per_kinetic * per_kinetic));
+      const V not_slid = more * limit2;  // work that the tip does not do, as its path is shorter
       if constexpr (timed) {
-        const V share = select_lanes(way.slides, divide(way.limit, most(way.holds, V(T(1e-30)))), V(T(1)));
-        along = (share - V(T(1))) * a;
-        aside = (share - V(T(1))) * b;
-        a = share * a;
-        b = share * b;
+        const V share = divide(way.limit, most(way.holds, V(T(1e-30))));
+        more = select_lanes(way.at_once, more, select_lanes(way.slides, share - V(T(1)), none));
       }
-      work = select_lanes(way.slides, way.limit * slide, none);
+      along = more * a;
+      a = a + along;
+      if constexpr (axes == 2) {
+        aside = more * b;
+        b = b + aside;
+      }
+      turned.work = select_lanes(way.slides, way.limit * slide, none);
       if constexpr (axes == 2) {
         // Takes an angle up to 4 eps s / l, at most 4 eps, as 0.
         const V rounds = least(slide, way.limit) * V(4 * eps);
         const Which turns = way.slides & (b * b > rounds * rounds);
-        if (any_lane(turns))
-          turn(turns, a, b, slide, way.limit, V(law.per_limit[i] * per_kinetic), along, aside, work, turned);
+        if (any_lane(turns)) turn(turns, a, b, slide, way.limit, per_kinetic, turned);
+        along = along + turned.along;
+        aside = aside + turned.aside;
       }
+      turned.work = turned.work - not_slid;
     }
-    if (softens) add(sum_work, weight * work);
     const V gain = way.path + along;
-    const V now_x = axes == 2 ? x + (gain * ex + aside * ey) : x + gain * ex;
-    const V now_y = axes == 2 ? y + (gain * ey - aside * ex) : none;
-    add(sum_end_x, weight * now_x);
-    if constexpr (axes == 2) add(sum_end_y, weight * now_y);
-    if (softens) add(sum_squares_end, weight * square_of(now_x, now_y, centre));
-    if constexpr (all) add_integrals(weight, start, way, work, turned);
-    if (!input.stores) return;
+    V now_x = none, now_y = none;
+    if (softens || any_beyond || any_long) {
+      now_x = x + (axes == 2 ? gain * ex + aside * ey : gain * ex);
+      now_y = axes == 2 ? y + (gain * ey - aside * ex) : none;
+    }
+    if (softens) {
+      add(sum_work, weight * turned.work);
+      add(sum_squares_end, weight * square_of(now_x, now_y, centre));
+    }
+    if constexpr (all) add_integrals(weight, way, gain, aside, turned);
     // Computes the tip's path: `slide` less what the turn added to the deflection, backwards in these units.
     const V tip = along - slide;
-    const Which rewrites = rebases | beyond;
-    store(at_x, stored_x, axes == 2 ? tip * ex + aside * ey : tip * ex,
-          (now_x + centre) * unit - E::get(motion.base_after_x + first), way.slides, rewrites);
-    if constexpr (axes == 2)
-      store(at_y, stored_y, tip * ey - aside * ex, now_y * unit - E::get(motion.base_after_y + first),
-            way.slides, rewrites);
+    V after_x = stored_after(stored_x, axes == 2 ? tip * ex + aside * ey : tip * ex, way.slides) + taken_x;
+    V after_y = axes == 2 ? stored_after(stored_y, tip * ey - aside * ex, way.slides) + taken_y : none;
+    if (any_beyond || any_long) {
+      const Which anew = beyond | is_long;
+      after_x = select_lanes(anew, (now_x + centre) * unit - get(motion.left[0]), after_x);
+      after_y = select_lanes(anew, now_y * unit - get(motion.left[1]), after_y);
+    }
+    add(sum_force_x, weight * after_x);
+    if constexpr (axes == 2) add(sum_force_y, weight * after_y);
+    if (!input.stores) return;
+    if (!motion.all_named) {
+      after_x = select_lanes(named(), after_x, stored_x);
+      after_y = select_lanes(named(), after_y, stored_y);
+    }
+    E::put(at_x, after_x);
+    if constexpr (axes == 2) E::put(at_y, after_y);
     if constexpr (timed) note_time(i, way.slides | goes_on, beyond);
   }
 
-  /// Turns the tips that slide over the path `slide` towards the motion, from the deflection (a, b) along and
-  /// across it (MODEL.md: the tangent of half the angle shrinks by the factor exp(-slide / limit)). Adds the
-  /// changes of the deflection. Sets `work`, the integral of the deflection along the motion, and `turned`,
-  /// that across it.
-  void turn(Which turns, V a, V b, V slide, V limit, V per_limit, V& along, V& aside, V& work,
-            V& turned) const {
+  /// Effects of sliding, apart from the path over which the tip sticks: changes of the deflection along the
+  /// motion and across it, the integral of the deflection along the motion over the path of the slide, and
+  /// the integral of what the deflection still changes.
+  struct Turn {
+    V along = V(T(0)), aside = V(T(0)), work = V(T(0));
+    V missing_along = V(T(0)), missing_aside = V(T(0));
+  };
+  /// Turns the tips that slide over the way `slide` towards the motion, from the deflection (a, b) along and
+  /// across it (MODEL.md: the tangent of half the angle shrinks by the factor exp(-slide / limit)).
+  [[gnu::always_inline]] void turn(Which turns, V a, V b, V slide, V limit, V per_limit, Turn& turned) const {
     const Tractrix<V> tip(b, most(limit + a, V(T(1e-30))), decay<T>(slide * per_limit));
-    along = along + select_lanes(turns, tip.template gained_along<T>(), none);
-    aside = aside - select_lanes(turns, tip.lost_aside(), none);
-    if (all || softens)
-      work = select_lanes(turns, limit * (slide - limit * tip.template log_of_turn<T>()), work);
-    if constexpr (all) turned = select_lanes(turns, (limit * limit) * tip.template angle<T>(), none);
+    turned.along = select_lanes(turns, tip.template gained_along<T>(), none);
+    turned.aside = none - select_lanes(turns, tip.lost_aside(), none);
+    if (!softens) return;
+    const V work = limit * (slide - limit * tip.template log_of_turn<T>());
+    turned.work = select_lanes(turns, work, turned.work);
+    if constexpr (all) {
+      // On a short way both integrals would be differences of nearly equal numbers, and the path is a line.
+      const Which is_short = slide < limit * V(T(sizeof(T) == 4 ? 0x1p-10 : 0x1p-25));
+      const V half_way = V(T(0.5)) * slide;
+      const V along = (a + turned.along) * slide - work;
+      const V aside = (b + turned.aside) * slide - (limit * limit) * tip.template angle<T>();
+      turned.missing_along =
+          select_lanes(turns, select_lanes(is_short, half_way * turned.along, along), none);
+      turned.missing_aside =
+          select_lanes(turns, select_lanes(is_short, half_way * turned.aside, aside), none);
+    }
   }
 
-  /// Finds which tips slide in the step, from which deflection, and at which limit. `held`: largest |z| at
-  /// which a tip that has stuck stays.
-  LaneStart<V, Which> start_of(const SlideStart<V>& start, V bent2, V full, V kinetic, Which goes_on, V held,
-                               V age) const {
+  /// Finds which tips slide in the step, from where and at which limit. `held`: greatest |z| at which a tip
+  /// that has stuck stays.
+  [[gnu::always_inline]] LaneStart<V, Which> start_of(const SlideStart<V>& start, V bent2, V full, V kinetic,
+                                                      Which goes_on, V held, V age) const {
     LaneStart<V, Which> way;
     way.limit = kinetic;
     way.holds = held;
-    // Lets a tip that is at its limit, within rounding, slide at once, also where the path is too short to be
-    // seen in the sum of deflection and path.
-    const Which outward = (start.along >= none) & (length > none);
-    Which at_once = outward & (bent2 >= kinetic * kinetic * V(T(1) - 32 * eps));
+    // A tip at its limit, but for roundings, slides at once, also where the way is too short to be seen in
+    // the sum of deflection and way.
+    const Which outward = (start.along >= none) & moves;
+    way.at_once = outward & (bent2 >= kinetic * kinetic * V(T(1) - 32 * eps));
     if constexpr (timed) {
-      at_once = at_once & goes_on;
+      way.at_once = way.at_once & goes_on;
       way.holds = select_lanes(goes_on, kinetic, held);
       way.path = way_to_slide<T, axes>(start, way.holds);
       if (law.ageing_strength != 0.0) {
@@ -215,50 +270,51 @@ class LaneSlider {
         const V reached = start.along + way.path;
         way.holds = select_lanes(goes_on, kinetic, root(reached * reached + start.aside * start.aside));
       }
-      way.path = least(select_lanes(at_once, none, way.path), length);
+      way.path = least(select_lanes(way.at_once, none, way.path), length);
       way.slides = way.path < length;
       return way;
     }
     const V ahead = start.along + length;
-    way.slides = at_once | (ahead * ahead + start.aside * start.aside > kinetic * kinetic);
+    way.slides = way.at_once | (ahead * ahead + start.aside * start.aside > kinetic * kinetic);
     way.path = select_lanes(way.slides, none, length);
-    const Which sticks = (way.slides & !at_once);
+    const Which sticks = (way.slides & !way.at_once);
     if (any_lane(sticks))
       way.path = select_lanes(sticks, least(way_to_slide<T, axes>(start, kinetic), length), way.path);
     return way;
   }
 
-  void add_integrals(V weight, const SlideStart<V>& start, const LaneStart<V, Which>& way, V work, V turned) {
+  [[gnu::always_inline]] void add_integrals(V weight, const LaneStart<V, Which>& way, V gain, V aside,
+                                            const Turn& turned) {
     const V half(T(0.5));
-    const V stuck = half * way.path * way.path + work;
-    add(sum_integral_x, weight * (start.x * way.path + stuck * ex + turned * ey));
-    if constexpr (axes == 2) add(sum_integral_y, weight * (start.y * way.path + (stuck * ey - turned * ex)));
+    const V along = (gain - half * way.path) * way.path + turned.missing_along;
+    const V across = aside * way.path + turned.missing_aside;
+    add(sum_missing_x, weight * (axes == 2 ? along * ex + across * ey : along * ex));
+    if constexpr (axes == 2) add(sum_missing_y, weight * (along * ey - across * ex));
+    V work = turned.work;
     if constexpr (timed)
       work = work + half * select_lanes(way.slides, (way.holds - way.limit) * (way.holds + way.limit), none);
     add(sum_lost, weight * work);
     add(sum_slid, select_lanes(way.slides, V(T(1)), none));
   }
 
-  /// Writes the stored force of a spring: `now` if it `rewrites`, else `before` plus what sliding
-  /// changed.
-  void store(T* at, V before, V moved, V now, Which slides, Which rewrites) const {
+  [[gnu::always_inline]] Which named() const { return get(motion.named) > none; }
+  /// Returns the stored force after the tip has moved.
+  [[gnu::always_inline]] V stored_after(V before, V moved, Which slides) const {
     V change = moved * unit;
-    if (creeps)
+    if (motion.creeps)
       change =
-          change + select_lanes((length > none) & (length < V(T(creep))), spacing<T>(before) * phase, none);
-    V after = select_lanes(slides, before + change, before);
-    after = select_lanes(rewrites, now, after);
-    E::put(at, select_lanes(named, after, before));
+          change + select_lanes(moves & (length < V(T(creep))), spacing<T>(before) * get(motion.phase), none);
+    return before + select_lanes(slides, change, none);
   }
 
   // --- Limits that change with time: a tip that slides holds only the kinetic limit, one that has stuck
   // holds more the longer it has.
 
-  AgeingLaw<T, V> ageing() const {
-    return {static_cast<T>(law.ageing_strength), E::get(motion.per_length + first), law.ageing_form == 1};
+  [[gnu::always_inline]] AgeingLaw<T, V> ageing() const {
+    return {static_cast<T>(law.ageing_strength), get(motion.per_length), law.ageing_form == 1};
   }
   /// Finds ages at the start of the step, in ageing times; sets `goes_on` for tips that slid up to it.
-  void find_age(std::uint32_t i, V& age, Which& goes_on) const {
+  [[gnu::always_inline]] void find_age(std::uint32_t i, V& age, Which& goes_on) const {
     alignas(64) T ages[E::size], held[E::size];
     for (std::uint32_t k = 0; k < E::size; ++k) {
       const double start = input.start[first + k];
@@ -271,14 +327,14 @@ class LaneSlider {
   }
   /// Returns the end of a spring's last slide; for a new contact a time just long enough ago for it to have
   /// stuck.
-  double since_of(std::uint32_t i, std::uint32_t lane) const {
+  [[gnu::always_inline]] double since_of(std::uint32_t i, std::uint32_t lane) const {
     if (columns.state->stiffness.lane[lane] > 0.0) return columns.since[i].lane[lane];
     return input.start[lane] - 0x1p-49 * input.start[lane] - 1e-12;
   }
-  void note_time(std::uint32_t i, Which goes_on, Which taken_back) const {
+  [[gnu::always_inline]] void note_time(std::uint32_t i, Which goes_on, Which taken_back) const {
     alignas(64) T slid_on[E::size], taken[E::size];
-    E::put(slid_on, select_lanes(named & goes_on, V(T(1)), none));
-    E::put(taken, select_lanes(named & taken_back, V(T(1)), none));
+    E::put(slid_on, select_lanes(goes_on, V(T(1)), none));
+    E::put(taken, select_lanes(taken_back, V(T(1)), none));
     for (std::uint32_t k = 0; k < E::size; ++k) {
       if ((input.named >> (first + k) & 1u) == 0) continue;
       double& since = columns.since[i].lane[first + k];
@@ -289,83 +345,23 @@ class LaneSlider {
   }
 };
 
-/// Finds the paths of contacts that sliding softens in a step, by trials from its start to the ends of
-/// pieces. Sets them in `motion`, and the start of each contact's last piece in `pieces`.
-template <class T, int axes, bool all, bool timed>
-void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
-                  LaneMotion<T>& motion, LanePiece (&pieces)[lane_count]) {
-  using E = Engine<T>;
-  LaneInput trial = in;
-  trial.stores = false;
-  std::uint32_t open = 0;
-  for (std::uint32_t i = 0; i < lane_count; ++i) {
-    LanePiece& at = pieces[i];
-    if (!(motion.stiffness[i] > motion.of_load[i] && motion.of_load[i] > 0.0)) continue;
-    at.ease = motion.used[i] / motion.stiffness[i];
-    at.cut = (in.named >> i & 1u) != 0 && motion.way[i] * (1.0 - at.ease) > least_cut;
-    if (at.cut) open |= 1u << i;
-  }
-  LaneSums<T> sums{};
-  double step[lane_count] = {};
-  for (int n = 0; n <= most_soft_pieces && open != 0; ++n) {
-    for (std::uint32_t i = 0; i < lane_count; ++i) {
-      if ((open >> i & 1u) == 0) continue;
-      const LanePiece& at = pieces[i];
-      step[i] = n == 0 ? 0.0 : least(soft_piece, (motion.moved[i] - at.moved) / at.ease);
-      motion.length[i] = static_cast<T>(at.way + step[i]);
-    }
-    for (std::uint32_t first = 0; first < lane_count; first += E::size)
-      if ((open >> first & ((1u << E::size) - 1)) != 0)
-        LaneSlider<E, T, axes, all, timed>(law, columns, trial, motion, first).run(sums);
-    for (std::uint32_t i = 0; i < lane_count; ++i) {
-      if ((open >> i & 1u) == 0) continue;
-      LanePiece& at = pieces[i];
-      const auto sum = [&](LaneSum of) { return static_cast<double>(sums.of[of][i]); };
-      const double ease =
-          n == 0 ? at.ease : at.ease_after(sum(sum_squares_end), law.least_loss * (sum(sum_work) - at.work));
-      const double mean_ease = 0.5 * (at.ease + ease), left = motion.moved[i] - at.moved;
-      double last = 0.0;  // path of the last piece
-      if (mean_ease * step[i] >= left * (1.0 - 1e-12)) {
-        // Takes the displacement as quadratic, because the ease grows in proportion to the path within a
-        // piece.
-        const double grown = (ease - at.ease) / step[i];
-        last = 2.0 * left / (at.ease + root(at.ease * at.ease + 2.0 * grown * left));
-      } else {
-        for (int axis = 0; axis < axes && all; ++axis) {
-          const double integral = sum(axis == 0 ? sum_integral_x : sum_integral_y);
-          at.impulse[axis] += mean_ease * (integral - at.integral[axis]);
-          at.integral[axis] = integral;
-        }
-        at.way += step[i];
-        at.moved += mean_ease * step[i];
-        at.ease = ease;
-        at.squares = sum(sum_squares_end);
-        at.work = sum(sum_work);
-        if (ease < 1.0 && n < most_soft_pieces) continue;
-        last = motion.moved[i] - at.moved;
-      }
-      open &= ~(1u << i);
-      const double way = at.way + last, gain = motion.used[i] * way;
-      motion.set_way(*columns.state, i, way, gain * motion.direction[0][i], gain * motion.direction[1][i]);
-    }
-  }
-}
-
 /// Steps the named contacts of a block.
 template <class T, int axes, bool all, bool timed>
 void slide_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
                  const LaneOutput& out) {
   using E = Engine<T>;
   LaneMotion<T> motion(law, *columns.state, in, axes);
-  LanePiece pieces[lane_count];
-  if (motion.any_softens) soften_lanes<T, axes, all, timed>(law, columns, in, motion, pieces);
-  LaneSums<T> sums{};
-  for (std::uint32_t first = 0; first < lane_count; first += E::size) {
-    const std::uint32_t lanes = (1u << E::size) - 1;
-    if ((in.named >> first & lanes) != 0)
-      LaneSlider<E, T, axes, all, timed>(law, columns, in, motion, first).run(sums);
-  }
-  finish_lanes<T>(law, columns, in, out, motion, pieces, sums, axes, all);
+  LanePieces pieces;
+  const auto run = [&](const LaneInput& input, std::uint32_t lanes, LaneSums<T>& sums) {
+    for (std::uint32_t first = 0; first < lane_count; first += E::size)
+      if ((lanes >> first & ((1u << E::size) - 1)) != 0)
+        LaneSlider<E, T, axes, all, timed>::run(law, columns, input, motion, first, sums);
+  };
+  if (motion.any_softens) soften_lanes<T, axes, all>(law, columns, in, motion, pieces, run);
+  LaneSums<T> sums;
+  if (!motion.all_named) sums = {};
+  run(in, in.named, sums);
+  finish_lanes<T, axes, all>(law, columns, in, out, motion, pieces, sums);
 }
 
 }  // namespace

@@ -19,6 +19,8 @@ struct Lanes {
   explicit Lanes(T value) : x(value) {}
   static Lanes load_aligned(const T* from) { return Lanes(*from); }
   void store_aligned(T* to) const { *to = x; }
+  static Lanes load_unaligned(const T* from) { return Lanes(*from); }
+  void store_unaligned(T* to) const { *to = x; }
 };
 
 template <class T>

@@ -1,5 +1,5 @@
-// Contacts in lanes: what sixteen contacts of a block may not know of each other, slow sliding, falls of the
-// load, and the energy of random laws, paths and loads.
+// Contacts in lanes: what sixteen contacts of a block may not know of each other, slow and steady sliding,
+// falls of the load, and the energy of random laws, paths and loads.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -485,6 +485,27 @@ TEST_CASE("a million steps of 1e-7 limits turn, work and dissipate as one step o
         Approx(-limits * dbar * (truth.mean[0] * x + truth.mean[1] * y)).margin(1e-3 * limits * dbar * dbar));
     CHECK(lost == Approx(truth.dissipated).margin(1e-3 * limits * dbar * dbar));
   }
+}
+
+TEST_CASE("roundings do not add up in steady sliding: a force in single precision stays within 1.5e-6",
+          "[slide][lanes]") {
+  if (!BRISTLE_WITH_DOUBLE) return;
+  for (const Material& material : {sliding(SnapLength::single(dbar)), sliding(uniform),
+                                   sliding(SnapLength::exponential(dbar)).with_drop(0.2)})
+    for (const double h : {1e-4, 0.0123, 0.2, 1.1})
+      for (const unsigned n : {8u, 300u}) {
+        OnePatch patch(material, plain_options(n, 2, Precision::single));
+        // The force of steady sliding: every spring at its limit, along the motion.
+        OnePatch far(material, plain_options(n, 2, Precision::double_));
+        const Response expected = far.step(950.0 * dbar, 300.0 * dbar, 1.0);
+        Response r = patch.step(950.0 * dbar, 300.0 * dbar, 1.0);
+        CAPTURE(to_string(material.snap_length.law()), h, n);
+        for (int k = 0; k < 1000; ++k) {
+          r = patch.step(0.95 * h * dbar, 0.3 * h * dbar, 1.0);
+          for (int axis = 0; axis < 2; ++axis)
+            expect_near(r.end[axis], expected.end[axis], 1.5e-6 * std::abs(expected.end[0]), "force");
+        }
+      }
 }
 
 TEST_CASE("a load that falls by 1e13 at once leaves what it can hold, at rest and in motion",

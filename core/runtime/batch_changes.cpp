@@ -316,7 +316,7 @@ BatchAccess::Turn::~Turn() { impl_.leave(is_outermost_); }
 StepReport BatchAccess::step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                              Span<Response> out) noexcept {
   const PatchBatch::Impl::Turn impl(*batch.impl_);
-  return impl->step(dt_s, cells, {}, in, out);
+  return impl->step(dt_s, {cells, {}, in, out});
 }
 
 BatchAccess::Changes::Changes(PatchBatch& batch) noexcept : impl_(*batch.impl_) {

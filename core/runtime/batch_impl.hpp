@@ -113,10 +113,9 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Applies a change of the adding thread. Neither allocates nor frees.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches. `cells`: as in
+  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches. `items`: as in
   /// Scheduler::step.
-  StepReport step(double dt_s, Span<detail::CellMotion> cells, Span<const GroupStep> groups,
-                  Span<const Motion> motions, Span<Response> responses) noexcept;
+  StepReport step(double dt_s, const detail::StepItems& items) noexcept;
   Response find_force(double dt_s, const Motion& motion) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
   std::size_t state_size() const noexcept;

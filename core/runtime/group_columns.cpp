@@ -36,6 +36,10 @@ class BlockInput {
   const double *const x, *const y, *const load;
   const double* const velocity[2];
 
+  LaneChecks check(const LaneBlock& b) const noexcept {
+    const LaneInput in{{x, y}, load, nullptr, 0.0, 0, false};
+    return b.kernels->check(in, velocity, b.load, b.lightest, highest_load);
+  }
   /// Returns the bits of motions that are not good (is_good_motion()).
   std::uint32_t bad() const noexcept {
     // Computes numbers that are 0 for a good motion: a number that is not finite gives NaN when subtracted
@@ -56,10 +60,6 @@ class BlockInput {
       const double differs = std::fabs(x[i]) + std::fabs(y[i]) + std::fabs(load[i] - loads.lane[i]);
       return differs == 0.0 ? 1.0 : 0.0;
     });
-  }
-  /// Returns the bits of contacts that may be overloaded.
-  std::uint32_t above(const LaneColumn<double>& loads) const noexcept {
-    return bits_of([&](std::uint32_t i) { return load[i] > loads.lane[i] ? 1.0 : 0.0; });
   }
 
  private:
@@ -95,22 +95,20 @@ class BlockInput {
 
 /// Answers lanes whose contacts stay at rest with their last force.
 void answer_at_rest(const LaneBlock& b, std::uint32_t lanes, LaneAnswers& answers) noexcept {
-  const auto answer = [&](std::uint32_t i) {
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const auto i = static_cast<std::uint32_t>(std::countr_zero(lanes));
     for (int axis = 0; axis < 2; ++axis)
       answers.end[axis].lane[i] = answers.mean[axis].lane[i] = b.force[axis].lane[i];
     answers.stiffness.lane[i] = b.state.stiffness.lane[i] * b.lengths_per_metre;
     answers.dissipated.lane[i] = answers.contact_loss.lane[i] = answers.slid.lane[i] = 0.0;
-  };
-  if (lanes == all_lanes)
-    for (std::uint32_t i = 0; i < lane_count; ++i) answer(i);
-  else
-    for (; lanes != 0; lanes &= lanes - 1) answer(static_cast<std::uint32_t>(std::countr_zero(lanes)));
+  }
 }
 
 /// Writes the responses of sixteen contacts without dampers to the arrays, from contact `first` on.
-/// `above`: bits of contacts that may be overloaded.
-void write_columns(const LaneBlock& b, const double* load, std::uint32_t above, const LaneAnswers& answers,
-                   const GroupStep& to, std::size_t first, Status& status) noexcept {
+/// `may_overload`: Whether any of them may be overloaded.
+void write_columns(const LaneBlock& b, const double* load, bool may_overload, const LaneAnswers& answers,
+                   const LaneColumn<double> (&force)[2], const GroupStep& to, std::size_t first,
+                   Status& status) noexcept {
   const CompiledMaterial& m = *b.material;
   const auto write = [first](const auto& column, const auto& value) {
     if (column.empty()) return;
@@ -121,7 +119,7 @@ void write_columns(const LaneBlock& b, const double* load, std::uint32_t above, 
   const bool mean = has(b.outputs, Outputs::mean);
   for (int axis = 0; axis < 2; ++axis) {
     if (axis < b.axes) {
-      const auto end = [&](std::uint32_t i) { return answers.end[axis].lane[i]; };
+      const auto end = [&](std::uint32_t i) { return force[axis].lane[i]; };
       write(to.end[axis], end);
       write(to.elastic[axis], end);
       if (mean) write(to.mean[axis], [&](std::uint32_t i) { return answers.mean[axis].lane[i]; });
@@ -141,7 +139,7 @@ void write_columns(const LaneBlock& b, const double* load, std::uint32_t above, 
     write(to.damper_work, zero);
     write(to.snaps, [&](std::uint32_t i) { return static_cast<std::uint64_t>(answers.slid.lane[i]); });
   }
-  if (above == 0) {
+  if (!may_overload) {
     write(to.status, [](std::uint32_t) { return Status::ok; });
     return;
   }
@@ -188,43 +186,56 @@ void write_response(const GroupStep& to, std::size_t i, Outputs computed, const 
 }
 
 void GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept {
-  const std::size_t first = b.motions.item[0];
-  const std::uint32_t asked = std::exchange(b.motions.named, 0);
+  const std::size_t first = b.first;
+  const std::uint32_t asked = std::exchange(b.asked, 0);
   const BlockInput in(step, first, b.axes);
-  const std::uint32_t bad = in.bad() & asked;
-  const std::uint32_t resting = step.velocity[0].empty() ? in.still(b.load) & b.rests & asked & ~bad : 0;
+  const LaneChecks checks = in.check(b);
+  // With one axis a motion along the second is bad, too.
+  const bool other_axis = b.axes == 1 && !(step.displacement[1].empty() && step.velocity[1].empty());
+  const std::uint32_t bad = checks.any_bad || other_axis ? in.bad() & asked : 0;
+  std::uint32_t resting = 0;
+  if (checks.any_still && step.velocity[0].empty())
+    resting = (checks.all_still ? all_lanes : in.still(b.load)) & b.rests & asked & ~bad;
   const std::uint32_t moving = asked & ~bad & ~resting;
+  const bool whole = asked == all_lanes && bad == 0 && !b.damps_at_all();
+  const bool in_place = whole && stores && moving == all_lanes;
   LaneAnswers answers;
-  if (moving != 0) b.run(b, {{in.x, in.y}, in.load, nullptr, dt, moving, stores}, answers.columns());
+  LaneOutput out = answers.columns();
+  if (in_place) {
+    for (int axis = 0; axis < 2; ++axis) out.end[axis] = b.force[axis].lane;
+    if (step.stiffness.empty()) out.stiffness = nullptr;
+  }
+  if (moving != 0) b.run(b, {{in.x, in.y}, in.load, nullptr, dt, moving, stores, b.ahead()}, out);
   outcome.visited += std::uint64_t{b.springs} * count_of(moving);
   outcome.stepped += count_of(asked & ~bad);
-
-  if (asked == all_lanes && bad == 0 && !b.damps_at_all()) {
-    answer_at_rest(b, resting, answers);
-    write_columns(b, in.load, in.above(b.light), answers, step, first, outcome.status);
-  } else {
-    for (std::uint32_t left = asked; left != 0; left &= left - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
-      Response response;
-      if ((bad >> lane & 1u) != 0)
-        write_refusal(b.outputs, response.status = Status::bad_input, response);
-      else if ((resting >> lane & 1u) != 0)
-        answer_resting_lane(b, lane, response);
-      else
-        answer_lane(b, lane, motion_of(step, first + lane), dt, answers, response);
-      write_response(step, first + lane, b.outputs, response);
-      outcome.status = outcome.status | response.status;
-    }
+  if (stores) {
+    if (in_place)
+      std::copy_n(in.load, +lane_count, b.load.lane);
+    else
+      for (std::uint32_t left = moving; left != 0; left &= left - 1) {
+        const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+        note_step(b, lane, in.load[lane], answers);
+      }
+    b.rests |= moving;
   }
-  if (!stores) return;
-  if (moving == all_lanes)
-    for (std::uint32_t i = 0; i < lane_count; ++i) note_step(b, i, in.load[i], answers);
-  else
-    for (std::uint32_t left = moving; left != 0; left &= left - 1) {
-      const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
-      note_step(b, lane, in.load[lane], answers);
-    }
-  b.rests |= moving;
+  if (whole) {
+    answer_at_rest(b, resting, answers);
+    write_columns(b, in.load, checks.any_above, answers, stores ? b.force : answers.end, step, first,
+                  outcome.status);
+    return;
+  }
+  for (std::uint32_t left = asked; left != 0; left &= left - 1) {
+    const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+    Response response;
+    if ((bad >> lane & 1u) != 0)
+      write_refusal(b.outputs, response.status = Status::bad_input, response);
+    else if ((resting >> lane & 1u) != 0)
+      answer_resting_lane(b, lane, response);
+    else
+      answer_lane(b, lane, motion_of(step, first + lane), dt, answers, response);
+    write_response(step, first + lane, b.outputs, response);
+    outcome.status = outcome.status | response.status;
+  }
 }
 
 }  // namespace bristle::detail

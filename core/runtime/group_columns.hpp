@@ -48,8 +48,7 @@ struct GroupColumns {
   const GroupStep& step;
   bool stores;  ///< whether the step changes the state; false for a trial
 
-  /// Steps the contacts `LaneMotions::named` of a block. LaneMotions::item[0] is the index of the contact in
-  /// its first lane.
+  /// Steps the contacts `LaneBlock::asked` of a block.
   void step_block(LaneBlock& block, StepOutcome& outcome) const noexcept;
 };
 

@@ -37,21 +37,23 @@ PatchBatch::Impl::~Impl() {
   for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) release(pool.patch(slot).record);
 }
 
-StepReport PatchBatch::Impl::step(double dt_s, Span<CellMotion> cells, Span<const GroupStep> groups,
-                                  Span<const Motion> motions, Span<Response> responses) noexcept {
+StepReport PatchBatch::Impl::step(double dt_s, const StepItems& items) noexcept {
   StepReport report;
-  if (!is_good_time(dt_s) || motions.size() != responses.size()) {
+  if (!is_good_time(dt_s) || items.motions.size() != items.responses.size()) {
+    const Span<const Motion> motions = items.motions;
+    const Span<Response> responses = items.responses;
     report.status = Status::bad_input;
     for (std::size_t i = 0; i < responses.size(); ++i) {
       if (i < motions.size()) responses[i].id = motions[i].id;
       const Patch* p = i < motions.size() ? pool.find(motions[i].id) : nullptr;
       write_refusal(p != nullptr ? p->outputs : Outputs::all, Status::bad_input, responses[i]);
     }
-    for (const GroupStep& group : groups) std::fill(group.status.begin(), group.status.end(), report.status);
+    for (const GroupStep& group : items.groups)
+      std::fill(group.status.begin(), group.status.end(), report.status);
     return report;
   }
   trial.of = nullptr;
-  report = scheduler.step(dt_s, cells, groups, motions, responses);
+  report = scheduler.step(dt_s, items);
   if (!stands_still(clock)) {
     const double units = std::min(dt_s, longest_time) * clock_units_per_second;
     // Avoids the slow conversion to 128 bits for a short step.
@@ -108,7 +110,7 @@ void PatchBatch::warm_up() {
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out,
                             Span<const GroupStep> groups) noexcept {
   const Impl::Turn impl(*impl_);
-  return impl->step(dt_s, {}, groups, in, out);
+  return impl->step(dt_s, {{}, groups, in, out});
 }
 
 bool PatchBatch::reset(PatchId id) noexcept {

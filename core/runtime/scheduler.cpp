@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <type_traits>
 #include <utility>
 
@@ -17,7 +18,8 @@ thread_local char this_thread;  // variable of each thread, whose address identi
 /// Distances, in patches of the step, at which a slot and its patch's record are prefetched.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
-constexpr std::size_t resting_row = 16;  ///< number of resting patches in a row at which prefetching stops
+constexpr std::uint32_t blocks_ahead = 8;  ///< distance at which a group's block of lanes is prefetched
+constexpr std::size_t resting_row = 16;    ///< number of resting patches in a row at which prefetching stops
 
 // Prefetches cache lines. Always inlined, because g++ 12 drops calls to a function that only prefetches.
 // Computes with the address as a number: a slot without a patch has a null record, and arithmetic on a null
@@ -32,7 +34,9 @@ constexpr std::size_t resting_row = 16;  ///< number of resting patches in a row
 template <class Answer>
 void run_block(LaneBlock& block, const Answer& answer) noexcept {
   LaneAnswers answers;
-  block.run(block, block.motions.input(true), answers.columns());
+  LaneInput input = block.motions.input(true);
+  input.ahead = block.ahead();
+  block.run(block, input, answers.columns());
   for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1)
     answer(static_cast<std::uint32_t>(std::countr_zero(named)), answers);
 }
@@ -203,7 +207,7 @@ class Scheduler::Step {
  public:
   Step(Scheduler& scheduler, const Items& items) noexcept : s(scheduler), items_(items) {}
 
-  void run(StepReport& report) noexcept {
+  [[gnu::always_inline]] void run(StepReport& report) noexcept {
     std::size_t others = items_.size();
     LaneBlock* blocks = nullptr;
     std::uint64_t cost = 0;
@@ -271,6 +275,7 @@ class Scheduler::Step {
   void step_blocks(LaneBlock* block, std::uint32_t count, Outcome& outcome) const noexcept {
     for (; block != nullptr && count > 0; --count) {
       LaneBlock* const next = block->next;
+      if (next != nullptr) fetch(next, (offsetof(LaneBlock, state) + offsetof(LaneState, phase)) / 64);
       items_.step_block(*block, outcome);
       block = next;
     }
@@ -509,33 +514,38 @@ LaneBlock* Scheduler::link_group(const GroupStep& step, std::uint64_t& cost, Sta
       return;
     }
     for (std::uint32_t i = 0; i < step.group.count; i += lane_count) {
+      if (i + blocks_ahead * lane_count < step.group.count) fetch(block_of(i + blocks_ahead * lane_count), 1);
       const std::uint32_t left = step.group.count - i;
       visit(*block_of(i), i, left < lane_count ? (1u << left) - 1 : all_lanes);
     }
   };
+  LaneBlock *first = nullptr, *last = nullptr;
+  Status repeated_ids = Status::ok;
   bool lent = true;
-  for_each_block([&](LaneBlock& block, std::uint32_t, std::uint32_t lanes) {
+  for_each_block([&](LaneBlock& block, std::uint32_t index, std::uint32_t lanes) {
     for (std::uint32_t left = lanes & ~block.lent; left != 0; left &= left - 1)
       lent = lend(*block.patch[std::countr_zero(left)]) && lent;
-  });
-  if (!lent) return nullptr;
-  LaneBlock *first = nullptr, *last = nullptr;
-  for_each_block([&](LaneBlock& block, std::uint32_t index, std::uint32_t lanes) {
     if (repeats != nullptr) {
       const std::uint32_t repeated = block.see(lanes, step_number_);
-      if (repeated != 0) *repeats = *repeats | Status::repeated_id;
+      if (repeated != 0) repeated_ids = Status::repeated_id;
       lanes &= ~repeated;
     }
     if (lanes == 0) return;
-    if (block.motions.named == 0) {
+    if (block.asked == 0) {
       (first == nullptr ? first : last->next) = &block;
       last = &block;
       block.next = nullptr;
       cost += block.work;
     }
-    block.motions.named |= lanes;
-    block.motions.item[0] = index;
+    block.asked |= lanes;
+    block.first = index;
   });
+  if (!lent) {
+    for (LaneBlock* block = first; block != nullptr; block = block->next)
+      block->seen &= ~std::exchange(block->asked, 0);
+    return nullptr;
+  }
+  if (repeats != nullptr) *repeats = *repeats | repeated_ids;
   return first;
 }
 
@@ -611,18 +621,17 @@ bool Scheduler::try_group(double dt_s, const GroupStep& step, StepReport& report
   return first != nullptr;
 }
 
-StepReport Scheduler::step(double dt_s, Span<CellMotion> cells, Span<const GroupStep> groups,
-                           Span<const Motion> in, Span<Response> out) noexcept {
+StepReport Scheduler::step(double dt_s, const StepItems& all) noexcept {
   StepReport report;
   report.tasks = report.threads = 1;
   ++step_number_;
   const FloatModeScope mode;
-  if (!cells.empty()) {
-    const Cells items{dt_s, cells};
+  if (!all.cells.empty()) {
+    const Cells items{dt_s, all.cells};
     Step(*this, items).run(report);
   }
-  for (const GroupStep& group : groups) step_group(dt_s, group, report);
-  const Motions items{dt_s, in, out};
+  for (const GroupStep& group : all.groups) step_group(dt_s, group, report);
+  const Motions items{dt_s, all.motions, all.responses};
   Step(*this, items).run(report);
   return report;
 }

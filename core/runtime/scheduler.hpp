@@ -13,6 +13,14 @@
 
 namespace bristle::detail {
 
+/// Items that a step moves: cells of outlines, groups, and patches by one motion each.
+struct StepItems {
+  Span<CellMotion> cells;
+  Span<const GroupStep> groups;
+  Span<const Motion> motions;
+  Span<Response> responses;
+};
+
 class Scheduler {
  public:
   explicit Scheduler(int threads) : workers(threads) {}
@@ -22,8 +30,7 @@ class Scheduler {
 
   /// Steps all groups, motions and cells. Threads and pieces do not change a bit. Requires a valid `dt_s`, no
   /// patch that is both among the cells and among the motions, and no cell that is named twice.
-  StepReport step(double dt_s, Span<CellMotion> cells, Span<const GroupStep> groups, Span<const Motion> in,
-                  Span<Response> out) noexcept;
+  StepReport step(double dt_s, const StepItems& items) noexcept;
 
   /// Returns why a group cannot be stepped as asked: there is no such group, or an array does not fit it.
   Status find_fault(const GroupStep& step) const noexcept;

@@ -21,6 +21,7 @@ void enter_lane(Patch& p) noexcept {
   b.patch[r.lane] = &p;
   b.full.lane[r.lane] = r.full_weight * r.options.bristles;
   b.light.lane[r.lane] = r.material->material.load_on_bristles(b.full.lane[r.lane]) * (1.0 - 1e-9);
+  b.lightest = std::min(b.lightest, b.light.lane[r.lane]);
   b.lent &= ~(1u << r.lane);
   b.clear(b, r.lane);
 }

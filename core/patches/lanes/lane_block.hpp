@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -29,10 +30,10 @@ struct LaneAnswers {
 
 /// The motions of a block's contacts in one step.
 struct LaneMotions {
-  LaneColumn<double> displacement[2]{}, load{}, start{};
-  double duration = 0.0;
   std::uint32_t named = 0;              ///< bits of the lanes with a motion
   std::uint32_t item[lane_count] = {};  ///< number of each lane's motion in the step
+  double duration = 0.0;
+  LaneColumn<double> displacement[2]{}, load{}, start{};
 
   void place(std::uint32_t lane, const double (&way)[2], double normal_load, double dt_s) noexcept {
     for (int axis = 0; axis < 2; ++axis) displacement[axis].lane[lane] = way[axis];
@@ -53,24 +54,30 @@ inline bool is_overloaded(double excess) noexcept { return excess >= 1.0 + 1e-14
 /// for its list of free lanes.
 ///
 /// Load and force of a contact's last step are stored in its patch. lend() moves them to columns of the
-/// block, so that steps need not touch the patch; settle() moves them back.
+/// block, so that steps need not touch the patch; settle() moves them back. The numbers that every step reads
+/// come first and are prefetched.
 struct LaneBlock {
-  LaneState state{};
-  LaneColumn<double> load{};      ///< normal load of the last step, N
-  LaneColumn<double> force[2]{};  ///< elastic force on the body at the end of the last step, N
-  std::uint32_t lent = 0;         ///< bits of the lanes whose load and force are lent to the block
-  std::uint32_t rests = 0;        ///< bits of the lanes whose contacts a step without motion leaves at rest
-  std::uint32_t seen = 0;         ///< bits of the lanes that step number `step` has named
-  std::uint64_t step = 0;         ///< number of the last step that named a lane
-  LaneMotions motions;            ///< motions placed for the present step, until the block is run
-  LaneBlock* next = nullptr;      ///< next block in the list of blocks that the step runs
-  Patch* patch[lane_count] = {};
-  LaneColumn<double> full{};   ///< number of physical bristles beyond which the contact is overloaded
-  LaneColumn<double> light{};  ///< load, N, up to which the contact is certainly not overloaded
-  std::uint32_t work = 0;      ///< cost of a step of the block, in bristles (Sharing)
-
+  std::uint32_t lent = 0;     ///< bits of the lanes whose load and force are lent to the block
+  std::uint32_t rests = 0;    ///< bits of the lanes whose contacts a step without motion leaves at rest
+  std::uint32_t seen = 0;     ///< bits of the lanes that step number `step` has named
+  std::uint32_t work = 0;     ///< cost of a step of the block, in bristles (Sharing)
+  std::uint64_t step = 0;     ///< number of the last step that named a lane
+  std::uint32_t asked = 0;    ///< bits of the lanes that a step of a group moves, until it runs the block
+  std::uint32_t first = 0;    ///< index in that group of the contact in the first lane
+  LaneBlock* next = nullptr;  ///< next block in the list of blocks that the step runs
   void (*run)(const LaneBlock&, const LaneInput&, const LaneOutput&) noexcept = nullptr;
+  double lightest = std::numeric_limits<double>::infinity();  ///< least number in `light`
+  const void* columns_at = nullptr;                           ///< columns of the model
+  LaneColumn<double> load{};                                  ///< normal load of the last step, N
+  LaneColumn<double> force[2]{};  ///< elastic force on the body at the end of the last step, N
+  LaneState state{};
+  LaneMotions motions;  ///< motions placed for the present step, until the block is run
+  Patch* patch[lane_count] = {};
+  LaneColumn<double> light{};  ///< load, N, up to which the contact is certainly not overloaded
+  LaneColumn<double> full{};   ///< number of physical bristles beyond which the contact is overloaded
+
   void (*clear)(LaneBlock&, std::uint32_t lane) noexcept = nullptr;  ///< resets a lane for a new contact
+  const LaneTable* kernels = nullptr;
 
   // Properties that the contacts share
   std::shared_ptr<const CompiledMaterial> material;
@@ -87,6 +94,8 @@ struct LaneBlock {
   std::uint64_t kind = 0;  ///< hash of what the contacts of the block share
   std::uint32_t free = (1u << lane_count) - 1;
 
+  /// Returns the columns of the block that the step runs next, null for the last.
+  const void* ahead() const noexcept { return next != nullptr ? next->columns_at : nullptr; }
   /// Returns Status::overload for a contact that is overloaded by a load, else Status::ok.
   Status overload_status(std::uint32_t lane, double load_n) const noexcept {
     if (load_n <= light.lane[lane]) return Status::ok;

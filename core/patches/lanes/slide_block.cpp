@@ -122,7 +122,7 @@ LanePlaces::Block make_block(const LaneRecord& like) {
     limit[i] = static_cast<T>(strata->length[i] * mean);
     per_limit[i] = T(1) / std::max(limit[i], T(1e-15));
     weight[i] = static_cast<T>(strata->share[i]);
-    law.mean_limit += static_cast<double>(weight[i]) * static_cast<double>(limit[i]);
+    law.whole += static_cast<double>(weight[i]);
   }
   law.limit = limit;
   law.per_limit = per_limit;
@@ -154,6 +154,8 @@ LanePlaces::Block make_block(const LaneRecord& like) {
   // Cost of a contact in bristles (Sharing): a bristle takes 0.3 ns, a contact some 12 ns, and each of its
   // springs 1 ns.
   block->work = lane_count * (40 + 3 * n);
+  block->columns_at = c.x;
+  block->kernels = r.kernels->lanes;
   block->run = &run<T>;
   block->clear = &clear<T>;
   block->material = head_of(*const_cast<LaneRecord*>(&like)).material;
