@@ -33,21 +33,22 @@ namespace bristle {
 /// Names a bed of one batch, as PatchId names a patch. 0 = none.
 struct BedId {
   std::uint64_t value = 0;
-  /// Id that a full pool (KeyedBeds) gives a new contact, for which it has no bed.
+  /// Id that a full pool (KeyedBeds) gives a new contact for which it has no bed.
   static constexpr BedId no_capacity() noexcept { return {PatchId::no_capacity().value}; }
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(BedId a, BedId b) noexcept { return a.value == b.value; }
   friend bool operator!=(BedId a, BedId b) noexcept { return a.value != b.value; }
 };
 
-/// Pressure over the contact; r = 1 on its edge. On a row and a rectangle r is x over the half length.
+/// Distribution of the pressure over the contact, where r = 1 on its edge. On a row and a rectangle r is x
+/// over the half length.
 enum class BedPressure : unsigned char {
   uniform,
   parabolic,  ///< 1 - r^2: a tyre; the traction bound of Kalker's simplified theory
   hertz       ///< (1 - r^2)^1/2: smooth elastic bodies
 };
 
-/// Growth of the contact's size with the load. The given size is that at BedOptions::max_normal_load.
+/// Growth of the contact's size with the load. Sizes are given for BedOptions::max_normal_load.
 enum class BedGrowth : unsigned char {
   fixed,       ///< size does not depend on the load
   cube_root,   ///< both half widths grow: spheres and ellipses (Hertz)
@@ -57,23 +58,24 @@ enum class BedGrowth : unsigned char {
 /// A bristle of BedShape::list.
 struct BedCell {
   double position[2] = {0.0, 0.0};  ///< place of the bristle from the centre, m, 0 to 1e3 in magnitude
-  double stiffness = 1.0;           ///< stiffness relative to the other bristles, > 0: usually the area that
-                                    ///< it stands for
-  double load = 1.0;                ///< share of the normal load, relative to the other bristles, >= 0
+  /// Stiffness relative to the other bristles, > 0: usually the area that it stands for.
+  double stiffness = 1.0;
+  double load = 1.0;  ///< share of the normal load, relative to the other bristles, >= 0
 };
 
-/// Outline, pressure and grid of a bed: what BedBatch::add takes. The factories fill it; add checks it.
+/// Outline, pressure and grid of a bed: what BedBatch::add takes. Make one by a factory; add checks it.
 struct BedShape {
   enum class Kind : unsigned char { row, ellipse, rectangle, list };
   Kind kind = Kind::row;
   BedPressure pressure = BedPressure::parabolic;
   BedGrowth growth = BedGrowth::fixed;
-  bool rolls = false;           ///< whether the bed rolls: its surface moves through the contact
-  double half[2] = {0.0, 0.0};  ///< half widths along x and y at full load, m; 0 = calculated from the
-                                ///< material's radius
-  int cells[2] = {0, 0};        ///< number of bristles along x, then of rows; for an ellipse that does not
-                                ///< roll: of rings, then of cells around
-  std::vector<BedCell> list;    ///< bristles of a shape of Kind::list
+  bool rolls = false;  ///< whether the bed rolls: its surface moves through the contact
+  /// Half widths along x and y at full load, m; 0 = calculated from the material's radius.
+  double half[2] = {0.0, 0.0};
+  /// Number of bristles along x, then of rows; for an ellipse that does not roll: of rings, then of cells
+  /// around.
+  int cells[2] = {0, 0};
+  std::vector<BedCell> list;  ///< bristles of a shape of Kind::list
 
   /// Makes a sphere on a plane, or two spheres, by dimensional reduction (Popov and Hess 2015): exact for
   /// Cattaneo's and Mindlin's contact under any history of load. A row resists no spin and does not roll.
@@ -127,7 +129,7 @@ struct BedShape {
     shape.cells[1] = ny;
     return shape;
   }
-  /// Makes a bed of bristles at given places; their shares of the load are the same under every load.
+  /// Makes a bed of bristles at given places. Their shares of the load are the same under every load.
   static BedShape from_list(std::vector<BedCell> cells) {
     BedShape shape;
     shape.kind = Kind::list;
@@ -157,10 +159,11 @@ struct BedShape {
 
 /// Friction and elasticity of a bed. Exactly one of the elasticities must be given.
 struct BedMaterial {
-  double static_friction = 0.0;   ///< coefficient of static friction; > 0, at most 100, not below
-                                  ///< kinetic_friction
-  double kinetic_friction = 0.0;  ///< > 0. If static friction is higher, a sliding bristle has this limit
-                                  ///< until it has stuck for a step or the motion turns back
+  /// Coefficient of static friction; > 0, at most 100, not below kinetic_friction.
+  double static_friction = 0.0;
+  /// Coefficient of kinetic friction, > 0. If static friction is higher, a sliding bristle has the kinetic
+  /// limit until it has stuck for a step or the motion turns back.
+  double kinetic_friction = 0.0;
 
   /// @name Elastic bodies. Only sphere_row and disc take them.
   ///@{
@@ -168,10 +171,10 @@ struct BedMaterial {
   double shear_modulus = 0.0;   ///< combined modulus G*, Pa: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
   double radius = 0.0;  ///< combined radius R, m: 1/R = 1/R1 + 1/R2; 0 where the shape states its size
   ///@}
-  double flexibility[3] = {0.0, 0.0, 0.0};  ///< Kalker's flexibilities L1, L2, L3 (x, y, spin) at full load,
-                                            ///< m^3/N
-  double slip_stiffness[2] = {0.0, 0.0};    ///< N per unit slip, along x and y at full load, for a shape that
-                                            ///< rolls
+  /// Kalker's flexibilities L1, L2, L3 (x, y, spin) at full load, m^3/N.
+  double flexibility[3] = {0.0, 0.0, 0.0};
+  /// Force per unit slip, N, along x and y at full load, for a shape that rolls.
+  double slip_stiffness[2] = {0.0, 0.0};
   double presliding = 0.0;  ///< the displacement at which every bristle slides, under full load, m
 
   BedMaterial() = default;
@@ -206,8 +209,8 @@ struct BedMaterial {
 };
 
 struct BedOptions {
-  double max_normal_load = 1.0;  ///< full load, N, > 0. Under a higher load the friction limits grow and the
-                                 ///< size stays
+  /// Full load, N, > 0. Under a higher load the friction limits grow and the size stays.
+  double max_normal_load = 1.0;
 
   /// Whether a step computes all fields of BedResponse. If not, it computes `status`, `force` and `torque`,
   /// and the other fields are 0.
@@ -217,17 +220,18 @@ struct BedOptions {
   double longest_piece = 0.0625;
 };
 
-/// Input of one bed for one step. NaN, infinity, a magnitude above 1e5 m or 3.2 rad, a negative load or one
-/// above 1e15 N, and rolling that the bed cannot do set Status::bad_input.
+/// Input of one bed for one step. Status::bad_input is set by NaN, infinity, a magnitude above 1e5 m or 3.2
+/// rad, a negative load or one above 1e15 N, and rolling that the bed cannot do.
 struct BedMotion {
   BedId id;
-  double displacement[2] = {0.0, 0.0};  ///< displacement of the moving body's surface against the other,
-                                        ///< where they touch, m. A wheel of radius r that rolls over the
-                                        ///< ground by x and turns by w has x - w r
-  double spin = 0.0;                    ///< turn of the moving body against the surface about the normal, rad
+  /// Displacement of the moving body's surface against the other, where they touch, m. A wheel of radius r
+  /// that rolls over the ground by x and turns by w has x - w r.
+  double displacement[2] = {0.0, 0.0};
+  double spin = 0.0;  ///< turn of the moving body against the surface about the normal, rad
 
-  /// m, distance by which the bristles' surface has moved through the contact, positive where the contact
-  /// moves to greater x or y on that surface. For a wheel: radius times turn, so 0 while it is locked.
+  /// Distance, m, by which the bristles' surface has moved through the contact, positive where the contact
+  /// moves to greater x or y on that surface. For a wheel it is radius times turn, so 0 while the wheel is
+  /// locked.
   double rolled[2] = {0.0, 0.0};
   double normal_load = 0.0;  ///< load on the bed, N
 };
@@ -239,14 +243,15 @@ struct BedResponse {
   std::uint32_t reserved = 0;    ///< padding with a value, so that responses may be compared by memcmp
   double force[2] = {0.0, 0.0};  ///< force at the end of the step, N
   double torque = 0.0;           ///< torque about the centre, at the end of the step, N m
-  double mean[2] = {0.0, 0.0};   ///< force averaged over the step, N. The energy put in is -(mean .
-                                 ///< displacement + mean_torque spin), exactly without rolling, by the
-                                 ///< trapezoidal rule with it
-  double mean_torque = 0.0;      ///< torque averaged over the step, N m
-  double dissipated = 0.0;       ///< energy that was put in during the step and not stored, J
-  double stored = 0.0;           ///< elastic energy at the end of the step, J
-  double tangent[3][3] = {};  ///< derivative of force and torque (N/m, N, N m), from the bristles that stick:
-                              ///< force(d + e) ~ force(d) - tangent e
+  /// Force averaged over the step, N. The energy put in is -(mean . displacement + mean_torque spin), exactly
+  /// without rolling, by the trapezoidal rule with it.
+  double mean[2] = {0.0, 0.0};
+  double mean_torque = 0.0;  ///< torque averaged over the step, N m
+  double dissipated = 0.0;   ///< energy that was put in during the step and not stored, J
+  double stored = 0.0;       ///< elastic energy at the end of the step, J
+  /// Derivative of force and torque (N/m, N, N m), from the bristles that stick: force(d + e) ~ force(d) -
+  /// tangent e.
+  double tangent[3][3] = {};
   double slipping_share = 0.0;  ///< share of the contact that slips, by stiffness, 0 to 1
 };
 
@@ -267,8 +272,8 @@ struct BedBristle {
   double limit = 0.0;
 };
 
-/// Beds, stepped together. A bed's bits depend neither on the number of threads nor on the instruction set,
-/// nor on which beds share the batch.
+/// Beds, stepped together. A bed's bits do not depend on the number of threads, the instruction set, or the
+/// other beds of the batch.
 ///
 /// Thread rule: all calls on one thread at a time. Nothing allocates but the constructor, add, remove and
 /// restore_state. A step never throws or locks, and waits for its own workers only.
@@ -293,8 +298,8 @@ class BRISTLE_API BedBatch {
   /// Unbends all bristles of a bed and takes it out of contact. Returns false if there is no such bed.
   bool reset(BedId id) noexcept;
 
-  BedInfo info(BedId id) const noexcept;  ///< sizes, load, stiffness, and the largest deflection at
-                                          ///< which a bristle slides; zeros for an unknown id
+  /// Sizes, load, stiffness, and the largest deflection at which a bristle slides; zeros for an unknown id.
+  BedInfo info(BedId id) const noexcept;
 
   /// Writes the bristles of a bed, for pictures, as many as fit. Returns the number written.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
@@ -304,8 +309,8 @@ class BRISTLE_API BedBatch {
   std::size_t state_size() const noexcept;
   /// Writes the state of all beds. Returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
-  /// Restores a saved state into a batch with the same beds, added in the same order. Throws bristle::Error
-  /// if the state does not fit or is damaged, and leaves the beds unchanged; does not compare materials.
+  /// Restores a saved state into a batch with the same beds, added in the same order. If the state does not
+  /// fit or is damaged, throws bristle::Error and leaves the beds unchanged. Does not compare materials.
   void restore_state(Span<const std::byte> from);
 
   std::size_t bed_count() const noexcept;

@@ -24,8 +24,8 @@ struct BuildSignature {
   std::uint32_t batch_options_bytes, step_report_bytes, deadline_monitor_bytes;
 };
 
-/// The signature of the headers that this code is compiled with. Not inline: library and program each have
-/// their own.
+/// Signature of the headers that this code is compiled with. Not inline: library and program each have their
+/// own, which are compared.
 constexpr BuildSignature header_build = {
     sizeof(BuildSignature), BRISTLE_VERSION_NUMBER, BRISTLE_BUILD_OPTIONS,  sizeof(Material),
     sizeof(PatchOptions),   sizeof(Motion),         sizeof(Response),       sizeof(PatchInfo),

@@ -141,8 +141,8 @@ class ContactFrame {
     midway_ = now_;
     Eigen::Vector3d n;
     if (!normalized(normal, n) || !turn_a.coeffs().allFinite() || !turn_b.coeffs().allFinite()) return false;
-    // Averages `along` as turned with A and as turned with B, each then taken to the new normal by the
-    // smallest rotation.
+    // Averages the direction `along` turned with body A and the one turned with body B, after each has been
+    // taken to the new normal by the smallest rotation.
     Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
     if (!(along.squaredNorm() > 1e-24))
       along = carried_by(turn_b, n);  // axes that the two bodies carry are half a turn apart and have no mean
@@ -152,7 +152,7 @@ class ContactFrame {
     return true;
   }
 
-  /// Carries the axes of an extended patch: they ride on body B, which turned by `turn_b` (rad).
+  /// Carries the axes of an extended patch. They ride on body B, which turned by `turn_b` (rad).
   bool carry_with_surface(const Eigen::Vector3d& normal, const Eigen::Vector3d& turn_b) noexcept {
     return carry(normal, turn_b, turn_b);
   }
@@ -187,7 +187,7 @@ class ContactFrame {
   Eigen::Vector3d force(const double (&tangential)[2]) const noexcept {
     return tangential[0] * now_.along + tangential[1] * now_.aside;
   }
-  /// Turns Response::mean into a force in space, whose product with the displacement in space is the work of
+  /// Turns Response::mean into a force in space, N. Its product with the displacement in space is the work of
   /// the step.
   Eigen::Vector3d mean_force(const double (&tangential)[2]) const noexcept {
     return tangential[0] * midway_.along + tangential[1] * midway_.aside;
@@ -200,7 +200,7 @@ class ContactFrame {
     w.tail<3>() += in_plane[2] * now_.normal;
     return w;
   }
-  /// Turns ExtendedResponse::mean into force and moment on A, as spin_wrench().
+  /// Turns ExtendedResponse::mean into force and moment on A, like spin_wrench().
   Wrench mean_spin_wrench(const double (&in_plane)[3], const Eigen::Vector3d& arm) const noexcept {
     Wrench w = wrench(in_plane[0] * midway_.along + in_plane[1] * midway_.aside, arm);
     w.tail<3>() += in_plane[2] * midway_.normal;
@@ -275,12 +275,12 @@ class ContactFrame {
     const Eigen::Vector3d sines =
         from.along.cross(to.along) + from.aside.cross(to.aside) + from.normal.cross(to.normal);
     if (!(cosines > 0.0)) return half_of_large(from, to);
-    const double w = 0.5 * std::sqrt(1.0 + cosines);  // scalar part of R's quaternion; its vector part is
-                                                      // sines / (4 w)
+    // Scalar part of R's quaternion; its vector part is sines / (4 w).
+    const double w = 0.5 * std::sqrt(1.0 + cosines);
     const Eigen::Vector3d u = sines / (4.0 * w);
     const double h = 1.0 + w,
-                 share = 2.0 / (h * h + u.squaredNorm());  // makes the quaternion of half of R, (1 + w, u), a
-                                                           // unit one
+                 // Scales (1 + w, u), the quaternion of half the rotation R, to unit length.
+        share = 2.0 / (h * h + u.squaredNorm());
     const auto turned = [&](const Eigen::Vector3d& v) -> Eigen::Vector3d {
       const Eigen::Vector3d across = u.cross(v);
       return v + share * (h * across + u.cross(across));
@@ -291,7 +291,7 @@ class ContactFrame {
     half.normal = turned(from.normal);
     return half;
   }
-  /// Returns half a rotation, as half_way(), for one by more than a right angle, whose axis may be
+  /// Returns half of a rotation by more than a right angle, where the axis that half_way() uses may be
   /// ill-conditioned.
   static Axes half_of_large(const Axes& from, const Axes& to) noexcept {
     Eigen::Matrix3d rotation = to.along * from.along.transpose();
@@ -306,16 +306,16 @@ class ContactFrame {
   Axes now_, midway_;
 };
 
-/// Place of a body in space.
+/// Position and orientation of a body in space.
 struct BodyPlace {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< centre of the shape that touches, m
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< the body's axes in the world's
-  Eigen::Vector3d turn = Eigen::Vector3d::Zero();      ///< turn of the body in the last step, rad: angular
-                                                       ///< velocity times dt
+  /// Turn of the body in the last step, rad: angular velocity times dt.
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
 };
 
-/// Slip of a contact, in space, from where its bodies are before and after a step: exact for bodies that turn
-/// together, at any speed and step length.
+/// Slip of a contact in space, from where its bodies are before and after a step. It is exact for bodies that
+/// turn together, at any speed and step length.
 class SlipByPlaces {
  public:
   /// Records the bodies before the step. A should be the round one, or the smaller one; `both_round` says
@@ -329,8 +329,8 @@ class SlipByPlaces {
     both_round_ = both_round;
   }
   /// Returns by how much (m) A's surface has slipped over B's at the contact: the displacement of A's centre
-  /// as B sees it, and A's turn against B times its arm. That turn is small: taken as a chord it would make a
-  /// wheel slip that rolls. If both are round B turns as much as they turn together.
+  /// as B sees it, and A's turn against B times its arm. The turn is treated as small: taken as a chord it
+  /// would make a wheel slip that rolls. If both bodies are round, B turns as much as they turn together.
   Eigen::Vector3d find(const BodyPlace& a, const BodyPlace& b) const noexcept {
     const Eigen::Vector3d apart = a.centre - b.centre;
     if (!both_round_) return apart - b.axes * apart_ + (a.turn - b.turn).cross(arm_a_);
@@ -350,18 +350,18 @@ class SlipByPlaces {
 };
 
 /// Returns the normal load (N) of a contact that a ContactMatcher holds (set_hold()) while the engine lists
-/// other points of its surfaces from step to step. The contact keeps its share of the surfaces' load of the
-/// step before. Within some 64 steps this share approaches the load on those points that have the contact's
-/// key now (`on_its_points`). `before`: the contact's load in the step before; `all_before`, `all`: loads of
-/// the surfaces, before and now.
+/// other points of its surfaces from step to step. The contact keeps its share of the surfaces' load from the
+/// step before; within some 64 steps the share approaches the load on those points that now have the
+/// contact's key (`on_its_points`). `before`: the contact's load in the step before. `all_before`, `all`:
+/// loads of the surfaces, before and now.
 inline double held_load(double before, double all_before, double all, double on_its_points) noexcept {
   constexpr double follows = 1.0 / 64.0;
   if (!(all_before > 0.0)) return on_its_points;
   return (1.0 - follows) * before / all_before * all + follows * on_its_points;
 }
 
-/// Frames of a pool's contacts; each lasts as long as its key. Plain data: a rollback restores a copy that
-/// was made with the pool's snapshot.
+/// Frames of a pool's contacts. Each frame lasts as long as the key of its contact. Plain data: a rollback
+/// restores a copy that was made with the pool's snapshot.
 class ContactFrames {
  public:
   /// Makes a frame for every patch of the pool, and one that all contacts without a patch share.

@@ -38,8 +38,8 @@ namespace bristle {
 
 using RigidBody = MovingBody<6>;
 
-/// Makes a free rigid body at rest; velocities are about its centre of mass, in world axes. If the body
-/// turns, update `mass` (inertia in world axes). `inertia` kg m^2, `mass_kg` > 0.
+/// Makes a free rigid body at rest. Velocities are about its centre of mass, in world axes. `inertia` is in
+/// kg m^2, `mass_kg` > 0. If the body turns, update `mass` (inertia in world axes).
 inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noexcept {
   RigidBody body;
   body.mass.setZero();
@@ -77,8 +77,8 @@ BodyVector<Dof> predict_displacements(PatchBatch& batch, double dt_s, const Movi
 
 /// Sets the displacements of the next step in `motions` by the midpoint rule. `external` is the force at the
 /// middle of the step (N, N m). Bristles that redraw over many snaps make F_mean jump a little with the
-/// displacement. If the equation has no solution because of such a jump, the best point is taken, and the
-/// report gives its residual.
+/// displacement; if the equation has no solution because of a jump, the best point is taken, and the report
+/// has its residual.
 template <int Dof>
 SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                                 const Given<BodyVector<Dof>>& external,

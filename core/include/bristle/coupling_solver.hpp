@@ -23,7 +23,7 @@ struct Identity {
 };
 }  // namespace detail
 
-/// Type T of an argument from which Dof is not deduced: arrays and Eigen expressions then convert to T.
+/// Type T of an argument from which Dof is not deduced, so that arrays and Eigen expressions convert to T.
 template <class T>
 using Given = typename detail::Identity<T>::type;
 
@@ -33,9 +33,8 @@ using BodyVector = Eigen::Matrix<double, Dof, 1, Eigen::DontAlign>;
 /// Body with Dof velocity components: 1 on a rail, 2 if it slides without turning, 6 for a free rigid body.
 template <int Dof>
 struct MovingBody {
-  Eigen::Matrix<double, Dof, Dof, Eigen::DontAlign> mass =
-      Eigen::Matrix<double, Dof, Dof>::Identity();                   ///< kg, kg m^2: mass matrix, positive
-                                                                     ///< definite
+  /// Mass matrix, kg, kg m^2; positive definite.
+  Eigen::Matrix<double, Dof, Dof, Eigen::DontAlign> mass = Eigen::Matrix<double, Dof, Dof>::Identity();
   BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< velocity u, m/s, rad/s
 };
 
@@ -45,9 +44,8 @@ template <int Dof>
 struct BodyContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
   int axes = 2;           ///< number of tangential axes of the patch
-  Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian =
-      Eigen::Matrix<double, 2, Dof>::Identity();  ///< J, the map from body velocity u to slip: J u -
-                                                  ///< ground_velocity
+  /// J, the map from the body's velocity u to the slip velocity J u - ground_velocity.
+  Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 2, Dof>::Identity();
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> ground_velocity =
       Eigen::Vector2d::Zero();  ///< velocity of the other surface in the tangent plane, m/s
 
@@ -62,9 +60,9 @@ struct BodyContact {
 
 /// Number of evaluations and remaining error of a solution of the equation of motion.
 struct SolveReport {
-  int evaluations = 0;    ///< number of evaluations of the friction of all contacts
-  double residual = 0.0;  ///< error of the equation over the largest force in it, both in the norm sqrt(f
-                          ///< M^-1 f)
+  int evaluations = 0;  ///< number of evaluations of the friction of all contacts
+  /// Error of the equation over the largest force in it, both in the norm sqrt(f M^-1 f).
+  double residual = 0.0;
 };
 
 namespace detail {
@@ -134,7 +132,7 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
   using Matrix = Eigen::Matrix<double, Dof, Dof>;
   const double theta = implicit_share<Dof>(dt_s, body, contacts);
   Vector mean = body.velocity;
-  // Repeats the solution: each pass sets contacts above their force limit to it, where they stay.
+  // Repeats the solution. Each pass sets contacts above their force limit to that limit, where they stay.
   for (std::size_t pass = 0; pass <= contacts.size(); ++pass) {
     Matrix a = body.mass;
     Vector b = body.mass * body.velocity + theta * dt_s * external;
@@ -284,8 +282,8 @@ class Effort {
  private:
   static constexpr int usual_evaluations = 8;
   static constexpr int most_evaluations = 50;
-  static constexpr double tolerance = 1e-10;        // tolerance of the residual, relative to the largest
-                                                    // force in the equation
+  // Tolerance of the residual, relative to the largest force in the equation.
+  static constexpr double tolerance = 1e-10;
   static constexpr double single_tolerance = 1e-7;  // tolerance from usual_evaluations evaluations on
   double force_scale_;
   int evaluations_ = 0;
@@ -304,8 +302,8 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
   const auto at = [&](double x) { return Point{x, residual_at(x)}; };
   constexpr double no_end = std::numeric_limits<double>::infinity();
   Point last = at(start), best = last;
-  Point low{-no_end, no_end}, high{no_end, -no_end};  // ends of the bracket: residual > 0 at low, < 0
-                                                      // at high
+  // Ends of the bracket: residual > 0 at low, < 0 at high.
+  Point low{-no_end, no_end}, high{no_end, -no_end};
   double slope = slope_bound_so_far();
   int slow = 0;  // number of steps in a row that did not halve the bracket
   while (effort.unsolved(std::fabs(best.residual))) {
@@ -368,8 +366,8 @@ class MidpointSolver {
   }
 
  private:
-  static constexpr double load_share = 1e-3;  // least scale of forces that the tolerance refers to, as a
-                                              // share of the normal load
+  // Least scale of forces that the tolerance refers to, as a share of the normal load.
+  static constexpr double load_share = 1e-3;
 
   // Returns the norm sqrt(f M^-1 f), M the mass matrix, in which forces and torques are comparable.
   double weight_of(const Vector& force) const noexcept {
@@ -426,8 +424,8 @@ class MidpointSolver {
     return best;
   }
 
-  // Solves for one contact of one axis as for a body on a rail: the velocity is that at the contact, the mass
-  // the one that the contact feels.
+  // Solves for one contact of one axis like a body on a rail: with the velocity at the contact, and the mass
+  // that the contact feels.
   double solve_along_contact(Vector& u) noexcept {
     BodyContact<Dof>& c = contacts_[0];
     const Vector along = c.jacobian.row(0).transpose();
@@ -492,7 +490,7 @@ class MidpointSolver {
   }
 
   // Solves from the velocity before the step. If stiff bristles stop a body far short of where it would go,
-  // the search does not converge from there, and restarts from the velocity at which they hold the body.
+  // that search does not converge; it then restarts from the velocity at which the bristles hold the body.
   double solve_all(Vector& u) noexcept {
     const double norm = solve_from(u);
     if (!(effort_.report(norm).residual > 0.05)) return norm;
@@ -528,8 +526,8 @@ class MidpointSolver {
     bool fresh = true;
     while (effort_.unsolved(norm)) {
       Vector step = slope_of_residual().partialPivLu().solve(r);
-      // Slopes learnt across a jump of the friction can make a step far too long: then slopes restart from
-      // their bounds.
+      // Resets the slopes to their bounds if a step is far too long: slopes learnt across a jump of the
+      // friction can make it so.
       const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
       if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {
         bound_slopes(factor);

@@ -1,4 +1,4 @@
-// Step times and periods of a loop against its deadline, in constant memory.
+// Step times and periods of a loop, compared with its deadline, in constant memory.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,15 @@ namespace bristle {
 /// Events that the system has counted for the calling thread so far; the difference of two counts shows what
 /// disturbed it. All zero on systems that do not count (other than Linux).
 struct BRISTLE_API ThreadEvents {
-  std::uint64_t involuntary_switches = 0;  ///< number of times that the thread was preempted (taken off its
-                                           ///< core)
-  std::uint64_t other_switches = 0;        ///< number of preemptions of all other threads of the process,
-                                           ///< such as workers
-  std::uint64_t minor_faults = 0;          ///< number of first accesses to pages already in memory
-  std::uint64_t major_faults = 0;          ///< number of accesses to pages that had to be read from disk
+  /// Number of times that the thread was preempted (taken off its core).
+  std::uint64_t involuntary_switches = 0;
+  /// Number of preemptions of all other threads of the process, such as workers.
+  std::uint64_t other_switches = 0;
+  std::uint64_t minor_faults = 0;  ///< number of first accesses to pages already in memory
+  std::uint64_t major_faults = 0;  ///< number of accesses to pages that had to be read from disk
 
-  /// Makes two system calls, about a microsecond: call it between ticks, not in a step.
+  /// Returns the present counts. Makes two system calls, about a microsecond: call it between ticks, not in a
+  /// step.
   static ThreadEvents now() noexcept;
   friend ThreadEvents operator+(const ThreadEvents& a, const ThreadEvents& b) noexcept {
     return {a.involuntary_switches + b.involuntary_switches, a.other_switches + b.other_switches,
@@ -33,7 +34,7 @@ struct BRISTLE_API ThreadEvents {
   }
 };
 
-/// One turn of a loop. Times of DeadlineMonitor::wall_now, s.
+/// One turn of a loop, in times of DeadlineMonitor::wall_now, s.
 struct Tick {
   double due_s = 0.0;    ///< time at which the step should have started, by the time grid
   double start_s = 0.0;  ///< time at which the step started
@@ -89,10 +90,9 @@ class BRISTLE_API DeadlineMonitor {
   double deadline() const noexcept { return numbers_.deadline_s.get(); }
   double period() const noexcept { return numbers_.period_s.get(); }
   std::uint64_t count() const noexcept { return numbers_.steps.count(); }
-  double percentile(double share) const noexcept {  ///< step time, s, that the share `share` (0 to 1, as
-                                                    ///< 0.999) of the steps does not exceed
-    return numbers_.steps.percentile(share);
-  }
+  /// Returns the step time, s, that the share `share` of the steps (0 to 1, for instance 0.999) does not
+  /// exceed.
+  double percentile(double share) const noexcept { return numbers_.steps.percentile(share); }
   double p50() const noexcept { return percentile(0.5); }
   double p99() const noexcept { return percentile(0.99); }
   double p999() const noexcept { return percentile(0.999); }

@@ -36,16 +36,16 @@
 
 namespace bristle {
 
-/// One extended patch, of two axes, under a body.
+/// An extended patch, of two axes, under a body.
 template <int Dof>
 struct ExtendedContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
 
   /// J, in (slip of the outline's centre, spin) = J u - ground_velocity; m/s, m/s, rad/s
   Eigen::Matrix<double, 3, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 3, Dof>::Identity();
-  Eigen::Matrix<double, 3, 1, Eigen::DontAlign> ground_velocity =
-      Eigen::Vector3d::Zero();  ///< m/s, m/s, rad/s: velocity of the other surface at the outline's centre,
-                                ///< in the tangent plane, and its spin
+  /// Velocity of the other surface at the outline's centre, in the tangent plane, and its spin; m/s, m/s,
+  /// rad/s.
+  Eigen::Matrix<double, 3, 1, Eigen::DontAlign> ground_velocity = Eigen::Vector3d::Zero();
 };
 
 /// Makes a contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world
@@ -62,7 +62,7 @@ inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen
   return contact;
 }
 
-/// Working memory of predict_displacements and solve_displacements; nothing in it lasts between calls.
+/// Working memory of predict_displacements and solve_displacements. Nothing in it lasts between calls.
 template <int Dof>
 struct CellContacts {
   std::vector<BodyContact<Dof>> contacts;

@@ -1,17 +1,17 @@
-// Contact patches with an extent: they resist spin, and slide easier while they spin.
+// Contact patches with an extent: they resist spin, and slide more easily while they spin.
 //
 // A contact patch is a point. An extended patch is an outline (outline.hpp) whose cells are patches of a
 // PatchBatch, of any material and contact model; every cell follows its own path while the outline slides and
-// turns. Three numbers in, three out: displacement, spin, load; force and torque about the centre.
+// turns. A step takes displacement, spin and load, and gives force and torque about the centre.
 //
-//   bristle::PatchBatch batch;
-//   bristle::ExtendedPatches pads(batch);
-//   const auto pad = pads.add(material, options, bristle::Outline::disc(5e-3, bristle::Pressure::hertz));
-//   pads.step(dt, {&motion, 1}, {&response, 1});
+//     bristle::PatchBatch batch;
+//     bristle::ExtendedPatches pads(batch);
+//     const auto pad = pads.add(material, options, bristle::Outline::disc(5e-3, bristle::Pressure::hertz));
+//     pads.step(dt, {&motion, 1}, {&response, 1});
 //
-// Axes: those of the surface that the patch lies on (body B). Displacements and forces are given in them; the
-// outline belongs to the moving body (A) and turns in them by the spin. Deflections of bristles never turn,
-// so no step rotates any state. Equations and limits: core/MODEL.md, section 29.
+// Axes are those of the surface that the patch lies on (body B). Displacements and forces are given in them;
+// the outline belongs to the moving body (A) and turns in them by the spin. Deflections of bristles never
+// turn, so no step rotates any state. Equations and limits: core/MODEL.md, section 29.
 #pragma once
 
 #include <cstddef>
@@ -31,12 +31,13 @@ namespace bristle {
 /// more than half a turn, which needs several steps.
 struct ExtendedMotion {
   PatchId id;
-  double displacement[3] = {0.0, 0.0, 0.0};  ///< m, m, rad: displacement of the outline's centre, and turn
-                                             ///< about the normal, of the moving body against the surface
-  double normal_load = 0.0;                  ///< load on the whole patch, N, 0 to 1e15
+  /// m, m, rad: displacement of the outline's centre, and turn about the normal, of the moving body against
+  /// the surface.
+  double displacement[3] = {0.0, 0.0, 0.0};
+  double normal_load = 0.0;       ///< load on the whole patch, N, 0 to 1e15
   std::uint8_t has_velocity = 0;  ///< whether `velocity` is given (not 0); if not, it is displacement / dt
-  double velocity[3] = {0.0, 0.0, 0.0};  ///< m/s, m/s, rad/s: velocity of the outline's centre and spin,
-                                         ///< for the forces in `damper` only
+  /// m/s, m/s, rad/s: velocity of the outline's centre and spin, for the forces in `damper` only.
+  double velocity[3] = {0.0, 0.0, 0.0};
 };
 
 /// Output of one extended patch for one step, ON the moving body: force, then torque about the outline's
@@ -48,18 +49,18 @@ struct ExtendedResponse {
   double end[3] = {0.0, 0.0, 0.0};
   double elastic[3] = {0.0, 0.0, 0.0};
   double damper[3] = {0.0, 0.0, 0.0};
-  double mean[3] = {0.0, 0.0, 0.0};  ///< force and torque averaged over the step; -(mean . displacement) is
-                                     ///< exactly the energy put in
+  /// Force and torque averaged over the step; -(mean . displacement) is exactly the energy put in.
+  double mean[3] = {0.0, 0.0, 0.0};
 
   /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. Leaves out
   /// that cells turn while they carry force; this adds the sum of place . force to the last element.
   double stiffness[3][3] = {};
   double damping[3][3] = {};  ///< N s/m, N s, N m s: as `stiffness`, from Response::damping of the cells
   double force_limit = 0.0;   ///< highest elastic force at first loading, summed over the cells, N
-  double torque_limit = 0.0;  ///< highest elastic torque at first loading by a pure turn about the centre, N
-                              ///< m
-  double dissipated = 0.0;  ///< dissipated energy, J, as in Response, summed over the cells; so are the next
-                            ///< two
+  /// Highest elastic torque at first loading by a pure turn about the centre, N m.
+  double torque_limit = 0.0;
+  /// Dissipated energy, J, as in Response, summed over the cells; so are the next two.
+  double dissipated = 0.0;
   double contact_loss = 0.0;
   double damper_work = 0.0;
   std::uint64_t snaps = 0;  ///< number of snaps in all cells; an estimate where one jump skips a long path
@@ -101,10 +102,10 @@ class BRISTLE_API ExtendedPatches {
   /// bristle::Error for options that the batch refuses, and for cells whose weights do not sum to 1 (to
   /// 1e-9).
   PatchId add(const Material& material, const PatchOptions& options, const Outline& outline);
-  void remove(PatchId id);                                  ///< throws bristle::Error if there is no such
-                                                            ///< patch
-  void set_material(PatchId id, const Material& material);  ///< changes the material of all cells, as
-                                                            ///< PatchBatch::set_material
+  /// Throws bristle::Error if there is no such patch.
+  void remove(PatchId id);
+  /// Changes the material of all cells, as PatchBatch::set_material.
+  void set_material(PatchId id, const Material& material);
 
   /// Sets the factor on the outline's given size from the next step on, 0 to 1e6. Deflections stay: only the
   /// places of the cells scale. Returns false, and changes nothing, for another number or an
@@ -136,16 +137,16 @@ class BRISTLE_API ExtendedPatches {
                         Span<ExtendedResponse> out) noexcept;
   ///@}
 
-  /// Resets the cells as PatchBatch::reset, and the outline's turn and scale to their initial values.
+  /// Resets the cells as PatchBatch::reset does, and the outline's turn and scale to their initial values.
   bool reset(PatchId id) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 
-  ExtendedInfo info(PatchId id) const noexcept;         ///< state of a patch; zeros for an unknown id
-  double stored_energy(PatchId id) const noexcept;      ///< elastic energy of a patch, J
-  std::uint64_t state_hash(PatchId id) const noexcept;  ///< hash of the cells, the turn and the scale; for a
-                                                        ///< point, hash of its patch
-  std::uint64_t state_hash() const noexcept;            ///< hash of all extended patches in the order of
-                                                        ///< their slots
+  ExtendedInfo info(PatchId id) const noexcept;     ///< state of a patch; zeros for an unknown id
+  double stored_energy(PatchId id) const noexcept;  ///< elastic energy of a patch, J
+  /// Hash of the cells, the turn and the scale; for a point, hash of its patch.
+  std::uint64_t state_hash(PatchId id) const noexcept;
+  /// Hash of all extended patches in the order of their slots.
+  std::uint64_t state_hash() const noexcept;
 
   /// Save and restore the state of the outlines and of the whole batch; they call the functions of PatchBatch
   /// of the same names. PatchBatch::restore_state refuses this state.

@@ -23,8 +23,8 @@ inline constexpr const char* outputs_names[] = {"end", "mean", "energy", "all"};
 inline constexpr const char* precision_names[] = {"single", "double"};
 inline constexpr const char* population_names[] = {"automatic", "representatives", "infinite"};
 
-/// Facts of a field beside its default. Checks that involve a second field are not ranges: a value
-/// within its range can still be refused.
+/// Facts of a field besides its default. Ranges hold for each field alone: a value within its range
+/// can still be refused beside a second field.
 struct AboutField {
   const char* text;       ///< meaning, in one line
   const char* unit = "";  ///< SI unit; empty for pure numbers

@@ -43,7 +43,7 @@
 
 namespace bristle {
 
-/// Velocity from positions, by an adaptive window. Constant memory, no allocation.
+/// Velocity from positions, by a window that adapts its length. Constant memory, no allocation.
 class WindowedVelocity {
  public:
   static constexpr int longest = 32;  ///< ticks, longest window of positions
@@ -90,14 +90,15 @@ class WindowedVelocity {
 };
 
 struct HapticOptions {
-  double force_limit = std::numeric_limits<double>::infinity();  ///< largest force that the device may get,
-                                                                 ///< N, > 0
-  double peak_coefficient = 1.0;  ///< Material::peak_coefficient, which shares the limit between wall and
-                                  ///< friction; too large a value only caps the wall lower
-  double resolution = 0.0;  ///< resolution of the device's positions, m; 0 = the damper uses displacement /
-                            ///< dt
-  bool mean = false;  ///< Whether to render the mean force of the tick, half a tick late; the patch needs
-                      ///< Outputs::mean
+  /// Largest force that the device may get, N, > 0.
+  double force_limit = std::numeric_limits<double>::infinity();
+  /// Material::peak_coefficient, which shares the limit between wall and friction; too large a value only
+  /// caps the wall lower.
+  double peak_coefficient = 1.0;
+  /// Resolution of the device's positions, m; 0 = the damper uses displacement / dt.
+  double resolution = 0.0;
+  /// Whether to render the mean force of the tick, half a tick late; the patch needs Outputs::mean.
+  bool mean = false;
 
   HapticOptions& with_force_limit(double newtons) { return detail::set(*this, force_limit, newtons); }
   HapticOptions& with_peak_coefficient(double value) { return detail::set(*this, peak_coefficient, value); }
@@ -169,8 +170,8 @@ class HapticPoint {
     return sent_;
   }
 
-  /// Forgets the last position. Call it after a jump that the hand did not make (the device was indexed, the
-  /// scene was moved).
+  /// Forgets the last position, so that the next displacement is 0. Call it after a jump that the hand did
+  /// not make (the device was indexed, the scene was moved).
   void restart() noexcept {
     started_ = false;
     missed_s_ = 0.0;
@@ -190,7 +191,7 @@ class HapticPoint {
   double taken() const noexcept { return taken_; }
 
  private:
-  /// Scales the damper's part; if the elastic part alone is too large, scales that instead.
+  /// Scales the damper's part of the force. If the elastic part alone is too large, scales that instead.
   void limit(Eigen::Vector2d& elastic, Eigen::Vector2d& damper, double room) noexcept {
     if ((elastic + damper).norm() <= room) return;
     limited_ = true;

@@ -30,7 +30,7 @@ namespace bristle {
 /// against its motor's torque, or without one, is driven.
 enum JointDirection : unsigned { joint_driving = 0, joint_driven = 1 };
 
-/// A torque of friction, N m: base + motor |motor torque| + outside |outside torque|.
+/// Friction torque in N m, as base + motor |motor torque| + outside |outside torque|.
 struct JointLosses {
   double base = 0.0;               ///< constant part of the friction, N m, 0 to 1e9
   double motor[2] = {0.0, 0.0};    ///< share of the motor's torque that is lost, by JointDirection, 0 to 100
@@ -39,20 +39,21 @@ struct JointLosses {
 
 /// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
 struct JointMaterial {
-  double stiffness = 0.0;       ///< stiffness of the joint while it sticks, N m/rad, 1e-9 to 1e12
-  double viscous = 0.0;         ///< viscous friction, N m s/rad, 0 to 1e9
-  JointLosses kinetic;          ///< torque that a sliding joint holds at high speed
-  JointLosses static_part;      ///< additional torque that a joint holds while it sticks
-  double stribeck_speed = 0.0;  ///< rad/s, 0 or 1e-9 to 1e9. In sliding the share
-                                ///< exp(-(speed/stribeck_speed)^2) of the static part is left; with a
-                                ///< stribeck_speed of 0 nothing is left
+  double stiffness = 0.0;   ///< stiffness of the joint while it sticks, N m/rad, 1e-9 to 1e12
+  double viscous = 0.0;     ///< viscous friction, N m s/rad, 0 to 1e9
+  JointLosses kinetic;      ///< torque that a sliding joint holds at high speed
+  JointLosses static_part;  ///< additional torque that a joint holds while it sticks
+  /// Speed, rad/s, 0 or 1e-9 to 1e9, over which the static part fades. In sliding the share
+  /// exp(-(speed/stribeck_speed)^2) of the static part is left; with a stribeck_speed of 0 nothing is left.
+  double stribeck_speed = 0.0;
 };
 
 static_assert(sizeof(JointMaterial) == joint_parameters * sizeof(double), "one number a parameter");
 
 struct JointOptions {
-  int bristles = 8;  ///< bristles of each joint, 1 to 64. The error of first loading falls with their square:
-                     ///< 0.21 % of the friction at 8, 0.013 % at 32; after a reversal twice (test_joints)
+  /// Bristles of each joint, 1 to 64. The error of first loading falls with their square: 0.21 % of the
+  /// friction at 8, 0.013 % at 32; after a reversal twice (test_joints).
+  int bristles = 8;
   double spread = 0.4;     ///< coefficient of variation of the bristles' limits (lognormal), 0 to 3
   bool gradients = false;  ///< Whether JointOutput::gradient may be asked for: more memory, slower steps.
 };
@@ -70,12 +71,12 @@ struct JointInput {
 /// Derivatives are those of `torque` as a function of this step's input; they jump where a bristle begins or
 /// ends to slide.
 struct JointOutput {
-  Span<double> torque = {};      ///< torque of friction ON the joint, at the end of the step, N m
-  Span<double> mean = {};        ///< torque averaged over the step, N m: -mean x (angle - last angle) is the
-                                 ///< energy taken
-  Span<double> by_angle = {};    ///< derivative of the torque by the angle, N m/rad, 0 or negative
-  Span<double> by_speed = {};    ///< derivative by the speed, N m s/rad; positive where friction falls with
-                                 ///< speed
+  Span<double> torque = {};  ///< torque of friction ON the joint, at the end of the step, N m
+  /// Torque averaged over the step, N m: -mean x (angle - last angle) is the energy taken.
+  Span<double> mean = {};
+  Span<double> by_angle = {};  ///< derivative of the torque by the angle, N m/rad, 0 or negative
+  /// Derivative by the speed, N m s/rad; positive where friction falls with speed.
+  Span<double> by_speed = {};
   Span<double> by_motor = {};    ///< derivative by the motor torque, N m per N m
   Span<double> by_outside = {};  ///< derivative by the outside torque, N m per N m
   Span<Status> status = {};      ///< Status::ok or Status::bad_input for each joint
@@ -85,8 +86,8 @@ struct JointOutput {
   Span<double> gradient = {};
 };
 
-/// Joints, stepped together. A joint's bits depend neither on the number of threads nor on the instruction
-/// set, nor on which joints share the batch.
+/// Joints, stepped together. A joint's bits do not depend on the number of threads, the instruction set, or
+/// the other joints.
 ///
 /// Thread rule: all calls on one thread at a time. Nothing allocates but the constructor. A step never throws
 /// or locks, and waits for its own workers only.
@@ -106,14 +107,14 @@ class BRISTLE_API JointFriction {
   /// the options do not allow, is Status::bad_input for all: nothing changes, nothing but `status` is
   /// written.
   StepReport step(const JointInput& in, const JointOutput& out) noexcept;
-  /// Computes the output of step() without changing the state: for implicit solvers.
+  /// Computes the output of step() without changing the state. For implicit solvers.
   StepReport find_torque(const JointInput& in, const JointOutput& out) noexcept;
 
   void reset() noexcept;                   ///< straightens the bristles of all joints at their next angles
   bool reset(std::size_t joint) noexcept;  ///< resets one joint; false if there is no such joint
 
-  std::uint64_t state_hash(std::size_t joint) const noexcept;  ///< hash of one joint's state, 0 if there is
-                                                               ///< no such joint
+  /// Hash of one joint's state, 0 if there is no such joint.
+  std::uint64_t state_hash(std::size_t joint) const noexcept;
   std::uint64_t state_hash() const noexcept;
   std::size_t state_size() const noexcept;
   /// Writes the state of all joints. Returns the bytes written, 0 if `to` is too small.

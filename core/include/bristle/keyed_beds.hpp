@@ -1,6 +1,6 @@
-// Beds by key, for engines that list their contacts again in every step. It works as keyed_patches.hpp, whose
-// ContactMatcher makes keys. A point on a ball or a wheel comes and goes as it rolls: let the key name the
-// pair of bodies, or match points in a frame that does not turn with them.
+// Beds by key, for engines that list their contacts again in every step, as keyed_patches.hpp has patches by
+// key. A point on a ball or a wheel comes and goes as it rolls, so let the key name the pair of bodies, or
+// match points in a frame that does not turn with them.
 #pragma once
 
 #include "bristle/bed.hpp"

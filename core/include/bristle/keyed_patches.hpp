@@ -34,10 +34,11 @@ constexpr std::uint64_t no_contact_key = ~std::uint64_t{0};
 
 struct KeyedOptions {
   std::uint32_t capacity = 1024;  ///< number of patches, all made at once; 1 to 2^24; reserve() makes more
-  std::uint32_t keep_steps = 0;   ///< number of steps that a key may be missing before its patch returns to
-                                  ///< the pool
-  bool seed_from_key = true;      ///< whether each key gives its patch a seed of its own; if not, all have
-                                  ///< PatchOptions::seed, and a new key costs less
+  /// Number of steps that a key may be missing before its patch returns to the pool.
+  std::uint32_t keep_steps = 0;
+  /// Whether each key gives its patch a seed of its own; if not, all have PatchOptions::seed, and a new key
+  /// costs less.
+  bool seed_from_key = true;
 
   KeyedOptions& with_capacity(std::uint32_t patches) { return detail::set(*this, capacity, patches); }
   KeyedOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
@@ -46,11 +47,12 @@ struct KeyedOptions {
 
 /// Contact in a pool, as KeyedPatches::find_or_add_contact returns it.
 struct KeyedContact {
-  PatchId id;               ///< id of the contact's patch, or PatchId::no_capacity() if there is none
-  std::uint32_t place = 0;  ///< index for arrays of the caller: 0 to capacity - 1, fixed while the contact
-                            ///< lasts; capacity if it has no patch
-  bool is_new = false;      ///< whether this is the first answer for a new key: data at `place` then belong
-                            ///< to another contact
+  PatchId id;  ///< id of the contact's patch, or PatchId::no_capacity() if there is none
+  /// Index for arrays of the caller: 0 to capacity - 1, fixed while the contact lasts; capacity if it has no
+  /// patch.
+  std::uint32_t place = 0;
+  /// Whether this is the first answer for a new key: data at `place` then belong to another contact.
+  bool is_new = false;
 };
 
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.
@@ -89,16 +91,17 @@ class BRISTLE_API KeyedPatches {
   /// this step. Returns PatchId::no_capacity() if all patches are in use, or for no_contact_key. refused()
   /// counts these cases; a motion with that id returns zero force and Status::no_capacity.
   PatchId find_or_add(std::uint64_t key) noexcept;
-  /// Finds or adds as find_or_add(), and returns a place for data beside each contact (as ContactFrames has).
+  /// Finds or adds a contact like find_or_add(), and also returns an index at which the caller may keep data
+  /// of the contact (as ContactFrames does).
   KeyedContact find_or_add_contact(std::uint64_t key) noexcept;
   /// Returns the patch of this contact, or PatchId{} if there is none. The key does not count as seen.
   PatchId find(std::uint64_t key) const noexcept;
-  /// Gives the patch of this contact back to the pool now; returns false if the contact has no patch.
+  /// Puts the patch of this contact back into the pool now. Returns false if the contact has no patch.
   bool remove(std::uint64_t key) noexcept;
   void clear() noexcept;  ///< gives all patches back to the pool; refused() becomes 0
 
-  /// Gives the patches of keys not seen for more than keep_steps back to the pool, and returns their number.
-  /// Call it once per step, after the last find_or_add.
+  /// Puts the patches of keys that were not seen for more than keep_steps back into the pool, and returns how
+  /// many they are. Call it once per step, after the last find_or_add.
   std::uint32_t end_step() noexcept;
 
   struct Entry {
@@ -132,13 +135,13 @@ class BRISTLE_API KeyedPatches {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A contact as an engine lists it.
+/// A contact as an engine lists it, from which ContactMatcher makes a key.
 struct ContactPoint {
   std::uint64_t pair = 0;  ///< name of the two bodies or geoms, the same in every step
 
-  /// m, place of the contact in a frame in which the point hardly moves. Take the centre of the smaller body
-  /// and that body's axes or, if the body is round and may roll, the world's axes. In the world frame the
-  /// points of a fast pair would move out of reach.
+  /// Position of the contact, m, in a frame in which the point hardly moves. Take the centre of the smaller
+  /// body and that body's axes or, if the body is round and may roll, the world's axes. In the world frame
+  /// the points of a fast pair would move out of reach.
   double point[3] = {0.0, 0.0, 0.0};
 };
 
@@ -152,7 +155,7 @@ struct MatcherOptions {
   MatcherOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
 };
 
-/// Contact of a pair that still touches, but not at the contact's point.
+/// A contact that is missing from the caller's list, though its pair of bodies still touches elsewhere.
 struct HeldContact {
   std::uint64_t key = 0;
   ContactPoint contact;  ///< the contact as the caller last listed it
@@ -174,7 +177,7 @@ struct HeldContact {
 /// Thread rule: one thread. Nothing allocates but the constructor, reserve and restore_state.
 class BRISTLE_API ContactMatcher {
  public:
-  /// Throws bristle::Error.
+  /// Makes a matcher with its memory. Throws bristle::Error.
   explicit ContactMatcher(const MatcherOptions& options = {});
   ~ContactMatcher();
   ContactMatcher(ContactMatcher&&) noexcept;
@@ -194,7 +197,7 @@ class BRISTLE_API ContactMatcher {
   /// engine lists. Take 4 for engines that list other points from step to step. With 0, the default, a
   /// contact ends when its point is not listed.
   void set_hold(std::uint32_t contacts) noexcept;
-  /// Whether contacts[i] of the last match() got the key of another contact of its surfaces.
+  /// Returns whether contacts[i] of the last match() got the key of another contact of its surfaces.
   bool has_joined(std::size_t i) const noexcept;
   /// Returns the contacts that the last match() held.
   Span<const HeldContact> held() const noexcept;

@@ -7,8 +7,8 @@
 
 namespace bristle {
 
-/// The largest coefficient of variation of the snap length that representatives accept with SnapRule::redraw:
-/// under a wider law they forget their past too slowly.
+/// Largest coefficient of variation of the snap length that representatives accept with SnapRule::redraw.
+/// Under a wider law they forget their past too slowly for long steps.
 constexpr double widest_redraw_cv = 1.25;
 
 /// Largest Material::residual_length, in mean snap lengths, and largest Material::shared_renewal.
@@ -20,11 +20,14 @@ constexpr double largest_drop = 0.95;
 
 /// Behaviour of a bristle at its snap length. `redraw` and `keep` are two readings of the paper, section 2.1.
 enum class SnapRule : unsigned char {
-  redraw,  ///< "is then replaced by another bristle": a new snap length at each snap. The default.
-           ///< Representatives take laws with a coefficient of variation up to widest_redraw_cv.
-  keep,    ///< "delta of bristle lambda": every bristle keeps its snap length for ever.
-  slide    ///< No snap: a bristle slides, bent by its snap length, until the motion turns back (Maxwell slip,
-           ///< Iwan, Prandtl and Ishlinskii). No residual, no renewal; takes every law.
+  /// Samples a new snap length at each snap: the bristle "is then replaced by another bristle". The default.
+  /// Representatives take laws with a coefficient of variation up to widest_redraw_cv.
+  redraw,
+  keep,  ///< every bristle keeps its snap length for ever: "delta of bristle lambda"
+  /// Nothing snaps: a bristle slides, bent by its snap length, until the motion turns back (Maxwell slip,
+  /// Iwan,
+  /// Prandtl and Ishlinskii). Has no residual and no renewal; takes every law.
+  slide
 };
 
 /// Decay of the bristle damper with speed (eq. 5).
@@ -56,14 +59,14 @@ constexpr double largest_ageing = 1.0;
 constexpr double shortest_ageing_time = 1e-9;
 constexpr double longest_ageing_time = 1e9;
 
-/// m/s, lowest speed for which closed forms are evaluated (an atom's diameter in a century); slower sliding
-/// counts as this speed. With logarithmic ageing friction has no bound as the speed falls to 0.
+/// Lowest speed, m/s, for which closed forms are evaluated (an atom's diameter in a century). Slower sliding
+/// counts as this speed, because with logarithmic ageing friction has no bound as the speed falls to 0.
 constexpr double slowest_sliding = 1e-19;
 
 /// Value of Coefficients::kinetic_speed for sliding so fast that nothing ages.
 constexpr double beyond_ageing = 0.0;
 
-/// The usual coefficients of a pair of surfaces. See Material::from_coefficients.
+/// The usual coefficients of a pair of surfaces, from which Material::from_coefficients makes a material.
 ///
 /// Ageing (struct Ageing) is given by its effects: friction falls with speed and grows at rest. The default
 /// is none. By default a snap leaves a tenth of the presliding length and renews another bristle, so a
@@ -109,8 +112,8 @@ struct Coefficients {
   /// whatever the peak (single and exponential laws have no free spread).
   double drop = 0.0;
 
-  /// Returns the law of Zhang and Phillips: a snap leaves no residual and renews no other bristle. Rubbed to
-  /// and fro by about its presliding length such a contact hardens.
+  /// Returns the coefficients of Zhang and Phillips' paper: a snap leaves no residual and renews no other
+  /// bristle. Rubbed to and fro by about its presliding length such a contact hardens.
   static Coefficients paper() { return Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0); }
 
   Coefficients& with_kinetic(double value) { return detail::set(*this, kinetic, value); }
@@ -230,7 +233,8 @@ struct BRISTLE_API Material {
     return *this;
   }
 
-  /// Throws bristle::Error naming the first parameter out of range, its value and the range.
+  /// Checks all parameters. Throws bristle::Error that names the first one out of range, its value and the
+  /// range.
   void validate() const;
   /// Checks as validate(), and refuses what representatives cannot do: a law wider than widest_redraw_cv with
   /// SnapRule::redraw. PatchBatch::add throws the same error for representatives; a program that reads

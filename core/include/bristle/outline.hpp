@@ -7,7 +7,7 @@
 
 namespace bristle {
 
-/// A place within an outline, with the share of the load that it stands for.
+/// Point of an outline, with the share of the load that it stands for.
 struct PatchCell {
   double position[2] = {0.0, 0.0};  ///< place of the cell from the centre of the outline, in its own axes, m
   double weight = 1.0;              ///< share of the normal load, > 0; the shares of an outline sum to 1
@@ -16,8 +16,9 @@ struct PatchCell {
 /// Distribution of the normal load over an outline.
 enum class Pressure : unsigned char {
   uniform,  ///< equal pressure everywhere
-  hertz     ///< (1 - (x/a)^2 - (y/b)^2)^1/2: smooth elastic bodies; on a rectangle (1 - (x/a)^2)^1/2, a
-            ///< cylinder that lies along y
+  /// Pressure of smooth elastic bodies, (1 - (x/a)^2 - (y/b)^2)^1/2; on a rectangle (1 - (x/a)^2)^1/2, that
+  /// of a cylinder that lies along y.
+  hertz
 };
 
 /// Cells of an extended patch: what ExtendedPatches::add takes.
@@ -29,9 +30,9 @@ enum class Pressure : unsigned char {
 /// is no polynomial: its error falls with the area of a cell. Figures: core/MODEL.md, section 29.
 struct Outline {
   std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536 cells, in any order
-  double full_size_load = 0.0;  ///< load, N; > 0: the outline has its given size at this load and grows with
-                                ///< the cube root of the load (Hertz's law for spheres). 0: its size is
-                                ///< fixed
+  /// Load, N; > 0: the outline has its given size at this load and grows with the cube root of the load
+  /// (Hertz's law for spheres). 0: its size is fixed.
+  double full_size_load = 0.0;
 
   /// Makes an ellipse with half axes in m, 0 to 1e3, along x and y. `rings` (1 to 64) of `around` cells each
   /// (3 to 256; 0 = three times the rings, 4 for a single ring). Half axes of zero give the one cell of a

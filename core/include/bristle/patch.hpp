@@ -14,7 +14,7 @@ struct PatchId {
   std::uint64_t value = 0;
   /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
   static constexpr PatchId no_capacity() noexcept { return {~std::uint64_t{0}}; }
-  /// Whether the id can name a patch: not 0 and not no_capacity().
+  /// Returns whether the id can name a patch: it is neither 0 nor no_capacity().
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(PatchId a, PatchId b) noexcept { return a.value == b.value; }
   friend bool operator!=(PatchId a, PatchId b) noexcept { return a.value != b.value; }
@@ -24,11 +24,13 @@ enum class Precision : unsigned char { single, double_ };
 
 /// Kind of population that stands for the bristles of a patch.
 enum class Population : unsigned char {
-  automatic,        ///< `infinite` where the law allows it and no number of bristles is asked for, otherwise
-                    ///< `representatives`. The default.
+  /// `infinite` where the law allows it and no number of bristles is asked for, otherwise `representatives`.
+  /// The default.
+  automatic,
   representatives,  ///< n bristles, each with its deflection and snap length
-  infinite  ///< infinitely many: a list of cohorts, without noise. Needs SnapRule::redraw; computes in
-            ///< double whatever `precision` says
+  /// Infinitely many bristles, stored as a list of cohorts: no noise. Needs SnapRule::redraw, and computes in
+  /// double whatever `precision` says.
+  infinite
 };
 
 /// Results computed in addition to the force at the end of a step. Combine with |.
@@ -57,9 +59,9 @@ constexpr std::uint32_t automatic = 0;
 /// the direction of motion) if stiffness_ratio is limit_ratio squared. With another ratio it is another point
 /// of the ellipse, and every slide still takes energy. Equations: core/MODEL.md, section 33.
 struct Lay {
-  double angle = 0.0;        ///< rad, -2 pi to 2 pi, from the patch's x axis to the direction "along"
-  double limit_ratio = 1.0;  ///< force limit across the direction over that along it, 0.01 to 100; the
-                             ///< material gives the limit along
+  double angle = 0.0;  ///< rad, -2 pi to 2 pi, from the patch's x axis to the direction "along"
+  /// Force limit across the direction over that along it, 0.01 to 100; the material gives the limit along.
+  double limit_ratio = 1.0;
 
   /// Stiffness of a bristle across the direction over its stiffness along it, 1e-4 to 1e4; 0 = limit_ratio
   /// squared. Population::infinite and materials with a residual length refuse any other value.
@@ -82,8 +84,8 @@ struct Lay {
 
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
-  double max_normal_load = 1.0;  ///< load at which all bristles are in contact, N, > 0; a larger load scales
-                                 ///< the force of every bristle
+  /// Load at which all bristles are in contact, N, > 0; a larger load scales the force of every bristle.
+  double max_normal_load = 1.0;
 
   /// Number of representative bristles, all in contact at max_normal_load; automatic: one per physical
   /// bristle, at most 4096. With any other number Population::automatic chooses representatives.
@@ -94,8 +96,8 @@ struct PatchOptions {
   Outputs outputs = Outputs::end;
   Precision precision = Precision::single;
   std::uint32_t seed = 1;  ///< seed of random snap lengths; patches with different seeds are independent
-  std::uint64_t key = 0;   ///< the caller's key of the contact, which together with `seed` determines the
-                           ///< random renewals
+  /// The caller's key of the contact, which together with `seed` determines the random renewals.
+  std::uint64_t key = 0;
   Population population = Population::automatic;
 
   /// Population::infinite: accuracy, as the number of pieces of path per mean snap length, 1 to 128;
@@ -125,9 +127,9 @@ constexpr std::uint32_t max_bristles_per_patch = 1u << 26;
 /// Status::bad_input.
 struct Motion {
   PatchId id;
-  double displacement[2] = {0.0, 0.0};  ///< displacement of the moving body over the step, m; small ones add
-                                        ///< up without loss
-  double normal_load = 0.0;             ///< normal load over the whole step, N, 0 to 1e15
+  /// Displacement of the moving body over the step, m; small ones add up without loss.
+  double displacement[2] = {0.0, 0.0};
+  double normal_load = 0.0;         ///< normal load over the whole step, N, 0 to 1e15
   std::uint8_t has_velocity = 0;    ///< whether `velocity` is given (not 0); if not, it is displacement / dt
   double velocity[2] = {0.0, 0.0};  ///< slip velocity, for Response::damper, damping and damper_work, m/s
 };
@@ -137,8 +139,9 @@ enum class Status : std::uint32_t {
   ok = 0,
   unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
   repeated_id = 2,  ///< patch named twice in one step: the first motion counted, this one changed nothing
-  bad_input = 4,    ///< NaN, infinity, load not within 0 to 1e15 N, dt <= 0 (or denormal) or motion on an
-                    ///< axis the patch lacks: state kept, force zero
+  /// NaN, infinity, load not within 0 to 1e15 N, dt <= 0 (or denormal) or motion on an axis the patch lacks:
+  /// state kept, force zero.
+  bad_input = 4,
   overload = 8,     ///< load above max_normal_load: forces of all bristles scaled
   no_capacity = 16  ///< the pool had no patch left for this contact (KeyedOptions::capacity): force zero
 };
@@ -162,33 +165,36 @@ struct Response {
   double elastic[2] = {0.0, 0.0};  ///< part of `end` from bent bristles, N
   double damper[2] = {0.0, 0.0};   ///< part of `end` and `mean` from dampers, lubricant, strengthening, N
   double mean[2] = {0.0, 0.0};     ///< force averaged over the step (Outputs::mean), N
-  double stiffness = 0.0;  ///< fall of the force per displacement while bristles stick, zeta sigma0, N/m; an
-                           ///< upper bound otherwise. With a lay, that of its stiffest direction
-  double damping = 0.0;    ///< force over speed of dampers, lubricant and strengthening with speed (the
-                           ///< secant, not the slope at that speed), N s/m; never negative
+  /// Fall of the force per displacement while bristles stick, zeta sigma0, N/m; an upper bound otherwise.
+  /// With a lay, that of its stiffest direction.
+  double stiffness = 0.0;
+  /// Force over speed of dampers, lubricant and strengthening with speed (the secant, not the slope at that
+  /// speed), N s/m; never negative.
+  double damping = 0.0;
 
   /// N, highest elastic force at first loading under this load. With ageing all bristles count as held for as
   /// long as the oldest can have been; with a lay the limit is that of its strongest direction.
   double force_limit = 0.0;
-  double dissipated = 0.0;    ///< energy lost by snaps, renewals and slides, J (Outputs::energy)
-  double contact_loss = 0.0;  ///< energy that left with bristles that lost contact or weight, J
-                              ///< (Outputs::energy)
-  double damper_work = 0.0;   ///< energy taken by the force `damper`, J; negative if the given velocity
-                              ///< opposes the displacement (Outputs::energy)
-  std::uint64_t snaps = 0;    ///< number of snaps (Outputs::energy), an estimate where one jump skips a long
-                              ///< path; an infinite brush counts its physical bristles
+  double dissipated = 0.0;  ///< energy lost by snaps, renewals and slides, J (Outputs::energy)
+  /// Energy that left with bristles that lost contact or weight, J (Outputs::energy).
+  double contact_loss = 0.0;
+  /// Energy taken by the force `damper`, J; negative if the given velocity opposes the displacement
+  /// (Outputs::energy).
+  double damper_work = 0.0;
+  /// An infinite brush counts the snaps of its physical bristles.
+  std::uint64_t snaps = 0;  ///< number of snaps (Outputs::energy), an estimate where a jump skips a path
 };
 
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
   std::uint64_t key = 0;
-  std::uint32_t representatives = 0;  ///< number of representatives; Population::infinite: the resolution,
-                                      ///< rounded up
-  double weight = 0.0;                ///< w, physical bristles per representative; Population::infinite: 0
-  double active = 0.0;                ///< number of representatives in contact, not always whole
-  double normal_load = 0.0;           ///< load of the last step, N
-  double max_normal_load = 0.0;       ///< load from which all representatives are in contact, N
-  std::uint64_t memory_bytes = 0;     ///< bytes of this patch's state
+  /// Number of representatives; Population::infinite: the resolution, rounded up.
+  std::uint32_t representatives = 0;
+  double weight = 0.0;             ///< w, physical bristles per representative; Population::infinite: 0
+  double active = 0.0;             ///< number of representatives in contact, not always whole
+  double normal_load = 0.0;        ///< load of the last step, N
+  double max_normal_load = 0.0;    ///< load from which all representatives are in contact, N
+  std::uint64_t memory_bytes = 0;  ///< bytes of this patch's state
   std::uint32_t bytes_per_representative = 0;
   const char* kernel = "";  ///< variant in use, e.g. "2 axes, redraw, end + mean, single"; lives for ever
 };

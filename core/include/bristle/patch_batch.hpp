@@ -21,8 +21,9 @@ struct BatchAccess;
 
 struct BatchOptions {
   int threads = 1;  ///< number of threads that may step, the caller included; `automatic`: one per core
-  const char* isa = nullptr;  ///< instruction set: "scalar", "sse2", "avx2", ...; null: that of the
-                              ///< environment variable BRISTLE_ISA, or the best available
+  /// Instruction set: "scalar", "sse2", "avx2", ...; null: that of the environment variable BRISTLE_ISA, or
+  /// the best available.
+  const char* isa = nullptr;
 
   BatchOptions& with_threads(int count) { return detail::set(*this, threads, count); }
   BatchOptions& with_isa(const char* name) { return detail::set(*this, isa, name); }
@@ -34,10 +35,10 @@ BRISTLE_API Population choose_population(const Material& material, const PatchOp
 
 /// The result of a step as a whole.
 struct StepReport {
-  Status status = Status::ok;          ///< flags of all responses, combined
-  std::uint32_t patches_stepped = 0;   ///< number of motions that were carried out
-  std::uint32_t tasks = 0;             ///< number of pieces of work; 1 = all on the calling thread, 0 = step
-                                       ///< refused
+  Status status = Status::ok;         ///< flags of all responses, combined
+  std::uint32_t patches_stepped = 0;  ///< number of motions that were carried out
+  /// Number of pieces of work; 1 = all on the calling thread, 0 = step refused.
+  std::uint32_t tasks = 0;
   std::uint32_t threads = 0;           ///< number of threads that took a piece of work, the caller included
   std::uint64_t bristles_visited = 0;  ///< number of bristles that a kernel visited
 };
@@ -114,9 +115,10 @@ class BRISTLE_API PatchBatch {
   Response find_force(double dt_s, const Motion& motion) noexcept;
   StepReport find_force(double dt_s, const GroupStep& group) noexcept;
 
-  /// Returns the part of Response::damping, N s/m, from strengthening with speed, under a load and at a slip
-  /// speed; 0 for a material that does not strengthen. This friction is nearly the same at any speed and
-  /// stops a body within a step, so implicit solvers take it at the speed that they find (coupling.hpp does).
+  /// Returns the part of Response::damping, in N s/m, that comes from strengthening with speed, under a load
+  /// and at a slip speed; 0 for a material that does not strengthen. This friction hardly depends on the
+  /// speed and stops a body within a step, so implicit solvers (as in coupling.hpp) must evaluate it at the
+  /// speed that they find.
   double strengthening_damping(PatchId id, double normal_load_n, double speed_m_per_s) const noexcept;
   /// Whether the contact ages or has a drop or a lay. Its force limit may then be far above the force at
   /// which it slides.

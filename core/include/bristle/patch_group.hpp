@@ -43,8 +43,8 @@ struct GroupStep {
   // --- input
   Span<const double> displacement[2] = {};  ///< displacement, m; the second array may be empty with one axis
   Span<const double> normal_load = {};      ///< N
-  Span<const double> velocity[2] = {};      ///< slip velocity, m/s; empty arrays mean displacement / dt. Give
-                                            ///< both or none
+  /// Slip velocity, m/s; empty arrays mean displacement / dt. Give both or none.
+  Span<const double> velocity[2] = {};
   /// Indices of the contacts that move; an empty array means all. Other contacts rest under their last load,
   /// and their numbers are neither read nor written. The other arrays have the whole group's size all the
   /// same.

@@ -4,7 +4,7 @@
 namespace bristle {
 namespace detail {
 
-/// Sets a field of `options` and returns them, so that calls may follow each other.
+/// Sets a field of `options` and returns them, so that setters can be chained.
 template <class Options, class Field>
 constexpr Options& set(Options& options, Field& field, const Field& value) {
   field = value;

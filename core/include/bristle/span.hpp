@@ -1,4 +1,4 @@
-// A pointer and a length, like std::span, for C++17 users.
+// A pointer and a length, like std::span, for users of C++17.
 #pragma once
 
 #include <cstddef>

@@ -14,7 +14,7 @@
 #ifdef __cplusplus
 namespace bristle {
 
-/// "major.minor.patch" of the library that is linked. Thread-safe; the text lives for ever.
+/// Returns "major.minor.patch" of the library that is linked. Thread-safe; the text lives for ever.
 BRISTLE_API const char* library_version() noexcept;
 
 }  // namespace bristle
