@@ -26,8 +26,8 @@ struct SlideLaw {
   double stiffness_per_newton;  ///< stiffness of a contact per newton of its load, N per scaled length
   double whole;                 ///< sum of the weights, 1 but for roundings
   double metres_per_length;     ///< m per scaled length
-  double to[2][2];  ///< map of a displacement (m) to isotropic axes, in scaled lengths; rows: along the lay,
-                    ///< across it
+  /// Map of a displacement, m, to isotropic axes, in scaled lengths. Rows: along the lay, across it.
+  double to[2][2];
   double from[2][2];          ///< map of a force from isotropic axes to the axes of the contact
   double energy;              ///< LayMap::energy
   double lean;                ///< LayMap::lean
@@ -41,11 +41,11 @@ struct SlideLaw {
 
 /// Numbers of a contact that belong to no single spring. The force of a spring is its column x + `base`.
 struct LaneState {
-  LaneColumn<double> base[2];    ///< force that every spring has gained since its stored force was last
-                                 ///< written, N
-  LaneColumn<double> stiffness;  ///< stiffness, N per scaled length; 0 = no contact. Belongs to the present
-                                 ///< load or, after a fall, to the higher load before, until sliding has
-                                 ///< lowered it
+  /// Force that every spring has gained since its stored force was last written, N.
+  LaneColumn<double> base[2];
+  /// Stiffness, N per scaled length; 0 = no contact. It belongs to the present load. After a fall of the load
+  /// it belongs to the higher one until sliding has lowered it.
+  LaneColumn<double> stiffness;
   LaneColumn<double> phase;  ///< position in the sequence that spreads rounding evenly over steps, in [0, 1)
 };
 
@@ -53,10 +53,10 @@ struct LaneState {
 template <class T>
 struct SlideColumns {
   LaneState* state;
-  LaneColumn<T>* x;           ///< stored force along x over the spring's weight, N
-  LaneColumn<T>* y;           ///< stored force along y; null with one axis
-  LaneColumn<double>* since;  ///< end of the spring's last slide, s of the contact's time; null without drop
-                              ///< and ageing
+  LaneColumn<T>* x;  ///< stored force along x over the spring's weight, N
+  LaneColumn<T>* y;  ///< stored force along y; null with one axis
+  /// End of the spring's last slide, s of the contact's time; null without drop and ageing.
+  LaneColumn<double>* since;
 };
 
 /// Input of a step: columns, which may be a caller's own arrays.
@@ -84,8 +84,9 @@ struct LaneOutput {
 template <class T>
 struct LaneKernels {
   using Slide = void (*)(const SlideLaw<T>&, const SlideColumns<T>&, const LaneInput&, const LaneOutput&);
-  Slide slide[2][3];  ///< step functions; first index: axes - 1; second: 0 end force and stiffness, 1 all
-                      ///< outputs, 2 with drop or ageing
+  /// Step functions. First index: axes - 1; second: 0 end force and stiffness, 1 all outputs, 2 with drop or
+  /// ageing.
+  Slide slide[2][3];
 };
 
 /// Findings on the motions of sixteen contacts, named or not.

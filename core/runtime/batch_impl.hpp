@@ -31,10 +31,10 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
-  std::vector<Record> records;                                             ///< patch data of the adding
-                                                                           ///< side, indexed by slot
-  std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;  ///< prepared materials, the most
-                                                                           ///< recently used first
+  /// Patch data of the adding side, indexed by slot.
+  std::vector<Record> records;
+  /// Prepared materials, the most recently used first, so that patches of one material share it.
+  std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;
   int chunks = 1;
   std::size_t scratch_bytes = 0;
   std::size_t group_room = 0;    ///< number of contacts for which Scheduler::group_room is made
@@ -43,6 +43,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
   // Functions of the adding side. All but send() throw std::bad_alloc.
+
   /// Returns the record of a patch that is in no group. Throws Error if there is none.
   Record& record_of(PatchId id);
   /// Returns the record of the first patch of a group. Throws Error if there is no such group.
@@ -52,11 +53,12 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
   void grow_pool();  ///< adds the next chunk of slots to the pool of patches
-  /// Makes the patch that another material puts in the place of a patch. Throws Error if they differ in kind.
+  /// Makes the patch that replaces a patch when its material changes. Throws Error if the materials need
+  /// patches of different kinds.
   detail::Patch make_replacement(std::shared_ptr<const detail::CompiledMaterial> material,
                                  const Record& record) const;
-  /// Takes a lane for the patch that `command` holds, if its model has lanes. Allocates scratch memory if the
-  /// patch needs more than `has_scratch` bytes, which then becomes the new size.
+  /// Assigns a lane to the patch that `command` holds, if its model has lanes. Allocates scratch memory if
+  /// the patch needs more than `has_scratch` bytes, which then becomes the new size.
   void prepare(detail::Command& command, std::size_t& has_scratch);
   using Commands = std::vector<std::unique_ptr<detail::Command>>;
   /// Makes a command of a kind for each contact of a group, with the patch that make(i) returns.
@@ -70,13 +72,13 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   bool is_in_turn = false;  ///< whether a Turn has already applied the waiting changes for the present call
   detail::Scheduler scheduler;
   detail::PatchPool& pool = scheduler.pool;
-  detail::Scratch scratch;   ///< memory for a copy of any patch's record, as large as the largest
-  detail::Int128 clock = 0;  ///< clock of the batch, which advances in every step, whichever patches it names
-                             ///< (PatchRecord::clock)
+  detail::Scratch scratch;  ///< memory for a copy of any patch's record, as large as the largest
+  /// Clock of the batch. It advances in every step, whichever patches the step names (PatchRecord::clock).
+  detail::Int128 clock = 0;
   std::size_t patches = 0;
 
-  /// Copy of a patch under a trial load. The copy is kept until the batch changes, because a solver tries
-  /// many motions under one load.
+  /// Copy of a patch under a trial load, kept until the batch changes, because a solver tries many motions
+  /// under one load.
   struct Trial {
     const detail::Patch* of = nullptr;
     double normal_load = 0.0;
@@ -119,11 +121,11 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   Response find_force(double dt_s, const Motion& motion) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
   std::size_t state_size() const noexcept;
-  /// Checks all patches for impossible values: after each of the first steps and later from time to time,
-  /// because a check costs more than a step.
+  /// Checks all patches for impossible values, in builds with asserts: after each of the first steps, later
+  /// from time to time, because a check costs more than a step.
   bool is_sound() noexcept;
 
-  /// Returns the patch of an id with all its state (settle()), null if there is none.
+  /// Returns the patch of an id with all its state in its record (settle()); null if there is none.
   detail::Patch* find(PatchId id) const noexcept {
     detail::Patch* const p = pool.find(id);
     if (p != nullptr && p->in_lane) settle(*p);

@@ -16,7 +16,7 @@ std::uint32_t count_of(std::uint32_t lanes) noexcept {
   return lanes == all_lanes ? +lane_count : static_cast<std::uint32_t>(std::popcount(lanes));
 }
 
-/// Input of a block: columns of the caller's arrays, or copies where the arrays end within the block.
+/// Input of a block: columns of the caller's arrays, or copies of them where the arrays end within the block.
 class BlockInput {
  public:
   BlockInput(const GroupStep& step, std::size_t first, int axes)
@@ -42,8 +42,8 @@ class BlockInput {
   }
   /// Returns the bits of motions that are not good (is_good_motion()).
   std::uint32_t bad() const noexcept {
-    // Computes numbers that are 0 for a good motion: a number that is not finite gives NaN when subtracted
-    // from itself.
+    // Computes a number for each lane that is 0 for a good motion: subtracted from itself, a number that is
+    // not finite gives NaN.
     double odd[lane_count];
     for (std::uint32_t i = 0; i < lane_count; ++i) {
       const double within = std::min(std::max(load[i], 0.0), highest_load);
@@ -54,7 +54,7 @@ class BlockInput {
       odd[i] += std::fabs(y[i]) + std::fabs(velocity[1][i]);
     return bits_of([&](std::uint32_t i) { return odd[i] == 0.0 ? 0.0 : 1.0; });
   }
-  /// Returns the bits of motions without a displacement under these loads.
+  /// Returns the lanes, as bits, whose motions under these loads have no displacement.
   std::uint32_t still(const LaneColumn<double>& loads) const noexcept {
     return bits_of([&](std::uint32_t i) {
       const double differs = std::fabs(x[i]) + std::fabs(y[i]) + std::fabs(load[i] - loads.lane[i]);
@@ -73,8 +73,8 @@ class BlockInput {
     std::copy_n(from.data() + first_, count_, copy.lane);
     return copy.lane;
   }
-  /// Returns the bits of the lanes for which is(lane) is 1, not 0. In most blocks no lane or every lane has
-  /// it, so two cases take no branch per lane.
+  /// Returns the lanes, as bits, for which is(lane) is 1, not 0. In most blocks that is no lane or every
+  /// lane, so two cases take no branch per lane.
   template <class Is>
   static std::uint32_t bits_of(const Is& is) noexcept {
     double ones[lane_count];
@@ -93,7 +93,7 @@ class BlockInput {
   }
 };
 
-/// Answers lanes whose contacts stay at rest with their last force.
+/// Answers the lanes whose contacts stay at rest, with their last force.
 void answer_at_rest(const LaneBlock& b, std::uint32_t lanes, LaneAnswers& answers) noexcept {
   for (; lanes != 0; lanes &= lanes - 1) {
     const auto i = static_cast<std::uint32_t>(std::countr_zero(lanes));

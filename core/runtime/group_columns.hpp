@@ -18,7 +18,7 @@ struct StepOutcome {
   Status status = Status::ok;
 };
 
-/// Returns the motion of contact number `contact`.
+/// Returns the motion of a contact of the group, by its index.
 Motion motion_of(const GroupStep& step, std::size_t contact) noexcept;
 /// Writes the response of a contact to the arrays. `computed`: outputs of its group.
 void write_response(const GroupStep& step, std::size_t contact, Outputs computed,
@@ -33,7 +33,7 @@ void for_each_named(const GroupStep& step, Visit&& visit) {
     for (std::size_t i = 0; i < step.group.size(); ++i) visit(i);
 }
 
-/// Motions and responses of a group's contacts, for those that have to be stepped as patches.
+/// Memory for motions and responses of those contacts of a group that have to be stepped as patches.
 struct GroupRoom {
   GroupRoom() = default;
   explicit GroupRoom(std::size_t count) : motions(count), responses(count), contacts(count) {}
@@ -42,7 +42,7 @@ struct GroupRoom {
   std::vector<std::size_t> contacts;  ///< index of each motion's contact
 };
 
-/// The blocks of a group whose contacts are all lent to them (lend()).
+/// The blocks of a group, for groups whose contacts are all lent to their blocks (lend()).
 struct GroupColumns {
   double dt;
   const GroupStep& step;
