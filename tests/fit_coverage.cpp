@@ -55,47 +55,29 @@ SyntheticFriction usual() {
   return s;
 }
 
-Truth brush_truth(const SyntheticFriction& s, const cli::FitResult& r) {
-  const double age_growth = s.growth && r.frame.age > 0.0 ? s.growth(r.frame.age) : 1.0;
-  const double speed = r.frame.speed > 0.0 ? r.frame.speed : 1e-4;
-  const double bend = (s.redraw ? 0.5 * (1.0 + s.spread * s.spread) : 0.5) * s.length;
-  Truth truth{{"kinetic", kinetic_at(s, speed)},
-              {"presliding_length", s.length * age_growth},
+Truth brush_truth(const SyntheticFriction& s) {
+  const double bend = 0.5 * (1.0 + s.spread * s.spread) * s.length;
+  Truth truth{{"kinetic", s.kinetic},
+              {"presliding_length", s.length},
               {"spread", s.spread},
               {"sensor_offset", s.drift(0.5 * s.duration)},
               {"viscous_friction", s.viscous},
               {"damping_per_newton", s.damping},
-              {"stage_compliance", s.compliance},
-              {"sensor_delay", s.delay},
-              {"asymmetry", s.asymmetry},
-              {"speed_strengthening", s.strengthening},
               {"residual_share", 0.0},
               {"shared_renewal", 0.0}};
   truth["sensor_drift"] = (s.drift(s.duration) - s.drift(0.0)) / s.duration;
-  if (!s.growth) truth["stiffness_per_newton"] = s.kinetic / bend;
+  truth["stiffness_per_newton"] = s.kinetic / bend;
   if (s.damping > 0.0) truth["stribeck_velocity"] = s.stribeck;
-  if (s.strengthening > 0.0) truth["strengthening_speed"] = s.strengthening_speed;
-  const bool logarithmic = r.frame.form == bristle::AgeingForm::logarithmic;
-  const bool skin = s.growth && s.growth(1e9) < 1.2;
-  if (!s.growth) truth["ageing"] = 0.0;
-  if (s.growth && skin != logarithmic) {
-    truth["ageing"] = skin ? 0.15 : 0.02 / age_growth;
-    truth["ageing_time"] = skin ? 0.5 : 1e-3;
-  }
   return truth;
 }
 
 Cell cell_of(const std::string& name, SyntheticFriction s, SnapRule rule = SnapRule::redraw) {
-  s.redraw = rule == SnapRule::redraw;
-  // Starts the record off the motion's starting point, where all bristles with kept lengths snap at once and
-  // rounding decides.
-  if (!s.redraw) s.motion = [motion = s.motion](double t) { return motion(t + 1.3e-3); };
   return {name, rule, [s](std::uint64_t seed) { return record(s, seed).csv(); },
-          [s](const cli::FitResult& r) { return brush_truth(s, r); }};
+          [s](const cli::FitResult&) { return brush_truth(s); }};
 }
 
-void add_plain(std::vector<Cell>& cells, SnapRule rule) {
-  const std::string prefix = rule == SnapRule::keep ? "keep, " : "redraw, ";
+void add_plain(std::vector<Cell>& cells) {
+  const std::string prefix = "redraw, ";
   SyntheticFriction drift = usual(), encoder = usual(), strokes = usual(), loops = usual(), swings = usual();
   drift.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
   encoder.encoder = 1e-6;
@@ -104,11 +86,11 @@ void add_plain(std::vector<Cell>& cells, SnapRule rule) {
   };
   loops.motion = [](double t) { return 12e-6 * t / 10.0 * std::sin(2.0 * M_PI * 1.5 * t); };
   swings.motion = [](double t) { return 4e-6 * t * std::sin(2.0 * M_PI * 0.7 * t); };
-  cells.push_back(cell_of(prefix + "loops and strokes, offset and drift", drift, rule));
-  cells.push_back(cell_of(prefix + "strokes only", strokes, rule));
-  cells.push_back(cell_of(prefix + "swings that grow to 40 um", swings, rule));
-  cells.push_back(cell_of(prefix + "loops of up to 12 um only", loops, rule));
-  cells.push_back(cell_of(prefix + "loops and strokes, encoder of 1 um", encoder, rule));
+  cells.push_back(cell_of(prefix + "loops and strokes, offset and drift", drift));
+  cells.push_back(cell_of(prefix + "strokes only", strokes));
+  cells.push_back(cell_of(prefix + "swings that grow to 40 um", swings));
+  cells.push_back(cell_of(prefix + "loops of up to 12 um only", loops));
+  cells.push_back(cell_of(prefix + "loops and strokes, encoder of 1 um", encoder));
 }
 
 /// Makes a cell (a kind of experiment) with viscous friction and a damper that has a Stribeck velocity.
@@ -119,16 +101,6 @@ Cell lubricated() {
   s.damping = 400.0;
   s.stribeck = 0.2e-3;
   return cell_of("redraw, lubricant and damper", s);
-}
-
-Cell skewed() {
-  SyntheticFriction s = usual();
-  s.asymmetry = 0.05;
-  s.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
-  s.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
-  s.most_load = 3.0;
-  s.bristles = 2700;
-  return cell_of("redraw, direction, offset and drift, load of 1 to 3 N", s);
 }
 
 /// Makes a cell (a kind of experiment) with the torque of a full disc that turns about its middle.
@@ -143,46 +115,6 @@ Cell disc() {
   cell.reading.radius = radius;
   cell.reading.disc = true;
   return cell;
-}
-
-/// Adds experiments with an elastic stage between contact and sensor, or a sensor that lags. Brush and sensor
-/// are simulated at 1 kHz and recorded at 100 Hz.
-void add_stage(std::vector<Cell>& cells) {
-  SyntheticFriction late = usual();
-  late.rate = 1000.0;
-  late.every = 10;
-  SyntheticFriction soft = late;
-  late.delay = 0.02;
-  late.drift = [](double t) { return 0.03 + 0.004 * (t - 5.0); };
-  soft.compliance = 4e-6;
-  soft.load = [](double t) { return 2.0 + std::sin(1.3 * t); };
-  soft.most_load = 3.0;
-  soft.bristles = 2700;
-  cells.push_back(cell_of("redraw, delay of 20 ms, offset and drift", late));
-  cells.push_back(cell_of("redraw, stage of 4 um/N, load of 1 to 3 N", soft));
-}
-
-/// Adds experiments whose contacts age by 0.02 per e-fold from 1 ms on, or whose friction grows by 0.01 per
-/// e-fold of speed from 1 um/s on, recorded at 40 Hz.
-void add_time(std::vector<Cell>& cells) {
-  SyntheticFriction s;
-  s.noise = 0.01;
-  s.rate = 40.0;
-  const auto run = [](SyntheticFriction to, const std::vector<Piece>& pieces) {
-    to.motion = programme(pieces);
-    to.duration = programme_length(pieces);
-    return to;
-  };
-  SyntheticFriction holds = run(s, slide_hold_slide()), both = run(s, velocity_steps()), skin = both,
-                    none = both;
-  holds.growth = both.growth = [](double age) { return logarithmic_growth(age, 0.02, 1e-3); };
-  skin.growth = [](double age) { return 1.0 + 0.15 * (1.0 - std::exp(-age / 0.5)); };
-  both.strengthening = none.strengthening = 0.01;
-  both.strengthening_speed = none.strengthening_speed = 1e-6;
-  cells.push_back(cell_of("redraw, ages, one speed and rests", holds));
-  cells.push_back(cell_of("redraw, ages and strengthens, speeds and rests", both));
-  cells.push_back(cell_of("redraw, ages and saturates, speeds and rests", skin));
-  cells.push_back(cell_of("redraw, strengthens, speeds and rests", none));
 }
 
 Cell rubbed() {
@@ -204,21 +136,17 @@ Cell slides(const std::string& name, const SlidingSprings& s) {
           [s](const cli::FitResult&) {
             Truth truth{{"kinetic", s.kinetic},    {"presliding_length", s.mean_limit()},
                         {"spread", s.spread},      {"sensor_offset", s.offset},
-                        {"sensor_drift", 0.0},     {"stage_softening", s.softening},
-                        {"stage_compliance", 0.0}, {"sensor_delay", 0.0},
+                        {"sensor_drift", 0.0},     {"stiffness_per_newton", s.kinetic / s.mean_limit()},
                         {"viscous_friction", 0.0}, {"damping_per_newton", 0.0}};
-            if (s.softening == 0.0) truth["stiffness_per_newton"] = s.kinetic / s.mean_limit();
             return truth;
           }};
 }
 
 void add_slide(std::vector<Cell>& cells) {
-  SlidingSprings both, strokes, soft;
+  SlidingSprings both, strokes;
   strokes.motion = [](double t) { return 60e-6 * std::sin(M_PI * t); };
-  soft.softening = 4e-6;
   cells.push_back(slides("loops and strokes", both));
   cells.push_back(slides("strokes only", strokes));
-  cells.push_back(slides("a stage that is stiffer one way", soft));
 }
 
 /// Makes a cell (a kind of experiment) in the plane: the motion is a spiral that opens to 60 um.
@@ -261,15 +189,11 @@ Cell joint() {
 
 std::vector<Cell> all_cells() {
   std::vector<Cell> cells;
-  add_plain(cells, SnapRule::redraw);
-  add_plain(cells, SnapRule::keep);
+  add_plain(cells);
   cells.push_back(lubricated());
-  cells.push_back(skewed());
-  add_stage(cells);
   cells.push_back(rubbed());
   cells.push_back(plane());
   cells.push_back(disc());
-  add_time(cells);
   add_slide(cells);
   cells.push_back(joint());
   return cells;

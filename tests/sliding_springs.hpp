@@ -50,9 +50,8 @@ struct SlidingSprings {
   double kinetic = 0.35, noise = 0.01, offset = 0.03, seconds = 10.0;
   double spread = 0.6;
   std::vector<double> of = sliding_limits(1000, 15e-6, spread);
-  // Compliance c (m/N) and softening q (m/N^2): where x and the force F are recorded, the contact is at x -
-  // (c + q F) F.
-  double compliance = 0.0, softening = 0.0;
+  // Softening q of the stage (m/N^2): where x and the force F are recorded, the contact is at x - q F^2.
+  double softening = 0.0;
   double damping = 0.0, stribeck = 1e-3;  // damper over load, s/m, and the speed over which it fades, m/s
   std::function<double(double)> motion = loops_and_strokes;
   std::function<double(double)> growth = [](double) { return 1.0; };  // growth of friction over time (s)
@@ -71,8 +70,7 @@ struct SlidingSprings {
     double x = 0.0, force = 0.0;
     for (int i = 0; i < static_cast<int>(100.0 * seconds); ++i) {
       const double t = 0.01 * i, next = motion(t), most = 2.0 * kinetic * growth(t);
-      const auto bent = [&](double f) { return (compliance + softening * f) * f; };
-      const auto moved = [&](double f) { return next - x - bent(f) + bent(force); };
+      const auto moved = [&](double f) { return next - x - softening * (f * f - force * force); };
       double low = -most, high = most;
       for (int k = 0; k < 50; ++k) {
         const double middle = 0.5 * (low + high);

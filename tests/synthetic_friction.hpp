@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "tests/brute_ageing.hpp"
 #include "tests/brute_force.hpp"
 
 namespace bristle_test {
@@ -24,19 +23,10 @@ struct SyntheticFriction {
   double stribeck = 1e-3;  // Stribeck velocity, m/s
   bool redraw = true;
   std::size_t bristles = 1800;
-  // Ageing: snap length after a rest of `age` seconds over that just after a snap. Empty: no ageing. With
-  // ageing `length` is the mean just after a snap, and `kinetic` holds for sliding so fast that nothing ages.
-  std::function<double(double age)> growth;
-  double strengthening = 0.0;          // parameter a of the strengthening with speed, a N asinh(v / (2 v*))
-  double strengthening_speed = 10e-6;  // speed v* of the strengthening, m/s
-  double asymmetry = 0.0;  // share by which friction towards +x is larger and that towards -x smaller
 
   // Number of rings of equal area that make a turning disc, recorded by x and force at its rim; 0: no disc.
   std::size_t annuli = 0;
-  // Disturbances between the contact and the sensors. `motion` is the contact's motion.
-  double compliance = 0.0;  // compliance of the stage, m/N
-  double delay = 0.0;       // time constant of a first-order low-pass of the force, s
-
+  double delay = 0.0;  // time constant of a first-order low-pass of the force, s
   // Disturbances of the sensors:
   double noise = 0.0;    // noise of the force, N
   double encoder = 0.0;  // resolution of the encoder, m
@@ -86,74 +76,13 @@ inline double loops_and_strokes(double t) {
   return 0.4e-3 * std::sin(2.0 * M_PI * 0.5 * (t - 3.0)) * std::pow(std::min((t - 3.0) / 6.0, 1.0), 1.5);
 }
 
-/// Slide or rest of a programme of motion: its duration, and its speed (0 for a rest).
-struct Piece {
-  double seconds, speed;  // m/s
-};
-/// Returns the position over time of a programme of motion, from 0 on; the last piece continues for ever.
-inline std::function<double(double)> programme(std::vector<Piece> pieces) {
-  return [pieces = std::move(pieces)](double t) {
-    double x = 0.0;
-    for (const Piece& piece : pieces) {
-      const double spent = std::fmin(t, piece.seconds);
-      x += spent * piece.speed;
-      t -= spent;
-      if (t <= 0.0) break;
-    }
-    return x;
-  };
-}
-inline double programme_length(const std::vector<Piece>& pieces) {
-  double sum = 0.0;
-  for (const Piece& piece : pieces) sum += piece.seconds;
-  return sum;
-}
-
-/// Returns a programme of motion: slides at one speed, with rests of 0.3 to 30 s between them.
-inline std::vector<Piece> slide_hold_slide() {
-  constexpr double v = 100e-6;
-  return {{3, v}, {1, 0}, {2, v}, {10, 0}, {2, v}, {0.3, 0}, {2, v}, {30, 0}, {2, v}, {3, 0}, {2, v}};
-}
-/// Returns a programme of motion: slides to and fro at 5 um/s to 1 mm/s, and rests of 1 to 12 s.
-inline std::vector<Piece> velocity_steps() {
-  return {{2, 30e-6},  {1, 300e-6}, {3, -30e-6}, {1, -300e-6}, {5, 0}, {1, -300e-6}, {2, 30e-6},  {8, 5e-6},
-          {0.5, 1e-3}, {12, 0},     {0.5, 1e-3}, {0.5, -1e-3}, {1, 0}, {8, -5e-6},   {3, -100e-6}};
-}
-
-inline double logarithmic_growth(double age, double beta, double tau) {
-  return 1.0 + beta * std::log1p(age / tau);
-}
-
-/// Returns friction over load in sliding at a speed, by a sum over the law: mean of r S(r / g(r/v)) over mean
-/// of S(r / g(r/v)) (SnapRule::redraw), plus strengthening.
-inline double kinetic_at(const SyntheticFriction& s, double speed) {
-  double elastic = s.kinetic;
-  if (s.growth) {
-    const double deviation = std::sqrt(std::log1p(s.spread * s.spread)), pieces = 4000.0;
-    const auto survival = [&](double r) {
-      return 0.5 *
-             std::erfc((std::log(r / s.length) + 0.5 * deviation * deviation) / (deviation * std::sqrt(2.0)));
-    };
-    double sum = 0.0, moment = 0.0;
-    for (int i = 0; i < 40000; ++i) {
-      const double r = (i + 0.5) * s.length / pieces;
-      const double share = survival(r / s.growth(r / speed));
-      sum += share;
-      moment += r * share;
-    }
-    elastic *= moment / sum / (s.length * 0.5 * (1.0 + s.spread * s.spread));
-  }
-  return elastic + s.strengthening * std::asinh(speed / (2.0 * s.strengthening_speed));
-}
-
 inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
-  BruteForcePatch plain(s.growth || s.annuli > 0 ? 0 : s.bristles, lognormal_quantile(s.length, s.spread),
-                        s.redraw, seed);
+  BruteForcePatch plain(s.annuli > 0 ? 0 : s.bristles, lognormal_quantile(s.length, s.spread), s.redraw,
+                        seed);
   std::vector<BruteForcePatch> annuli;
   for (std::size_t k = 0; k < s.annuli; ++k)
     annuli.emplace_back(s.bristles / s.annuli, lognormal_quantile(s.length, s.spread), s.redraw,
                         seed + 7919 * (k + 1));
-  AgedBristles aged(s.growth ? s.bristles : 0, lognormal_quantile(s.length, s.spread), s.growth, seed);
   const double bend = s.length * 0.5 * (s.redraw ? 1.0 + s.spread * s.spread : 1.0);
   std::mt19937_64 generator(seed + 1);
   std::normal_distribution<double> normal;
@@ -171,9 +100,6 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
         const double n = static_cast<double>(s.annuli), lever = std::sqrt((static_cast<double>(k) + 0.5) / n);
         deflection += lever * annuli[k].step(lever * (next - x), 0.0).end_x / n;
       }
-    } else if (s.growth) {
-      if (i > 0) aged.step(next - x, 0.0, 1.0 / s.rate);
-      deflection = aged.x();
     } else {
       deflection = plain.step(next - x, 0.0).end_x;
       if (s.most_load > 0.0) {
@@ -187,18 +113,13 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
         }
       }
     }
-    const double moved = next - x;
     x = next;
     const double h = 1e-4 / s.rate;
-    const double v = s.growth ? moved * s.rate : (s.motion(t + h) - s.motion(t - h)) / (2.0 * h);
+    const double v = (s.motion(t + h) - s.motion(t - h)) / (2.0 * h);
     const double load = s.load(t);
     double force = s.kinetic * load * deflection / bend;
-    if (s.strengthening > 0.0)
-      force += load * s.strengthening * std::asinh(v / (2.0 * s.strengthening_speed));
-    force *= force > 0.0 ? 1.0 + s.asymmetry : 1.0 - s.asymmetry;
     force += s.viscous * speed_arm * v;
     if (s.damping > 0.0) force += load * s.damping * v * std::exp(-std::abs(v) / s.stribeck);
-    const double place = x + s.compliance * force;
     // Passes the force through a low-pass, force' = (friction - force) / delay, with friction linear between
     // steps.
     if (s.delay > 0.0) {
@@ -211,7 +132,7 @@ inline RecordedFriction record(const SyntheticFriction& s, std::uint64_t seed) {
     force += s.drift(t) + s.noise * normal(generator);
     if (i % s.every != 0) continue;
     out.t.push_back(t);
-    out.x.push_back(s.encoder > 0.0 ? s.encoder * std::round(place / s.encoder) : place);
+    out.x.push_back(s.encoder > 0.0 ? s.encoder * std::round(x / s.encoder) : x);
     out.load.push_back(load);
     out.force.push_back(force);
   }

@@ -991,11 +991,11 @@ TEST_CASE("A fit holds residual and renewal where they are given", "[cli][fit]")
   const std::string sled = "fit '" BRISTLE_SCENES "/sled.csv' ";
   check_refused(folder, sled + "--residual 1", {"--residual", "0.95"});
   check_refused(folder, sled + "--renewal -1", {"--renewal"});
-  check_refused(folder, sled + "--rule keep --renewal 1",
+  check_refused(folder, sled + "--rule slide --renewal 1",
                 {"--residual and --renewal: other values than 0 need --rule redraw"});
 }
 
-TEST_CASE("A fit beside rivals judges eight models on the part that none has seen", "[cli][fit]") {
+TEST_CASE("A fit beside rivals judges all models on the part that none has seen", "[cli][fit]") {
   const Folder folder;
   // Record of 500 rows of a block on a spring with a limit of 0.6 N, Coulomb's friction with presliding.
   std::string csv = "t,x,load,force\n";
@@ -1018,13 +1018,12 @@ TEST_CASE("A fit beside rivals judges eight models on the part that none has see
     // Checks that the fit's rival model, a single Maxwell-slip element, fits this record exactly.
     if (model["model"] == "Maxwell-slip") CHECK(model["judged_rms_n"] < 0.02);
   }
-  CHECK(names == std::vector<std::string>{"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's",
-                                          "brush, rubbed", "brush, slide", "brush, slide, free law",
-                                          "brush, as fitted"});
+  for (const char* name : {"Coulomb", "LuGre", "Maxwell-slip", "brush, the paper's", "brush, slide"})
+    CHECK(std::find(names.begin(), names.end(), name) != names.end());
   // Checks that all output files except that of --json come from the fit to the whole record.
   const Outcome table = run_cli(folder, "fit '" + file + "' --rivals --csv '" + folder.at("fit.csv") + "'");
   CHECK(table.code == 0);
-  CHECK_THAT(table.out, Contains("is closest to the rest of the record"));
+  CHECK_THAT(table.out, Contains("Closest to the rest of the record:"));
   // Checks the rivals' forces: a single Maxwell-slip element follows the spring, and Coulomb's friction,
   // which has no presliding, cannot.
   const auto rows = read_csv(folder.at("fit.csv"));
@@ -1040,8 +1039,6 @@ TEST_CASE("A fit beside rivals judges eight models on the part that none has see
   CHECK(coulomb > 0.3);
   check_refused(folder, "fit '" + file + "' --rivals --fit-until 100", {"nothing is left to judge"});
   check_refused(folder, "fit '" + file + "' --fit-until 4", {"--fit-until: only with --rivals"});
-  check_refused(folder, "fit '" + file + "' --rivals --rule keep",
-                {"--rivals: fits brushes with the rules redraw and slide, not keep"});
 }
 
 TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") {

@@ -64,9 +64,8 @@ std::vector<double> expected_force(const std::vector<cli::PathPoint>& path, cons
 }  // namespace
 
 TEST_CASE("The force along a path follows the reference tables of first loading and reversal", "[fit]") {
-  // Tolerances of the force. SnapRule::redraw: the solver's pieces of a sixteenth of a mean length have an
-  // error of second order, 1/16^2/4 times a curvature of order one. SnapRule::keep: a population of n = 2048,
-  // stratified in length and phase, has an error (discrepancy) of about (ln n)^2 / n / 4.
+  // The solver's pieces of a sixteenth of a mean length have an error of second order, 1/16^2/4 times a
+  // curvature of order one.
   const struct {
     const char* name;
     SnapLaw law;
@@ -84,9 +83,10 @@ TEST_CASE("The force along a path follows the reference tables of first loading 
   for (const auto& table : tables) {
     const std::vector<Row> rows = read_table(table.file);
     for (const auto& law : laws) {
-      for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep}) {
-        const std::string variant = rule == SnapRule::keep ? "fixed" : "redraw";
-        const double bend = rule == SnapRule::keep ? 0.5 : 0.5 * (1.0 + law.spread * law.spread);
+      {
+        const SnapRule rule = SnapRule::redraw;
+        const std::string variant = "redraw";
+        const double bend = 0.5 * (1.0 + law.spread * law.spread);
         std::vector<cli::PathPoint> path{{0.0, 2.0, false}};
         std::vector<double> expected;
         for (const Row& row : rows) {
@@ -100,13 +100,13 @@ TEST_CASE("The force along a path follows the reference tables of first loading 
         REQUIRE(force.size() == expected.size());
         for (std::size_t i = 0; i < force.size(); ++i) {
           CAPTURE(table.file, law.name, variant, path[i + 1].x);
-          CHECK(std::abs(0.5 * force[i] * bend - expected[i]) < (rule == SnapRule::keep ? 7e-3 : 1e-3));
+          CHECK(std::abs(0.5 * force[i] * bend - expected[i]) < 1e-3);
           ++points;
         }
       }
     }
   }
-  CHECK(points > 400);
+  CHECK(points > 200);
 }
 
 TEST_CASE("The force along a path follows a large brush through small loops and long strokes", "[fit]") {
@@ -243,18 +243,18 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   const Fitted plain = fit(csv, paper);
   CHECK(plain[cli::fit_residual].value == 0.0);
   CHECK_THAT(plain[cli::fit_renewal].why, Contains("held"));
-  // With rubbing held at 0 the fit mistakes part of its effect for the compliance of a stage, and is worse
-  // all the same.
   CHECK(plain.result.residual_rms > 1.5 * fitted.result.residual_rms);
   cli::FitOptions half;
   half.renewal = 1.5;
   std::size_t part = 0;  // end of a fifth of the record: held values must stay fixed there too
   for (int row = 0; row <= 240; ++row) part = csv.find('\n', part) + 1;
   CHECK(fit(csv.substr(0, part), half)[cli::fit_renewal].value == 1.5);
-  cli::FitOptions keep;
-  keep.rule = SnapRule::keep;
-  keep.renewal = 1.0;
-  CHECK_THAT(refusal(csv, keep), Contains("need --rule redraw"));
+  cli::FitOptions slide;
+  slide.rule = SnapRule::slide;
+  slide.renewal = 1.0;
+  CHECK_THAT(refusal(csv, slide), Contains("need --rule redraw"));
+  slide.rule = SnapRule::keep;
+  CHECK_THAT(refusal(csv, slide), Contains("--rule keep"));
 }
 
 TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
@@ -306,10 +306,10 @@ TEST_CASE("A drift of the sensor is not extrapolated beyond the part that was fi
   cli::FitOptions options;
   options.quiet = true;
   options.rule = SnapRule::slide;
-  const cli::Judgements all =
-      cli::judge_rivals(cli::parse_fit_columns(springs.csv(3), "data.csv"), options, 2.0);
+  options.fit_until = 2.0;
+  const cli::Judgements all = cli::judge_rivals(cli::parse_fit_columns(springs.csv(3), "data.csv"), options);
   const auto brush = std::find_if(all.models.begin(), all.models.end(), [](const cli::Judgement& j) {
-    return j.model.find("as fitted") != j.model.npos;
+    return j.model.find("slide") != j.model.npos;
   });
   REQUIRE(brush != all.models.end());
   // A reversal takes two mean lengths, 30 of the 120 um of a stroke, and a third of the stroke's time.
@@ -338,8 +338,10 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
   cli::FitOptions options;
   options.quiet = true;
   const cli::FitColumns columns = cli::parse_fit_columns(csv, "data.csv");
-  const cli::Judgements all = cli::judge_rivals(columns, options, 7.0);
-  REQUIRE(all.models.size() == 8);
+  options.choose_rule = true;
+  options.fit_until = 7.0;
+  const cli::Judgements all = cli::judge_rivals(columns, options);
+  CHECK(all.models.size() >= 6);
   CHECK(all.fitted_samples == 351);
   CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples == 1000);
   // The squares of reversals and of sliding add up to those of all judged samples.
@@ -358,14 +360,15 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
   const cli::Judgement maxwell = of("Maxwell-slip");
   // rms error (N) on held-out parts of the record; noise is 5 mN, with 22 parameters for 351 samples
   CHECK(maxwell.judged.all < 1.2 * 0.005);
-  for (const char* other : {"Coulomb", "LuGre", "brush, the paper's", "brush, rubbed"}) {
+  for (const char* other : {"Coulomb", "LuGre", "brush, the paper's"}) {
     INFO(other);
     CHECK(of(other).judged.all > maxwell.judged.all);
   }
   CHECK(of("Coulomb").judged.reversal > of("LuGre").judged.reversal);
-  CHECK(of("brush, rubbed").judged.all < of("brush, the paper's").judged.all);
-  CHECK_THAT(cli::judgement_table(all), Contains("Maxwell-slip is closest") && Contains("351 samples"));
-  CHECK_THROWS_AS(cli::judge_rivals(columns, options, 100.0), cli::UserError);
+  CHECK_THAT(cli::judgement_table(all),
+             Contains("Closest to the rest of the record: Maxwell-slip") && Contains("351 samples"));
+  options.fit_until = 100.0;
+  CHECK_THROWS_AS(cli::judge_rivals(columns, options), cli::UserError);
 }
 
 TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") {
@@ -384,77 +387,6 @@ TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") 
   CHECK(given.viscous_friction == Approx(fitted[cli::fit_viscous].value));
   CHECK(given.damping_per_newton == Approx(fitted[cli::fit_damping].value));
   CHECK(given.stribeck_velocity == Approx(fitted[cli::fit_stribeck].value));
-}
-
-TEST_CASE("A fit recovers a brush that keeps its snap lengths", "[fit]") {
-  SyntheticFriction s = usual();
-  s.redraw = false;
-  s.motion = [](double t) { return 4e-6 * t * std::sin(2.0 * M_PI * 0.7 * t + 0.01); };
-  cli::FitOptions options;
-  options.rule = SnapRule::keep;
-  const Fitted fitted = fit(record(s, 5).csv(), options);
-  check_recovered(fitted[cli::fit_length], s.length, 0.1 * s.length);
-  check_recovered(fitted[cli::fit_spread], s.spread, 0.3 * s.spread);
-  CHECK(fitted.result.material.snap_rule == SnapRule::keep);
-}
-
-TEST_CASE("Kept bristles meet again where they were straight together, unless a slide has forgotten it",
-          "[fit]") {
-  // Moves forth by 60 mean lengths and back. Each bristle has snapped at whole multiples of its length, so
-  // the last snap before the origin on the way back is a whole length from it: there it goes from 0 to fully
-  // bent, whatever its length. At half a length before the origin, longer bristles are bent by their length
-  // less half of one.
-  const double length = 1e-5, spread = 0.3, before = 0.3;
-  const std::vector<cli::PathPoint> path = {
-      {0.0, 1.0, false}, {60.0 * length, 1.0, true}, {before * length, 1.0, true}};
-  const cli::BrushShape shape{SnapLaw::lognormal, SnapRule::keep, spread};
-  const std::vector<double> whole =
-      expected_force(path, shape, length, {cli::StartState::straight, cli::Memory::whole});
-  const std::vector<double> forgotten =
-      expected_force(path, shape, length, {cli::StartState::straight, cli::Memory::forgotten});
-  CHECK(whole[0] == Approx(1.0).margin(0.02));
-  CHECK(forgotten[0] == Approx(1.0).margin(0.02));
-  // Expected: mean of (snap length - before) over the kinetic deflection, which is half a mean length. It
-  // leaves out the bristles shorter than `before`, less than 1e-4 of a lognormal law of spread 0.3.
-  CHECK(whole[1] == Approx(-2.0 * (1.0 - before)).margin(0.02));
-  CHECK(forgotten[1] == Approx(-1.0).margin(0.02));
-}
-
-TEST_CASE("A fit recovers a narrow and a wide spread of kept bristles", "[fit]") {
-  cli::FitOptions options;
-  options.rule = SnapRule::keep;
-  for (const double spread : {0.2, 0.5}) {
-    SyntheticFriction s = usual();
-    s.redraw = false;
-    // Avoids samples at the origin, where all bristles snap at once and rounding decides whether they have
-    // snapped.
-    s.motion = [](double t) { return 4e-6 * t * std::sin(2.0 * M_PI * 0.7 * t + 0.01); };
-    s.spread = spread;
-    const Fitted fitted = fit(record(s, 21).csv(), options);
-    CAPTURE(spread);
-    check_recovered(fitted[cli::fit_length], s.length, 0.1 * s.length);
-    check_recovered(fitted[cli::fit_spread], s.spread, 0.35 * s.spread);
-  }
-}
-
-TEST_CASE("Kept lengths are found through an encoder, with intervals that hold", "[fit]") {
-  // Record at 50 Hz with encoder counts of 1 um. A fit that takes the counts for a spread of snap lengths
-  // finds 0.85 (0.73 to 1.00) in place of 0.4.
-  SyntheticFriction s;
-  s.redraw = false;
-  s.motion = [](double t) { return loops_and_strokes(t + 1.3e-3); };
-  s.noise = 0.01;
-  s.every = 4;
-  s.encoder = 1e-6;
-  cli::FitOptions options;
-  options.rule = SnapRule::keep;
-  for (const std::uint64_t seed : {1010u, 1020u}) {
-    CAPTURE(seed);
-    const Fitted fitted = fit(record(s, seed).csv(), options);
-    check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.06 * s.kinetic);
-    check_recovered(fitted[cli::fit_length], s.length, 0.08 * s.length);
-    check_recovered(fitted[cli::fit_spread], s.spread, 0.2 * s.spread);
-  }
 }
 
 TEST_CASE("Student's quantile is that of the tables, from one degree of freedom on", "[fit]") {
@@ -530,14 +462,13 @@ TEST_CASE("The sign of the force is found, and a wrong one given is refused", "[
   CHECK_THAT(refusal(data.csv(1.0), options), Contains("wrong sign") && Contains("--sign by"));
 }
 
-TEST_CASE("What the data do not determine is named and stays at its default", "[fit]") {
+TEST_CASE("What the data do not determine is named and held at what fits", "[fit]") {
   SECTION("steady sliding one way at one speed: the kinetic coefficient alone") {
     SyntheticFriction s = usual();
     s.motion = [](double t) { return 5e-3 * t; };
     const Fitted fitted = fit(record(s, 1).csv());
     check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.01 * s.kinetic);
     CHECK_THAT(fitted[cli::fit_length].why, Contains("no presliding"));
-    CHECK(fitted[cli::fit_length].value == 10e-6);
     CHECK_THAT(fitted[cli::fit_viscous].why, Contains("one speed only"));
     CHECK(fitted[cli::fit_viscous].value == 0.0);
     CHECK_THAT(fitted[cli::fit_offset].why, Contains("one direction only"));
@@ -593,7 +524,7 @@ TEST_CASE("Hopeless data are refused in one clear line", "[fit]") {
        "the force does not go with the motion"},
       {"t,x,load,force\n0,0,1,1\n0.1,0,1,nan\n", "data.csv:3: column force: 'nan' is not finite"},
       {"t,x,load,force\n0,0,1,1\n0,0,1,1\n", "data.csv:3: column t: 0 s does not come after 0 s"},
-      {"t,x,load,force\n0,0,-1,1\n", "data.csv:2: column load: -1 is negative"},
+      {"t,x,load,force\n0,0,1,1\n1,0,-1,1\n", "data.csv:3: column load: -1 is negative"},
       {"t,x,load\n0,0,1\n", "has no column force (nor fx, friction): as it stands, no force was measured"},
       {"t,load,force\n0,0,1\n", "has no column x (nor v)"},
       {"t,x,load,force,fx\n0,0,1,1,1\n", "columns force and fx together: give one"},
@@ -645,7 +576,7 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   check_recovered(fitted[cli::fit_spread], 0.15, 0.03);
   CHECK_FALSE(fitted.result.peak.fitted);
   CHECK_THAT(fitted.result.peak.why, Contains("no first loading in the record"));
-  CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("no first loading in the record"));
+  CHECK_THAT(cli::fit_table(fitted.data, fitted.result), !Contains("peak"));
   // Record that begins with the brush's first loading, and so shows the peak.
   s.motion = [](double t) { return 0.2e-3 * std::sin(M_PI * t); };
   const Fitted virgin = fit(record(s, 4).csv());
@@ -798,10 +729,8 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
   check_recovered(fitted[cli::fit_length], s.length, 0.10 * s.length);
   check_recovered(fitted[cli::fit_spread], s.spread, 0.25 * s.spread);
 
-  std::vector<std::size_t> kept;
-  const cli::FitData thin = cli::thinned(fitted.data, 500, &kept);
+  const cli::FitData thin = cli::thinned(fitted.data, 500);
   REQUIRE(thin.force.size() == 500);
-  CHECK(kept[7] == 140);
   CHECK(thin.force[7] == fitted.data.force[140]);
   // The rows that thinning leaves keep the turning points, and so the distance travelled, except for the
   // round tips of the motion.
@@ -811,7 +740,7 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
 }
 
 TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
-  // Limit of processor time for a fit of 42,579 rows: 30 s on two cores; on one it takes some 2.5 s.
+  // Limit of processor time for a fit of 42,579 rows: 10 s.
   SyntheticFriction s = usual();
   s.bristles = 400;
   s.rate = 500.0;
@@ -822,8 +751,7 @@ TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
   const Fitted fitted = fit(csv);
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   CHECK(fitted.result.curve.size() == 40000);
-  CHECK(fitted.result.fluctuating_bristles == Approx(200.0).epsilon(0.5));  // 400 bristles at 2 N, per newton
-  check_below(seconds, 30.0, "processor time of a fit of 40,000 rows, s");
+  check_below(seconds, 10.0, "processor time of a fit of 40,000 rows, s");
 }
 
 TEST_CASE("The sled of the sample file is the one that its script describes", "[fit]") {

@@ -57,18 +57,6 @@ TEST_CASE("A fit finds the material of a disc from its torque", "[fit]") {
   CHECK(fit(csv, ring)[cli::fit_kinetic].value == Approx(s.kinetic * 2.0 / 3.0).epsilon(0.02));
 }
 
-TEST_CASE("Bristles of a disc that keep their lengths are found too", "[fit]") {
-  SyntheticFriction s = turning();
-  s.redraw = false;
-  s.duration = 3.0;
-  s.motion = [](double t) { return 14e-6 * t * std::sin(2.0 * M_PI * 0.7 * (t + 1.3e-3)); };
-  cli::FitOptions options = of_disc();
-  options.rule = bristle::SnapRule::keep;
-  const Fitted fitted = fit(record(s, 11).disc_csv(radius), options);
-  check_recovered(fitted[cli::fit_kinetic], s.kinetic, 0.1 * s.kinetic);
-  check_recovered(fitted[cli::fit_length], s.length, 0.15 * s.length);
-}
-
 TEST_CASE("Eight rings are a disc", "[fit]") {
   std::vector<cli::PathPoint> path;
   for (int i = 0; i <= 300; ++i)
@@ -96,47 +84,6 @@ TEST_CASE("Eight rings are a disc", "[fit]") {
     }
     CHECK(std::sqrt(off / squares) < error);
   }
-}
-
-TEST_CASE("A disc that ages and strengthens: torque by closed form in steady sliding", "[fit]") {
-  // Expected curve: the elastic force at the speed of the rim. Inner rings slide more slowly, so their
-  // bristles are older and stronger.
-  std::vector<cli::PathPoint> path;
-  for (int i = 0; i <= 60; ++i) path.push_back({5e-6 * i, 1.0, true, 0.05 * i});
-  cli::BrushShape shape{bristle::SnapLaw::lognormal, bristle::SnapRule::redraw, 0.4};
-  shape.ageing_strength = 0.05;
-  shape.ageing_time = 1e-3;
-  cli::PathForce disc(path, 1, true);
-  const double rim = 5e-6 / 0.05;
-  const double found = disc.find(shape, 15e-6, {}, cli::Detail::finish, rim).back();
-  const bristle::Material material = shape.material(15e-6);
-  double torque = 0.0;
-  for (int k = 0; k < 400; ++k) {
-    const double lever = (k + 0.5) / 400;
-    torque += 2.0 * lever * lever / 400 * material.kinetic_coefficient(lever * rim);
-  }
-  CHECK(found == Approx(torque / material.kinetic_coefficient(rim)).epsilon(2e-3));
-}
-
-TEST_CASE("Bristles of a disc scatter its torque by the mean square of their levers", "[fit]") {
-  // Returns the mean variance of the force at 20 samples by the finite number of bristles.
-  const auto scatter = [](const std::string& csv, const cli::FitOptions& options) {
-    const cli::FitData data =
-        cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv", options.reading), options.sign, {});
-    cli::FitModel model(data, options, cli::Detail::finish);
-    cli::FitPoint point;
-    point.values[cli::fit_kinetic] = 0.35;
-    point.values[cli::fit_length] = 15e-6;
-    point.values[cli::fit_spread] = 0.4;
-    const auto n = static_cast<Eigen::Index>(data.samples());
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(n, 20);
-    for (Eigen::Index i = 0; i < 20; ++i) jacobian(n - 1 - 11 * i, i) = 1.0;
-    return cli::population_error(model, point, jacobian, Eigen::VectorXd::Zero(n), 900.0).covariance.trace() /
-           20.0;
-  };
-  const RecordedFriction turned = record(turning(), 3);
-  const double ring = scatter(turned.csv(), {}), disc = scatter(turned.disc_csv(radius), of_disc());
-  CHECK(disc == Approx(0.5 * ring).epsilon(0.25));
 }
 
 TEST_CASE("A radius is that of a ring or of a disc", "[fit]") {

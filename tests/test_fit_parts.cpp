@@ -60,8 +60,8 @@ cli::FitData made_record(unsigned axes, std::size_t n, const std::function<doubl
 }
 
 std::vector<double> force_along(const std::vector<PathPoint>& path, const cli::BrushShape& shape,
-                                double length, const cli::Past& past = {}, double kinetic_speed = 0.0) {
-  return cli::PathForce(path).find(shape, length, past, cli::Detail::finish, kinetic_speed);
+                                double length, const cli::Past& past = {}) {
+  return cli::PathForce(path).find(shape, length, past, cli::Detail::finish);
 }
 
 /// Returns the free law (by any shape) of a record of springs, found about a lognormal law that differs.
@@ -70,11 +70,6 @@ cli::FreeLaw free_law(const SlidingSprings& springs, unsigned seed, cli::FitValu
   cli::FitOptions options;
   options.rule = SnapRule::slide;
   cli::FitModel model(data, options, cli::Detail::finish);
-  SlidingSprings friction = springs;  // force of friction, without noise and offset, which bends the stage
-  friction.noise = friction.offset = 0.0;
-  const std::vector<double> bends = prepared(friction.csv(seed)).force;
-  model.set_stage_force(
-      Eigen::Map<const Eigen::VectorXd>(bends.data(), static_cast<Eigen::Index>(bends.size())));
   cli::FitPoint point;
   point.values = about;
   point.free = {cli::fit_kinetic, cli::fit_length, cli::fit_spread, cli::fit_offset};
@@ -141,51 +136,11 @@ TEST_CASE("A free law finds the damper beside its lengths, and the velocity over
   }
 }
 
-TEST_CASE("The stage of a free law is bent by the friction, not by the sensor's noise", "[fit]") {
-  SlidingSprings springs;
-  springs.compliance = 30e-6;
-  springs.noise = 0.1;  // bends the stage by 3 um, a fifth of the mean snap length
-  cli::FitValues about = about_springs();
-  about[cli::fit_compliance] = springs.compliance;
-  const cli::FreeLaw found = free_law(springs, 6, about);
-  CHECK(found.point.values[cli::fit_kinetic] == Approx(springs.kinetic).epsilon(0.02));
-  CHECK(found.point.values[cli::fit_length] == Approx(15e-6).epsilon(0.1));
-}
-
-TEST_CASE("A stage that is held is bent by the fitted force, not by the sensor's noise", "[fit]") {
-  SlidingSprings springs;
-  springs.compliance = 8e-6;
-  springs.noise = 0.15;
-  springs.offset = 0.5;
-  cli::FitOptions options;
-  options.rule = SnapRule::slide;
-  options.quiet = true;
-  options.compliance = springs.compliance;
-  options.delay = 0.0;
-  const Fitted fitted = fit(springs.csv(7), options);
-  check_recovered(fitted[cli::fit_kinetic], springs.kinetic, 0.02);
-  check_recovered(fitted[cli::fit_length], 15e-6, 3e-6);
-  CHECK(fitted[cli::fit_compliance].value == springs.compliance);
-  CHECK(fitted.result.residual_rms == Approx(springs.noise).epsilon(0.05));
-  // Checks that a sensor's offset does not count as friction that the fit explains.
-  double friction = 0.0;
-  for (const double force : fitted.data.force) friction += std::pow(force - fitted[cli::fit_offset].value, 2);
-  CHECK(fitted.result.explained ==
-        Approx(1.0 - 1000.0 * std::pow(fitted.result.residual_rms, 2) / friction).margin(0.002));
-  // A note says: if the offset is friction instead, friction is larger by that much towards +x.
-  const auto note =
-      std::find_if(fitted.result.notes.begin(), fitted.result.notes.end(),
-                   [](const std::string& text) { return text.find("towards +x") != text.npos; });
-  REQUIRE(note != fitted.result.notes.end());
-  CHECK(std::stod(note->substr(note->find("over load of ") + 13)) ==
-        Approx(fitted[cli::fit_kinetic].value + 0.5 * fitted[cli::fit_offset].value).epsilon(1e-3));
-}
-
 // ---------------------------------------------------------------------------------------------- force along
 // a path
 
 TEST_CASE("Bristles that come into contact are straight, those that leave it forget", "[fit]") {
-  for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep, SnapRule::slide}) {
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::slide}) {
     CAPTURE(static_cast<int>(rule));
     std::vector<PathPoint> path{{0.0, 1.0, false, 0.0}};
     for (int i = 1; i <= 100; ++i) path.push_back({1e-5 * i, 1.0, i == 100, 0.1 * i});
@@ -195,17 +150,6 @@ TEST_CASE("Bristles that come into contact are straight, those that leave it for
     const double expected[] = {1.0, 1.0, 1.0, 0.5, 0.5};
     for (std::size_t i = 0; i < 5; ++i) CHECK(force[i] == Approx(expected[i]).epsilon(0.03));
   }
-}
-
-TEST_CASE("Small moves of straight bristles have the force of their stiffness, each of them", "[fit]") {
-  std::vector<PathPoint> path{{0.0, 2.0, false, 0.0}};
-  const double length = 1e-5;
-  for (int i = 1; i <= 40; ++i) path.push_back({1.7e-5 * length * i, 2.0, true, 0.01 * i});
-  const std::vector<double> force = force_along(path, {SnapLaw::lognormal, SnapRule::keep, 0.3}, length);
-  // Expected stiffness 2 / length, over the kinetic force: in sliding kept bristles are bent by half a length
-  // on average.
-  for (std::size_t i = 0; i < force.size(); ++i)
-    CHECK(force[i] == Approx(2.0 * 2.0 * 1.7e-5 * static_cast<double>(i + 1)).epsilon(1e-3));
 }
 
 TEST_CASE("Each record begins in the state that its past gives", "[fit]") {
@@ -218,7 +162,7 @@ TEST_CASE("Each record begins in the state that its past gives", "[fit]") {
   }
   cli::Past past;
   past.later = {cli::StartState::forward, cli::StartState::backward};
-  for (const SnapRule rule : {SnapRule::redraw, SnapRule::keep, SnapRule::slide}) {
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::slide}) {
     CAPTURE(static_cast<int>(rule));
     const std::vector<double> force = force_along(path, {SnapLaw::lognormal, rule, 0.3}, length, past);
     const double expected[] = {0.0, 0.0, 1.0, 1.0, -1.0, -1.0};
@@ -226,62 +170,27 @@ TEST_CASE("Each record begins in the state that its past gives", "[fit]") {
   }
 }
 
-TEST_CASE("A rest or a slide before the record is that which a path with it has", "[fit]") {
-  const double length = 3e-5, speed = 1e-4;
-  cli::BrushShape shape{SnapLaw::lognormal, SnapRule::redraw, 0.3};
-  shape.ageing_strength = 0.05;
-  shape.ageing_time = 0.01;
-  std::vector<PathPoint> record, rested{{0.0, 1.0, false, -1000.0}},
-      slid{{-300.0 * length, 1.0, false, -90.0}};
-  for (int i = 0; i <= 40; ++i) record.push_back({0.1 * length * i, 1.0, true, 0.3 * 0.1 * i});
-  for (int i = 1; i <= 300; ++i) slid.push_back({(i - 300.0) * length, 1.0, false, 0.3 * (i - 300.0)});
-  rested.insert(rested.end(), record.begin(), record.end());
-  slid.insert(slid.end(), record.begin() + 1, record.end());
-  cli::Past rest, slide;
-  rest.rested = 1000.0;
-  slide.start = cli::StartState::forward;
-  slide.speed = speed;
-  const std::vector<double> after_rest = force_along(record, shape, length, rest, speed),
-                            expected_rest = force_along(rested, shape, length, {}, speed),
-                            after_slide = force_along(record, shape, length, slide, speed),
-                            expected_slide = force_along(slid, shape, length, {}, speed);
-  const std::vector<double> fresh = force_along(record, shape, length, {}, speed);
-  CHECK(*std::max_element(after_rest.begin(), after_rest.end()) >
-        1.05 * *std::max_element(fresh.begin(), fresh.end()));
-  for (std::size_t i = 0; i < after_rest.size(); ++i)
-    CHECK(after_rest[i] == Approx(expected_rest[i]).margin(0.003));
-  for (std::size_t i = 1; i < after_slide.size(); ++i) {
-    CHECK(after_slide[i] == Approx(expected_slide[i - 1]).margin(0.003));
-    CHECK(after_slide[i] ==
-          Approx(1.0).margin(0.01));  // steady sliding at the speed for which kinetic friction is stated
-  }
-}
-
 // -------------------------------------------------------------------------------------------------- stage
 // and sensor
 
-TEST_CASE("Delay, offset and drift of a sensor are those of closed forms, the delay anew in each file",
-          "[fit]") {
+TEST_CASE("Offset and drift of a sensor are those of closed forms", "[fit]") {
   // Friction of a lubricant alone: 1 N s/m times a speed; the position's speed grows by 2 m/s each second.
   cli::FitData data = made_record(1, 60, [](double t) { return 2.0 * t; });
-  data.columns.parts = {30};
   const cli::FitOptions options;
   cli::FitModel model(data, options, cli::Detail::search);
   cli::FitValues p = cli::fit_defaults;
   p[cli::fit_kinetic] = 0.0;
   p[cli::fit_viscous] = 1.0;
-  p[cli::fit_delay] = 0.05;
   p[cli::fit_offset] = 0.3;
   p[cli::fit_drift] = 0.1;
   const Eigen::VectorXd force = model.force(p);
   for (Eigen::Index i = 0; i < 60; ++i) {
-    const double t = 0.01 * static_cast<double>(i), since = i < 30 ? t : t - 0.3;
-    const double lag = 2.0 * 0.05 * (1.0 - std::exp(-since / 0.05));
-    CHECK(force[i] == Approx(2.0 * t - lag + 0.3 + 0.1 * (t - 0.295)).margin(1e-9));
+    const double t = 0.01 * static_cast<double>(i);
+    CHECK(force[i] == Approx(2.0 * t + 0.3 + 0.1 * (t - 0.295)).margin(1e-9));
   }
 }
 
-TEST_CASE("Each axis has its own offset, drift and bending of the stage", "[fit]") {
+TEST_CASE("Each axis has its own offset and drift", "[fit]") {
   cli::FitData data = made_record(2, 40, [](double) { return 0.0; });
   const cli::FitOptions options;
   cli::FitModel model(data, options, cli::Detail::search);
@@ -296,68 +205,6 @@ TEST_CASE("Each axis has its own offset, drift and bending of the stage", "[fit]
     CHECK(force[i] == Approx(0.3 + 0.1 * t).margin(1e-9));
     CHECK(force[i + 40] == Approx(-0.2 - 0.4 * t).margin(1e-9));
   }
-  p[cli::fit_compliance] = 2e-6;
-  Eigen::VectorXd bends(80);
-  for (Eigen::Index i = 0; i < 40; ++i) {
-    bends[i] = 0.1 * static_cast<double>(i);
-    bends[i + 40] = -3.0;
-  }
-  model.set_stage_force(bends);
-  const std::vector<PathPoint> contact = model.contact_path(p);
-  for (std::size_t i = 0; i < 40; ++i) {
-    CHECK(contact[i].x == Approx(-2e-6 * 0.1 * static_cast<double>(i)).margin(1e-15));
-    CHECK(contact[i].y == Approx(6e-6));
-  }
-}
-
-TEST_CASE("Another start, or another force on the stage, is another force", "[fit]") {
-  const cli::FitData data = made_record(1, 40, [](double) { return 1e-4; });
-  const cli::FitOptions options;
-  cli::FitModel used(data, options, cli::Detail::search);
-  cli::FitValues p = cli::fit_defaults;
-  p[cli::fit_compliance] = 1e-6;
-  static_cast<void>(used.force(p));
-  cli::Past past;
-  past.start = cli::StartState::backward;
-  const Eigen::VectorXd bends = Eigen::VectorXd::LinSpaced(40, 0.0, 5.0);
-  for (const bool stage : {false, true}) {
-    cli::FitModel fresh(data, options, cli::Detail::search);
-    for (cli::FitModel* model : {&used, &fresh}) {
-      model->set_past(past);
-      if (stage) model->set_stage_force(bends);
-    }
-    CHECK(used.force(p) == fresh.force(p));
-    CHECK(used.force(p)[0] < -0.5);
-  }
-}
-
-TEST_CASE("A stage as soft as straight bristles leaves them half of the motion, whatever was measured",
-          "[fit]") {
-  cli::FitData data = made_record(1, 40, [](double) { return 1e-6; });
-  data.force.assign(40, 0.5);
-  const cli::FitOptions options;
-  cli::FitModel model(data, options, cli::Detail::finish);
-  cli::FitValues p = cli::fit_defaults;
-  // Expected stiffness with redraw: the mean deflection in sliding is half the mean length, more by the
-  // spread.
-  const double stiffness = 2.0 * p[cli::fit_kinetic] /
-                           (0.5 * (1.0 + p[cli::fit_spread] * p[cli::fit_spread]) * p[cli::fit_length]);
-  p[cli::fit_compliance] = 1.0 / stiffness;
-  model.settle_stage(p);
-  const Eigen::VectorXd force = model.force(p);
-  for (Eigen::Index i = 0; i < 40; ++i)  // in steps of 10 nm force grows by stiffness alone
-    CHECK(force[i] == Approx(0.5 * stiffness * 1e-8 * static_cast<double>(i)).margin(2e-4));
-}
-
-TEST_CASE("The stage is bent at a turning point by the force between the samples", "[fit]") {
-  cli::FitData data = made_record(1, 3, [](double) { return 0.0; });
-  data.path.insert(data.path.begin() + 1, {5e-6, 2.0, false, 100.0025});  // point a quarter of the way on
-  const cli::FitOptions options;
-  cli::FitModel model(data, options, cli::Detail::search);
-  cli::FitValues p = cli::fit_defaults;
-  p[cli::fit_compliance] = 1e-6;
-  model.set_stage_force(Eigen::Vector3d(1.0, 2.0, 4.0));
-  CHECK(model.contact_path(p)[1].x == Approx(5e-6 - 1.25e-6));
 }
 
 TEST_CASE("Derivatives of the force are its differences, on a line and on a disc", "[fit]") {
@@ -369,22 +216,13 @@ TEST_CASE("Derivatives of the force are its differences, on a line and on a disc
       cli::FitOptions options;
       options.decay = decay;
       cli::FitModel model(data, options, cli::Detail::search);
-      cli::FitFrame frame;
-      frame.speed = 3e-4;
-      model.set_frame(frame);
       cli::FitValues p = cli::fit_defaults;
       p[cli::fit_viscous] = 50.0;
       p[cli::fit_damping] = 40.0;
       p[cli::fit_stribeck] = 7e-4;
-      p[cli::fit_strengthening] = 0.02;
-      p[cli::fit_strengthening_speed] = 2e-4;
-      p[cli::fit_asymmetry] = 0.05;
-      p[cli::fit_delay] = 0.02;
       p[cli::fit_drift] = 0.1;
-      for (const cli::FitParameter q :
-           {cli::fit_kinetic, cli::fit_strengthening, cli::fit_strengthening_speed, cli::fit_viscous,
-            cli::fit_damping, cli::fit_stribeck, cli::fit_delay, cli::fit_asymmetry, cli::fit_offset,
-            cli::fit_drift}) {
+      for (const cli::FitParameter q : {cli::fit_kinetic, cli::fit_viscous, cli::fit_damping,
+                                        cli::fit_stribeck, cli::fit_offset, cli::fit_drift}) {
         CAPTURE(cli::fit_name(q));
         constexpr double h = 1e-4;
         const double unit = model.scale(p, q);
@@ -519,27 +357,6 @@ TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") 
   CHECK(place[1][1] == Approx(place[0][1]).margin(1e-12));
 }
 
-TEST_CASE("Kept bristles are straight where each file begins", "[fit]") {
-  // Two files with a stroke of 0.4 mm each, read by an encoder of 1 um with a different zero in each.
-  const auto stroke = [](double from) {
-    return cli::parse_fit_columns(
-        rows_of("t,x,load,force", 200,
-                [&](double t) {
-                  const double v = std::cos(7.3 * t);
-                  return fmt::format("{:.9g},2,{}", from + 1e-6 * std::round(200.0 * std::sin(7.3 * t)),
-                                     v > 0.0 ? 0.7 : -0.7);
-                }),
-        "stroke.csv");
-  };
-  const cli::FitData data = cli::prepare_fit_data(cli::join_fit_columns({stroke(0.0), stroke(0.0100004)}),
-                                                  cli::ForceSign::automatic, {});
-  REQUIRE(data.quantum == Approx(1e-6));
-  const cli::FitData part = cli::without_origin(data);
-  REQUIRE(part.samples() < data.samples());
-  for (std::size_t i = 1; i + 1 < part.samples(); ++i)
-    if (part.columns.t[i] > data.columns.t[201]) CHECK(std::abs(part.columns.x[i] - 0.0100004) > 15e-6);
-}
-
 TEST_CASE("A mean is as uncertain as five parts of its record, by Student's law, if they differ", "[fit]") {
   // Means of five parts of 20 samples each. The variance of their mean is that of the five over five; at four
   // degrees of freedom an interval is wider than the normal law's by 2.776 / 1.960.
@@ -600,10 +417,6 @@ TEST_CASE("Columns keep what the file says, and what was changed is not replayed
   clips.clip_load = 0.01;
   CHECK(parse("t,x,load,force\n0,0,1,1\n1,1,1,1\n", clips).replayable);
   CHECK_FALSE(parse("t,x,load,force\n0,0,1,1\n1,1,-0.005,1\n", clips).replayable);
-  cli::FitReading moves;
-  moves.speed = 0.5;
-  const cli::FitColumns rebuilt = parse("t,load,force\n5,2,1\n6,2,1\n8,2,1\n", moves);
-  CHECK(rebuilt.x == std::vector<double>{0.0, 0.5, 1.5});
   const cli::FitColumns scaled = parse("t[ms],x[um],load,force\n0,3,1,1\n7,4,1,1\n", {});
   CHECK(scaled.x[0] == Approx(3e-6));
   REQUIRE(scaled.written.size() == 4);

@@ -166,29 +166,55 @@ TEST_CASE("Each common mistake in a file has a message that says what to do", "[
   cli::FitReading unit;
   unit.units = {{"force", "kg"}};
   CHECK_THAT(refused("t,x,load,force\n" + row, unit), Contains("unit of force is 'kg'; allowed: N, mN"));
-  CHECK_THAT(refused("t,x,load,force\n0,0,-0.01,1\n"), Contains("--clip-load"));
+  CHECK_THAT(refused("t,x,load,force\n0,0,-0.01,1\n1,0,1,1\n"), Contains("--clip-load"));
+  CHECK_THAT(
+      refused(",t,x,load\n1,0,0,1\n"),
+      Contains("no force was measured") && Contains("column 1 has no name: give it one in the header"));
+  CHECK_THAT(refused("0\t0\t1\t1\t\n1\t1\t1\t1\t\n"), Contains("holds numbers"));
+  CHECK_THAT(refused("x,load,force\n0,1,1\n"), Contains("--rate 100Hz"));
   const std::string milliseconds = "t,x,load,force\n0,0,1,1\n10,0,1,1\n20,0,1,1\n";
   CHECK_THAT(joined(cli::parse_fit_columns(milliseconds, "data.csv").understood),
              Contains("10 s apart; if these are ms, give --units t=ms"));
   const TemporaryFolder folder;
   const std::string wide = folder.write("wide.csv", std::string("\xFF\xFEt\0,\0x\0", 8));
   CHECK_THROWS_WITH(cli::read_fit_columns({wide}, {}), Contains("UTF-16; save it as UTF-8"));
+  CHECK_THROWS_WITH(cli::read_fit_columns({folder.write("a.json", "{}")}, {}),
+                    Contains("is JSON, not CSV") && Contains("pandas.read_json"));
+  CHECK_THROWS_WITH(cli::read_fit_columns({folder.write("a.mat", "MATLAB 5.0")}, {}), Contains("loadmat"));
 }
 
 TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[fit][files]") {
-  SECTION("a motion at a stated speed") {
-    std::string text = "t,load,force\n";
-    for (int i = 0; i < 100; ++i) text += fmt::format("{},2,{}\n", 0.1 * i, 0.7 + 0.01 * (i % 3));
+  SECTION("a sampling rate in place of times") {
     cli::FitReading reading;
-    reading.speed = 1e-3;
-    const cli::FitColumns read = cli::parse_fit_columns(text, "data.csv", reading);
-    CHECK(read.x[50] == Approx(5e-3));
-    CHECK_THAT(joined(read.understood), Contains("position rebuilt from a speed of 1 mm/s, one way"));
-    CHECK_THAT(refused("t,x,load,force\n0,0,1,1\n", reading), Contains("--speed stands for a column"));
-    std::string both = text;
-    for (int i = 100; i < 200; ++i) both += fmt::format("{},2,{}\n", 0.1 * i, -0.7);
-    CHECK_THAT(refused(both, reading), Contains("the force has both signs"));
-    CHECK_THAT(refused(text), Contains("no column x"));
+    reading.rate = 50.0;
+    const cli::FitColumns read = cli::parse_fit_columns("x,load,force\n0,1,1\n1,1,1\n", "data.csv", reading);
+    CHECK(read.t[1] == Approx(0.02));
+    CHECK_THAT(refused("t,x,load,force\n0,0,1,1\n", reading), Contains("--rate is for files without time"));
+  }
+  SECTION("speeds of a turning body, inches, kips") {
+    cli::FitReading reading;
+    reading.radius = 0.01;
+    const auto speed = [&](const char* unit) {
+      return cli::parse_fit_columns(
+          fmt::format("t,v [{}],load [kip],force [lbf]\n0,60,1,1\n1,60,1,1\n", unit), "data.csv", reading);
+    };
+    CHECK(speed("rpm").v[0] == Approx(2.0 * M_PI * 0.01));
+    CHECK(speed("deg/s").v[0] == Approx(M_PI / 3.0 * 0.01));
+    CHECK(speed("rad/s").v[0] == Approx(0.6));
+    CHECK(speed("rpm").load[0] == Approx(4448.2216));
+    CHECK(speed("rpm").force[0] == Approx(4.4482216));
+    CHECK_THAT(refused("t,v [rpm],load,force\n0,60,1,1\n"), Contains("--radius"));
+    CHECK(cli::parse_fit_columns("t,x [in],load,force\n0,1,1,1\n", "data.csv").x[0] == Approx(0.0254));
+  }
+  SECTION("loads that are all negative") {
+    const cli::FitColumns read = cli::parse_fit_columns("t,x,load,force\n0,0,-2,1\n1,1,-3,1\n", "data.csv");
+    CHECK(read.load == std::vector<double>{2.0, 3.0});
+    CHECK_THAT(joined(read.understood), Contains("taken with the other sign"));
+  }
+  SECTION("an index without a name and a comma at the end") {
+    for (const char* text :
+         {",t,x,load,force\n7,0,0,1,5\n8,1,0,1,5\n", "t,x,load,force,\n0,0,1,5,\n1,0,1,5,\n"})
+      CHECK(cli::parse_fit_columns(text, "data.csv").force[1] == 5.0);
   }
   SECTION("a speed in mm/min") {
     const cli::FitColumns read =

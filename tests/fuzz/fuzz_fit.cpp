@@ -18,7 +18,8 @@ void fit(Bytes bytes) {
     check(columns.x.size() == rows && columns.force.size() == rows, "columns are of one length");
     const std::optional<double> load = columns.has_load ? std::nullopt : std::optional<double>(1.0);
     const cli::FitData data = cli::prepare_fit_data(std::move(columns), cli::ForceSign::automatic, load);
-    check(data.force.size() == rows && data.load.size() == rows, "data is as long as the file");
+    check(data.force.size() == data.load.size() && data.load.size() <= rows,
+          "data is as long as the file, but for outliers");
     check(std::isfinite(data.mean_load) && std::isfinite(data.force_scale), "scales are finite");
   } catch (const cli::UserError& error) {
     check(*error.what() != 0, "a refusal says why");

@@ -27,7 +27,7 @@ inline constexpr Unit angle_units[] = {
     {"rad", 1.0}, {"mrad", 1e3}, {"deg", 57.29577951308232}, {"rev", 0.15915494309189535}};
 inline constexpr Unit torque_units[] = {
     {"N m", 1.0}, {"mN m", 1e3}, {"uN m", 1e6}, {"N mm", 1e3}, {"N cm", 1e2}};
-inline constexpr Unit compliance_units[] = {{"m/N", 1.0}, {"mm/N", 1e3}, {"um/N", 1e6}, {"nm/N", 1e9}};
+inline constexpr Unit frequency_units[] = {{"Hz", 1.0}, {"kHz", 1e-3}};
 inline constexpr Unit mass_units[] = {{"kg", 1.0}, {"g", 1e3}, {"mg", 1e6}};
 
 /// Largest magnitudes allowed in a CSV column, SI units: the limits of scenes, and times of any clock.

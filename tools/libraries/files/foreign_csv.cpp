@@ -277,6 +277,7 @@ class Converter {
       const bool ours = std::any_of(kinds_.begin(), kinds_.end(), [&](const ColumnKind& kind) {
         return trim(std::string_view(other).substr(0, other.find('['))) == kind.name;
       });
+      if (other.empty()) out_.unnamed.push_back(names.size() + 1);
       names.push_back(ours ? "'" + other + "'" : other);
     }
     out_.headers.resize(kinds_.size());

@@ -35,6 +35,7 @@ struct PlainCsv {
   std::vector<std::string> headers;  ///< for each kind of column, its header in the file; empty: none
                                      ///< there
   std::vector<std::string> units;    ///< for each kind of column, the unit's name; empty: none stated
+  std::vector<std::size_t> unnamed;  ///< numbers of columns without a name, from 1
   std::vector<std::string> notes;    ///< remarks for the user on other deviations in format
   bool ours = true;                  ///< whether the file is a motion file as it stands
 };

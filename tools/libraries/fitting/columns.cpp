@@ -9,7 +9,6 @@
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/fitting/data.hpp"
-#include "tools/libraries/fitting/rebuilt_motion.hpp"
 
 namespace cli {
 namespace {
@@ -42,17 +41,29 @@ constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {"kip", 1e-3 / 4.4482216152605}};
 constexpr Unit place_units[] = {{"m", 1.0},  {"cm", 1e2},          {"mm", 1e3},           {"um", 1e6},
                                 {"nm", 1e9}, {"in", 1.0 / 0.0254}, {"inch", 1.0 / 0.0254}};
+/// Units of a speed; the last three are those of a body that turns, and its speed is that at --radius.
+constexpr Unit moving_units[] = {{"m/s", 1.0},
+                                 {"cm/s", 1e2},
+                                 {"mm/s", 1e3},
+                                 {"um/s", 1e6},
+                                 {"nm/s", 1e9},
+                                 {"m/min", 60.0},
+                                 {"mm/min", 6e4},
+                                 {"um/min", 6e7},
+                                 {"in/s", 1.0 / 0.0254},
+                                 {"rad/s", 1.0},
+                                 {"deg/s", 57.29577951308232},
+                                 {"rpm", 9.549296585513721}};
+bool turns_in(std::string_view unit) { return unit == "rad/s" || unit == "deg/s" || unit == "rpm"; }
 constexpr ColumnKind kinds[column_count] = {
     {"t", time_units, most_time},        {"x", place_units, most_length},
-    {"v", speed_units, most_speed},      {"vx", speed_units, most_speed},
+    {"v", moving_units, most_speed},     {"vx", moving_units, most_speed},
     {"load", weighed_units, most_force}, {"force", weighed_units, most_force},
     {"fx", weighed_units, most_force},   {"friction", weighed_units, most_force},
     {"y", place_units, most_length},     {"fy", weighed_units, most_force},
     {"angle", angle_units, most_length}, {"torque", torque_units, most_force}};
 constexpr const char* expected = "t,x,load,force";
 
-/// What a file has of a measured record: all of it, only the force, or only the motion.
-enum class Holds : unsigned char { record, force, motion };
 // Columns of which a file may have one: for the position, for the speed, for the force.
 constexpr unsigned place_columns[] = {column_x, column_angle}, speed_columns[] = {column_v, column_vx},
                    force_columns[] = {column_force, column_fx, column_friction, column_torque};
@@ -98,30 +109,21 @@ void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   data.force_y.clear();
 }
 
-std::vector<ColumnWish> wishes_of(FitReading reading, Holds holds) {
+std::vector<ColumnWish> wishes_of(FitReading reading) {
   for (ColumnWords* const words : {&reading.columns, &reading.units})
     for (auto& [ours, theirs] : *words) {
       if (ours == "f") ours = "force";
       if (ours == "n") ours = "load";
     }
-  std::vector<ColumnWish> wishes = column_wishes(kinds, reading.columns, reading.units);
-  // Drops the user's choices for columns that this file does not hold, because motion and force of the record
-  // stand in two files.
-  const auto drop = [&](std::span<const unsigned> of) {
-    for (const unsigned c : of) wishes[c].name.clear();
-  };
-  if (holds == Holds::force) drop(place_columns), drop(speed_columns);
-  if (holds == Holds::motion) drop(force_columns), wishes[column_load].name.clear();
-  return wishes;
+  return column_wishes(kinds, reading.columns, reading.units);
 }
 
-bool is_record(const std::vector<bool>& present, const FitReading& reading, Holds holds) {
+bool is_record(const std::vector<bool>& present, const FitReading& reading) {
   const auto any = [&](std::span<const unsigned> of) {
     return std::any_of(of.begin(), of.end(), [&](unsigned c) { return present[c]; });
   };
-  return present[column_t] &&
-         (holds == Holds::force || reading.speed || any(place_columns) || any(speed_columns)) &&
-         (holds == Holds::motion || any(force_columns));
+  return (present[column_t] || reading.rate) && (any(place_columns) || any(speed_columns)) &&
+         any(force_columns);
 }
 
 /// Columns from which position, speed and force are read; column_count: none.
@@ -129,38 +131,48 @@ struct Choice {
   unsigned x = column_count, v = column_count, force = column_count;
 };
 
-Choice choose(const CsvHeader& header, std::string_view line, const FitReading& reading, Holds holds,
+/// Returns the numbers of the file's columns that have no name, as a sentence; empty: all have one.
+std::string unnamed_columns(const PlainCsv& csv) {
+  std::string all;
+  for (const std::size_t column : csv.unnamed) all += fmt::format("{}{}", all.empty() ? "" : ", ", column);
+  return all.empty() ? all : fmt::format("; column {} has no name: give it one in the header", all);
+}
+
+Choice choose(const CsvHeader& header, const PlainCsv& csv, const FitReading& reading,
               const std::string& where) {
-  const bool no_force = holds == Holds::motion, no_motion = reading.speed || holds == Holds::force;
   const Choice choice{pick(header, place_columns, where), pick(header, speed_columns, where),
-                      no_force ? column_count : pick(header, force_columns, where)};
-  const auto need = [&](bool ok, const char* what, const char* ours) {
+                      pick(header, force_columns, where)};
+  const auto need = [&](bool ok, const char* what, const std::string& help) {
     if (!ok)
-      throw UserError(fmt::format(
-          "{}: header '{}' has no {}; expected {}, or your own names: --columns {}=NAME{}", where, trim(line),
-          what, expected, ours,
-          trim(line).starts_with(',') ? "; column 1 has no name: give it one in the header" : ""));
+      throw UserError(fmt::format("{}: header '{}' has no {}; expected {}, or your own names: {}{}", where,
+                                  trim(csv.header), what, expected, help, unnamed_columns(csv)));
   };
-  need(header.present[column_t], "column t", "t");
-  need(choice.x != column_count || choice.v != column_count || no_motion, "column x (nor v)", "x");
-  need(choice.force != column_count || no_force,
-       "column force (nor fx, friction): as it stands, no force was measured", "force");
-  const bool turns = choice.x == column_angle, twists = choice.force == column_torque;
+  need(header.present[column_t] || reading.rate, "column t",
+       "--columns t=NAME; or give the samples per second: --rate 100Hz");
+  need(choice.x != column_count || choice.v != column_count, "column x (nor v)", "--columns x=NAME");
+  need(choice.force != column_count, "column force (nor fx, friction): as it stands, no force was measured",
+       "--columns force=NAME");
+  if (reading.rate && header.present[column_t])
+    throw UserError(where + ": --rate is for files without time, and here is column t");
+  const bool spins = choice.v != column_count && turns_in(csv.units[choice.v]);
+  const bool turns = choice.x == column_angle || (choice.x == column_count && spins),
+             twists = choice.force == column_torque;
   if ((turns || twists) && !reading.radius)
     throw UserError(
         fmt::format("{}: column {} needs the radius at which it acts: --radius 20mm (a ring: its "
                     "mean radius), or that of a full disc: --disc 20mm",
-                    where, turns ? "angle" : "torque"));
-  if (turns != twists && choice.x != column_count && !no_force)
+                    where,
+                    twists  ? "torque"
+                    : spins ? "v"
+                            : "angle"));
+  if (choice.x != column_count && turns != twists)
     throw UserError(fmt::format("{}: column {} goes with column {}", where, turns ? "angle" : "torque",
                                 turns ? "torque" : "angle"));
   if (reading.radius && !turns && !twists)
-    throw UserError(fmt::format("{}: --{} is for columns angle and torque, and here are none", where,
-                                reading.disc ? "disc" : "radius"));
-  if (no_motion && (choice.x != column_count || choice.v != column_count))
-    throw UserError(fmt::format("{}: --{} stands for a column of the motion, and here is column {}", where,
-                                reading.speed ? "speed" : "position",
-                                kinds[choice.x != column_count ? choice.x : choice.v].name));
+    throw UserError(
+        fmt::format("{}: --{} is for columns angle and torque, or a speed in rpm, rad/s or deg/s, "
+                    "and here are none",
+                    where, reading.disc ? "disc" : "radius"));
   return choice;
 }
 
@@ -174,6 +186,22 @@ void doubt_time(const PlainCsv& csv, FitColumns& data) {
         between));
 }
 
+/// Takes loads that are all negative as a sensor's whose sign is turned.
+void settle_load_sign(FitColumns& data) {
+  if (data.load.empty() || *std::max_element(data.load.begin(), data.load.end()) > 0.0) return;
+  if (!varies(data.load) && data.load.front() == 0.0) return;
+  for (double& load : data.load) load = -load;
+  data.understood.push_back("all loads are negative: taken with the other sign, as pressing");
+  data.replayable = false;
+}
+
+/// Says which normal loads a file may have.
+std::string allowed_loads(const FitReading& reading) {
+  return fmt::format("allowed: {}; --clip-load NEWTONS takes what a sensor shows at zero load as 0",
+                     reading.clip_load > 0.0 ? fmt::format("{} N or more (--clip-load)", -reading.clip_load)
+                                             : std::string("0 or more"));
+}
+
 /// Returns the normal load (N) of a row. If the user allows it (--clip-load), slightly negative loads, a
 /// sensor's noise at zero load, count as 0.
 double clipped(double load, std::string_view cell, const FitReading& reading, const std::string& where,
@@ -184,12 +212,7 @@ double clipped(double load, std::string_view cell, const FitReading& reading, co
     lowest = std::min(lowest, load);
     return 0.0;
   }
-  throw UserError(fmt::format(
-      "{}: column load: {} is negative; allowed: {}; --clip-load NEWTONS takes what a sensor shows at zero "
-      "load as 0",
-      where, cell,
-      reading.clip_load > 0.0 ? fmt::format("{} N or more (--clip-load)", -reading.clip_load)
-                              : std::string("0 or more")));
+  throw UserError(fmt::format("{}: column load: {} is negative; {}", where, cell, allowed_loads(reading)));
 }
 
 /// Checks a number passed in memory against the range that a cell of a CSV file must respect.
@@ -199,31 +222,34 @@ void require_within(double value, const ColumnKind& kind, const std::string& whe
                               kind.units.front().name, -kind.most, kind.most));
 }
 
-/// Parses a CSV file that holds a record of friction, or only its force or its motion.
-FitColumns parse(std::string_view text, const std::string& name, const FitReading& reading, Holds holds) {
-  if (reading.stroke && reading.speed.value_or(0.0) == 0.0)
-    throw UserError("--stroke: needs the speed of the strokes, not 0: --speed 10mm/min");
+}  // namespace
+
+FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading) {
   FitColumns data;
   data.name = name;
   std::size_t first_line = 1;
   text = skip_to_header(text, name, expected, first_line);
   const PlainCsv csv =
-      plain_csv(text, name, first_line, kinds, wishes_of(reading, holds),
-                [&](const std::vector<bool>& present) { return is_record(present, reading, holds); });
+      plain_csv(text, name, first_line, kinds, wishes_of(reading),
+                [&](const std::vector<bool>& present) { return is_record(present, reading); });
   const std::string header_where = fmt::format("{}:{}", name, csv.header_line);
   const std::string_view plain = csv.text;
   const CsvHeader header = read_csv_header(plain.substr(0, plain.find('\n')), header_where, kinds);
-  const Choice choice = choose(header, csv.header, reading, holds, header_where);
+  const Choice choice = choose(header, csv, reading, header_where);
   data.has_x = choice.x != column_count;
   data.has_load = header.present[column_load];
-  data.replayable = csv.ours && (choice.x == column_x || choice.v == column_vx);
+  data.replayable = csv.ours && !reading.rate && (choice.x == column_x || choice.v == column_vx);
   data.ignored_columns = header.other_columns;
   const bool has_y = header.present[column_y], has_fy = header.present[column_fy];
   const double lever = reading.radius.value_or(1.0);
+  const double speed_lever = choice.v != column_count && turns_in(csv.units[choice.v]) ? lever : 1.0;
   data.disc = reading.disc && reading.radius;
   std::size_t clipped_rows = 0;
   double lowest_load = 0.0;
-  std::vector<unsigned> as_written{column_t};
+  // Whether all loads that were read so far are negative; the first other load settles the sign.
+  bool all_negative = true;
+  std::vector<unsigned> as_written;
+  if (!reading.rate) as_written.push_back(column_t);
   for (const unsigned c : {choice.x == column_count ? choice.v : choice.x,
                            data.has_load ? unsigned{column_load} : unsigned{column_count}, choice.force})
     if (c != column_count) as_written.push_back(c);
@@ -235,12 +261,12 @@ FitColumns parse(std::string_view text, const std::string& name, const FitReadin
 
   for_csv_rows(plain, name, csv.header_line, header, kinds, [&](const auto& cells, const auto& where) {
     const auto value = [&](unsigned c) { return parse_cell(cells[c], kinds[c], header.per_si[c], where()); };
-    if (std::string_view(cells[column_t]).find(':') != std::string_view::npos)
+    if (!reading.rate && std::string_view(cells[column_t]).find(':') != std::string_view::npos)
       throw UserError(
           fmt::format("{}: column t: '{}' is a time of day; give seconds", where(), cells[column_t]));
-    const double t = value(column_t);
+    const double t = reading.rate ? static_cast<double>(data.t.size()) / *reading.rate : value(column_t);
     if (!data.t.empty()) require_later(t, data.t.back(), where());
-    if (choice.v != column_count) data.v.push_back(value(choice.v));
+    if (choice.v != column_count) data.v.push_back(speed_lever * value(choice.v));
     if (data.has_x) {
       data.x.push_back(value(choice.x) * (choice.x == column_angle ? lever : 1.0));
     } else if (choice.v != column_count) {
@@ -248,9 +274,16 @@ FitColumns parse(std::string_view text, const std::string& name, const FitReadin
       data.x.push_back(n ? data.x.back() + 0.5 * (data.v[n - 1] + data.v[n]) * (t - data.t.back()) : 0.0);
       require_near(data.x.back(), where());
     }
-    if (data.has_load)
+    if (data.has_load) {
+      const double load = value(column_load);
+      const bool turned = load < 0.0 && load < -reading.clip_load && all_negative;
+      if (!turned && all_negative && !data.load.empty() && data.load.front() < 0.0)
+        throw UserError(fmt::format("{}: column load: negative in the rows before, and here {}; {}", where(),
+                                    cells[column_load], allowed_loads(reading)));
+      all_negative = turned;
       data.load.push_back(
-          clipped(value(column_load), cells[column_load], reading, where(), clipped_rows, lowest_load));
+          turned ? load : clipped(load, cells[column_load], reading, where(), clipped_rows, lowest_load));
+    }
     if (choice.force != column_count)
       data.force.push_back(value(choice.force) / (choice.force == column_torque ? lever : 1.0));
     if (has_y) data.y.push_back(value(column_y));
@@ -270,12 +303,9 @@ FitColumns parse(std::string_view text, const std::string& name, const FitReadin
       data.understood.push_back(
           fmt::format("column {}: g is taken as gram-force, 1 g = 9.80665 mN (else --units {}=UNIT)",
                       csv.headers[c], kinds[c].name));
-  if (reading.speed && !data.t.empty()) {
-    if (reading.stroke)
-      rebuild_strokes(data, *reading.speed, *reading.stroke);
-    else
-      rebuild_slide(data, *reading.speed);
-  }
+  settle_load_sign(data);
+  if (reading.rate)
+    data.understood.push_back(fmt::format("{:g} samples per second, as given", *reading.rate));
   if (reading.radius)
     data.understood.push_back(
         data.disc
@@ -288,21 +318,6 @@ FitColumns parse(std::string_view text, const std::string& name, const FitReadin
         fmt::format("{} negative loads, down to {:.3g} N, taken as 0", clipped_rows, lowest_load));
     data.replayable = false;
   }
-  return data;
-}
-
-}  // namespace
-
-FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading) {
-  return parse(text, name, reading, Holds::record);
-}
-
-FitColumns merge_fit_columns(std::string_view force, const std::string& name, std::string_view motion,
-                             const FitReading& reading) {
-  if (reading.speed)
-    throw UserError("--position and --speed together: the one measures the motion, the other states it");
-  FitColumns data = parse(force, name, reading, Holds::force);
-  merge_motion(data, parse(motion, reading.position, reading, Holds::motion), reading.clock);
   return data;
 }
 
@@ -372,12 +387,6 @@ static void require_text(const std::string& file, std::string_view text) {
 }
 
 FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading) {
-  if (!reading.position.empty()) {
-    if (files.size() > 1) throw UserError("--position: one file of the force only");
-    return merge_fit_columns(read_text_file(files.front()), files.front(), read_text_file(reading.position),
-                             reading);
-  }
-  if (reading.clock != 0.0) throw UserError("--clock: only with --position");
   std::vector<FitColumns> records;
   for (const std::string& file : files) {
     const std::string text = read_text_file(file);

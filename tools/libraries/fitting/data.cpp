@@ -274,38 +274,12 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
 
 namespace {
 
-/// Adds to the path the turning points that the record states besides its samples.
-void insert_turns(FitData& data) {
-  for (PathPoint turn : data.columns.turns) {
-    const auto next = std::upper_bound(data.path.begin(), data.path.end(), turn.t,
-                                       [](double t, const PathPoint& point) { return t < point.t; });
-    if (next == data.path.begin() || next == data.path.end()) continue;
-    turn.load = next->load;
-    data.path.insert(next, turn);
-  }
-}
-
 /// Makes a path in the plane from the samples alone: a smooth motion in the plane has no turning points.
 std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std::vector<double>& x,
                                         const std::vector<double>& y, const std::vector<double>& load) {
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) path.push_back({x[i], load[i], true, t[i], y[i]});
   return path;
-}
-
-/// Returns the duration (s) of the longest rest: a time in which the path stays within `slack`, its noise,
-/// and a thousandth of its range.
-double longest_rest(const std::vector<PathPoint>& path, double slack) {
-  double longest = 0.0;
-  std::size_t begin = 0;
-  for (std::size_t i = 1; i < path.size(); ++i) {
-    if (!path[i].begins && std::hypot(path[i].x - path[begin].x, path[i].y - path[begin].y) <= slack) {
-      longest = std::max(longest, path[i].t - path[begin].t);
-    } else {
-      begin = i;
-    }
-  }
-  return longest;
 }
 
 // ----------------------------------------------------- functions on the measured force and its sign
@@ -511,21 +485,6 @@ FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   return part;
 }
 
-/// Lists the first and last sample and those farther than `slack` (m) from where contact began.
-std::vector<std::size_t> beside_origin(const FitData& data, double slack) {
-  std::vector<std::size_t> stay;
-  double origin = data.path.front().x;
-  std::size_t next = 0;
-  for (const PathPoint& point : data.path) {
-    if (point.begins) origin = point.x;
-    if (!point.wanted) continue;
-    const std::size_t i = next++;
-    if (i == 0 || i + 1 == data.samples() || point.begins || std::fabs(point.x - origin) > slack)
-      stay.push_back(i);
-  }
-  return stay;
-}
-
 /// Returns the distance (m) by which noise may move the measured position during a rest.
 double rest_slack(const FitData& data) {
   return std::max(4.0 * std::min(data.position_noise, 1e-3 * data.range), 1e-5 * data.range);
@@ -533,13 +492,12 @@ double rest_slack(const FitData& data) {
 
 }  // namespace
 
-FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept) {
+FitData thinned(const FitData& data, std::size_t most) {
   const std::size_t n = data.samples(), every = (n + most - 1) / most;
   std::vector<std::size_t> stay;
   for (std::size_t i = 0; i < n; ++i)
     if (i % every == 0 || std::binary_search(data.columns.parts.begin(), data.columns.parts.end(), i))
       stay.push_back(i);
-  if (kept) *kept = stay;
   return taken(data, stay);
 }
 
@@ -567,17 +525,11 @@ FitData without_rests(const FitData& data) {
   return stay.size() == n ? data : taken(data, stay);
 }
 
-FitData without_origin(const FitData& data) {
-  const std::size_t n = data.samples();
-  double slack = std::max(20.0 * data.quantum, 4.0 * std::min(data.position_noise, 1e-3 * data.range));
-  std::vector<std::size_t> stay = beside_origin(data, slack);
-  while (2 * stay.size() < n && slack > 1e-6 * data.range) stay = beside_origin(data, slack *= 0.7);
-  // Keeps all samples of a body that stays near its origin; otherwise less than half would remain.
-  if (2 * stay.size() < n) return data;
+FitData with_samples(const FitData& data, const std::vector<std::size_t>& stay) {
   FitData part = data;
   std::size_t next = 0;
   for (PathPoint& point : part.path)
-    point.wanted = point.wanted && std::binary_search(stay.begin(), stay.end(), next++);
+    if (point.wanted) point.wanted = std::binary_search(stay.begin(), stay.end(), next++);
   take_columns(data, stay, part);
   return part;
 }
@@ -645,15 +597,16 @@ std::vector<double> slope_of(const std::vector<double>& t, const std::vector<dou
   return result;
 }
 
-/// Estimates the noise of the position (m) from the median of its fourth differences, to which even a curved
-/// motion adds little.
-double noise_of_bends(const FitData& data, const std::vector<double>& x) {
+/// Estimates the noise of a position (m), or of a speed (m/s), from the median of its fourth differences, to
+/// which even a curved motion adds little.
+double noise_of_bends(const FitData& data, const std::vector<double>& x, bool of_speed) {
   std::vector<double> fourth;
   for_parts(data.columns, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin + 4; i < end; ++i)
       fourth.push_back(std::fabs(x[i] - 4.0 * x[i - 1] + 6.0 * x[i - 2] - 4.0 * x[i - 3] + x[i - 4]));
   });
-  return std::max(0.3 * data.quantum, quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0)));
+  const double noise = quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0));
+  return of_speed ? noise : std::max(0.3 * data.quantum, noise);
 }
 
 /// Returns the acceleration (m/s^2), smoothed over the narrowest window whose noise, times the mass, is below
@@ -663,21 +616,22 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   constexpr std::size_t widest = 25;
   const FitColumns& c = data.columns;
   const bool of_speed = !c.v.empty();
-  const double dt = data.sample_time, noise = of_speed ? 0.0 : noise_of_bends(data, x);
+  const double dt = data.sample_time, noise = noise_of_bends(data, of_speed ? c.v : x, of_speed);
   std::size_t w = 1;
   for (;; ++w) {
-    // Factor of noise: standard deviation of the second derivative of a parabola through 2 w + 1 samples, for
-    // unit noise and unit spacing.
+    // Factors of noise: standard deviation of the second and first derivative of a parabola through 2 w + 1
+    // samples, for unit noise and unit spacing.
     const double m = 2.0 * static_cast<double>(w) + 1.0;
-    const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0)));
-    left = mass * noise * bend / (dt * dt);
+    const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0))),
+                 slope = std::sqrt(12.0 / (m * (m * m - 1.0)));
+    left = mass * noise * (of_speed ? slope / dt : bend / (dt * dt));
     if (w == widest || left <= 0.01 * data.force_scale) break;
   }
   std::vector<double> result;
   for_parts(c, [&](std::size_t begin, std::size_t end) {
     const std::vector<double> t = slice(c.t, begin, end);
     append(result,
-           of_speed ? slope_of(t, slice(c.v, begin, end), 2, 1) : slope_of(t, slice(x, begin, end), w, 2));
+           of_speed ? slope_of(t, slice(c.v, begin, end), w, 1) : slope_of(t, slice(x, begin, end), w, 2));
   });
   return result;
 }
@@ -694,8 +648,11 @@ void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& pla
     }
   }
   data.columns.understood.push_back(fmt::format(
-      "inertia of {:.4g} kg taken off the force: up to {:.3g} N{}", mass, most,
-      left > 0.02 * data.force_scale ? fmt::format(", of which {:.2g} N may be noise of the position", left)
+      "inertia of {:.4g} kg taken off the force: up to {:.3g} N, by parabolas over as many samples as the "
+      "noise "
+      "asks{}",
+      mass, most,
+      left > 0.02 * data.force_scale ? fmt::format(", of which {:.2g} N may be noise of the motion", left)
                                      : ""));
 }
 
@@ -707,9 +664,45 @@ double root_mean_square(const std::vector<double>& values) {
 
 }  // namespace
 
+namespace {
+
+/// Takes out the rows whose force is far outside the range of all others, and names them.
+void take_out_wild_rows(FitColumns& c) {
+  constexpr double far = 3.0;          // distance from the middle, in widths of the others' range
+  constexpr double most_wild = 0.005;  // share of wild rows beyond which they are the record
+  if (c.planar() || c.t.size() < fewest_samples) return;
+  const double low = quantile_of(c.force, 0.01), high = quantile_of(c.force, 0.99),
+               middle = 0.5 * (low + high);
+  std::vector<bool> stays;
+  std::string named;
+  std::size_t wild = 0;
+  for (std::size_t i = 0; i < c.t.size(); ++i) {
+    stays.push_back(high == low || std::fabs(c.force[i] - middle) <= far * (high - low));
+    if (stays.back()) continue;
+    if (++wild <= 3) named += fmt::format("{}row {} ({:.4g} N)", wild > 1 ? ", " : "", i + 1, c.force[i]);
+  }
+  if (wild == 0 || static_cast<double>(wild) > std::max(1.0, most_wild * static_cast<double>(c.t.size())))
+    return;
+  const auto keep = [&](std::vector<double>& values) {
+    std::size_t next = 0;
+    std::erase_if(values, [&](double) { return !stays[next++]; });
+  };
+  for (std::vector<double>* column : {&c.t, &c.x, &c.v, &c.load, &c.force}) keep(*column);
+  for (WrittenColumn& column : c.written) keep(column.values);
+  for (std::size_t& part : c.parts)
+    part -= static_cast<std::size_t>(
+        std::count(stays.begin(), stays.begin() + static_cast<std::ptrdiff_t>(part), false));
+  c.replayable = false;
+  c.understood.push_back(fmt::format("outliers left out: {}{}", named,
+                                     wild > 3 ? fmt::format(" and {} more", wild - 3) : std::string()));
+}
+
+}  // namespace
+
 FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load, double mass) {
   FitData data;
   data.columns = std::move(columns);
+  take_out_wild_rows(data.columns);
   const FitColumns& c = data.columns;
   refuse_hopeless(c);
   settle_load(data, load);
@@ -722,7 +715,6 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   for (const Axis& axis : axes_of(c)) {
     double quantum = 0.0;
     const std::vector<double> place = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
-    quantum = std::max(quantum, c.quantum);
     std::vector<double> velocity;
     // Error of positions (m): `noise` as such, `coarse` as far as it affects velocities.
     double noise = 0.0, coarse = 0.0, longest = 0.0;
@@ -769,8 +761,6 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     path.front().begins = begin > 0;
     data.path.insert(data.path.end(), path.begin(), path.end());
   });
-  insert_turns(data);
-  data.longest_rest = longest_rest(data.path, rest_slack(data));
 
   std::vector<double> speed, moves;
   for (std::size_t i = 0; i < c.t.size(); ++i) {

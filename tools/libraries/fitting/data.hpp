@@ -23,16 +23,11 @@ enum class ForceSign : unsigned char { automatic, on_body, by_body };
 struct FitReading {
   ColumnWords columns;           ///< pairs: column's standard name, its header or number (from 1)
   ColumnWords units;             ///< pairs: a column's standard name, and its unit
-  std::optional<double> speed;   ///< constant speed, m/s, if the file has neither position nor speed
-  std::optional<double> stroke;  ///< length of strokes to and fro at `speed`, m; none: one way
-  std::string position;          ///< file of another logger that has the motion; empty: none
-  double clock = 0.0;            ///< time added to the clock of the file `position`, s
+  std::optional<double> rate;    ///< samples per second of a file without time
   std::optional<double> radius;  ///< radius by which angle and torque become path and force, m
   bool disc = false;             ///< whether the contact is a full disc of this radius; if not, a ring
   double clip_load = 0.0;        ///< loads from -clip_load to 0 count as 0, N
-  bool automatic() const {
-    return columns.empty() && units.empty() && !speed && position.empty() && !radius && clip_load == 0.0;
-  }
+  bool automatic() const { return columns.empty() && units.empty() && !rate && !radius && clip_load == 0.0; }
 };
 
 /// Column of a measured file in its own units, before conversion.
@@ -56,8 +51,6 @@ struct FitColumns {
   bool replayable = false;  ///< whether `bristle run` can read the file as it is
   std::vector<std::string> ignored_columns;
   std::vector<std::size_t> parts;       ///< for joined files, the first row of each but the first
-  std::vector<PathPoint> turns;         ///< turning points known besides rows, by time, without loads
-  double quantum = 0.0;                 ///< encoder count that was already removed from positions, m
   std::vector<std::string> understood;  ///< sentences that tell how the file was understood
   std::vector<WrittenColumn> written;   ///< time, path, load and force in the file's own units
 
@@ -85,7 +78,6 @@ struct FitData {
   double range = 0.0, travelled = 0.0;  ///< extent of the path; distance travelled, m
   double finest_move = 0.0;             ///< 10th percentile of moves between samples, m
   int reversals = 0;
-  double longest_rest = 0.0;      ///< longest rest between two motions, s
   double slow = 0.0, fast = 0.0;  ///< 10th and 90th percentile of speed while moving, m/s
 
   /// Ratio of fast to slow speed while moving; on one axis, the larger of the two directions' ratios.
@@ -102,11 +94,6 @@ struct FitData {
 
 /// Parses the columns of a file of measured friction. Throws UserError naming file, line and column.
 FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading = {});
-
-/// Parses the force's file and, from the file reading.position, the motion; merges them to one record. Throws
-/// UserError where their times do not overlap.
-FitColumns merge_fit_columns(std::string_view force, const std::string& name, std::string_view motion,
-                             const FitReading& reading);
 
 /// Joins several records into one: clocks that restart are continued, and the brush begins each record with
 /// no memory of the one before. Throws UserError where their columns differ.
@@ -137,14 +124,11 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
 /// Thins out samples within rests, where nothing changes: the longer the rest, the fewer samples stay.
 FitData without_rests(const FitData& data);
 
-/// Leaves out samples near where contact began, at most half of the record. Kept bristles are all straight
-/// again there and snap together, so that a position error of one encoder count falsifies the presliding
-/// length by more than the samples suggest. The zone is twenty counts wide: for 24 records, the fitted
-/// interval held the true length 14 times with one count, 20 or 21 times with 16 or 25.
-FitData without_origin(const FitData& data);
+/// Returns a record that has the force only of the samples `stay` (indices, in order), but the whole motion.
+FitData with_samples(const FitData& data, const std::vector<std::size_t>& stay);
 
 /// Returns a record of at most `most` evenly chosen samples and the turning points between them. Sign, noise
-/// and speeds stay those of the whole record. `kept`, unless null, receives the samples' indices.
-FitData thinned(const FitData& data, std::size_t most, std::vector<std::size_t>* kept = nullptr);
+/// and speeds stay those of the whole record.
+FitData thinned(const FitData& data, std::size_t most);
 
 }  // namespace cli

@@ -9,7 +9,7 @@
 #include <bristle/error.hpp>
 
 #include "tools/libraries/files/user_error.hpp"
-#include "tools/libraries/fitting/fitter.hpp"
+#include "tools/libraries/fitting/brushes.hpp"
 #include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
@@ -18,25 +18,29 @@ namespace cli {
 namespace {
 
 using bristle::SnapLaw;
-using bristle::SnapRule;
 
 // Share of the force's sum of squares that a fit must explain; below it, the force is refused as not being
 // friction of this motion.
 constexpr double least_explained = 0.3;
 // Share of the measured force that must be friction of the brush; below it, the record is refused.
 constexpr double least_friction = 0.01;
-constexpr std::size_t search_samples = 2000;
-// Prefers the rule slide to redraw if its error on held-out parts is below this share of redraw's.
+// Samples of the thinned records on which brushes are searched, and on which the chosen one is fitted.
+constexpr std::size_t search_samples = 2000, fit_samples = 10000;
+// Prefers a brush to a simpler one if its error on held-out blocks is below this share of the simpler one's.
 constexpr double clearly_closer = 0.97;
+// Fits to the whole record those brushes whose error on held-out blocks is below this multiple of the lowest.
+constexpr double nearly_closest = 1.1;
+// Fewest samples in the fitted blocks and in the others for which a fit chooses between kinds of brush.
+constexpr std::size_t fewest_to_choose = 40;
+// Ratio of the smaller to the larger of two successive moves below which the motion turns between them.
+constexpr double turning = 0.25;
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
   bristle::Material m = model.unit_material(p);
   m.damper_decay = options.decay;
   m.asperity_height_deviation = 1e-6;
   m.normal_stiffness = 1.0 / (bristles_per_newton * m.asperity_height_deviation);
-  m.bristle_stiffness = model.elastic_coefficient(p) / (bristles_per_newton * model.kinetic_deflection(p));
-  m.speed_strengthening = p[fit_strengthening];
-  m.strengthening_speed = p[fit_strengthening_speed];
+  m.bristle_stiffness = p[fit_kinetic] / (bristles_per_newton * model.kinetic_deflection(p));
   m.bristle_damping = p[fit_damping] / bristles_per_newton;
   m.viscous_friction = p[fit_viscous];
   m.stribeck_velocity = p[fit_stribeck];
@@ -56,19 +60,14 @@ Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
   return f;
 }
 
-bool has_time(const FitValues& p) { return p[fit_ageing] > 0.0 || p[fit_strengthening] > 0.0; }
-
-/// Returns whether a parameter affects the estimates of stiffness, peak and directional friction.
-bool shapes_friction(FitParameter p) {
-  return p == fit_kinetic || FitModel::bends(p) || p == fit_strengthening || p == fit_strengthening_speed ||
-         p == fit_asymmetry;
-}
+/// Returns whether a parameter affects the estimates of stiffness and peak.
+bool shapes_friction(FitParameter p) { return p == fit_kinetic || FitModel::bends(p); }
 
 }  // namespace
 
 void Fitter::refuse_without_friction(const FitPoint& point) {
   assume(model_, point);
-  const double brush = model_.elastic_coefficient(point.values) * model_.elastic(point.values).norm();
+  const double brush = point.values[fit_kinetic] * model_.elastic(point.values).norm();
   const double force = data_.force_scale * std::sqrt(static_cast<double>(samples()));
   if (brush >= least_friction * force) return;
   throw UserError(
@@ -84,10 +83,9 @@ std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) 
   assume(model_, point);
   const Eigen::VectorXd& unit = model_.elastic(point.values);
   const Eigen::VectorXd friction = friction_measured(data_, point.values);
-  const double elastic = model_.elastic_coefficient(point.values);
+  const double elastic = point.values[fit_kinetic];
   const std::size_t n = data_.samples();
-  double highest = 0.0, reached = 0.0;  // highest friction over load: measured, and of the
-                                        // fit
+  double highest = 0.0, reached = 0.0;  // highest friction over load: measured, and fitted
   for (std::size_t i = 0; i < n; ++i) {
     if (data_.load[i] < 0.1 * data_.mean_load) continue;
     const auto length = [&](const Eigen::VectorXd& force) {
@@ -120,8 +118,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
     for (std::size_t i = 0; i < point.free.size(); ++i) {
       const FitParameter p = point.free[i];
       if (!shapes_friction(p)) continue;
-      const double step = p == fit_ageing || p == fit_strengthening ? 0.1 * point.values[p] : 0.02;
-      const FitValues up = moved(p, step), down = moved(p, -step);
+      const FitValues up = moved(p, 0.02), down = moved(p, -0.02);
       const double between = FitModel::is_logarithmic(p) ? std::log(up[p] / down[p])
                                                          : (up[p] - down[p]) / model_.scale(point.values, p);
       gradient[static_cast<Eigen::Index>(i)] = std::log(function(up) / function(down)) / between;
@@ -132,14 +129,10 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
     estimate.low = estimate.value * std::exp(-width);
     estimate.high = estimate.value * std::exp(width);
   };
-  interval(result.peak, [&](const FitValues& p) {
-    const bristle::Material m = make_material(p, options_, model_);
-    return p[fit_ageing] > 0.0 ? m.peak_coefficient(point.frame.age) : m.peak_coefficient();
-  });
+  interval(result.peak,
+           [&](const FitValues& p) { return make_material(p, options_, model_).peak_coefficient(); });
   interval(result.stiffness,
-           [&](const FitValues& p) { return model_.elastic_coefficient(p) / model_.kinetic_deflection(p); });
-  interval(result.forward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 + p[fit_asymmetry]); });
-  interval(result.backward, [&](const FitValues& p) { return p[fit_kinetic] * (1.0 - p[fit_asymmetry]); });
+           [&](const FitValues& p) { return p[fit_kinetic] / model_.kinetic_deflection(p); });
   // Counts the peak as fitted if the kinetic coefficient and, unless the law has none, the spread are.
   result.peak.fitted =
       contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || !has_spread(options_.law));
@@ -149,41 +142,12 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
     result.peak.why = why_no_peak(point, result);
     result.peak.fitted = result.peak.why.empty();
   }
-  for (FitEstimate* way : {&result.forward, &result.backward}) {
-    way->fitted = contains(point.free, fit_asymmetry) && contains(point.free, fit_kinetic);
-    if (!way->fitted) way->why = "kinetic, as far as the data tell";
-  }
   result.stiffness.fitted = contains(point.free, fit_length);
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
-/// Adds remarks to the result: the speed, age and direction for which its numbers hold.
-void Fitter::note(const FitPoint& point, FitResult& result) const {
-  const FitFrame& frame = result.frame;
-  if (frame.speed > 0.0)
-    result.notes.push_back(
-        fmt::format("kinetic is the dry friction in sliding at {:.3g} mm/s", 1e3 * frame.speed));
-  if (point.values[fit_ageing] > 0.0) {
-    result.notes.push_back(fmt::format(
-        "presliding length and peak are those of bristles that have held for {:.3g} s", frame.age));
-    const bool logarithmic = frame.form == bristle::AgeingForm::logarithmic;
-    result.notes.push_back(fmt::format(
-        "ageing is {}{}",
-        logarithmic ? "logarithmic: growth per e-fold of time" : "saturating: growth in all",
-        frame.form_assumed ? "; this form is assumed, the data do not tell it from the other" : ""));
-    if (point.past.rested > 0.0)
-      result.notes.push_back(
-          fmt::format("the contact had rested for some {:.3g} s before the first sample", point.past.rested));
-  }
-  if (!stage_note_.empty() && (contains(point.free, fit_delay) || contains(point.free, fit_compliance)))
-    result.notes.push_back(stage_note_);
-  if (point.values[fit_delay] > 0.0)
-    result.notes.push_back(
-        "the delay is that of a first-order low-pass; a dead time of the same length looks much like it");
-  if (bends_stage(point.values))
-    result.notes.push_back(
-        "the presliding length is the bristles' own; a replay moves the contact by the measured position, "
-        "without the stage's bending");
+/// Adds remarks to the result: what its numbers hold for.
+void Fitter::note(FitResult& result) const {
   if (data_.columns.disc)
     result.notes.push_back(
         "speeds, ways and forces are those at the rim of the disc; a replay moves a point as the rim moves, "
@@ -192,7 +156,7 @@ void Fitter::note(const FitPoint& point, FitResult& result) const {
   if (data_.axes == 2)
     result.notes.push_back("two axes: both forces fitted as one isotropic contact that moves in the plane");
   const FitEstimate& offset = result.estimates[fit_offset];
-  if (data_.axes == 1 && offset.fitted && !several_loads() && offset.low * offset.high > 0.0) {
+  if (data_.axes == 1 && data_.steady_load && offset.fitted && offset.low * offset.high > 0.0) {
     const double share = offset.value / (result.estimates[fit_kinetic].value * data_.mean_load);
     result.notes.push_back(fmt::format(
         "the force differs with the direction: an offset of the sensor of {:.3g} N, or friction over load "
@@ -200,8 +164,7 @@ void Fitter::note(const FitPoint& point, FitResult& result) const {
         offset.value, result.estimates[fit_kinetic].value * (1.0 + share),
         result.estimates[fit_kinetic].value * (1.0 - share)));
   }
-  if (contains(point.free, fit_asymmetry))
-    result.notes.push_back("a bristle has no direction: the material has the mean friction of both");
+  result.notes.insert(result.notes.end(), notes_.begin(), notes_.end());
 }
 
 FitResult Fitter::report(const FitPoint& point) {
@@ -210,7 +173,6 @@ FitResult Fitter::report(const FitPoint& point) {
   result.law = options_.law;
   result.quantiles = options_.quantiles;
   result.past = point.past;
-  result.frame = has_time(point.values) ? point.frame : FitFrame{};
   assume(model_, point);
   result.material = make_material(point.values, options_, model_);
   const Eigen::VectorXd r = residuals(point);
@@ -229,10 +191,9 @@ FitResult Fitter::report(const FitPoint& point) {
   result.correlated_samples = correlated_samples(r);
   const Eigen::MatrixXd j = jacobian(model_, point);
   result.held_out_rms = std::sqrt(held_out_squares(j, r, data_.samples()) / static_cast<double>(r.size()));
-  const PopulationError population = bristle_error(point, j, r);
-  result.fluctuating_bristles =
-      population.seen ? population.bristles / data_.mean_load : std::numeric_limits<double>::infinity();
-  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples, population);
+  const double usual_bristles = bristles_per_newton * data_.mean_load;
+  Eigen::MatrixXd cov =
+      covariance(j, r, result.correlated_samples, population_error(model_, point, j, r, usual_bristles));
   raise_to_parts(cov, j, r, data_.samples());
   const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
   const Eigen::VectorXd singular = singular_values(scaled);
@@ -260,8 +221,7 @@ FitResult Fitter::report(const FitPoint& point) {
       estimate.low = estimate.value - width * scale;
       estimate.high = estimate.value + width * scale;
     }
-    if (p == fit_residual || p == fit_renewal || p == fit_ageing || p == fit_strengthening)
-      estimate.low = std::max(estimate.low, 0.0);
+    if (p == fit_residual || p == fit_renewal) estimate.low = std::max(estimate.low, 0.0);
     if (p == fit_residual) estimate.high = std::min(estimate.high, 1.0);
   }
   FitEstimate& length = result.estimates[fit_length];
@@ -270,69 +230,108 @@ FitResult Fitter::report(const FitPoint& point) {
     length.why = "what the stiffness asks for with this kinetic coefficient";
   }
   derive(point, cov, quantile, result);
-  note(point, result);
+  note(result);
   result.evaluations = model_.evaluations();
   return result;
 }
 
+FitResult Fitter::finish(const Found& start) {
+  FitPoint point = fit_again(start).point;
+  refuse_without_friction(point);
+  return report(keep_determined(point));
+}
+
 namespace {
 
-/// Returns the fitted force (N, by the body) at all samples of a record.
-std::vector<double> curve_at(const FitData& data, const FitOptions& options, const FitResult& result) {
-  FitModel model(data, options, Detail::finish);
-  model.set_past(result.past);
-  model.set_frame(result.frame);
-  FitValues values{};
-  for (std::size_t p = 0; p < fit_parameters; ++p) values[p] = result.estimates[p].value;
-  model.settle_stage(values);
-  const Eigen::VectorXd curve = model.force(values);
-  return {curve.begin(), curve.end()};
+/// Fits a brush, found on a part of a record, to all of it.
+void fit_to_all(FittedBrush& brush, const FitData& data) {
+  if (fit_stopped()) return;
+  const bool free_law = brush.options.law == SnapLaw::table;
+  if (free_law) brush.options.law = SnapLaw::lognormal;
+  Fitter fitter(data, brush.options, Detail::search);
+  brush.found = fitter.fit_again(brush.found);
+  if (!free_law) return;
+  brush.found = fitter.with_free_law(brush.found, brush.options.quantiles);
+  brush.options.law = SnapLaw::table;
+}
+
+/// Returns the rms error (N) of a fitted brush on fifths of the record that are held out in turn.
+double error_in_fifths(const FittedBrush& brush, const FitData& data) {
+  FitModel model(data, brush.options, Detail::search);
+  const Eigen::MatrixXd j = jacobian(model, brush.found.point);
+  const Eigen::Map<const Eigen::VectorXd> measured(data.force.data(),
+                                                   static_cast<Eigen::Index>(data.force.size()));
+  const Eigen::VectorXd left = model.force(brush.found.point.values) - measured;
+  return std::sqrt(held_out_squares(j, left, data.samples()) / static_cast<double>(left.size()));
+}
+
+/// Fits the kinds of brush to half of the blocks of a record. Those that are nearly the closest to the other
+/// half are fitted to all of it, and the simplest is returned whose error on fifths held out no other one
+/// clearly lowers.
+FittedBrush choose_brush(const FitData& thin, const FitOptions& options, Progress& progress,
+                         std::string& note) {
+  const std::vector<bool> fitted = fitted_blocks(thin.columns.t, {});
+  const FitData train = part_of(thin, fitted), rest = part_of(thin, fitted, false);
+  const bool chooses = std::min(train.samples(), rest.samples()) >= fewest_to_choose;
+  std::vector<FittedBrush> brushes = fit_brushes(chooses ? train : thin, options, Detail::search,
+                                                 [&](double share) { progress.update(0.7 * share); });
+  int evaluations = 0;
+  for (const FittedBrush& brush : brushes) evaluations += brush.found.evaluations;
+  if (!chooses) {
+    brushes.back().found.evaluations = evaluations;
+    return brushes.back();
+  }
+  const Eigen::Map<const Eigen::VectorXd> measured(rest.force.data(),
+                                                   static_cast<Eigen::Index>(rest.force.size()));
+  std::vector<double> errors;
+  std::string text;
+  for (const FittedBrush& brush : brushes) {
+    errors.push_back(std::sqrt((force_of(brush, rest, Detail::search) - measured).squaredNorm() /
+                               static_cast<double>(measured.size())));
+    text += fmt::format("{}{} {:.3g}", text.empty() ? "" : ", ", brush.name, errors.back());
+  }
+  const double lowest = *std::min_element(errors.begin(), errors.end());
+  FittedBrush* best = nullptr;
+  double least = 0.0;
+  for (std::size_t i = 0; i < brushes.size(); ++i) {
+    if (errors[i] > nearly_closest * lowest) continue;
+    fit_to_all(brushes[i], thin);
+    const double error = error_in_fifths(brushes[i], thin);
+    if (best != nullptr && error >= clearly_closer * least) continue;
+    best = &brushes[i];
+    least = error;
+    progress.update(0.75);
+  }
+  if (brushes.size() > 1)
+    note = fmt::format("{} is taken of the kinds of brush by their errors on blocks held out (N rms): {}",
+                       best->name, text);
+  best->found.evaluations = evaluations;
+  return std::move(*best);
 }
 
 }  // namespace
 
 namespace {
 
-/// Returns the options of a fit with the given snap rule. Throws UserError where they contradict the rule.
-FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
-  FitOptions held = options;
-  held.rule = rule;
-  if (options.law == SnapLaw::single)
-    throw UserError("--law: allowed are lognormal, normal, uniform, exponential, free");
-  if (options.law == SnapLaw::table && (rule != SnapRule::slide || data.axes == 2))
-    throw UserError(data.columns.name + ": --law free is for --rule slide, and for one axis");
-  if (rule == SnapRule::redraw) return held;
-  if (options.residual.value_or(0.0) != 0.0 || options.renewal.value_or(0.0) != 0.0)
-    throw UserError("--residual and --renewal: other values than 0 need --rule redraw");
-  held.residual = held.renewal = 0.0;
-  if (data.axes == 2 && rule == SnapRule::keep)
-    throw UserError(
-        data.columns.name +
-        ": two axes (x, y, fx, fy) need --rule redraw or slide; for --rule keep leave out y and fy");
-  return held;
-}
-
-/// Fits with the rules redraw and slide. Returns options and fitted point of the one that predicts better.
-std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& thin, const FitOptions& options,
-                                          Progress& progress, std::string& note) {
-  const bool free_law = options.law == SnapLaw::table;
-  const SnapRule first = options.choose_rule && free_law ? SnapRule::slide : options.rule;
-  FitOptions held = with_rule(data, options, first);
-  if (free_law) held.law = SnapLaw::lognormal;  // starts the free law from a lognormal one
-  Found found = Fitter(thin, held, Detail::search, progress).search();
-  if (!options.choose_rule || free_law || options.residual || options.renewal) return {held, found};
-  const FitOptions other = with_rule(data, options, SnapRule::slide);
-  Found slid = Fitter(thin, other, Detail::search, progress).search();
-  // Chooses the rule slide more readily if redraw fits best near its largest residual length: bristles that
-  // hardly spring back nearly slide.
-  const bool nearly_slides = found.point.values[fit_residual] > 0.9 * widest_residual;
-  const bool slides =
-      slid.held_out < (nearly_slides ? 1.0 / clearly_closer : clearly_closer) * found.held_out;
-  note = fmt::format("rule {} is chosen: where not fitted, redraw leaves {:.3g} N rms and slide {:.3g} N",
-                     slides ? "slide" : "redraw", found.held_out, slid.held_out);
-  Found& chosen = slides ? slid : found;
-  chosen.evaluations = found.evaluations + slid.evaluations;
-  return {slides ? other : held, chosen};
+/// Returns the record without the samples at which the motion turns, or rests for a sample: where presliding
+/// is shorter than the moves between samples, friction there may be anything from its one limit to the other.
+FitData without_turns(const FitData& data) {
+  std::vector<double> x;
+  for (const PathPoint& point : data.path)
+    if (point.wanted) x.push_back(point.x);
+  std::vector<std::size_t> stay;
+  double finest = data.finest_move;
+  const std::size_t n = data.samples();
+  for (std::size_t i = 0; i < n; ++i) {
+    const double before = i > 0 ? x[i] - x[i - 1] : 1.0, after = i + 1 < n ? x[i + 1] - x[i] : before;
+    const double least = turning * std::max(std::fabs(before), std::fabs(after));
+    if (i == 0 || before * after <= 0.0 || std::min(std::fabs(before), std::fabs(after)) <= least) continue;
+    stay.push_back(i);
+    finest = std::min(finest, std::fabs(before));
+  }
+  FitData cut = with_samples(data, stay);
+  cut.finest_move = finest;  // the shortest presliding length that the search tries is half of it
+  return cut;
 }
 
 }  // namespace
@@ -340,23 +339,35 @@ std::pair<FitOptions, Found> search_rules(const FitData& data, const FitData& th
 FitResult fit_material(const FitData& data, const FitOptions& options) {
   try {
     Progress progress("fit", options.quiet);
-    // Searches on a record thinned in number and in long rests, which is enough to find the brush's shape.
-    const FitData whole = options.for_prediction ? data : without_rests(data);
-    const FitData moving =
-        options.rule == SnapRule::keep && !options.for_prediction ? without_origin(whole) : whole;
-    const FitData thin = thinned(moving, search_samples);
+    // Fits a record thinned in number and in long rests, which is enough to find the brush's shape.
+    FitData moving = thinned(without_rests(data), fit_samples), thin = thinned(moving, search_samples);
     std::string note;
-    auto [held, found] = search_rules(data, thin, options, progress, note);
-    progress.update(0.9);
-    const int searched = found.evaluations;
-    if (options.law == SnapLaw::table) {
-      found = Fitter(moving, held, Detail::finish, progress).with_free_law(found, held.quantiles);
-      held.law = SnapLaw::table;
+    FittedBrush chosen = choose_brush(thin, options, progress, note);
+    if (!contains(chosen.found.point.free, fit_length) && data.axes == 1 && data.reversals > 0) {
+      const FitData cut = without_turns(thin);
+      if (2 * cut.samples() > thin.samples()) {
+        thin = cut;
+        moving = without_turns(moving);
+        // The shortest presliding length is that of the finer record, so that both are fitted alike.
+        thin.finest_move = moving.finest_move = std::min(thin.finest_move, moving.finest_move);
+        chosen = choose_brush(thin, options, progress, note);
+        chosen.found.notes.push_back(
+            "presliding is shorter than the moves between samples: those at turns are left out, where "
+            "friction may be anything between its limits");
+      }
     }
-    FitResult result = Fitter(moving, held, Detail::finish, progress).finish(found);
+    progress.update(0.85);
+    FitResult result = Fitter(moving, chosen.options, Detail::finish).finish(chosen.found);
     if (!note.empty()) result.notes.push_back(note);
-    result.evaluations += searched;
-    if (moving.samples() < data.samples()) result.curve = curve_at(data, held, result);
+    if (fit_stopped()) result.notes.push_back("stopped early: the best that was found until then");
+    result.evaluations += chosen.found.evaluations;
+    if (result.curve.size() < data.force.size()) {
+      FittedBrush last = chosen;
+      last.found.point.past = result.past;
+      for (std::size_t p = 0; p < fit_parameters; ++p) last.found.point.values[p] = result.estimates[p].value;
+      const Eigen::VectorXd curve = force_of(last, data, Detail::finish);
+      result.curve.assign(curve.begin(), curve.end());
+    }
     return result;
   } catch (const bristle::Error& error) {
     throw UserError(

@@ -28,17 +28,14 @@ struct FitOptions {
   /// Law of snap lengths; `table` stands for any law, which only the rule slide can have.
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
-  bool choose_rule = false;  ///< whether to choose redraw or slide, by errors on parts of the record left out
-                             ///< of the fit
+  /// Whether to choose the brush (rule redraw without or with rubbing, rule slide with this law or a free
+  /// one) by its error on blocks of the record left out of the fit.
+  bool choose_rule = false;
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
   /// Quantiles of the snap lengths over their mean, for SnapLaw::table; found by the fit.
   std::vector<double> quantiles;
-  std::optional<double> residual;    ///< residual over presliding length; fixed if given, 0 with the rule
-                                     ///< keep
-  std::optional<double> renewal;     ///< bristles renewed for each snap; fixed if given, 0 with the rule
-                                     ///< keep
-  std::optional<double> compliance;  ///< compliance of the contact's stage, m/N; fixed if given
-  std::optional<double> delay;       ///< delay of the force sensor, s; fixed if given
+  std::optional<double> residual;  ///< residual over presliding length; fixed if given, 0 with the rule slide
+  std::optional<double> renewal;   ///< bristles renewed for each snap; fixed if given, 0 with the rule slide
 
   /// Whether to fit the friction of a geared joint (joint.hpp), with the two options below.
   bool joint = false;
@@ -46,17 +43,13 @@ struct FitOptions {
 
   /// Gravity torque of a pendulum on the joint when horizontal, N m; at angle 0 it hangs down.
   std::optional<double> pendulum;
-  bool rivals = false;  ///< whether to fit other friction models too: all to a part of the record, judged on
-                        ///< the rest
-
-  /// End of the fitted part of the record, s after its first sample; none: after a third of it.
+  bool rivals = false;  ///< whether to judge other friction models too: all fitted to a part of the record,
+                        ///< judged on the rest
+  /// End of the fitted part of the record, s after its first sample; none: half of 32 blocks of its time.
   std::optional<double> fit_until;
   std::string json, csv, html, write, plot;  ///< names of files to write; empty: none
 
-  /// Whether to fit for prediction: any term that lowers the residuals stays, even with a wide interval.
-  bool for_prediction = false;
   bool no_drift = false;  ///< whether the sensor's drift is fixed at 0
-  bool no_time = false;   ///< whether ageing and speed strengthening are left out
   bool quiet = false;     ///< whether the terminal shows no progress
 };
 
@@ -65,55 +58,31 @@ inline bool has_spread(bristle::SnapLaw law) {
   return law != bristle::SnapLaw::exponential && law != bristle::SnapLaw::table;
 }
 
-/// Parameters of a fit: twelve of the material, then those of stage, direction and sensor.
+/// Parameters of a fit: five of the brush, one of the stage, three that go with the speed, then those of the
+/// sensor.
 enum FitParameter : unsigned {
-  fit_kinetic,   ///< kinetic coefficient, at the speed FitFrame::speed if it depends on speed
-  fit_length,    ///< presliding length, m: residual plus mean snap length, at FitFrame::age if it ages
-  fit_spread,    ///< standard deviation of snap lengths over their mean
-  fit_residual,  ///< deflection left after a snap over presliding length
-  fit_renewal,   ///< bristles renewed for each snap, if so many are bent
-
-  /// Logarithmic ageing: growth of the snap length per e-fold of age, over its value at FitFrame::age.
-  /// Saturating ageing: Ageing::strength.
-  fit_ageing,
-  fit_ageing_time,          ///< age from which snap lengths grow, s
-  fit_strengthening,        ///< growth of friction with speed, Material::speed_strengthening
-  fit_strengthening_speed,  ///< speed from which friction grows with speed, m/s
-  fit_viscous,              ///< viscous friction of a lubricant, N s/m
-  fit_damping,              ///< damping of the bristles over load, s/m
-  fit_stribeck,             ///< Stribeck velocity, over which the damping of bristles fades, m/s
-  fit_compliance,           ///< compliance between measured position and contact, m/N
-  fit_softening,            ///< half of the compliance's growth per newton (by the body), m/N^2; one axis
-  fit_delay,                ///< time constant of a low-pass on the measured force, s
-  fit_asymmetry,            ///< share by which friction is higher towards +x and lower towards -x
-  fit_offset,               ///< offset of the force sensor in the middle of the record, N
-  fit_drift,                ///< drift of the force sensor, N/s
-  fit_offset_y,             ///< offset of the sensor's second axis, N
-  fit_drift_y,              ///< drift of the sensor's second axis, N/s
-  fit_parameters            ///< number of fitted parameters, those above
+  fit_kinetic,    ///< kinetic coefficient
+  fit_length,     ///< presliding length, m: residual plus mean snap length
+  fit_spread,     ///< standard deviation of snap lengths over their mean
+  fit_residual,   ///< deflection left after a snap over presliding length
+  fit_renewal,    ///< bristles renewed for each snap, if so many are bent
+  fit_softening,  ///< bending of the stage between measured position and contact, over force squared, m/N^2:
+                  ///< a stage that is stiffer one way than the other
+  fit_viscous,    ///< viscous friction of a lubricant, N s/m
+  fit_damping,    ///< damping of the bristles over load, s/m
+  fit_stribeck,   ///< Stribeck velocity, over which the damping of bristles fades, m/s
+  fit_delay,      ///< time of the force sensor's first-order low-pass, s
+  fit_offset,     ///< offset of the force sensor in the middle of the record, N
+  fit_drift,      ///< drift of the force sensor, N/s
+  fit_offset_y,   ///< offset of the sensor's second axis, N
+  fit_drift_y,    ///< drift of the sensor's second axis, N/s
+  fit_parameters  ///< number of fitted parameters, those above
 };
 using FitValues = std::array<double, fit_parameters>;
 
-/// Default values, which parameters keep if the data do not determine them.
-inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0, 1e-6, 0.0,
-                                           0.0,  1e-3,  0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,  0.0};
-
-/// Returns whether the stage yields, so that the contact is not where the position is measured.
-inline bool bends_stage(const FitValues& p) { return p[fit_compliance] > 0.0 || p[fit_softening] != 0.0; }
-
-/// Reference speed and age for which a fit states parameters that depend on them: in the middle of the
-/// record's range, where the data determine them best.
-struct FitFrame {
-  double speed = 0.0;                            ///< reference speed, m/s; 0 without ageing or
-                                                 ///< strengthening
-  double age = 0.0;                              ///< reference age of bristles, s
-  double shortest_age = 0.0, longest_age = 0.0;  ///< range of the bristles' ages in the record,
-                                                 ///< s
-  bristle::AgeingForm form = bristle::AgeingForm::logarithmic;
-  /// Whether the form of ageing is assumed, because the data fit both forms about equally.
-  bool form_assumed = true;
-  friend bool operator==(const FitFrame&, const FitFrame&) = default;
-};
+/// Values from which a search starts.
+inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 0.0,
+                                           0.0,  1e-3,  0.0, 0.0, 0.0, 0.0, 0.0};
 
 struct FitEstimate {
   double value = 0.0;
@@ -124,10 +93,8 @@ struct FitEstimate {
 
 struct FitResult {
   std::array<FitEstimate, fit_parameters> estimates;
-  FitFrame frame;
-  /// Estimates derived from the fitted parameters: peak coefficient (at FitFrame::age, if bristles age),
-  /// stiffness over load (1/m), and friction coefficients towards +x and -x if they differ.
-  FitEstimate peak, stiffness, forward, backward;
+  /// Estimates derived from the fitted parameters: peak coefficient, and stiffness over load (1/m).
+  FitEstimate peak, stiffness;
   std::vector<std::string> notes;  ///< remarks that a reader of the fitted numbers needs
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
@@ -144,14 +111,11 @@ struct FitResult {
   double correlated_samples = 1.0;
   /// Smallest over largest singular value of the fit's Jacobian, its columns scaled to length 1.
   double smallest_singular_value = 0.0;
-  /// Lower estimate of the bristles per newton, from force fluctuations in sliding; may be infinite.
-  double fluctuating_bristles = 0.0;
   int evaluations = 0;  ///< number of times the brush was stepped along the path
 };
 
-/// Names of the numbers in a fit's report: those of FitParameter in order, then peak, stiffness, forward and
-/// backward friction.
-inline constexpr std::size_t fit_report_rows = fit_parameters + 4;
+/// Names of the numbers in a fit's report: those of FitParameter in order, then peak and stiffness.
+inline constexpr std::size_t fit_report_rows = fit_parameters + 2;
 const char* fit_name(std::size_t row);
 const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
 
@@ -173,9 +137,6 @@ std::string fit_csv(const FitData& data, const FitResult& result, const std::vec
 std::string fit_motion(const FitData& data);
 /// Returns a scene file that has the fitted material and replays the measured motion by `bristle run`.
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& result);
-
-/// The page of text that fit_table() returns: how the file was read, data and fit, residuals, parameters, and
-/// what the data do not determine.
 
 /// Runs the command `bristle fit`: reads files, fits, reports. Throws UserError.
 void fit_command(const FitOptions& options);

@@ -1,5 +1,5 @@
-// Fits a brush to one record of measured friction: searches the best point, adds terms that the data show,
-// and removes parameters that they do not determine. Used within this folder only.
+// Fits one kind of brush to one record of measured friction: searches the best point, adds terms that the
+// data show, and holds the parameters that they do not determine. Used within this folder only.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,11 @@
 #include "tools/libraries/fitting/fit.hpp"
 #include "tools/libraries/fitting/model.hpp"
 #include "tools/libraries/fitting/solve.hpp"
-#include "tools/libraries/reports/progress.hpp"
 
 namespace cli {
 
 // Ratio of fast to slow speed below which a record counts as having a single speed.
 inline constexpr double one_speed = 1.3;
-// Ratio of highest to lowest load above which a record counts as having several loads.
-inline constexpr double several = 1.3;
 inline constexpr double bristles_per_newton = 900.0;
 
 inline bool contains(const FitParameterSet& set, FitParameter p) {
@@ -42,94 +39,60 @@ inline std::vector<double> trial_stribeck_velocities(const FitData& data) {
 struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
-  std::string stage_note;
-  int evaluations = 0;    ///< number of times the force was computed along the path
-  double held_out = 0.0;  ///< rms error on parts of the record that were not fitted, N
+  int evaluations = 0;  ///< number of times the force was computed along the path
+  std::vector<std::string> notes;
 };
 
-/// Fitter of one record of friction: finds the best point, and removes from it the parameters that the record
-/// does not determine.
+/// Fitter of one kind of brush to one record of friction.
 class Fitter {
  public:
-  Fitter(const FitData& data, const FitOptions& options, Detail detail, Progress& progress)
-      : data_(data), options_(options), model_(data, options, detail), progress_(progress) {}
+  Fitter(const FitData& data, const FitOptions& options, Detail detail)
+      : data_(data), options_(options), model_(data, options, detail) {}
 
-  Found search() {
-    const FitPoint point = choose();
-    return {point, why_, stage_note_, model_.evaluations(),
-            std::sqrt(held_out(point) / static_cast<double>(samples()))};
-  }
+  /// Searches the brush without rubbing (residual and shared renewal other than those that the options hold).
+  Found search_plain();
+  /// Adds rubbing to a brush, where that pays.
+  Found add_rubbing(const Found& plain);
+  /// Adds a lubricant, a damper or both even where they do not justify their parameters by the criterion;
+  /// blocks held out decide.
+  Found with_speed_terms(const Found& plain);
+  /// Adds a stage that bends, a sensor that lags, or both, where that pays.
+  Found add_stage(const Found& plain);
   /// Fits the slide rule with a free law of snap lengths. Sets `quantiles` to those of that law.
-  Found with_free_law(const Found& found, std::vector<double>& quantiles) {
-    FreeLaw free = find_free_law(model_, options_, minimise_all(found.point));
-    quantiles = std::move(free.quantiles);
-    return {std::move(free.point), found.why, found.stage_note, found.evaluations, found.held_out};
-  }
-  FitResult finish(const Found& found) {
-    why_ = found.why;
-    stage_note_ = found.stage_note;
-    FitPoint point = minimise_all(found.point);
-    if (options_.rule == bristle::SnapRule::keep) point = polish(point);
-    refuse_without_friction(point);
-    return report(keep_determined(point));
-  }
+  Found with_free_law(const Found& found, std::vector<double>& quantiles);
+  /// Fits a point of another record, or of another detail, to this record.
+  Found fit_again(const Found& found);
+  /// Holds what the record does not determine, and reports.
+  FitResult finish(const Found& found);
 
  private:
-  FitPoint minimise_all(const FitPoint& found) {
-    const FitPoint point = found.free.empty() ? found : minimise(model_, found);
-    return bends_stage(point.values) ? minimise_bent(point) : point;
-  }
-  FitPoint search_plain();
-  FitPoint search_whole_memory(const FitPoint& about);
-  FitPoint search_rubbed();
-  bool promises(const FitPoint& core, const std::vector<FitValues>& with);
-  bool promises_rubbing(const FitPoint& core);
-  FitPoint made_to_rub(const FitPoint& plain);
-  FitPoint polish(const FitPoint& point);
-  FitPoint choose();
   FitParameterSet bending() const {
     FitParameterSet set{fit_length};
     if (has_spread(options_.law)) set.push_back(fit_spread);
     return set;
   }
+  Found found(const FitPoint& point) const { return {point, why_, model_.evaluations(), notes_}; }
   FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
-  FitPoint search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending, double progress);
-  std::vector<FitValues> rubbed_shapes() const;
+  FitPoint search_grid();
+  FitPoint polish(const FitPoint& point);
   FitPoint try_starts(FitPoint best);
   FitPoint try_later_starts(FitPoint point);
   std::vector<FitPoint> speed_candidates(const FitPoint& core);
   FitPoint add_speed_terms(const FitPoint& core);
-  FitFrame time_frame(const FitPoint& core) const;
-  FitPoint add_time_terms(const FitPoint& core, const FitPoint& base);
-  std::vector<FitPoint> time_starts(const FitPoint& core, const FitPoint& base);
-  FitPoint try_rests(FitPoint point);
-  FitPoint try_saturating(FitPoint point);
-  FitPoint add_asymmetry(const FitPoint& point);
-  FitPoint add_stage_terms(const FitPoint& core);
-  FitPoint minimise_bent(FitPoint point);
-  std::string alike(const FitPoint& taken, const FitPoint& other) const;
-  void hold_stage(FitValues& values) const {
-    values[fit_compliance] = options_.compliance.value_or(0.0);
-    values[fit_delay] = options_.delay.value_or(0.0);
-  }
   bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }
   /// Returns whether turns of the motion pass through speeds well below the fastest. That suffices to fit a
   /// damper, which vanishes at high speed, but not a lubricant, for which the sliding speed must vary.
   bool slow_turns() const { return data_.fast >= one_speed * data_.slow; }
-  bool several_loads() const { return data_.most_load >= several * data_.least_load; }
   FitPoint keep_determined(FitPoint point);
   FitPoint keep_predicting(FitPoint point);
   double held_out(const FitPoint& point);
   double forecast(const FitPoint& point);
-  bool drop_one(FitPoint& point, bool with_bristles = false);
-  PopulationError bristle_error(const FitPoint& point, const Eigen::MatrixXd& j, const Eigen::VectorXd& r) {
-    return population_error(model_, point, j, r, bristles_per_newton * data_.mean_load);
-  }
+  bool at_an_edge(const FitPoint& point, FitParameter& edge, std::string& why) const;
   bool is_determined(const FitPoint& point, const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& cov,
                      Eigen::Index i) const;
-  bool at_an_edge(FitPoint& point);
+  bool undetermined(const FitPoint& point, FitParameter& open, std::string& why);
   std::string lacking(FitParameter p) const;
-  void leave(FitPoint& point, FitParameter p, const std::string& why);
+  FitPoint without(const FitPoint& point, FitParameter p, const std::string& why, bool must_go = false);
   std::vector<FitPoint> as_good(const FitPoint& point, FitParameter open);
   FitPoint take_middle(FitPoint point, FitParameter open);
   /// Returns the mean square by which a function of the parameters varies over the points that fit as well as
@@ -137,18 +100,15 @@ class Fitter {
   template <typename Function>
   double open_variance(const Function& function) const {
     double sum = 0.0;
-    for (const Row& row : rows_) {
-      const double middle = function(row.middle.values);
-      for (const FitPoint& point : row.points)
-        sum += std::pow(function(point.values) - middle, 2) / static_cast<double>(row.points.size());
-    }
+    const double middle = as_good_.empty() ? 0.0 : function(as_good_[as_good_.size() / 2].values);
+    for (const FitPoint& point : as_good_)
+      sum += std::pow(function(point.values) - middle, 2) / static_cast<double>(as_good_.size());
     return sum;
   }
-  double widened_by_rival(const FitPoint& point, const Eigen::MatrixXd& j, FitParameter p);
   void refuse_without_friction(const FitPoint& point);
   std::string why_no_peak(const FitPoint& point, const FitResult& result);
   FitResult report(const FitPoint& point);
-  void note(const FitPoint& point, FitResult& result) const;
+  void note(FitResult& result) const;
   void derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result);
 
   Eigen::VectorXd residuals(const FitPoint& point) {
@@ -157,22 +117,18 @@ class Fitter {
   }
   Eigen::Index samples() const { return static_cast<Eigen::Index>(data_.force.size()); }
   double samples_that_count(const FitPoint& point) {
-    if (options_.for_prediction) return static_cast<double>(samples());
     return static_cast<double>(samples()) / correlated_samples(residuals(point));
   }
   /// Returns Bayes' information criterion of a fit for the effective number of samples `count`. The weight of
   /// parameters is doubled, so that the chance properties of few bristles do not pass for a damper.
   double criterion(const FitPoint& point, double count) const {
-    return count * std::log(std::max(point.sum_of_squares, 1e-300)) + price(point.free.size(), count);
+    return count * std::log(std::max(point.sum_of_squares, 1e-300)) +
+           2.0 * static_cast<double>(point.free.size()) * std::log(count);
   }
   /// Whether a fit has the lower criterion, at its own number of samples that count, than another one.
   bool justified(const FitPoint& point, const FitPoint& other) {
     const double count = samples_that_count(point);
     return criterion(point, count) < criterion(other, count);
-  }
-  /// Returns the penalty that the information criterion adds for a number of parameters.
-  static double price(std::size_t parameters, double count) {
-    return 2.0 * static_cast<double>(parameters) * std::log(count);
   }
   /// Lists the parameters in which the force is linear: the kinetic coefficient and, if the motion goes both
   /// ways, offset and drift of the sensor.
@@ -185,14 +141,12 @@ class Fitter {
   const FitOptions& options_;
   FitModel model_;
   std::array<std::string, fit_parameters> why_;
-  std::string stage_note_;  // sentence, if the record cannot tell a delay of the sensor from a compliance of
-                            // the stage
-  struct Row {
-    FitPoint middle;
-    std::vector<FitPoint> points;
-  };
-  std::vector<Row> rows_;  // for each undetermined parameter, points that fit as well as the best
-  Progress& progress_;
+  std::vector<std::string> notes_;
+  std::vector<FitPoint> as_good_;  // points that fit as well as the best, with other spreads
 };
+
+/// Asks all fits of this process to end with the best that they have, once Ctrl-C was pressed.
+void stop_fits_on_signals();
+bool fit_stopped() noexcept;
 
 }  // namespace cli

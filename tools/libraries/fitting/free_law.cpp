@@ -168,8 +168,8 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   FitOptions uniform = options;
   uniform.law = bristle::SnapLaw::uniform;
   FitModel single(data, uniform, model.detail());
-  assume(single, about);
-  single.set_stage_force(model.stage_force());
+  single.set_past(about.past);
+  single.bend_as(model);
   FitValues values = about.values;
   values[fit_kinetic] = 1.0;
   for (int i = 0; i < bins; ++i) {

@@ -74,17 +74,15 @@ double Fitter::forecast(const FitPoint& point) {
 /// Removes terms that lower the residuals but do not predict held-out parts of the record. The brush itself
 /// and the sensor's offset stay.
 FitPoint Fitter::keep_predicting(FitPoint point) {
-  for (const FitParameter p :
-       {fit_drift, fit_drift_y, fit_delay, fit_softening, fit_compliance, fit_asymmetry, fit_damping,
-        fit_strengthening, fit_ageing, fit_viscous, fit_renewal, fit_residual}) {
+  for (const FitParameter p : {fit_drift, fit_drift_y, fit_softening, fit_delay, fit_damping, fit_viscous,
+                               fit_renewal, fit_residual}) {
     if (!contains(point.free, p)) continue;
     const auto why = why_;
-    FitPoint without = point;
-    leave(without, p, "what it was not fitted to is predicted no better with it (held-out error)");
-    without = minimise(model_, without);
+    const FitPoint left =
+        without(point, p, "what it was not fitted to is predicted no better with it (held-out error)", true);
     const bool drifts = p == fit_drift || p == fit_drift_y;
-    if (drifts ? forecast(without) <= forecast(point) : held_out(without) <= held_out(point))
-      point = without;
+    if ((drifts ? forecast(left) <= forecast(point) : held_out(left) <= held_out(point)))
+      point = left;
     else
       why_ = why;
   }

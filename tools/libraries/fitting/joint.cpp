@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstring>
 #include <functional>
 
@@ -15,8 +14,7 @@
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/fitting/fit.hpp"
-#include "tools/libraries/fitting/solve.hpp"
-#include "tools/libraries/platform/platform.hpp"
+#include "tools/libraries/fitting/fitter.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/table.hpp"
@@ -58,18 +56,6 @@ constexpr double clearly_closer = 12.0, least_gain = 0.99;
 constexpr double too_close = 0.3;
 /// Number of parts of equal duration that a log of a joint is cut into; every second one is held out.
 constexpr double parts = 24.0;
-
-volatile std::sig_atomic_t stopped = 0;
-
-/// Asks the fit to end with the best that it has; at the second signal, ends the program.
-void stop(int signal) {
-  if (stopped != 0) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-  }
-  stopped = 1;
-}
-bool fit_stopped() { return stopped != 0; }
 
 /// Friction model of a joint, computed along a log. Its parameters are all positive; the first is the
 /// inertia, kg m^2.
@@ -829,7 +815,7 @@ void fit_joint_command(const FitOptions& options) {
   for (const std::string& data : options.data) inputs.push_back({"DATA", data});
   const bool on_stdout = check_files(inputs, {{"--json", options.json}});
   OutputFile json(options.json);
-  platform::on_stop_signals(&stop);
+  stop_fits_on_signals();
   JointLog log;
   for (const std::string& data : options.data)
     append(log, parse_joint_log(read_text_file(data), data, options.reading, options.torque_constant,

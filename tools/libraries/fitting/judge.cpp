@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/brushes.hpp"
 #include "tools/libraries/fitting/least_squares.hpp"
-#include "tools/libraries/fitting/model.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/table.hpp"
@@ -20,6 +20,14 @@ namespace cli {
 namespace {
 
 using Eigen::VectorXd;
+
+// Samples of the thinned records to which brushes and rivals are fitted; the fewest that are enough. LuGre's
+// equation needs short steps.
+constexpr std::size_t brush_samples = 2000, rival_samples = 20000, fewest_fitted = 20;
+// Fewest samples after turns on which reversals are judged.
+constexpr std::size_t fewest_turning = 10;
+// Ratio of errors below which two models are equally close.
+constexpr double alike = 1.01;
 
 /// Rival friction model as a function of its fitted parameters. First come `logarithms` parameters that are
 /// fitted as logarithms, last viscous friction and offset, in which the force is linear.
@@ -40,18 +48,13 @@ VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState star
                    data.load.front());
   }
   VectorXd force(static_cast<Eigen::Index>(data.force.size()));
-  const std::vector<double>& t = data.columns.t;
-  const double first_dt = t[1] - t[0];
   Eigen::Index sample = 0;
-  double x = data.path.front().x, end = 0.0;
-  for (std::size_t i = 0; i < data.path.size(); ++i) {
-    const PathPoint& point = data.path[i];
-    const auto k = static_cast<std::size_t>(sample);
-    double dt = k > 0 && k < t.size() ? t[k] - t[k - 1] : first_dt;
-    const bool turned = !point.wanted || (i > 0 && !data.path[i - 1].wanted);
-    if (turned) dt *= 0.5;
-    end = -rivals::step(rival, {point.x - x, 0.0}, dt, point.load).end.x;
+  double x = data.path.front().x, before = data.path.front().t - data.sample_time;
+  for (const PathPoint& point : data.path) {
+    const double dt = std::max(point.t - before, 1e-3 * data.sample_time);
+    const double end = -rivals::step(rival, {point.x - x, 0.0}, dt, point.load).end.x;
     x = point.x;
+    before = point.t;
     if (point.wanted) force[sample++] = end;
   }
   return force;
@@ -135,8 +138,11 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   return {p, start, residuals.squaredNorm()};
 }
 
+/// Fits a rival model from the guesses with the smallest residuals, and once more from the best fit: there
+/// Levenberg-Marquardt's damping begins anew.
 RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
-  // Fits a rival model only from the three guesses with the smallest residuals.
+  constexpr std::size_t most_starts = 4;
+  constexpr int few_parameters = 5;  // logarithms up to which a model is fitted once more
   const double speed = std::max(data.fast, 1e-12);
   VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
   std::vector<std::pair<double, VectorXd>> rated;
@@ -145,13 +151,16 @@ RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<Vect
     rated.emplace_back(residuals.squaredNorm(), std::move(guess));
   }
   std::sort(rated.begin(), rated.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  if (rated.size() > 3) rated.resize(3);
+  if (rated.size() > most_starts) rated.resize(most_starts);
   RivalFit best;
   for (const auto& [squares, guess] : rated) {
+    if (fit_stopped() && std::isfinite(best.sum_of_squares)) break;
     const RivalFit fit = fit_from(model, data, guess);
     if (fit.sum_of_squares < best.sum_of_squares) best = fit;
   }
-  return best;
+  if (!std::isfinite(best.sum_of_squares) || model.logarithms > few_parameters) return best;
+  const RivalFit again = fit_from(model, data, best.parameters);
+  return again.sum_of_squares < best.sum_of_squares ? again : best;
 }
 
 rivals::Surface bare_surface(double kinetic) {
@@ -284,28 +293,43 @@ std::vector<double> way_since_turn(const FitData& data) {
   return ways;
 }
 
+/// Returns the value that a hundredth of these exceeds; 0 for none.
+double nearly_highest(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 class Judge {
  public:
-  Judge(const FitData& whole, std::size_t fitted, double reversal_way)
+  Judge(const FitData& whole, const std::vector<bool>& fitted, double reversal_way)
       : whole_(whole), fitted_(fitted), reversal_way_(reversal_way), ways_(way_since_turn(whole)) {}
 
-  void add(Judgements& all, const std::string& model, int parameters, const VectorXd& force,
+  void add(Judgements& all, const std::string& model, std::size_t parameters, const VectorXd& force,
            const std::string& values) const {
     Judgement j;
     j.model = model;
-    j.parameters = parameters;
+    j.parameters = static_cast<int>(parameters);
     j.values = values;
-    j.fitted = rms(force, [&](std::size_t i) { return i < fitted_; });
-    j.judged.all = rms(force, [&](std::size_t i) { return i >= fitted_; });
-    j.judged.reversal = rms(force, [&](std::size_t i) { return i >= fitted_ && turns(i); });
-    j.judged.sliding = rms(force, [&](std::size_t i) { return i >= fitted_ && !turns(i); });
+    j.fitted = rms(force, [&](std::size_t i) { return fitted_[i]; });
+    j.judged.all = rms(force, [&](std::size_t i) { return !fitted_[i]; });
+    j.judged.reversal = rms(force, [&](std::size_t i) { return !fitted_[i] && turns(i); });
+    j.judged.sliding = rms(force, [&](std::size_t i) { return !fitted_[i] && !turns(i); });
     if (!std::isfinite(j.fitted + j.judged.all)) j.failed = "its force is no number on this record";
     all.models.push_back(j);
   }
   void count(Judgements& all) const {
-    all.fitted_samples = fitted_;
-    for (std::size_t i = fitted_; i < ways_.size(); ++i)
-      ++(turns(i) ? all.reversal_samples : all.sliding_samples);
+    std::vector<double> way[2], speed[2];  // of the judged part, and of the fitted one
+    for (std::size_t i = 0; i < ways_.size(); ++i) {
+      ++(fitted_[i] ? all.fitted_samples : turns(i) ? all.reversal_samples : all.sliding_samples);
+      way[fitted_[i]].push_back(ways_[i]);
+      speed[fitted_[i]].push_back(std::fabs(whole_.velocity[i]));
+    }
+    all.judged_stroke = nearly_highest(way[0]);
+    all.fitted_stroke = nearly_highest(way[1]);
+    all.judged_speed = nearly_highest(speed[0]);
+    all.fitted_speed = nearly_highest(speed[1]);
   }
 
  private:
@@ -322,97 +346,61 @@ class Judge {
   }
 
   const FitData& whole_;
-  std::size_t fitted_;
+  const std::vector<bool>& fitted_;
   double reversal_way_;
   std::vector<double> ways_;
 };
 
-FitColumns first_part(const FitColumns& columns, double until) {
-  FitColumns part = columns;
-  const auto end = std::upper_bound(columns.t.begin(), columns.t.end(), columns.t.front() + until);
-  const auto count = static_cast<std::size_t>(end - columns.t.begin());
-  for (std::vector<double>* column : {&part.t, &part.x, &part.v, &part.load, &part.force}) {
-    if (!column->empty()) column->resize(count);
-  }
-  return part;
-}
-
-std::string brush_values(const FitResult& r) {
-  const auto value = [&](FitParameter p) { return r.estimates[p].value; };
-  std::string text = r.rule == bristle::SnapRule::slide ? "slide: " : "redraw: ";
-  text += fmt::format("kinetic {:.3g}, presliding {:.3g} m, spread {:.3g}", value(fit_kinetic),
-                      value(fit_length), value(fit_spread));
-  for (unsigned p = fit_residual; p < fit_offset; ++p)
-    if (r.estimates[p].fitted) text += fmt::format(", {} {:.3g}", fit_name(p), r.estimates[p].value);
+std::string brush_values(const FittedBrush& brush) {
+  const FitPoint& point = brush.found.point;
+  std::string text = brush.options.rule == bristle::SnapRule::slide ? "slide" : "redraw";
+  for (const FitParameter p : point.free)
+    text +=
+        fmt::format("{} {} {:.3g}", text.find(' ') == text.npos ? ":" : ",", fit_name(p), point.values[p]);
   return text;
 }
 
 }  // namespace
 
-Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, double until) {
-  const FitColumns part = first_part(columns, until);
-  if (part.t.size() == columns.t.size())
-    throw UserError(fmt::format("--fit-until {:g} s: nothing is left to judge; the record ends after {:g} s",
-                                until, columns.t.back() - columns.t.front()));
+Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   if (columns.planar())
     throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
-  const FitData train = prepare_fit_data(part, options.sign, options.load, options.mass);
-  const FitData whole = prepare_fit_data(columns, train.sign, options.load, options.mass);
+  const FitData whole = prepare_fit_data(columns, options.sign, options.load, options.mass);
+  std::vector<bool> fitted = fitted_blocks(whole.columns.t, options.fit_until);
+  // Of the two halves, fits to the one with the wider range, in which the other one then lies.
+  Judgements halves;
+  Judge(whole, fitted, 0.0).count(halves);
+  const bool other_half = !options.fit_until && !halves.within_range();
+  if (other_half) fitted.flip();
+  const auto fitted_part = [&](std::size_t most) {
+    const FitData thin = thinned(whole, most);
+    return part_of(thin, fitted_blocks(thin.columns.t, options.fit_until), !other_half);
+  };
+  const FitData train = fitted_part(rival_samples), brush_train = fitted_part(brush_samples);
+  if (std::all_of(fitted.begin(), fitted.end(), [](bool is) { return is; }))
+    throw UserError(fmt::format("--fit-until {:g} s: nothing is left to judge; the record ends after {:g} s",
+                                options.fit_until.value_or(0.0), whole.length()));
+  if (train.samples() < fewest_fitted)
+    throw UserError(fmt::format("{}: {} samples to fit to; --rivals needs at least {}", columns.name,
+                                train.samples(), fewest_fitted));
   Progress progress("rivals", options.quiet);
   progress.update(0.0);
 
-  // Fits the brush without a drift of the sensor, which would be extrapolated beyond the fitted part.
+  // Fits the brushes without a drift of the sensor, which would be extrapolated beyond the fitted part.
   FitOptions held = options;
-  held.no_drift = held.for_prediction = held.no_time = true;
-  held.quiet = true;
-  held.choose_rule = false;
-  if (held.law == bristle::SnapLaw::table) held.law = bristle::SnapLaw::lognormal;
-  held.rule = bristle::SnapRule::redraw;
-  const FitResult rubbed = fit_material(train, held);
-  progress.update(0.25);
-  FitOptions paper = held;
-  paper.residual = paper.renewal = 0.0;
-  FitOptions sliding = held;
-  sliding.rule = bristle::SnapRule::slide;
-  FitOptions any_law = sliding;
-  any_law.law = bristle::SnapLaw::table;
-  // Options of the fit that users get without --rivals, which also looks for stage, sensor and time terms.
-  FitOptions handed_out = options;
-  handed_out.quiet = handed_out.no_drift = true;
+  held.no_drift = true;
+  std::vector<std::pair<std::string, std::string>> failed;
+  const std::vector<FittedBrush> brushes = fit_brushes(
+      brush_train, held, Detail::search, [&](double share) { progress.update(0.6 * share); }, &failed);
 
   Judgements all;
-  all.until = until;
-  all.presliding_length = rubbed.estimates[fit_length].value;
-  const Judge judge(whole, train.force.size(), 2.0 * all.presliding_length);
+  all.until = options.fit_until;
+  all.presliding_length = brushes.front().found.point.values[fit_length];
+  const Judge judge(whole, fitted, 2.0 * all.presliding_length);
   judge.count(all);
   const auto add_failed = [&](const std::string& name, int parameters, const std::string& reason) {
     const double none = std::nan("");
     all.models.push_back({name, parameters, none, {none, none, none}, {}, reason});
-  };
-  const auto add_brush = [&](const std::string& name, const FitResult& result, const FitOptions& used) {
-    FitOptions same = used;
-    same.rule = result.rule;
-    same.law = result.law;
-    same.quantiles = result.quantiles;
-    FitModel model(whole, same, Detail::finish);
-    model.set_past(result.past);
-    model.set_frame(result.frame);
-    FitValues values{};
-    int parameters = 0;
-    for (unsigned p = 0; p < fit_parameters; ++p) {
-      values[p] = result.estimates[p].value;
-      parameters += result.estimates[p].fitted ? 1 : 0;
-    }
-    model.settle_stage(values);
-    judge.add(all, name, parameters, model.force(values), brush_values(result));
-  };
-  const auto fit_brush = [&](const std::string& name, const FitOptions& used, double done) {
-    try {
-      add_brush(name, fit_material(train, used), used);
-    } catch (const UserError& refused) {
-      add_failed(name, 0, refused.what());
-    }
-    progress.update(done);
   };
   const auto add_rival = [&](const RivalModel& model, const std::vector<VectorXd>& guesses, double done) {
     const RivalFit fit = best_fit(model, train, guesses);
@@ -426,7 +414,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
         whole_force(elastic_force(model.make(fit.parameters.head(model.logarithms)), whole, fit.start), whole,
                     fit.parameters[model.logarithms] * train.force_scale / speed,
                     fit.parameters[model.logarithms + 1] * train.force_scale);
-    judge.add(all, model.name, model.logarithms + 2, force, model.describe(fit.parameters));
+    judge.add(all, model.name, static_cast<std::size_t>(model.logarithms) + 2, force,
+              model.describe(fit.parameters));
     if (all.models.back().failed.empty())
       all.rivals.push_back({model.name, {force.data(), force.data() + force.size()}});
     progress.update(done);
@@ -444,10 +433,12 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
     // Ratio of bristle damping to stiffness, over the time in which the motion covers a presliding length.
     for (const double damper : {1e-3, 0.3}) {
       const double time = length / std::max(train.slow, 1e-12);
-      VectorXd p(7);
-      p << std::log(kinetic), std::log(1.1 * kinetic), std::log(std::max(train.slow, 1e-12)),
-          std::log(kinetic / length), std::log(damper * time * kinetic / length), 0.0, 0.0;
-      guesses.push_back(p);
+      for (const double rise : {1.1, 2.0}) {
+        VectorXd p(7);
+        p << std::log(kinetic), std::log(rise * kinetic), std::log(std::max(train.slow, 1e-12)),
+            std::log(kinetic / length), std::log(damper * time * kinetic / length), 0.0, 0.0;
+        guesses.push_back(p);
+      }
     }
   }
   add_rival(lugre_model(train), guesses, 0.4);
@@ -460,35 +451,46 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, do
       guesses.push_back(maxwell_guess(maxwell, train, low, high));
   }
   add_rival(maxwell, guesses, 0.6);
-  fit_brush("brush, the paper's", paper, 0.65);
-  add_brush("brush, rubbed", rubbed, held);
-  fit_brush("brush, slide", sliding, 0.75);
-  fit_brush("brush, slide, free law", any_law, 0.85);
-  fit_brush("brush, as fitted", handed_out, 1.0);
+  for (const FittedBrush& brush : brushes)
+    judge.add(all, brush.name, brush.found.point.free.size(), force_of(brush, whole, Detail::finish),
+              brush_values(brush));
+  for (const auto& [name, reason] : failed) add_failed(name, 0, reason);
   return all;
 }
 
 std::string judgement_table(const Judgements& all) {
-  const auto best = [&](const auto& of) {
-    return std::min_element(all.models.begin(), all.models.end(),
-                            [&](const Judgement& a, const Judgement& b) { return of(a) < of(b); })
-        ->model;
+  const auto best = [&](const auto& of) -> std::string {
+    const Judgement* least = nullptr;
+    for (const Judgement& j : all.models)
+      if (j.failed.empty() && !std::isnan(of(j)) && (least == nullptr || of(j) < of(*least))) least = &j;
+    // Names no winner among models whose errors print alike.
+    for (const Judgement& j : all.models)
+      if (least != nullptr && &j != least && j.failed.empty() && of(j) < alike * of(*least))
+        return least->model + " (" + j.model + " as close)";
+    return least != nullptr ? least->model : std::string();
   };
-  std::string failures;
+  std::string text;
+  if (!all.within_range())
+    text = fmt::format(
+        "No verdict: the judged part has ways of {:.3g} mm from a turn and {:.3g} mm/s, the fitted one "
+        "{:.3g} mm and {:.3g} mm/s.",
+        1e3 * all.judged_stroke, 1e3 * all.judged_speed, 1e3 * all.fitted_stroke, 1e3 * all.fitted_speed);
+  else
+    text = fmt::format(
+        "Closest to the rest of the record: {}{}.", best([](const Judgement& j) { return j.judged.all; }),
+        all.reversal_samples < fewest_turning
+            ? std::string("; too few samples follow a turn to judge reversals")
+            : "; in its reversals: " + best([](const Judgement& j) { return j.judged.reversal; }));
   for (const Judgement& j : all.models)
-    if (!j.failed.empty())
-      failures += fmt::format("{}{}: {}", failures.empty() ? "" : "; ", j.model, j.failed);
-  const std::string winner =
-      failures.empty()
-          ? fmt::format("{} is closest to the rest of the record, and {} in its reversals.",
-                        best([](const Judgement& j) { return j.judged.all; }),
-                        best([](const Judgement& j) { return j.judged.reversal; }))
-          : fmt::format("No model is named closest, since not all could be fitted ({}).", failures);
-  std::string text = fmt::format(
-      "{}\n\nFitted to the first {:g} s ({} samples), judged on the rest: {} samples within {:.3g} um after "
-      "a turn (reversal, twice the presliding length), {} beyond (sliding). Residuals in N, rms.\n\n",
-      winner, all.until, all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length,
-      all.sliding_samples);
+    if (!j.failed.empty()) text += fmt::format(" Not fitted: {} ({}).", j.model, j.failed);
+  text += fmt::format(
+      "\n\nFitted to {} ({} samples), judged on the rest: {} samples within {:.3g} um after a turn "
+      "(reversal, "
+      "twice the presliding length), {} beyond (sliding). Ways of up to {:.3g} mm from a turn, {:.3g} mm/s. "
+      "Residuals in N, rms.\n\n",
+      all.until ? fmt::format("the first {:g} s", *all.until) : std::string("16 of 32 blocks of time"),
+      all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length, all.sliding_samples,
+      1e3 * all.fitted_stroke, 1e3 * all.fitted_speed);
   Table table({"<model", "numbers", "fitted", "judged", "reversal", "sliding"});
   const auto number = [](double value) {
     return std::isnan(value) ? std::string("-") : fmt::format("{:.4g}", value);
@@ -497,7 +499,8 @@ std::string judgement_table(const Judgements& all) {
     table.add({j.model, fmt::format("{}", j.parameters), number(j.fitted), number(j.judged.all),
                number(j.judged.reversal), number(j.judged.sliding)});
   text += table.text() + '\n';
-  for (const Judgement& j : all.models) text += fmt::format("{}: {}\n", j.model, j.values);
+  for (const Judgement& j : all.models)
+    if (j.failed.empty()) text += fmt::format("{}: {}\n", j.model, j.values);
   return text;
 }
 
@@ -506,7 +509,11 @@ std::string judgement_json(const FitColumns& columns, const Judgements& all) {
   report["schema"] = "bristle-fit-rivals-1";
   report["conditions"] = to_json(conditions());
   report["file"] = columns.name;
-  report["fit_until_s"] = all.until;
+  if (all.until)
+    report["fit_until_s"] = *all.until;
+  else
+    report["held_out_blocks"] = 16;
+  report["within_range"] = all.within_range();
   report["presliding_length_m"] = all.presliding_length;
   report["samples"] = {
       {"fitted", all.fitted_samples}, {"reversal", all.reversal_samples}, {"sliding", all.sliding_samples}};

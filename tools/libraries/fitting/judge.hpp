@@ -1,7 +1,8 @@
-// Fits the brush and rival friction models to one part of a record and compares their errors on the rest:
-// `bristle fit --rivals`.
+// Fits brushes and rival friction models to half of a record, all to the same blocks of time, and compares
+// their errors on the rest: `bristle fit --rivals`.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,16 +27,23 @@ struct Judgement {
 };
 
 struct Judgements {
-  double until = 0.0;              ///< end of the part to which models are fitted, s
+  std::optional<double> until;     ///< end of the part to which models are fitted, s; none: blocks of time
   double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
+  /// Way from a turn (m) and speed (m/s) that a hundredth of the samples of either part exceeds.
+  double fitted_stroke = 0.0, judged_stroke = 0.0, fitted_speed = 0.0, judged_speed = 0.0;
   std::vector<Judgement> models;
   std::vector<ModelForce> rivals;  ///< forces of the models other than brushes, on the whole record
+
+  /// Whether the judged part lies within the range of the fitted one; beyond it no verdict is given.
+  bool within_range() const {
+    return judged_stroke <= 1.2 * fitted_stroke && judged_speed <= 1.2 * fitted_speed;
+  }
 };
 
-/// Fits the brush and rival friction models to the record up to `until` (s after the first sample), and
+/// Fits brushes and rival friction models to blocks of the record (or to its first `fit_until` seconds), and
 /// computes their errors on the rest. Throws UserError where either part determines no parameter.
-Judgements judge_rivals(const FitColumns& columns, const FitOptions& options, double until);
+Judgements judge_rivals(const FitColumns& columns, const FitOptions& options);
 
 std::string judgement_table(const Judgements& judgements);
 std::string judgement_json(const FitColumns& columns, const Judgements& judgements);

@@ -35,8 +35,8 @@ struct Forgetting {
 /// Bristles that keep their snap lengths, in the order in which load engages them. Unit: mean snap length.
 class KeptBristles {
  public:
-  KeptBristles(const SnapLength& law, std::size_t count, double most_load, Memory memory)
-      : most_load_(most_load), forgetting_(law), forgets_(memory == Memory::forgotten) {
+  KeptBristles(const SnapLength& law, std::size_t count, double most_load)
+      : most_load_(most_load), forgetting_(law) {
     // Samples snap lengths and phases by additive sequences (powers of the plastic number), so that the first
     // k bristles, for any k, cover both evenly.
     for (std::size_t i = 0; i < count; ++i) {
@@ -76,7 +76,7 @@ class KeptBristles {
     const double before = run_;
     run_ += std::fabs(d);
     // Shifts phases twice as far in backward slides: equal shifts in both directions would cancel.
-    const double spread = forgets_ ? forgetting_.share(run_) - forgetting_.share(before) : 0.0;
+    const double spread = forgetting_.share(run_) - forgetting_.share(before);
     advance(static_cast<float>(e), static_cast<float>(std::min(std::fabs(d), longest_way)),
             static_cast<float>(e > 0.0 ? spread : 2.0 * spread));
   }
@@ -111,7 +111,6 @@ class KeptBristles {
 
   double most_load_;
   Forgetting forgetting_;
-  bool forgets_;
   std::vector<float> length_, per_length_, own_way_, bent_;
   double active_ = 0.0, direction_ = 0.0, run_ = 0.0, waiting_ = 0.0;
 };
@@ -119,11 +118,11 @@ class KeptBristles {
 }  // namespace
 
 std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape, double length,
-                               Past past, Detail detail) {
+                               const Past& past, Detail detail, bool everywhere) {
   const SnapLength law = make_snap_length(shape.law, length, shape.spread);
   double most = 0.0;
   for (const PathPoint& point : path) most = std::max(most, point.load);
-  const KeptBristles fresh(law, detail == Detail::search ? 512 : 2048, most, past.memory);
+  const KeptBristles fresh(law, detail == Detail::search ? 512 : 2048, most);
   KeptBristles brush = fresh;
   const auto begin = [&](StartState start, const PathPoint& at) {
     brush = fresh;
@@ -144,7 +143,7 @@ std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushSh
     brush.set_load(point.load);
     brush.move((point.x - x) / length);
     x = point.x;
-    if (point.wanted) forces.push_back(2.0 * brush.force());
+    if (point.wanted || everywhere) forces.push_back(2.0 * brush.force());
   }
   return forces;
 }

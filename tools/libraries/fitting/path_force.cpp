@@ -17,11 +17,17 @@ using bristle::SnapRule;
 /// all presliding lengths.
 constexpr double unit_length = 1e-5;  // m
 
-/// Path, in presliding lengths, of the slide simulated before a record. Every law forgets its start in less:
-/// 1,260 lengths at a spread of 2 (core/patches/COHORTS.md).
-constexpr double long_slide = 3000.0;   // path of a slide before a record, in presliding lengths
 constexpr double shortest_step = 1e-9;  // shortest duration of a step, s
 constexpr std::size_t most_made = 8;
+constexpr double same_load = 0.05;  // relative change of load below which a slide goes on being steady
+
+/// Returns the path (presliding lengths) in one direction after which a brush's friction is steady to 1e-3: a
+/// narrow law (spread s) stays in step over some 0.4 / s^2 lengths, a wide one waits for its longest
+/// bristles.
+double steady_path(const BrushShape& shape) {
+  const double s = std::max(shape.spread, 0.05);
+  return shape.rule == SnapRule::redraw ? 10.0 + 0.4 / (s * s) + 20.0 * s * s * s : 1e300;
+}
 
 struct Direction {
   double x, y;
@@ -49,7 +55,7 @@ bristle::Material BrushShape::material(double length) const {
   m.bristle_stiffness = 1.0;
   m.asperity_height_deviation = 1e-6;
   m.normal_stiffness = 1e6;
-  const double mean = (1.0 - share) * length / growth;
+  const double mean = (1.0 - share) * length;
   if (law == bristle::SnapLaw::table) {
     std::vector<double> lengths = quantiles;
     for (double& l : lengths) l *= mean;
@@ -58,14 +64,8 @@ bristle::Material BrushShape::material(double length) const {
     m.snap_length = make_snap_length(law, mean, spread);
   }
   m.snap_rule = rule;
-  m.residual_length =
-      std::min(share * length, bristle::largest_residual * mean);  // limits the residual to the library's
-                                                                   // largest, which strong growth by age
-                                                                   // would exceed
+  m.residual_length = std::min(share * length, bristle::largest_residual * mean);
   m.shared_renewal = redraws ? shared_renewal : 0.0;
-  m.ageing_form = ageing_form;
-  m.ageing_strength = redraws ? ageing_strength : 0.0;
-  m.ageing_time = ageing_time;
   return m;
 }
 
@@ -142,11 +142,11 @@ PathForce::Brush& PathForce::brush_of(const BrushShape& shape, Detail detail) {
   return *made_.front();
 }
 
-std::vector<double> PathForce::find(const BrushShape& shape, double length, Past past, Detail detail,
-                                    double kinetic_speed) {
+std::vector<double> PathForce::find(const BrushShape& shape, double length, const Past& past, Detail detail,
+                                    bool everywhere) {
   std::vector<double> sum;
   for (const Ring& ring : rings_of(disc_, detail)) {
-    const std::vector<double> forces = of_ring(ring.lever, shape, length, past, detail, kinetic_speed);
+    const std::vector<double> forces = of_ring(ring.lever, shape, length, past, detail, everywhere);
     sum.resize(forces.size(), 0.0);
     for (std::size_t i = 0; i < forces.size(); ++i) sum[i] += ring.share * ring.lever * forces[i];
   }
@@ -154,28 +154,32 @@ std::vector<double> PathForce::find(const BrushShape& shape, double length, Past
 }
 
 std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, double length, const Past& past,
-                                       Detail detail, double kinetic_speed) {
-  if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length / lever, past, detail);
+                                       Detail detail, bool everywhere) {
+  if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length / lever, past, detail, everywhere);
   Brush& brush = brush_of(shape, detail);
-  const double per_length = unit_length / length, scale = lever * per_length;
-  const double kinetic = kinetic_speed > 0.0 ? brush.material.kinetic_coefficient(kinetic_speed * per_length)
-                                             : brush.material.kinetic_coefficient();
-  const PathPoint& first = path_.front();
-  const auto begin = [&](StartState start, const PathPoint& at) {
-    if (start != StartState::straight) {
-      const Direction e = first_direction(path_, axes_);
-      const double way = start == StartState::forward ? long_slide : -long_slide;
-      const double seconds = past.speed > 0.0 ? long_slide * length / (lever * past.speed) : 0.0;
-      brush.step(way * unit_length * e.x, way * unit_length * e.y, at.load, seconds);
-    } else if (past.rested > 0.0) {
-      brush.step(0.0, 0.0, at.load, 0.0);
-      brush.step(0.0, 0.0, at.load, past.rested);
-    }
-  };
-  begin(past.start, first);
+  const double scale = lever * unit_length / length, kinetic = brush.material.kinetic_coefficient();
+  const double steady = steady_path(shape) * unit_length, slide = std::min(steady, 3000.0 * unit_length);
   std::vector<double> forces, across;
   forces.reserve(axes_ * path_.size());
-  PathPoint at = first;
+  // On one axis, a slide longer than `steady` in one direction is not stepped: its force is known, and so is
+  // the state that it leaves. `slid` is the signed path since the last turn or change of load.
+  double slid = 0.0, slid_load = 0.0;
+  bool skips = false;
+  const auto settle = [&] {
+    if (skips) brush.step(std::copysign(steady, slid), 0.0, slid_load, 0.0);
+    skips = false;
+  };
+  const auto begin = [&](StartState start, const PathPoint& at) {
+    slid = 0.0;
+    slid_load = at.load;
+    skips = false;
+    if (start == StartState::straight) return;
+    const Direction e = first_direction(path_, axes_);
+    const double way = start == StartState::forward ? slide : -slide;
+    brush.step(way * e.x, way * e.y, at.load, 0.0);
+  };
+  begin(past.start, path_.front());
+  PathPoint at = path_.front();
   std::size_t part = 0;
   for (const PathPoint& point : path_) {
     if (point.begins) {
@@ -183,10 +187,24 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
       begin(past.of_part(++part), point);
       at = point;
     }
-    const Brush::Force force =
-        brush.step((point.x - at.x) * scale, (point.y - at.y) * scale, point.load, point.t - at.t);
+    const double dx = (point.x - at.x) * scale, dy = (point.y - at.y) * scale;
+    const bool turns = dx * slid<0.0, other_load = std::fabs(point.load - slid_load)> same_load * slid_load;
+    if (turns || other_load) {
+      settle();
+      slid = 0.0;
+      slid_load = point.load;
+    }
+    slid += dx;
+    Brush::Force force{};
+    if (axes_ == 1 && std::fabs(slid) > steady) {
+      skips = true;
+      slid_load = point.load;
+      force.x = std::copysign(kinetic * point.load, slid);
+    } else {
+      force = brush.step(dx, dy, point.load, point.t - at.t);
+    }
     at = point;
-    if (!point.wanted) continue;
+    if (!point.wanted && !everywhere) continue;
     forces.push_back(force.x / kinetic);
     if (axes_ == 2) across.push_back(force.y / kinetic);
   }

@@ -1,6 +1,6 @@
 // Computes the expected friction of a brush along a measured path, without noise and smooth in the
-// parameters, as a fit needs it. The library's infinite brush steps along the path. For the rule keep, which
-// the infinite brush lacks, a stratified population does.
+// parameters, as a fit needs it: the library's infinite brush (rule redraw), a brush of strata (rule slide)
+// or evenly drawn bristles that keep their snap lengths (rule keep) step along the path.
 #pragma once
 
 #include <list>
@@ -16,8 +16,8 @@ namespace cli {
 struct PathPoint {
   double x = 0.0;       ///< position, m
   double load = 0.0;    ///< normal load, N
-  bool wanted = true;   ///< whether this is a sample, where the force is wanted; if not, a turning point
-  double t = 0.0;       ///< time of the point, s; needed if bristles age
+  bool wanted = true;   ///< whether the force is wanted here: false for turning points and samples held out
+  double t = 0.0;       ///< time of the point, s
   double y = 0.0;       ///< second coordinate, m, for motion in the plane
   bool begins = false;  ///< whether a new record begins here, with a brush that forgot the last one
 };
@@ -25,27 +25,13 @@ struct PathPoint {
 /// State of the bristles at the first point of a path.
 enum class StartState : unsigned char {
   straight,  ///< bristles are straight, as in a contact just made
-  forward,   ///< state after a long slide towards +x (in the plane, along the first motion of the record)
-             ///< motion)
+  forward,   ///< state after a long slide towards +x (in the plane, along the record's first motion)
   backward   ///< state after a long slide towards -x (in the plane, against the first motion)
-};
-
-/// Whether bristles that keep their snap lengths remember their phases for ever.
-enum class Memory : unsigned char {
-  forgotten,  ///< phases become evenly spread in a long slide, so that no earlier state recurs
-
-  /// Phases are kept for ever: bristles that were straight together are so again at the same place.
-  whole
 };
 
 /// State of the bristles before the first sample of a record.
 struct Past {
   StartState start = StartState::straight;
-  Memory memory = Memory::forgotten;
-  /// Time for which straight bristles rest, and so age, before the record, s.
-  double rested = 0.0;
-  /// Speed of a slide before the record, m/s; 0: too fast for bristles to age.
-  double speed = 0.0;
   std::vector<StartState> later = {};  ///< starting states of the second and later joined records; those not
                                        ///< listed start straight
   StartState of_part(std::size_t part) const {
@@ -59,15 +45,9 @@ struct BrushShape {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   double spread = 0.3;
-  /// Share of the presliding length that a snap leaves. It and the members below need the rule redraw.
+  /// Share of the presliding length that a snap leaves. It and the shared renewal need the rule redraw.
   double residual_share = 0.0;
   double shared_renewal = 0.0;
-  bristle::AgeingForm ageing_form = bristle::AgeingForm::logarithmic;
-  double ageing_strength = 0.0;
-  double ageing_time = 1.0;  ///< age from which snap lengths grow, s
-
-  /// Mean snap length of bristles of the fit's reference age, over that of new bristles.
-  double growth = 1.0;
   std::vector<double> quantiles = {};  ///< quantiles of snap lengths over their mean, for SnapLaw::table
   friend bool operator==(const BrushShape&, const BrushShape&) = default;
 
@@ -77,8 +57,8 @@ struct BrushShape {
 
 /// Resolution at which friction along a path is computed.
 enum class Detail : unsigned char {
-  search,  ///< redraw: error 0.2 % rms at most; keep: 512 bristles; slide: 32 strata
-  finish   ///< redraw: error 0.05 % rms at most; keep: 2048 bristles; slide: 64 strata
+  search,  ///< redraw: error 0.2 % rms at most; slide: 32 strata; keep: 512 bristles
+  finish   ///< redraw: error 0.05 % rms at most; slide: 64 strata; keep: 2048 bristles
 };
 
 /// Ring of a turning contact, all of whose points move equally far.
@@ -100,16 +80,16 @@ class PathForce {
   PathForce& operator=(const PathForce&) = delete;
 
   /// Returns the elastic friction (N, positive along the motion) at every point that wants it, for a kinetic
-  /// coefficient of 1 at `kinetic_speed` (m/s; 0: too fast to age). In the plane, all x, then all y
-  /// components. For a disc, torque over radius.
-  std::vector<double> find(const BrushShape& shape, double presliding_length_m, Past past, Detail detail,
-                           double kinetic_speed = 0.0);
+  /// coefficient of 1; `everywhere`, at every point. In the plane, all x, then all y components. For a disc,
+  /// torque over radius.
+  std::vector<double> find(const BrushShape& shape, double presliding_length_m, const Past& past,
+                           Detail detail, bool everywhere = false);
 
  private:
   struct Brush;
   Brush& brush_of(const BrushShape& shape, Detail detail);
   std::vector<double> of_ring(double lever, const BrushShape& shape, double presliding_length_m,
-                              const Past& past, Detail detail, double kinetic_speed);
+                              const Past& past, Detail detail, bool everywhere);
 
   const std::vector<PathPoint>& path_;
   unsigned axes_;
@@ -118,8 +98,9 @@ class PathForce {
   std::list<std::unique_ptr<Brush>> made_;  // cache of brushes, the most recently used first
 };
 
-/// Returns the friction along a path of bristles that keep their snap lengths (the rule keep).
+/// Returns the friction along a path of bristles that keep their snap lengths (the rule keep), as
+/// PathForce::find.
 std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape,
-                               double presliding_length_m, Past past, Detail detail);
+                               double presliding_length_m, const Past& past, Detail detail, bool everywhere);
 
 }  // namespace cli

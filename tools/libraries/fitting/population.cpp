@@ -16,7 +16,6 @@ constexpr std::uint32_t bristles_of_each = 200;
 // Limit of samples used: neighbouring samples have nearly equal errors, so that more add nothing.
 constexpr std::size_t most_samples = 2000;
 constexpr double widest_slide = 3000.0;  // longest simulated slide before a record, in presliding lengths
-constexpr double whole_memory_variance = 2.0;
 
 /// Returns how the elastic forces of randomly drawn brushes deviate from their mean, N: a row per sample, a
 /// column per brush.
@@ -51,16 +50,11 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
   const auto begin = [&](StartState start, const PathPoint& at) {
     if (start != StartState::straight) {
       const double way = (start == StartState::forward ? 1.0 : -1.0) * point.values[fit_length];
-      const double speed = point.frame.speed,
-                   seconds = speed > 0.0 ? widest_slide * std::fabs(way) / speed : 0.0;
-      for (int i = 0; i < 2; ++i) step(0.5 * widest_slide * way, 0.0, at.load, 0.5 * seconds);
-    } else if (point.past.rested > 0.0) {
-      step(0.0, 0.0, at.load, 0.0);
-      step(0.0, 0.0, at.load, point.past.rested);
+      for (int i = 0; i < 2; ++i) step(0.5 * widest_slide * way, 0.0, at.load, 0.0);
     }
   };
   begin(point.past.start, first);
-  const double scale = model.elastic_coefficient(point.values) / model.kinetic_deflection(point.values);
+  const double scale = point.values[fit_kinetic] / model.kinetic_deflection(point.values);
   Eigen::MatrixXd force(static_cast<Eigen::Index>(data.force.size()), static_cast<Eigen::Index>(brushes));
   Eigen::Index sample = 0;
   PathPoint at = first;
@@ -89,7 +83,7 @@ Eigen::MatrixXd fluctuations(const FitModel& model, const FitPoint& point, const
 }
 
 /// Returns the sum of products of neighbouring residuals, which is 0 on average for independent noise.
-double alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(r.size() - 1)); }
+double neighbours_alike(const Eigen::VectorXd& r) { return r.head(r.size() - 1).dot(r.tail(r.size() - 1)); }
 
 }  // namespace
 
@@ -99,14 +93,14 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   // Returns no such error for the slide rule, whose snap lengths follow the law exactly, not at random.
   if (model.options().rule == bristle::SnapRule::slide) {
     const auto freedom = static_cast<double>(residuals.size() - jacobian.cols());
-    return {Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols()), false, 0.0,
+    return {Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols()),
             residuals.squaredNorm() / std::max(freedom, 1.0)};
   }
   std::vector<std::size_t> kept;
-  FitData whole = model.data();
-  if (bends_stage(point.values)) whole.path = model.contact_path(point.values);
-  const FitData data = thinned(whole, most_samples, &kept);
-  const std::size_t all = model.data().samples(), part = kept.size();
+  const std::size_t all = model.data().samples(), every = (all + most_samples - 1) / most_samples;
+  for (std::size_t i = 0; i < all; i += every) kept.push_back(i);
+  const FitData data = with_samples(model.data(), kept);
+  const std::size_t part = kept.size();
   const auto samples = static_cast<Eigen::Index>(part * data.axes);
   Eigen::MatrixXd j(samples, jacobian.cols());
   Eigen::VectorXd r(samples);
@@ -125,7 +119,7 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   const double count = static_cast<double>(brushes);
   double squares = 0.0, products = 0.0, scatter = 0.0;
   for (Eigen::Index i = 0; i < left.cols(); ++i) {
-    const double product = alike(left.col(i));
+    const double product = neighbours_alike(left.col(i));
     squares += left.col(i).squaredNorm() / (count - 1.0);
     products += product / (count - 1.0);
     scatter += product * product / (count - 1.0);
@@ -143,20 +137,13 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
   PopulationError error;
   double share = usual;
   if (products > 0.0) {
-    const double shown = std::max(alike(r), 0.0) / products;
+    const double shown = std::max(neighbours_alike(r), 0.0) / products;
     const double width = (std::max(usual, shown) * scatter + chance) / products;
     const double weight = 1.0 / (width * width), usual_weight = 1.0 / (usual * usual);
     share = (shown * weight + usual * usual_weight) / (weight + usual_weight) +
             0.25 / std::sqrt(weight + usual_weight);
-    error.seen = alike(r) > 3.0 * chance;
-    error.bristles = of_mean_load / std::max(shown, 1e-12);
   }
   error.covariance = moved * moved.transpose() * (share / (count - 1.0));
-  // Doubles the variance for bristles that remember their phases: they repeat their errors in every stroke,
-  // and the sum of squares has many minima. Without the factor, which was measured and not derived, the
-  // intervals held the truth in three of four of forty fits.
-  if (model.options().rule == bristle::SnapRule::keep && point.past.memory == Memory::whole)
-    error.covariance *= whole_memory_variance;
   error.noise = std::max(r.squaredNorm() - share * squares, 0.05 * r.squaredNorm()) /
                 std::max(static_cast<double>(samples - j.cols()), 1.0);
   return error;

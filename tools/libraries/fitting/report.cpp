@@ -15,6 +15,7 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/fitting/fit.hpp"
 #include "tools/libraries/fitting/fit_plot_script.hpp"  // made by CMake from tools/plots/fit.gp
+#include "tools/libraries/fitting/fitter.hpp"
 #include "tools/libraries/fitting/joint.hpp"
 #include "tools/libraries/fitting/judge.hpp"
 #include "tools/libraries/reports/conditions.hpp"
@@ -35,37 +36,30 @@ struct Row {
   double per_si;
   const char* key;  ///< name of the parameter in JSON and Python
 };
-/// Rows of the report: FitParameter in order, then peak, stiffness, and friction towards +x and -x.
+/// Rows of the report: FitParameter in order, then peak and stiffness.
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"presliding_length", "um", 1e6, "presliding_length"},
                                        {"spread", "", 1.0, "spread"},
                                        {"residual_share", "", 1.0, "residual_share"},
                                        {"shared_renewal", "", 1.0, "shared_renewal"},
-                                       {"ageing", "", 1.0, "ageing"},
-                                       {"ageing_time", "s", 1.0, "ageing_time"},
-                                       {"speed_strengthening", "", 1.0, "speed_strengthening"},
-                                       {"strengthening_speed", "mm/s", 1e3, "strengthening_speed"},
+                                       {"stage softening", "um/N^2", 1e6, "stage_softening"},
                                        {"viscous_friction", "N s/m", 1.0, "viscous_friction"},
                                        {"damping_per_newton", "s/m", 1.0, "damping_per_newton"},
                                        {"stribeck_velocity", "mm/s", 1e3, "stribeck_velocity"},
-                                       {"stage compliance", "um/N", 1e6, "stage_compliance"},
-                                       {"stage softening", "um/N^2", 1e6, "stage_softening"},
                                        {"sensor delay", "ms", 1e3, "sensor_delay"},
-                                       {"asymmetry", "", 1.0, "asymmetry"},
                                        {"sensor offset", "N", 1.0, "sensor_offset"},
                                        {"sensor drift", "N/s", 1.0, "sensor_drift"},
                                        {"sensor offset y", "N", 1.0, "sensor_offset_y"},
                                        {"sensor drift y", "N/s", 1.0, "sensor_drift_y"},
                                        {"peak", "", 1.0, "peak"},
-                                       {"stiffness / load", "1/mm", 1e-3, "stiffness_per_newton"},
-                                       {"kinetic towards +x", "", 1.0, "kinetic_forward"},
-                                       {"kinetic towards -x", "", 1.0, "kinetic_backward"}};
+                                       {"stiffness / load", "1/mm", 1e-3, "stiffness_per_newton"}};
 
-/// Returns whether a row (a parameter) of the report has a meaning for this record.
+/// Returns whether a row (a parameter) of the report has a meaning for this record. What follows from numbers
+/// that are not determined has none.
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
   if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
-  if (row >= fit_parameters + 2) return report_estimate(r, row).fitted;  // a row of friction towards +x or -x
-  return (row != fit_asymmetry && row != fit_softening) || data.axes == 1;
+  if (row == fit_softening) return data.axes == 1;
+  return row < fit_parameters || report_estimate(r, row).fitted;
 }
 
 const char* start_text(StartState start) {
@@ -115,7 +109,7 @@ const char* fit_name(std::size_t row) { return rows[row].key; }
 
 const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
   if (row < fit_parameters) return r.estimates[row];
-  const FitEstimate* const follow[] = {&r.peak, &r.stiffness, &r.forward, &r.backward};
+  const FitEstimate* const follow[] = {&r.peak, &r.stiffness};
   return *follow[row - fit_parameters];
 }
 
@@ -173,7 +167,7 @@ std::string fit_table(const FitData& data, const FitResult& r) {
                fmt::format("{:.4g}", k * e.high), rows[i].unit});
   }
   text += table.text();
-  text += "\nnot determined by these data, left at\n";
+  text += "\nnot determined by these data, held at what fits\n";
   Table left({"<", ">", "<", "<"});
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     const FitEstimate& e = report_estimate(r, i);
@@ -181,11 +175,7 @@ std::string fit_table(const FitData& data, const FitResult& r) {
     left.add({std::string("  ") + rows[i].name, fmt::format("{:.4g}", rows[i].per_si * e.value), rows[i].unit,
               e.why});
   }
-  left.add({"  bristles_per_newton", "900", "1/N",
-            std::isfinite(r.fluctuating_bristles)
-                ? fmt::format("the mean force does not depend on it; {:.3g} or more by its fluctuation",
-                              r.fluctuating_bristles)
-                : std::string("the mean force does not depend on it")});
+  left.add({"  bristles_per_newton", "900", "1/N", "the mean force does not depend on it"});
   std::string lines = left.text();
   text += lines.substr(lines.find('\n') + 1);
   text += fmt::format(
@@ -260,7 +250,6 @@ std::string fit_json(const FitData& data, const FitResult& r) {
                     {"slow_m_per_s", data.slow},
                     {"fast_m_per_s", data.fast},
                     {"encoder_step_m", data.quantum},
-                    {"longest_rest_s", data.longest_rest},
                     {"mean_load_n", data.mean_load},
                     {"steady_load", data.steady_load},
                     {"sign", sign_text(data.sign)},
@@ -287,25 +276,12 @@ std::string fit_json(const FitData& data, const FitResult& r) {
     }
     report["parameters"][fit_name(i)] = entry;
   }
-  if (r.frame.speed > 0.0) {
-    const bool ages = r.estimates[fit_ageing].value > 0.0;
-    report["holds_at"] = {{"speed_m_per_s", r.frame.speed}};
-    if (ages) {
-      report["holds_at"]["age_s"] = r.frame.age;
-      report["ageing"] = {
-          {"form", r.frame.form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating"},
-          {"form_assumed", r.frame.form_assumed},
-          {"strength", r.material.ageing_strength},
-          {"time_s", r.material.ageing_time}};
-    }
-  }
   report["notes"] = r.notes;
   report["residuals"] = {{"rms_n", r.residual_rms},
                          {"held_out_rms_n", r.held_out_rms},
                          {"explained", r.explained},
                          {"correlated_samples", r.correlated_samples},
-                         {"smallest_singular_value", r.smallest_singular_value},
-                         {"least_bristles_per_newton", r.fluctuating_bristles}};
+                         {"smallest_singular_value", r.smallest_singular_value}};
   report["evaluations"] = r.evaluations;
   report["curves"] = curves(data, r);
   report["as_written"] = as_written(data);
@@ -372,7 +348,7 @@ namespace {
 
 /// Writes a material as TOML by its coefficients (kinetic, peak, presliding length, ...).
 std::string by_coefficients(const FitResult& r) {
-  const bristle::Coefficients c = r.material.coefficients(r.frame.speed);
+  const bristle::Coefficients c = r.material.coefficients();
   const bool slides = c.rule == bristle::SnapRule::slide;
   std::string text = fmt::format(
       "kinetic = {}\n{} = {}\nspread = {}\npresliding_length = {}  # m\n"
@@ -384,14 +360,6 @@ std::string by_coefficients(const FitResult& r) {
       c.bristles_per_newton, bristle::to_string(c.law), to_string(c.rule), c.residual_share, c.shared_renewal,
       c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
       c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
-  if (c.fall_per_decade > 0.0)
-    text += fmt::format(
-        "kinetic_speed = {}  # m/s\nfall_per_decade = {}\nageing_form = \"{}\"\nageing_time = {}  # s\n",
-        c.kinetic_speed, c.fall_per_decade,
-        c.ageing_form == bristle::AgeingForm::logarithmic ? "logarithmic" : "saturating", c.ageing_time);
-  if (c.speed_strengthening > 0.0)
-    text += fmt::format("speed_strengthening = {}\nstrengthening_speed = {}  # m/s\n", c.speed_strengthening,
-                        c.strengthening_speed);
   return text;
 }
 
@@ -402,12 +370,11 @@ std::string own_law(const bristle::Material& m) {
       "rule = \"{}\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\nviscous_friction = {}  # "
       "N s/m\n"
       "stribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\nnormal_stiffness = {}  # N/m\n"
-      "asperity_height_deviation = {}  # m\nspeed_strengthening = {}\nstrengthening_speed = {}  # m/s\n"
+      "asperity_height_deviation = {}  # m\n"
       "snap_length = {{ law = \"table\", quantiles = [{}] }}  # m\n",
       to_string(m.snap_rule), m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity,
       m.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential", m.normal_stiffness,
-      m.asperity_height_deviation, m.speed_strengthening, m.strengthening_speed,
-      fmt::join(quantiles.begin(), quantiles.end(), ", "));
+      m.asperity_height_deviation, fmt::join(quantiles.begin(), quantiles.end(), ", "));
 }
 
 }  // namespace
@@ -464,20 +431,16 @@ namespace {
 std::vector<FileOption> inputs_of(const FitOptions& options) {
   std::vector<FileOption> inputs;
   for (const std::string& data : options.data) inputs.push_back({"DATA", data});
-  inputs.push_back({"--position", options.reading.position});
   return inputs;
 }
 
 /// Judges the brush beside its rivals.
 Judgements judge_record(const FitOptions& options) {
-  if (options.rule == bristle::SnapRule::keep)
-    throw UserError("--rivals: fits brushes with the rules redraw and slide, not keep");
   OutputFile json(options.json);
   if (options.data.size() > 1) throw UserError("--rivals: one file only");
   const FitColumns columns = read_fit_columns(options.data, options.reading);
   if (columns.t.empty()) throw UserError(columns.name + ": no data rows");
-  const double third = (columns.t.back() - columns.t.front()) / 3.0;
-  Judgements judgements = judge_rivals(columns, options, options.fit_until.value_or(third));
+  Judgements judgements = judge_rivals(columns, options);
   if (json) json.write(judgement_json(columns, judgements));
   return judgements;
 }
@@ -522,6 +485,7 @@ void fit_command(const FitOptions& options) {
           "{}: is a scene; fit reads measured friction (CSV with t, x, load, force); bristle run {}", data,
           data));
   check_picture_name("--plot", options.plot);
+  stop_fits_on_signals();
   const bool on_stdout = check_files(inputs_of(options), {{"--json", options.json},
                                                           {"--csv", options.csv},
                                                           {"--html", options.html},

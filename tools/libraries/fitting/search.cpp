@@ -1,6 +1,4 @@
 // Searches starting points of a fit and minimises the residuals from them.
-#include "tools/libraries/fitting/fitter.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/fitting/fitter.hpp"
 #include "tools/libraries/fitting/least_squares.hpp"
 
 namespace cli {
@@ -18,6 +17,14 @@ using bristle::SnapRule;
 
 // Share of the travel that must lead backwards for a record to determine the sensor's offset.
 constexpr double least_back = 0.02;
+// Factor between the presliding lengths that a search tries.
+constexpr double length_factor = 1.7, length_factor_kept = 1.2;
+// Times of a sensor's low-pass from which a fit starts, in intervals between samples.
+constexpr double tried_delays[] = {0.5, 5.0};
+// Softenings of a stage from which a fit starts, in units of FitModel::scale.
+constexpr double tried_softenings[] = {0.0, -0.03, 0.03};
+// Loss in twice the log likelihood up to which the shortest presliding length counts as fitting as well.
+constexpr double as_well = 8.0;
 
 /// Returns the share of the travelled distance in the less travelled direction; in the plane, the share that
 /// does not lead away from the start.
@@ -36,8 +43,6 @@ double share_back(const std::vector<PathPoint>& path) {
   away += far(path[begin], path.back());
   return 0.5 * (1.0 - away / std::max(travel, 1e-300));
 }
-
-bool rubs(const FitParameterSet& set) { return contains(set, fit_residual) || contains(set, fit_renewal); }
 
 /// Returns the lowest local minima, at most `most`, in a row of points ordered by length.
 std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
@@ -72,14 +77,10 @@ FitParameterSet Fitter::linear_set() const {
 FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
   FitPoint point;
   point.past = model_.past();
-  point.frame = model_.frame();
   for (const FitParameter p :
-       {fit_length, fit_spread, fit_residual, fit_renewal, fit_ageing, fit_ageing_time,
-        fit_strengthening_speed, fit_stribeck, fit_compliance, fit_softening, fit_delay}) {
+       {fit_length, fit_spread, fit_residual, fit_renewal, fit_softening, fit_delay, fit_stribeck})
     point.values[p] = bent[p];
-  }
-  point.values[fit_kinetic] = 1.0;  // at this value, the derivative is the force for a coefficient of
-                                    // 1
+  point.values[fit_kinetic] = 1.0;  // at this value, the derivative is the force for a coefficient of 1
   Eigen::MatrixXd a(samples(), static_cast<Eigen::Index>(linear.size()));
   for (std::size_t i = 0; i < linear.size(); ++i)
     a.col(static_cast<Eigen::Index>(i)) = model_.derivative(point.values, linear[i]);
@@ -92,175 +93,157 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
   return point;
 }
 
-/// Searches a grid of presliding lengths and shapes (spread; rubbing, that is residual and renewal), with the
-/// linear parameters from least squares. From the best lengths, Levenberg-Marquardt refines the linear
-/// parameters and those in `bending`.
-FitPoint Fitter::search_with(const std::vector<FitValues>& shapes, const FitParameterSet& bending,
-                             double progress) {
-  FitParameterSet linear = linear_set();
-  FitParameterSet free = linear;
-  free.insert(free.end(), bending.begin(), bending.end());
+/// Searches a grid of presliding lengths and spreads, with the linear parameters from least squares. From the
+/// best lengths, Levenberg-Marquardt refines the linear parameters and, unless the shortest length fits as
+/// well (the record then shows no presliding), length and spread. Returns a point without free parameters if
+/// no length gives positive friction.
+FitPoint Fitter::search_grid() {
+  const FitParameterSet terms = linear_set();
+  FitParameterSet linear = terms;
   // Fits no lubricant to a record of a single speed, which cannot tell it from the brush.
   if (several_speeds()) linear.push_back(fit_viscous);
-
-  std::vector<FitPoint> best_of_length, best_of_shape(shapes.size());
-  std::vector<std::vector<FitPoint>> of_shapes(shapes.size());
-  for (FitPoint& point : best_of_shape) point.values[fit_kinetic] = 0.0;
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
-  // Uses a finer grid of lengths for kept snap lengths, whose force has waves: many narrow minima.
+  // The force of kept snap lengths has waves, and its sum of squares many narrow minima.
   const bool keep = options_.rule == SnapRule::keep;
-  const double factor = keep ? 1.2 : 1.6;
-  const int count = static_cast<int>(std::log(high / low) / std::log(factor)) + 2;
-  for (int i = 0; i < count; ++i) {
-    progress_.update(progress + 0.3 * i / count);
+  const int count =
+      static_cast<int>(std::log(high / low) / std::log(keep ? length_factor_kept : length_factor)) + 2;
+  std::vector<double> spreads = keep                               ? std::vector<double>{0.12, 0.25, 0.5, 1.0}
+                                : options_.rule == SnapRule::slide ? std::vector<double>{0.15, 0.5, 1.5}
+                                                                   : std::vector<double>{0.2, 0.5};
+  if (!has_spread(options_.law)) spreads = {1.0};
+  std::vector<FitPoint> row;
+  std::vector<std::vector<FitPoint>> of_spreads(spreads.size());
+  for (int i = 0; i < count && !(fit_stopped() && !row.empty()); ++i) {
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < shapes.size(); ++k) {
-      FitValues shape = shapes[k];
-      shape[fit_length] = low * std::pow(high / low, (i + 0.5) / count);
-      shape[fit_spread] = std::min(shape[fit_spread], 0.9 * model_.highest(fit_spread));
+    for (std::size_t k = 0; k < spreads.size(); ++k) {
+      const double spread = spreads[k];
+      FitValues shape = fit_defaults;
+      shape[fit_residual] = options_.residual.value_or(0.0);
+      shape[fit_renewal] = options_.renewal.value_or(0.0);
+      shape[fit_length] = low * std::pow(high / low, (i + 0.01) / (count - 1 + 0.02));
+      shape[fit_spread] = std::min(spread, 0.9 * model_.highest(fit_spread));
       const FitPoint point = linear_start(shape, linear);
-      if (!(point.values[fit_kinetic] > 0.0)) continue;
-      of_shapes[k].push_back(point);
-      if (point.sum_of_squares < best.sum_of_squares) best = point;
-      FitPoint& of_shape = best_of_shape[k];
-      if (of_shape.values[fit_kinetic] == 0.0 || point.sum_of_squares < of_shape.sum_of_squares)
-        of_shape = point;
+      if (point.values[fit_kinetic] > 0.0 && better(point, best)) best = point;
+      if (point.values[fit_kinetic] > 0.0) of_spreads[k].push_back(point);
     }
-    // Leaves out a length at which no shape gives positive friction.
-    if (best.sum_of_squares < std::numeric_limits<double>::infinity()) best_of_length.push_back(best);
+    // Leaves out a length at which no spread gives positive friction.
+    if (best.sum_of_squares < std::numeric_limits<double>::infinity()) row.push_back(best);
   }
-  std::vector<FitPoint> starts = valleys(best_of_length, 3);
-  // Starts from every shape of the grid: a wide law fits fairly at all lengths and would hide a narrow one.
-  if (keep) {
-    starts.clear();
-    for (const std::vector<FitPoint>& of_shape : of_shapes) {
-      const std::vector<FitPoint> lowest = valleys(of_shape, 2);
-      starts.insert(starts.end(), lowest.begin(), lowest.end());
-    }
-  }
-  if (rubs(bending)) {  // starts from the best shapes, each at its best length: shapes matter more than
-                        // further lengths
-    starts.clear();
-    for (const FitPoint& point : best_of_shape) {
-      if (point.values[fit_kinetic] > 0.0) starts.push_back(point);
-    }
-    std::sort(starts.begin(), starts.end(), better);
-    if (starts.size() > 2) starts.resize(2);
-  }
+  if (row.empty()) return {};
+  FitParameterSet free = terms;
+  for (const FitParameter p : bending()) free.push_back(p);
   FitPoint best;
   best.sum_of_squares = std::numeric_limits<double>::infinity();
+  std::vector<FitPoint> starts = valleys(row, 3);
+  // A wide law of kept lengths fits fairly at all lengths and would hide a narrow one.
+  for (const std::vector<FitPoint>& of_spread : of_spreads)
+    if (keep) {
+      const std::vector<FitPoint> low_points = valleys(of_spread, 2);
+      starts.insert(starts.end(), low_points.begin(), low_points.end());
+    }
   for (FitPoint& start : starts) {
     start.values[fit_viscous] = 0.0;
-    start.values[fit_stribeck] = fit_defaults[fit_stribeck];
     start.free = free;
-    const FitPoint point = minimise(model_, start);
-    if (point.sum_of_squares < best.sum_of_squares) best = point;
-  }
-  return best;
-}
-
-/// Lists shapes from which a fit of rubbing (residual and renewal) starts; values that options fix are kept.
-/// Empty if options fix both.
-std::vector<FitValues> Fitter::rubbed_shapes() const {
-  std::vector<FitValues> shapes;
-  if (options_.residual && options_.renewal) return shapes;
-  constexpr double tried[][2] = {{0.1, 1.0}, {0.4, 0.3}, {0.4, 3.0}, {0.7, 1.0}};
-  for (const auto& [residual, renewal] : tried) {
-    FitValues shape = fit_defaults;
-    shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : 0.4;
-    shape[fit_residual] = options_.residual.value_or(residual);
-    shape[fit_renewal] = options_.renewal.value_or(renewal);
-    hold_stage(shape);
-    const bool there = std::any_of(shapes.begin(), shapes.end(), [&](const FitValues& other) {
-      return other[fit_residual] == shape[fit_residual] && other[fit_renewal] == shape[fit_renewal];
-    });
-    if (!there) shapes.push_back(shape);
-  }
-  return shapes;
-}
-
-/// Searches with the paper's brush, or with the rubbing (residual and renewal) that options fix.
-FitPoint Fitter::search_plain() {
-  std::vector<FitValues> shapes;
-  const std::vector<double> spreads = options_.rule == SnapRule::keep
-                                          ? std::vector<double>{0.12, 0.25, 0.5, 1.0}
-                                      : options_.rule == SnapRule::slide ? std::vector<double>{0.15, 0.5, 1.5}
-                                                                         : std::vector<double>{0.2, 0.5};
-  for (const double spread : spreads) {
-    FitValues shape = fit_defaults;
-    shape[fit_spread] = options_.law == SnapLaw::exponential ? 1.0 : spread;
-    shape[fit_residual] = options_.residual.value_or(0.0);
-    shape[fit_renewal] = options_.renewal.value_or(0.0);
-    hold_stage(shape);
-    shapes.push_back(shape);
-    if (options_.law == SnapLaw::exponential) break;
-  }
-  if (options_.rule != SnapRule::keep) return search_with(shapes, bending(), 0.0);
-  const FitPoint forgotten = search_with(shapes, bending(), 0.0);
-  if (forgotten.free.empty()) return forgotten;
-  const FitPoint whole = search_whole_memory(forgotten);
-  return better(whole, forgotten) ? whole : forgotten;
-}
-
-/// Searches a fine grid of presliding lengths for bristles that never forget their phases, about the best fit
-/// with fading memory. A relative error e of the length puts phases off by a length in 1/e lengths.
-FitPoint Fitter::search_whole_memory(const FitPoint& about) {
-  model_.set_past({about.past.start, Memory::whole});
-  FitParameterSet linear;
-  for (const FitParameter p : about.free)
-    if (!FitModel::bends(p)) linear.push_back(p);
-  std::vector<FitPoint> row;
-  for (const double wider : {0.75, 0.9, 1.1}) {
-    for (int i = -20; i <= 20; ++i) {
-      FitValues bent = about.values;
-      bent[fit_length] *= std::exp(0.005 * i);
-      if (has_spread(options_.law))
-        bent[fit_spread] = std::clamp(bent[fit_spread] * wider, model_.lowest(fit_spread),
-                                      0.95 * model_.highest(fit_spread));
-      FitPoint point = linear_start(bent, linear);
-      point.free = about.free;
-      if (point.values[fit_kinetic] > 0.0) row.push_back(point);
-    }
-  }
-  FitPoint best;
-  best.sum_of_squares = std::numeric_limits<double>::infinity();
-  for (const FitPoint& start : valleys(row, 4)) {
     const FitPoint point = minimise(model_, start);
     if (better(point, best)) best = point;
   }
-  return best;
+  // Compares with the shortest length, both with a lubricant if the speeds may show one.
+  FitPoint shortest = row.front(), refined = linear_start(best.values, linear);
+  const double gain = samples_that_count(refined) *
+                      std::log(shortest.sum_of_squares / std::max(refined.sum_of_squares, 1e-300));
+  if (shortest.values[fit_length] > 1.1 * low || gain > as_well) return best;
+  for (const FitParameter p : bending()) why_[p] = lacking(p);
+  shortest.values[fit_viscous] = 0.0;
+  shortest.free = terms;
+  return minimise(model_, shortest);
+}
+
+Found Fitter::search_plain() {
+  FitPoint core = search_grid();
+  if (core.free.empty())
+    throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
+                                data_.columns.name));
+  core = try_starts(core);
+  if (options_.rule == SnapRule::keep) core = polish(core);
+  const FitPoint whole = add_speed_terms(core);
+  for (const FitParameter p : {fit_residual, fit_renewal}) {
+    const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
+    why_[p] = !held                               ? "not seen: it does not pay for itself"
+              : options_.rule == SnapRule::redraw ? "held"
+                                                  : "with this rule there is none";
+  }
+  for (const FitParameter p : {fit_softening, fit_delay}) why_[p] = "not seen: it does not pay for itself";
+  return found(whole);
+}
+
+/// Starts from a little and from more rubbing (residual and shared renewal), and keeps what lowers the
+/// residuals enough to justify its parameters.
+Found Fitter::add_rubbing(const Found& plain) {
+  why_ = plain.why;
+  notes_ = plain.notes;
+  FitPoint best = plain.point;
+  if (!contains(best.free, fit_length)) return plain;
+  constexpr double tried[][2] = {{0.0, 1.0}, {0.3, 1.0}, {0.6, 0.5}};
+  for (const auto& [residual, renewal] : tried) {
+    if (fit_stopped()) break;
+    FitPoint point = plain.point;
+    const auto release = [&](FitParameter p, double value) {
+      point.values[p] = value;
+      point.free.push_back(p);
+    };
+    if (!options_.renewal) release(fit_renewal, renewal);
+    if (!options_.residual && residual > 0.0) release(fit_residual, residual);
+    if (point.free.size() == plain.point.free.size()) continue;
+    point = minimise(model_, point);
+    if (justified(point, best)) best = point;
+  }
+  for (const FitParameter p : {fit_residual, fit_renewal})
+    if (contains(best.free, p)) why_[p].clear();
+  return found(best);
+}
+
+Found Fitter::with_speed_terms(const Found& plain) {
+  why_ = plain.why;
+  notes_ = plain.notes;
+  FitPoint best = plain.point;
+  if (contains(best.free, fit_damping) || (!several_speeds() && !slow_turns()) || fit_stopped()) return plain;
+  for (const FitPoint& candidate : speed_candidates(plain.point))
+    if (candidate.values[fit_viscous] >= 0.0 && candidate.values[fit_damping] >= 0.0 &&
+        better(candidate, best))
+      best = candidate;
+  if (best.free.size() == plain.point.free.size()) return plain;
+  best = minimise(model_, best);
+  for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
+    if (contains(best.free, p)) why_[p].clear();
+  return found(options_.rule == SnapRule::keep ? polish(best) : best);
 }
 
 /// Refines a fit with kept snap lengths, whose sum of squares has waves that stop Levenberg-Marquardt: tries
-/// a grid of lengths and spreads about the point, then ever smaller steps from the best. All other parameters
-/// are linear.
+/// a grid of lengths and spreads about the point, then ever smaller steps from the best. The other parameters
+/// but the Stribeck velocity are linear.
 FitPoint Fitter::polish(const FitPoint& point) {
+  if (!contains(point.free, fit_length) || !contains(point.free, fit_kinetic)) return point;
   FitParameterSet linear;
-  for (const FitParameter p : point.free) {
-    if (p == fit_asymmetry) return point;
-    if (p == fit_compliance || p == fit_delay) return point;
-    if (!FitModel::bends(p) && p != fit_stribeck && p != fit_strengthening_speed) linear.push_back(p);
-  }
-  if (!contains(point.free, fit_length) || !contains(linear, fit_kinetic)) return point;
+  for (const FitParameter p : point.free)
+    if (!FitModel::bends(p) && p != fit_stribeck) linear.push_back(p);
   const bool spreads = contains(point.free, fit_spread);
   assume(model_, point);
   FitPoint best = point;
   const auto try_at = [&](const FitPoint& about, double log_length, double log_spread) {
     FitValues bent = about.values;
-    bent[fit_length] = std::clamp(bent[fit_length] * std::exp(log_length), model_.lowest(fit_length),
-                                  model_.highest(fit_length));
-    if (spreads)
-      bent[fit_spread] = std::clamp(bent[fit_spread] * std::exp(log_spread), model_.lowest(fit_spread),
-                                    0.99 * model_.highest(fit_spread));
+    const auto move = [&](FitParameter p, double by) {
+      bent[p] = std::clamp(bent[p] * std::exp(by), model_.lowest(p), 0.99 * model_.highest(p));
+    };
+    move(fit_length, log_length);
+    if (spreads) move(fit_spread, log_spread);
     FitPoint other = linear_start(bent, linear);
     other.free = point.free;
-    if (other.values[fit_kinetic] > 0.0 && other.values[fit_strengthening] >= 0.0 && better(other, best))
-      best = other;
+    if (other.values[fit_kinetic] > 0.0 && better(other, best)) best = other;
   };
   for (int i = -2; i <= 2; ++i)
     for (int k = spreads ? -4 : 0; k <= (spreads ? 4 : 0); ++k) try_at(point, 0.004 * i, 0.05 * k);
-  for (double part = 1.0; part > 0.03;) {
+  for (double part = 1.0; part > 0.03 && !fit_stopped();) {
     const FitPoint from = best;
     for (const double sign : {-1.0, 1.0}) {
       try_at(from, 0.003 * part * sign, 0.0);
@@ -271,137 +254,57 @@ FitPoint Fitter::polish(const FitPoint& point) {
   return best;
 }
 
-/// Returns whether one more parameter, at one of some values, promises half the gain that would justify it,
-/// by linear theory about the point without it; the minimum may gain more. The stage is deflected by the
-/// fitted force, since noise of the measured force would hide a compliance.
-bool Fitter::promises(const FitPoint& core, const std::vector<FitValues>& with) {
-  if (with.empty()) return false;
-  assume(model_, core);
-  const Eigen::VectorXd stage_force = model_.stage_force();
-  model_.set_stage_force(model_.force_on_stage(core.values));
-  const Eigen::VectorXd without = model_.force(core.values);
-  const Eigen::VectorXd left = Eigen::Map<const Eigen::VectorXd>(data_.force.data(), samples()) - without;
-  const Eigen::MatrixXd j = jacobian(model_, core);
-  const bool promised = std::any_of(with.begin(), with.end(), [&](const FitValues& values) {
-    Eigen::MatrixXd columns(j.rows(), j.cols() + 1);
-    columns << j, model_.force(values) - without;
-    const Projection found = project(columns, left);
-    const double count = static_cast<double>(samples()) / correlated_samples(found.left);
-    const double gain = count * std::log(core.sum_of_squares / std::max(found.left.squaredNorm(), 1e-300));
-    return found.coefficients[j.cols()] > 0.0 && gain > 0.5 * price(1, count);
-  });
-  model_.set_stage_force(stage_force);
-  return promised;
-}
-
-bool Fitter::promises_rubbing(const FitPoint& core) {
-  std::vector<FitValues> with;
-  const auto add = [&](double residual, double renewal) {
-    FitValues values = core.values;
-    values[fit_residual] = options_.residual.value_or(residual);
-    values[fit_renewal] = options_.renewal.value_or(renewal);
-    if (values != core.values) with.push_back(values);
-  };
-  add(0.1, 0.0);
-  add(0.0, 0.3);
-  for (const FitValues& shape : rubbed_shapes()) add(shape[fit_residual], shape[fit_renewal]);
-  return promises(core, with);
-}
-
-/// Searches with rubbing (residual and renewal) as free parameters. Returns a point without free parameters
-/// if options fix both.
-FitPoint Fitter::search_rubbed() {
-  if (options_.residual && options_.renewal) return {};
-  FitParameterSet free = bending();
-  if (!options_.residual) free.push_back(fit_residual);
-  if (!options_.renewal) free.push_back(fit_renewal);
-  return search_with(rubbed_shapes(), free, 0.4);
-}
-
-/// Adds rubbing (residual and renewal) to a complete fit without it: a search for rubbing before damper and
-/// lubricant may end where these cannot be added.
-FitPoint Fitter::made_to_rub(const FitPoint& plain) {
-  FitPoint best = plain;
-  for (const double residual : {0.0, 0.2}) {
-    FitPoint point = plain;
-    const auto release = [&](FitParameter p, double value) {
-      point.values[p] = value;
-      point.free.push_back(p);
-    };
-    if (!options_.renewal) release(fit_renewal, 1.0);
-    if (!options_.residual && residual > 0.0) release(fit_residual, residual);
-    if (point.free.size() == plain.free.size()) continue;
-    point = bends_stage(point.values) ? minimise_bent(point) : minimise(model_, point);
+/// Fits with a sensor's low-pass, with a stage that is stiffer one way than the other, and with both, and
+/// takes what lowers the residuals enough to justify its parameters. Adds terms of speed to a brush that had
+/// none.
+Found Fitter::add_stage(const Found& plain) {
+  why_ = plain.why;
+  notes_ = plain.notes;
+  const FitPoint& core = plain.point;
+  FitPoint best = core;
+  const auto attempt = [&](FitPoint point) {
+    if (fit_stopped()) return;
+    point = minimise(model_, point);
     if (justified(point, best)) best = point;
+  };
+  const auto delayed = [&](FitPoint from) {
+    if (!two_ways() || contains(from.free, fit_delay)) return;
+    from.free.push_back(fit_delay);
+    for (const double times : tried_delays) {
+      from.values[fit_delay] = std::clamp(times * data_.sample_time, 1.1 * model_.lowest(fit_delay),
+                                          0.9 * model_.highest(fit_delay));
+      attempt(from);
+    }
+  };
+  delayed(core);
+  if (data_.axes == 1 && two_ways() && contains(core.free, fit_length)) {
+    for (FitPoint from : {core, best}) {
+      if (contains(from.free, fit_softening)) continue;
+      from.free.push_back(fit_softening);
+      for (const double share : tried_softenings) {
+        from.values[fit_softening] = share * model_.scale(from.values, fit_softening);
+        attempt(from);
+      }
+    }
+    if (contains(best.free, fit_softening)) delayed(best);
   }
-  return best;
+  if (best.free.size() > core.free.size() && !contains(best.free, fit_damping)) best = add_speed_terms(best);
+  for (const FitParameter p : {fit_softening, fit_delay})
+    why_[p] = contains(best.free, p) ? "" : "not seen: it does not pay for itself";
+  return found(best);
 }
 
-/// Chooses between a brush without and one with rubbing (residual and renewal), after all other terms that
-/// the data show were added to both. Rubbing must lower the residuals enough to justify its parameters.
-FitPoint Fitter::choose() {
-  struct Brush {
-    FitPoint core, whole;
-    std::array<std::string, fit_parameters> why;
-    std::string stage_note;
-  };
-  const auto completed = [&](const FitPoint& found, double progress) {
-    Brush brush{found, found, {}, {}};
-    if (found.free.empty()) return brush;
-    why_ = {};
-    stage_note_.clear();
-    brush.core = add_stage_terms(try_starts(found));
-    progress_.update(progress);
-    brush.whole = add_speed_terms(brush.core);
-    brush.why = why_;
-    brush.stage_note = stage_note_;
-    return brush;
-  };
-  Brush of_plain = completed(search_plain(), 0.40), of_rubbed;
-  const bool has_more = of_plain.whole.free.size() > of_plain.core.free.size();
-  if (of_plain.core.free.empty() || promises_rubbing(of_plain.core) ||
-      (has_more && promises_rubbing(of_plain.whole)))
-    of_rubbed = completed(search_rubbed(), 0.75);
-  if (of_plain.core.free.empty() && of_rubbed.core.free.empty())
-    throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
-                                data_.columns.name));
-  if (!of_plain.whole.free.empty() && !of_rubbed.whole.free.empty()) {
-    const FitPoint point = made_to_rub(of_plain.whole);
-    const double count = samples_that_count(point);
-    if (point.free.size() > of_plain.whole.free.size() &&
-        criterion(point, count) < criterion(of_rubbed.whole, count)) {
-      of_rubbed = {made_to_rub(of_plain.core), point, of_plain.why, of_plain.stage_note};
-    }
-  }
-  const auto prefers_rubbed = [&] {
-    if (of_plain.whole.free.empty() || of_rubbed.whole.free.empty()) return of_plain.whole.free.empty();
-    return justified(of_rubbed.whole, of_plain.whole);
-  };
-  const auto with_time_terms = [&](Brush& brush) {
-    if (brush.whole.free.empty()) return false;
-    why_ = brush.why;
-    const FitPoint point = add_time_terms(brush.core, brush.whole);
-    const bool more = contains(point.free, fit_ageing) || contains(point.free, fit_strengthening);
-    brush.whole = point;
-    brush.why = why_;
-    return more;
-  };
-  bool takes_rubbed = prefers_rubbed();
-  if (with_time_terms(takes_rubbed ? of_rubbed : of_plain)) {
-    progress_.update(0.82);
-    with_time_terms(takes_rubbed ? of_plain : of_rubbed);
-    takes_rubbed = prefers_rubbed();
-  }
-  why_ = takes_rubbed ? of_rubbed.why : of_plain.why;
-  stage_note_ = takes_rubbed ? of_rubbed.stage_note : of_plain.stage_note;
-  for (const FitParameter p : {fit_residual, fit_renewal}) {
-    const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
-    if (held)
-      why_[p] = options_.rule == SnapRule::redraw ? "held" : "with this rule there is none";
-    else if (!takes_rubbed)
-      why_[p] = "not seen: it does not pay for itself";
-  }
-  return add_asymmetry(takes_rubbed ? of_rubbed.whole : of_plain.whole);
+Found Fitter::with_free_law(const Found& start, std::vector<double>& quantiles) {
+  FreeLaw free = find_free_law(model_, options_, start.point);
+  quantiles = std::move(free.quantiles);
+  why_ = start.why;
+  return found(free.point);
+}
+
+Found Fitter::fit_again(const Found& start) {
+  why_ = start.why;
+  notes_ = start.notes;
+  return found(start.point.free.empty() ? start.point : try_starts(minimise(model_, start.point)));
 }
 
 /// Chooses the brush's state at the first sample: straight bristles, unless the data say clearly that the
@@ -425,7 +328,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
 FitPoint Fitter::try_later_starts(FitPoint point) {
   if (data_.columns.parts.empty()) return point;
   bool changed = false;
-  point.past.later.assign(data_.columns.parts.size(), StartState::straight);
+  point.past.later.resize(data_.columns.parts.size(), StartState::straight);
   for (std::size_t k = 0; k < point.past.later.size(); ++k) {
     double least = residuals(point).squaredNorm();
     const double count = samples_that_count(point);
@@ -443,21 +346,20 @@ FitPoint Fitter::try_later_starts(FitPoint point) {
 }
 
 /// Returns candidates that add lubricant (viscous friction), damper, or both to the brush of `core`. With the
-/// rules redraw and keep, the brush's shape stays fixed, so that it need not be stepped again.
+/// rule redraw the brush's shape stays fixed, so that it need not be stepped again.
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
-  const FitParameterSet all = core.free;
   FitPoint rigid = core;
-  for (const FitParameter p :
-       {fit_length, fit_spread, fit_residual, fit_renewal, fit_compliance, fit_softening, fit_delay})
+  for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_softening, fit_delay})
     take_out(rigid.free, p);
+  assume(model_, core);
   std::vector<FitPoint> candidates;
   const auto add = [&](const FitPoint& start) {
     FitPoint point = minimise(model_, start);
-    for (const FitParameter p : all) {
+    for (const FitParameter p : core.free) {
       if (!contains(point.free, p)) point.free.push_back(p);
     }
     // Fits the lengths anew with the rule slide, which shows a damper only with lengths fitted beside it.
-    if (options_.rule == SnapRule::slide) point = minimise_all(point);
+    if (options_.rule != SnapRule::redraw) point = minimise(model_, point);
     candidates.push_back(point);
   };
   if (several_speeds()) {
@@ -499,7 +401,7 @@ FitPoint Fitter::add_speed_terms(const FitPoint& core) {
               : two_ways() ? "one speed only each way, between " + speeds
                            : "one speed only, between " + speeds;
   }
-  if (!several_speeds() && !slow_turns()) return core;
+  if ((!several_speeds() && !slow_turns()) || fit_stopped()) return core;
   FitPoint best = core;
   for (const FitPoint& candidate : speed_candidates(core)) {
     if (candidate.values[fit_viscous] < 0.0 || candidate.values[fit_damping] < 0.0) continue;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tools/libraries/fitting/least_squares.hpp"
 
@@ -63,10 +64,7 @@ class Coordinates {
   }
 
  private:
-  static bool ranged(FitParameter p) {
-    return FitModel::bends(p) || p == fit_stribeck || p == fit_strengthening_speed || p == fit_compliance ||
-           p == fit_delay;
-  }
+  static bool ranged(FitParameter p) { return FitModel::bends(p) || p == fit_stribeck || p == fit_delay; }
   static double scaled(FitParameter p, double value) {
     return FitModel::is_logarithmic(p) ? std::log(value) : value;
   }
@@ -84,11 +82,13 @@ Eigen::Map<const Eigen::VectorXd> measured_force(const FitModel& model) {
 
 void assume(FitModel& model, const FitPoint& point) {
   model.set_past(point.past);
-  model.set_frame(point.frame);
+  if (bends_stage(point)) model.settle(point.values);
 }
 
-FitPoint minimise(FitModel& model, FitPoint from) {
-  assume(model, from);
+namespace {
+
+/// Minimises with the stage bent by the force that the model has.
+FitPoint minimise_once(FitModel& model, const FitPoint& from) {
   const Coordinates coordinates(model, from);
   FitPoint best = from;
   if (!from.free.empty()) {
@@ -119,8 +119,24 @@ FitPoint minimise(FitModel& model, FitPoint from) {
     minimise(sum, limits, u);
     best.values = coordinates.outside(u);
   }
-  best.sum_of_squares = (model.force(best.values) - measured_force(model)).squaredNorm();
   return best;
+}
+
+}  // namespace
+
+FitPoint minimise(FitModel& model, FitPoint from) {
+  constexpr int most_rounds = 5;  // number of fits; in each the stage bends by the force of the fit before
+  constexpr double clearly_less = 0.995;  // ratio of sums of squares for which one more fit is made
+  double before = std::numeric_limits<double>::infinity();
+  for (int round = 0; round < (bends_stage(from) ? most_rounds : 1); ++round) {
+    assume(model, from);
+    from = minimise_once(model, from);
+    assume(model, from);
+    from.sum_of_squares = (model.force(from.values) - measured_force(model)).squaredNorm();
+    if (from.sum_of_squares > clearly_less * before) break;
+    before = from.sum_of_squares;
+  }
+  return from;
 }
 
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {

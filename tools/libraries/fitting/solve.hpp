@@ -1,6 +1,7 @@
 // Solves the nonlinear least squares of a fit, and finds parameters' intervals.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,11 +16,15 @@ struct FitPoint {
   FitValues values = fit_defaults;
   FitParameterSet free;
   Past past;
-  FitFrame frame;
   double sum_of_squares = 0.0;  ///< sum of squares of measured minus computed force, N^2
 };
 
-/// Sets the model's state before the record, and its reference speed and age, to those of a fitted point.
+/// Returns whether a stage bends at this point, or is free to bend.
+inline bool bends_stage(const FitPoint& point) {
+  return point.values[fit_softening] != 0.0 ||
+         std::count(point.free.begin(), point.free.end(), fit_softening) > 0;
+}
+/// Sets the model's past, and the force that bends its stage, to those of a point.
 void assume(FitModel& model, const FitPoint& point);
 
 /// Minimises the sum of squares by Levenberg-Marquardt over the free parameters of `from`, starting there.
@@ -50,11 +55,7 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorX
 /// order.
 struct PopulationError {
   Eigen::MatrixXd covariance;  ///< covariance of the free parameters, in units of FitModel::scale
-  bool seen = false;           ///< whether the residuals show the fluctuation of a finite number of bristles
-
-  /// Lower estimate of the number of bristles at the mean load, if `seen`: misfit passes for fluctuation.
-  double bristles = 0.0;
-  double noise = 0.0;  ///< variance of the residuals attributed to sensor noise, N^2
+  double noise = 0.0;          ///< variance of the residuals attributed to sensor noise, N^2
 };
 /// Estimates the errors of a fit due to a finite number of bristles. Assumes `usual_bristles` at the mean
 /// load as far as the residuals do not show their number.
@@ -66,6 +67,7 @@ PopulationError population_error(const FitModel& model, const FitPoint& point,
 /// from correlated residuals if it is larger.
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated, const PopulationError& population);
+
 /// Raises variances to those that the differences between five successive parts of the record imply, if noise
 /// would hardly explain the differences. Friction that wanders over minutes is correlated for longer than
 /// neighbouring samples show.

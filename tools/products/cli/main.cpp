@@ -216,16 +216,8 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
            [&](double load) { options.load = load; });
   quantity("--clip-load", cli::force_units, 0.0, 1e9, "Loads from minus this to 0 count as 0, e.g. 5mN",
            [&](double load) { options.reading.clip_load = load; });
-  quantity("--speed", cli::speed_units, -1e3, 1e3,
-           "Speed of the motion where no column has it, e.g. 10mm/min",
-           [&](double speed) { options.reading.speed = speed; });
-  quantity("--stroke", cli::length_units, 1e-9, 1e3,
-           "With --speed: the length of strokes to and fro; the force tells when they turn, e.g. 5mm",
-           [&](double stroke) { options.reading.stroke = stroke; });
-  add_file(app, "--position", options.reading.position,
-           "Another logger's file t,x (or t,v): its motion, at the times of the force");
-  quantity("--clock", cli::time_units, -1e12, 1e12, "Time added to that of --position, e.g. -120ms",
-           [&](double clock) { options.reading.clock = clock; });
+  quantity("--rate", cli::frequency_units, 1e-9, 1e12, "Samples per second of a file without time, e.g. 100Hz",
+           [&](double rate) { options.reading.rate = rate; });
   quantity("--mass", cli::mass_units, 0.0, 1e6,
            "Mass that the force sensor accelerates: its inertia is taken off, e.g. 120g",
            [&](double mass) { options.mass = mass; });
@@ -239,12 +231,6 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
              options.reading.disc = true;
            });
   app->get_option("--disc")->excludes(app->get_option("--radius"));
-  quantity("--compliance", cli::compliance_units, 0.0, 1.0,
-           "Hold what the stage bends per force at this (default: fitted), e.g. 2um/N",
-           [&](double compliance) { options.compliance = compliance; });
-  quantity("--delay", cli::time_units, 0.0, 1e3,
-           "Hold the delay of the force sensor at this (default: fitted), e.g. 5ms",
-           [&](double delay) { options.delay = delay; });
 }
 
 cli::NameList command_names(const CLI::App& app) {
@@ -534,7 +520,7 @@ Action add_fit(CLI::App* command) {
               {"free", bristle::SnapLaw::table}},
              options.law, "Family of snap lengths (default lognormal); free: any, with --rule slide");
   add_rule(command, options.rule,
-           "What a bristle does at its limit (default: redraw or slide, what predicts better)");
+           "What a bristle does at its limit (default: what predicts better)");
   add_choice(
       command, "--decay",
       {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
@@ -547,11 +533,11 @@ Action add_fit(CLI::App* command) {
       ->check(cli::within(0.0, cli::most_renewed));
   command->add_flag(
       "--rivals", options.rivals,
-      "Fit Coulomb, LuGre and Maxwell-slip too, to the first part of the record; judge all on the rest");
+      "Fit Coulomb, LuGre and Maxwell-slip too, to every other block of time; judge all on the rest");
   command
       ->add_option(
           "--fit-until", options.fit_until,
-          "With --rivals: the first part ends so many seconds after the first sample (default: a third)")
+          "With --rivals: fit to the first so many seconds instead of blocks all over the record")
       ->check(cli::within(1e-9, 1e9));
   command->add_flag(
       "--joint", options.joint,
@@ -571,8 +557,7 @@ Action add_fit(CLI::App* command) {
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
   return [kept, command] {
-    for (const char* const option : {"--load", "--clip-load", "--speed", "--stroke", "--position", "--clock",
-                                     "--mass", "--radius", "--disc", "--compliance", "--delay", "--sign",
+    for (const char* const option : {"--load", "--clip-load", "--rate", "--mass", "--radius", "--disc", "--sign",
                                      "--law", "--rule", "--decay", "--residual", "--renewal"})
       if (kept->joint && command->count(option) > 0)
         throw cli::UserError(fmt::format(

@@ -81,19 +81,12 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
-/// Sets the terms of the measurement (between contact and sensors) that the user fixed. Checks them, and the
-/// facts that the data lack.
-void set_measurement(cli::FitOptions& options, double mass, const std::optional<double>& compliance,
-                     const std::optional<double>& delay) {
+/// Sets the mass that the force sensor accelerates. Checks it, and the facts that the data lack.
+void set_measurement(cli::FitOptions& options, double mass) {
   options.mass = mass;
-  options.compliance = compliance;
-  options.delay = delay;
   const cli::FitReading& reading = options.reading;
-  require_between("speed", reading.speed, -1e3, 1e3, "m/s");
-  require_between("stroke", reading.stroke, 1e-9, 1e3, "m");
+  require_between("rate", reading.rate, 1e-9, 1e12, "Hz");
   require_between(reading.disc ? "disc" : "radius", reading.radius, 1e-9, 1e3, "m");
-  require_between("compliance", options.compliance, 0.0, 1.0, "m/N");
-  require_between("delay", options.delay, 0.0, 1e3, "s");
   require_between("mass", options.mass, 0.0, 1e6, "kg");
   require_between("clip_load", reading.clip_load, 0.0, 1e9, "N");
 }
@@ -122,20 +115,17 @@ using ColumnNames = std::map<std::string, std::variant<std::size_t, std::string>
 Fit fit_files(const Files& files, const std::optional<double>& load, const std::string& sign,
               const std::string& law, const std::string& rule, const std::string& damper_decay,
               const std::optional<double>& residual, const std::optional<double>& renewal,
-              const ColumnNames& columns, const Words& units, const std::optional<double>& speed,
-              const std::optional<double>& stroke, const std::optional<std::filesystem::path>& position,
-              double clock, double clip_load, const std::optional<double>& radius,
-              const std::optional<double>& disc, double mass, const std::optional<double>& compliance,
-              const std::optional<double>& delay) {
+              const ColumnNames& columns, const Words& units, const std::optional<double>& rate,
+              double clip_load, const std::optional<double>& radius, const std::optional<double>& disc,
+              double mass) {
   cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
   if (radius && disc)
     throw bristle::Error("radius and disc together: a ring has the one, a full disc the other");
-  options.reading.speed = speed;
-  options.reading.stroke = stroke;
+  options.reading.rate = rate;
   options.reading.radius = disc ? disc : radius;
   options.reading.disc = disc.has_value();
   options.reading.clip_load = clip_load;
-  set_measurement(options, mass, compliance, delay);
+  set_measurement(options, mass);
   if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
     options.data = {one->string()};
   } else {
@@ -143,8 +133,6 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
       options.data.push_back(file.string());
     if (options.data.empty()) throw bristle::Error("file is an empty list; allowed: one file or several");
   }
-  if (position) options.reading.position = position->string();
-  options.reading.clock = clock;
   for (const auto& word : words_of(columns)) options.reading.columns.push_back(word);
   for (const auto& word : units) options.reading.units.push_back(word);
   const WithoutLock unlocked;
@@ -159,8 +147,7 @@ std::vector<double> column_of(const Doubles& array, const char* name) {
 Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const Doubles& load,
                const std::string& sign, const std::string& law, const std::string& rule,
                const std::string& damper_decay, const std::optional<double>& residual,
-               const std::optional<double>& renewal, double mass, const std::optional<double>& compliance,
-               const std::optional<double>& delay) {
+               const std::optional<double>& renewal, double mass) {
   cli::FitColumns columns;
   columns.name = "bristle.fit";
   columns.t = column_of(t, "t");
@@ -172,7 +159,7 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   cli::FitOptions options = make_options(
       {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
       {residual, renewal});
-  set_measurement(options, mass, compliance, delay);
+  set_measurement(options, mass);
   const WithoutLock unlocked;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
@@ -238,11 +225,10 @@ void define_result(py::module_& module) {
       .def_property_readonly(
           "parameters", [](const Fit& fit) { return parameters_of(fit, true, true); },
           "FitEstimate by name: kinetic, presliding_length (m), spread, residual_share, shared_renewal, "
-          "ageing, ageing_time (s), speed_strengthening, strengthening_speed (m/s), viscous_friction (N "
-          "s/m), damping_per_newton (s/m), stribeck_velocity (m/s), stage_compliance (m/N), sensor_delay "
-          "(s), asymmetry, sensor_offset (N), sensor_drift (N/s), the same of a second axis, and what "
-          "follows from them: peak, stiffness_per_newton (1/m), kinetic_forward, kinetic_backward. With "
-          "ageing or strengthening report[\"holds_at\"] says at which speed and age.")
+          "stage_softening (m/N^2), viscous_friction (N s/m), damping_per_newton (s/m), stribeck_velocity (m/s), "
+          "sensor_delay (s), sensor_offset (N), "
+          "sensor_drift (N/s), the same of a second axis, and what follows from them: peak, "
+          "stiffness_per_newton (1/m).")
       .def_property_readonly(
           "not_determined", [](const Fit& fit) { return parameters_of(fit, false, true); },
           "Those of parameters that the data do not determine.")
@@ -282,30 +268,31 @@ void define_fitting(py::module_& module) {
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
       py::arg("renewal") = py::none(), py::arg("columns") = ColumnNames(), py::arg("units") = Words(),
-      py::arg("speed") = py::none(), py::arg("stroke") = py::none(), py::arg("position") = py::none(),
-      py::arg("clock") = 0.0, py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
-      py::arg("disc") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
-      py::arg("delay") = py::none(),
+      py::arg("rate") = py::none(), py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
+      py::arg("disc") = py::none(), py::arg("mass") = 0.0,
       "A material from measured friction in a CSV file with the columns t,x,load,force "
       "(tools/libraries/fitting/README.md), or in several that are one record. load: N, in place of a "
       "column. columns: "
       "the file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
-      "\"um\"}). speed: m/s, where no column has the motion; stroke: m, of strokes to and fro at it; "
-      "position: instead, another logger's file, clock seconds later than it says. clip_load: N, loads from "
-      "minus this to 0 count as 0. radius: m, at which columns angle and torque act; disc: instead, that of "
-      "a full disc. mass: kg that the force sensor accelerates. sign: whose force, \"on\" the body or \"by\" "
-      "it; \"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\", \"exponential\" or, where "
-      "bristles slide, \"free\". rule: \"redraw\", \"keep\", \"slide\", or \"auto\" for redraw or slide, "
-      "what predicts better. residual (a share of the presliding length, 0 to 0.95), renewal (0 to 8), "
-      "compliance of the stage (m/N) and delay of the force sensor (s) hold these; None fits them, "
-      "residual=0, renewal=0 is the paper's brush; other rules have neither. Takes seconds and lets go of "
-      "the interpreter's lock. Raises bristle.Error on data that nothing can be learnt from.");
+      "\"um\"}). rate: samples per second of a file without time. clip_load: N, loads from minus this to 0 "
+      "count "
+      "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
+      "that "
+      "the force sensor accelerates. sign: whose force, \"on\" the body or \"by\" it; \"auto\" finds it. "
+      "law: "
+      "\"lognormal\", \"normal\", \"uniform\", \"exponential\" or, where bristles slide, \"free\". rule: "
+      "\"redraw\", \"slide\", or \"auto\" for what predicts better. residual (a share of the presliding "
+      "length, 0 "
+      "to 0.95) and renewal (0 to 8) hold these; None fits them, residual=0, renewal=0 is the paper's brush; "
+      "the "
+      "rule slide has neither. Takes seconds and lets go of the interpreter's lock. Raises bristle.Error on "
+      "data "
+      "that nothing can be learnt from.");
   module.def(
       "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
-      py::arg("renewal") = py::none(), py::arg("mass") = 0.0, py::arg("compliance") = py::none(),
-      py::arg("delay") = py::none(),
+      py::arg("renewal") = py::none(), py::arg("mass") = 0.0,
       "The same of arrays: times (s), positions (m), forces and loads (N; one number or one a sample).");
 }
 
