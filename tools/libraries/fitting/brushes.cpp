@@ -99,7 +99,7 @@ std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& opti
     FittedBrush staged = all.back();
     staged.name += ", stage";
     staged.found = Fitter(data, staged.options, detail).add_stage(all.back().found);
-    if (staged.found.point.free.size() > all.back().found.point.free.size()) all.push_back(std::move(staged));
+    if (staged.found.point.free != all.back().found.point.free) all.push_back(std::move(staged));
   };
   if (redraws) {
     const char* const name =

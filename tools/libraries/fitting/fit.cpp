@@ -206,7 +206,10 @@ FitResult Fitter::report(const FitPoint& point) {
     estimate.value = point.values[k];
     estimate.why = why_[k];
     const auto at = std::find(point.free.begin(), point.free.end(), p);
-    if (at == point.free.end()) continue;
+    if (at == point.free.end()) {
+      if (estimate.why.empty()) estimate.why = lacking(p);
+      continue;
+    }
     estimate.fitted = true;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
     const double scale = model_.scale(point.values, p);
@@ -235,10 +238,26 @@ FitResult Fitter::report(const FitPoint& point) {
   return result;
 }
 
-FitResult Fitter::finish(const Found& start) {
-  FitPoint point = fit_again(start).point;
+Found Fitter::hold_undetermined(const Found& start) {
+  why_ = start.why;
+  notes_ = start.notes;
+  const FitPoint point = minimise(model_, start.point);
   refuse_without_friction(point);
-  return report(keep_determined(point));
+  return found(keep_determined(point));
+}
+
+Found Fitter::refine(const Found& held) {
+  why_ = held.why;
+  notes_ = held.notes;
+  as_good_ = held.as_good;
+  return found(minimise(model_, held.point));
+}
+
+FitResult Fitter::finish(const Found& refined) {
+  why_ = refined.why;
+  notes_ = refined.notes;
+  as_good_ = refined.as_good;
+  return report(refined.point);
 }
 
 namespace {
@@ -357,10 +376,17 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
       }
     }
     progress.update(0.85);
+    int evaluations = chosen.found.evaluations;
+    chosen.found = Fitter(thin, chosen.options, Detail::search).hold_undetermined(chosen.found);
+    evaluations += chosen.found.evaluations;
+    progress.update(0.9);
+    chosen.found = Fitter(moving, chosen.options, Detail::search).refine(chosen.found);
+    evaluations += chosen.found.evaluations;
+    progress.update(0.95);
     FitResult result = Fitter(moving, chosen.options, Detail::finish).finish(chosen.found);
     if (!note.empty()) result.notes.push_back(note);
     if (fit_stopped()) result.notes.push_back("stopped early: the best that was found until then");
-    result.evaluations += chosen.found.evaluations;
+    result.evaluations += evaluations;
     if (result.curve.size() < data.force.size()) {
       FittedBrush last = chosen;
       last.found.point.past = result.past;

@@ -41,6 +41,7 @@ struct Found {
   std::array<std::string, fit_parameters> why;
   int evaluations = 0;  ///< number of times the force was computed along the path
   std::vector<std::string> notes;
+  std::vector<FitPoint> as_good;  ///< points that fit as well, with other values of what is not determined
 };
 
 /// Fitter of one kind of brush to one record of friction.
@@ -62,8 +63,12 @@ class Fitter {
   Found with_free_law(const Found& found, std::vector<double>& quantiles);
   /// Fits a point of another record, or of another detail, to this record.
   Found fit_again(const Found& found);
-  /// Holds what the record does not determine, and reports.
-  FitResult finish(const Found& found);
+  /// Fits a point to this record and holds what the record does not determine. Throws UserError where there
+  /// is no friction.
+  Found hold_undetermined(const Found& found);
+  /// Fits to this record the parameters that were not held.
+  Found refine(const Found& held);
+  FitResult finish(const Found& refined);
 
  private:
   FitParameterSet bending() const {
@@ -71,12 +76,13 @@ class Fitter {
     if (has_spread(options_.law)) set.push_back(fit_spread);
     return set;
   }
-  Found found(const FitPoint& point) const { return {point, why_, model_.evaluations(), notes_}; }
+  Found found(const FitPoint& point) const { return {point, why_, model_.evaluations(), notes_, as_good_}; }
   FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
   FitPoint search_grid();
   FitPoint polish(const FitPoint& point);
   FitPoint try_starts(FitPoint best);
   FitPoint try_later_starts(FitPoint point);
+  bool promises(const FitPoint& point, const FitPoint& core);
   std::vector<FitPoint> speed_candidates(const FitPoint& core);
   FitPoint add_speed_terms(const FitPoint& core);
   bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }

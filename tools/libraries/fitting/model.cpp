@@ -79,16 +79,18 @@ std::vector<double> FitModel::force_on_stage(const FitValues& p) {
 void FitModel::settle(const FitValues& p) {
   if (data_.axes == 2 || p == settled_) return;
   constexpr int most_rounds = 30;
-  // Relaxes the iteration, which then converges for stages up to three times as soft as the bristles.
-  constexpr double share = 0.5, small = 1e-3;
-  double change = data_.force_scale;
+  // Relaxes an iteration that converges slowly, which it then does for stages up to three times as soft as
+  // the bristles.
+  constexpr double relaxed = 0.5, slow = 0.7, small = 1e-3;
+  double change = data_.force_scale, share = 1.0;
   for (int round = 0; round < most_rounds && change > small * data_.force_scale; ++round) {
     const std::vector<double> force = force_on_stage(p);
+    const double before = change;
     change = 0.0;
-    for (std::size_t i = 0; i < force.size(); ++i) {
+    for (std::size_t i = 0; i < force.size(); ++i)
       change = std::max(change, std::fabs(force[i] - stage_force_[i]));
-      stage_force_[i] += share * (force[i] - stage_force_[i]);
-    }
+    if (round > 0 && change > slow * before) share = relaxed;
+    for (std::size_t i = 0; i < force.size(); ++i) stage_force_[i] += share * (force[i] - stage_force_[i]);
   }
   known_values_ = {};
   settled_ = p;

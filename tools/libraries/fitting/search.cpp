@@ -21,8 +21,6 @@ constexpr double least_back = 0.02;
 constexpr double length_factor = 1.7, length_factor_kept = 1.2;
 // Times of a sensor's low-pass from which a fit starts, in intervals between samples.
 constexpr double tried_delays[] = {0.5, 5.0};
-// Softenings of a stage from which a fit starts, in units of FitModel::scale.
-constexpr double tried_softenings[] = {0.0, -0.03, 0.03};
 // Loss in twice the log likelihood up to which the shortest presliding length counts as fitting as well.
 constexpr double as_well = 8.0;
 
@@ -209,9 +207,7 @@ Found Fitter::with_speed_terms(const Found& plain) {
   FitPoint best = plain.point;
   if (contains(best.free, fit_damping) || (!several_speeds() && !slow_turns()) || fit_stopped()) return plain;
   for (const FitPoint& candidate : speed_candidates(plain.point))
-    if (candidate.values[fit_viscous] >= 0.0 && candidate.values[fit_damping] >= 0.0 &&
-        better(candidate, best))
-      best = candidate;
+    if (candidate.free.size() > plain.point.free.size() && better(candidate, best)) best = candidate;
   if (best.free.size() == plain.point.free.size()) return plain;
   best = minimise(model_, best);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
@@ -254,6 +250,15 @@ FitPoint Fitter::polish(const FitPoint& point) {
   return best;
 }
 
+/// Returns whether the parameters of `point`, which has one or two more than `core`, promise half the gain
+/// that would justify them, if the force were linear in all of them.
+bool Fitter::promises(const FitPoint& point, const FitPoint& core) {
+  const Eigen::VectorXd left = project(jacobian(model_, point), residuals(point)).left;
+  const double count = static_cast<double>(samples()) / correlated_samples(left);
+  const double gain = count * std::log(core.sum_of_squares / std::max(left.squaredNorm(), 1e-300));
+  return gain > std::log(count) * static_cast<double>(point.free.size() - core.free.size());
+}
+
 /// Fits with a sensor's low-pass, with a stage that is stiffer one way than the other, and with both, and
 /// takes what lowers the residuals enough to justify its parameters. Adds terms of speed to a brush that had
 /// none.
@@ -263,7 +268,7 @@ Found Fitter::add_stage(const Found& plain) {
   const FitPoint& core = plain.point;
   FitPoint best = core;
   const auto attempt = [&](FitPoint point) {
-    if (fit_stopped()) return;
+    if (fit_stopped() || !promises(point, core)) return;
     point = minimise(model_, point);
     if (justified(point, best)) best = point;
   };
@@ -278,17 +283,16 @@ Found Fitter::add_stage(const Found& plain) {
   };
   delayed(core);
   if (data_.axes == 1 && two_ways() && contains(core.free, fit_length)) {
-    for (FitPoint from : {core, best}) {
+    std::vector<FitPoint> starts{core};
+    if (contains(best.free, fit_delay)) starts.push_back(best);
+    for (FitPoint& from : starts) {
       if (contains(from.free, fit_softening)) continue;
       from.free.push_back(fit_softening);
-      for (const double share : tried_softenings) {
-        from.values[fit_softening] = share * model_.scale(from.values, fit_softening);
-        attempt(from);
-      }
+      attempt(from);
     }
     if (contains(best.free, fit_softening)) delayed(best);
   }
-  if (best.free.size() > core.free.size() && !contains(best.free, fit_damping)) best = add_speed_terms(best);
+  if (best.free != core.free && !contains(best.free, fit_damping)) best = add_speed_terms(best);
   for (const FitParameter p : {fit_softening, fit_delay})
     why_[p] = contains(best.free, p) ? "" : "not seen: it does not pay for itself";
   return found(best);
@@ -404,8 +408,7 @@ FitPoint Fitter::add_speed_terms(const FitPoint& core) {
   if ((!several_speeds() && !slow_turns()) || fit_stopped()) return core;
   FitPoint best = core;
   for (const FitPoint& candidate : speed_candidates(core)) {
-    if (candidate.values[fit_viscous] < 0.0 || candidate.values[fit_damping] < 0.0) continue;
-    if (justified(candidate, best)) best = candidate;
+    if (candidate.free.size() > core.free.size() && justified(candidate, best)) best = candidate;
   }
   if (best.free.size() > core.free.size()) best = minimise(model_, best);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})

@@ -58,7 +58,8 @@ class Coordinates {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
       const double share = 1.0 / (1.0 + std::exp(-place));
-      return (scaled(p, model_.highest(p)) - scaled(p, model_.lowest(p))) * share * (1.0 - share);
+      const double width = scaled(p, model_.highest(p)) - scaled(p, model_.lowest(p));
+      return width * share * (1.0 - share) / (FitModel::is_logarithmic(p) ? 1.0 : model_.scale(values, p));
     }
     return FitModel::is_logarithmic(p) ? 1.0 : units_[i] / model_.scale(values, p);
   }
@@ -113,13 +114,27 @@ FitPoint minimise_once(FitModel& model, const FitPoint& from) {
       return FitModel::bends(p) && !FitModel::is_logarithmic(p);
     });
     const double factor = rubbed ? 0.1 : 1.0;
-    const LevenbergLimits limits = model.detail() == Detail::finish ? LevenbergLimits{60, 1e-7, 1e-5, factor}
+    const LevenbergLimits limits = model.detail() == Detail::finish ? LevenbergLimits{10, 1e-6, 1e-4, factor}
                                                                     : LevenbergLimits{25, 1e-5, 1e-3, factor};
     Eigen::VectorXd u = coordinates.inside(from.values);
     minimise(sum, limits, u);
     best.values = coordinates.outside(u);
   }
   return best;
+}
+
+/// Takes a lubricant or a damper that came out negative, which no material has, out of a fit. Returns whether
+/// there was one.
+bool drop_negative(FitPoint& point) {
+  bool dropped = false;
+  for (const FitParameter p : {fit_viscous, fit_damping}) {
+    if (point.values[p] >= 0.0) continue;
+    point.values[p] = 0.0;
+    std::erase_if(point.free,
+                  [p](FitParameter q) { return q == p || (p == fit_damping && q == fit_stribeck); });
+    dropped = true;
+  }
+  return dropped;
 }
 
 }  // namespace
@@ -136,7 +151,7 @@ FitPoint minimise(FitModel& model, FitPoint from) {
     if (from.sum_of_squares > clearly_less * before) break;
     before = from.sum_of_squares;
   }
-  return from;
+  return drop_negative(from) ? minimise(model, from) : from;
 }
 
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point) {
