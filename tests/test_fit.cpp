@@ -288,7 +288,7 @@ TEST_CASE("Rubbing that a record shows stays, though its numbers are poorly know
   // itself, so its interval begins at 0.
   const RubbedStrokes s;
   const Fitted fitted = fit(s.csv(1020));
-  check_recovered(fitted[cli::fit_renewal], s.renewal, 3.5);
+  check_recovered(fitted[cli::fit_renewal], s.renewal, 3.0);
   CHECK(fitted[cli::fit_renewal].low == 0.0);
   const cli::FitEstimate& length = fitted[cli::fit_length];
   CAPTURE(length.value, length.low, length.high);
@@ -526,7 +526,7 @@ TEST_CASE("Hopeless data are refused in one clear line", "[fit]") {
       {"t,x,load,force\n0,0,1,1\n0,0,1,1\n", "data.csv:3: column t: 0 s does not come after 0 s"},
       {"t,x,load,force\n0,0,1,1\n1,0,-1,1\n", "data.csv:3: column load: -1 is negative"},
       {"t,x,load\n0,0,1\n", "has no column force (nor fx, friction): as it stands, no force was measured"},
-      {"t,load,force\n0,0,1\n", "has no column x (nor v)"},
+      {"t,load,force\n0,0,1\n", "has no column x (nor v, speed)"},
       {"t,x,load,force,fx\n0,0,1,1,1\n", "columns force and fx together: give one"},
       {"t,x,load,force[kg]\n0,0,1,1\n", "unit of column force is 'kg'; allowed: N, mN"},
       {"", "empty: expected a header t,x,load,force and rows"},
@@ -671,7 +671,7 @@ TEST_CASE("A term that one stroke asks for and the others deny is not taken", "[
   }
   const Fitted fitted = fit(data.csv());
   CHECK_FALSE(fitted[cli::fit_viscous].fitted);
-  CHECK_THAT(fitted[cli::fit_viscous].why, Contains("held-out error"));
+  CHECK(fitted[cli::fit_viscous].value == 0.0);
 }
 
 TEST_CASE("A replay of a load that swings has room for all of it", "[fit]") {

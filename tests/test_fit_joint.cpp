@@ -152,8 +152,12 @@ TEST_CASE("A joint's models are judged on what follows --fit-until", "[fit][join
 
 TEST_CASE("Logs of joints are read with units, currents and pendulums, and refused by name",
           "[fit][joints]") {
-  std::string rows;
-  for (int i = 0; i < 60; ++i) rows += std::to_string(i) + ", " + std::to_string(i % 7) + ", 500\n";
+  std::string rows, with_heat;
+  for (int i = 0; i < 60; ++i) {
+    const std::string row = std::to_string(i) + ", " + std::to_string(i % 7) + ", 500";
+    rows += row + "\n";
+    with_heat += row + ", 25\n";
+  }
   const JointLog log =
       cli::parse_joint_log("t [ms], angle [deg], current [mA]\n" + rows, "log", {}, 2.0, 3.0);
   REQUIRE(log.t.size() == 60);
@@ -176,6 +180,8 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
     return message_of<cli::UserError>([&] { cli::parse_joint_log(text, "log", how, constant, {}); });
   };
   CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // 60 ms of a log are too short
+  const JointLog warm = cli::parse_joint_log("t,angle,motor,temperature\n" + with_heat, "log", {}, {}, {});
+  CHECK(names(warm.understood, {"column temperature is not used"}));
   CHECK(names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
   CHECK(names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
   CHECK(names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));

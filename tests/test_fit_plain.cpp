@@ -74,6 +74,17 @@ TEST_CASE("What few rows cannot tell is held at what fits; an outlier is named",
     CHECK(f[cli::fit_kinetic].value == Approx(0.3).epsilon(0.02));
 }
 
+TEST_CASE("Friction that falls short of its limit around turns does not pass for a lubricant", "[fit]") {
+  const auto place = [](double t) {
+    return (t < 4.0 ? 20e-6 : t < 8.0 ? 200e-6 : 2e-3) * std::sin(2.0 * M_PI * 0.5 * t);
+  };
+  const Fitted fitted = fit(coulomb(6000, 0.002, 2.5, 0.3, 0.0, 1e-5, 0.01, place), any_brush());
+  check_recovered(fitted[cli::fit_kinetic], 0.3, 0.005);
+  CHECK(fitted[cli::fit_damping].value == 0.0);
+  CHECK_FALSE(fitted[cli::fit_length].fitted);
+  CHECK(fitted.result.residual_rms < 0.02);
+}
+
 TEST_CASE("Rivals of strokes that grow are fitted and judged over the whole range", "[fit]") {
   const auto place = [](double t) {
     return (t < 4.0 ? 20e-6 : t < 8.0 ? 200e-6 : 2e-3) * std::sin(2.0 * M_PI * 0.5 * t);

@@ -196,14 +196,15 @@ TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[
     reading.radius = 0.01;
     const auto speed = [&](const char* unit) {
       return cli::parse_fit_columns(
-          fmt::format("t,v [{}],load [kip],force [lbf]\n0,60,1,1\n1,60,1,1\n", unit), "data.csv", reading);
+          fmt::format("t,speed [{}],load [kip],force [lbf]\n0,60,1,1\n1,60,1,1\n", unit), "data.csv",
+          reading);
     };
     CHECK(speed("rpm").v[0] == Approx(2.0 * M_PI * 0.01));
     CHECK(speed("deg/s").v[0] == Approx(M_PI / 3.0 * 0.01));
     CHECK(speed("rad/s").v[0] == Approx(0.6));
     CHECK(speed("rpm").load[0] == Approx(4448.2216));
     CHECK(speed("rpm").force[0] == Approx(4.4482216));
-    CHECK_THAT(refused("t,v [rpm],load,force\n0,60,1,1\n"), Contains("--radius"));
+    CHECK_THAT(refused("t,v [rpm],load,force\n0,60,1,1\n"), Contains("column v needs the radius"));
     CHECK(cli::parse_fit_columns("t,x [in],load,force\n0,1,1,1\n", "data.csv").x[0] == Approx(0.0254));
   }
   SECTION("loads that are all negative") {

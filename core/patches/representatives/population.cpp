@@ -19,13 +19,6 @@ constexpr std::uint64_t reversed_nibble[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 
 /// Converts the upper 52 bits of a number to the middle of one of 2^52 equal cells of (0, 1).
 double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12) + 0.5) * 0x1p-52; }
 
-thread_local bool at_random = false;
-
-double random_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // Samples by the generator SplitMix64; the seed selects one of its streams of numbers.
-  return to_share(mix64(mix64(seed + 0x6C62272E07BB0142u) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u));
-}
-
 }  // namespace
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
@@ -44,16 +37,13 @@ double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
 
 template <class T>
 T first_length(const CompiledMaterial& material, std::uint32_t seed, std::uint32_t i) noexcept {
-  const double u = (at_random ? random_share : stratified_share)(seed, i);
+  const double u = stratified_share(seed, i);
   const double scaled = material.material.snap_length.quantile(u) * material.lengths_per_metre;
   const double shortest = shortest_beyond_residual<T>(material);
   return static_cast<T>(material.residual + std::clamp(scaled, shortest, material.longest));
 }
 template float first_length<float>(const CompiledMaterial&, std::uint32_t, std::uint32_t) noexcept;
 template double first_length<double>(const CompiledMaterial&, std::uint32_t, std::uint32_t) noexcept;
-
-RandomFirstLengths::RandomFirstLengths() noexcept { at_random = true; }
-RandomFirstLengths::~RandomFirstLengths() { at_random = false; }
 
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept {
   const auto key = static_cast<std::uint32_t>(mix64(seed + 0x51ED270Bu));

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <limits>
 
-#include "bristle/export.hpp"
 #include "bristle/patch.hpp"
 #include "bristle/span.hpp"
 #include "core/materials/kernel_law.hpp"
@@ -33,15 +32,6 @@ double shortest_beyond_residual(const CompiledMaterial& material) noexcept {
 /// stratified_share().
 template <class T>
 T first_length(const CompiledMaterial& material, std::uint32_t seed, std::uint32_t i) noexcept;
-
-/// While an object of this type lives, this thread fills first snap lengths at random values in (0, 1),
-/// hashes of seed and bristle, as a surface has them. For studies of how far a small number of bristles is
-/// from its law.
-struct BRISTLE_API RandomFirstLengths {
-  RandomFirstLengths() noexcept;
-  ~RandomFirstLengths();
-  RandomFirstLengths(const RandomFirstLengths&) = delete;
-};
 
 /// Fills the first random state of each bristle: all different, computed from bristle number and seed.
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;

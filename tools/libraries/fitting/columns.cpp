@@ -18,6 +18,7 @@ enum Column : unsigned {
   column_x,
   column_v,
   column_vx,
+  column_speed,
   column_load,
   column_force,
   column_fx,
@@ -55,17 +56,24 @@ constexpr Unit moving_units[] = {{"m/s", 1.0},
                                  {"deg/s", 57.29577951308232},
                                  {"rpm", 9.549296585513721}};
 bool turns_in(std::string_view unit) { return unit == "rad/s" || unit == "deg/s" || unit == "rpm"; }
-constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units, most_time},        {"x", place_units, most_length},
-    {"v", moving_units, most_speed},     {"vx", moving_units, most_speed},
-    {"load", weighed_units, most_force}, {"force", weighed_units, most_force},
-    {"fx", weighed_units, most_force},   {"friction", weighed_units, most_force},
-    {"y", place_units, most_length},     {"fy", weighed_units, most_force},
-    {"angle", angle_units, most_length}, {"torque", torque_units, most_force}};
+constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time},
+                                            {"x", place_units, most_length},
+                                            {"v", moving_units, most_speed},
+                                            {"vx", moving_units, most_speed},
+                                            {"speed", moving_units, most_speed},
+                                            {"load", weighed_units, most_force},
+                                            {"force", weighed_units, most_force},
+                                            {"fx", weighed_units, most_force},
+                                            {"friction", weighed_units, most_force},
+                                            {"y", place_units, most_length},
+                                            {"fy", weighed_units, most_force},
+                                            {"angle", angle_units, most_length},
+                                            {"torque", torque_units, most_force}};
 constexpr const char* expected = "t,x,load,force";
 
 // Columns of which a file may have one: for the position, for the speed, for the force.
-constexpr unsigned place_columns[] = {column_x, column_angle}, speed_columns[] = {column_v, column_vx},
+constexpr unsigned place_columns[] = {column_x, column_angle},
+                   speed_columns[] = {column_v, column_vx, column_speed},
                    force_columns[] = {column_force, column_fx, column_friction, column_torque};
 
 /// Returns the one of several columns that the CSV header has; column_count if it has none of them.
@@ -149,7 +157,7 @@ Choice choose(const CsvHeader& header, const PlainCsv& csv, const FitReading& re
   };
   need(header.present[column_t] || reading.rate, "column t",
        "--columns t=NAME; or give the samples per second: --rate 100Hz");
-  need(choice.x != column_count || choice.v != column_count, "column x (nor v)", "--columns x=NAME");
+  need(choice.x != column_count || choice.v != column_count, "column x (nor v, speed)", "--columns x=NAME");
   need(choice.force != column_count, "column force (nor fx, friction): as it stands, no force was measured",
        "--columns force=NAME");
   if (reading.rate && header.present[column_t])
@@ -163,7 +171,7 @@ Choice choose(const CsvHeader& header, const PlainCsv& csv, const FitReading& re
                     "mean radius), or that of a full disc: --disc 20mm",
                     where,
                     twists  ? "torque"
-                    : spins ? "v"
+                    : spins ? kinds[choice.v].name
                             : "angle"));
   if (choice.x != column_count && turns != twists)
     throw UserError(fmt::format("{}: column {} goes with column {}", where, turns ? "angle" : "torque",

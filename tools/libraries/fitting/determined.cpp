@@ -123,6 +123,14 @@ FitPoint Fitter::without(const FitPoint& point, FitParameter p, const std::strin
     take_out(held.free, q);
     why_[q] = why;
   }
+  // A record that does not resolve presliding shows neither its spread nor how a stage bends meanwhile.
+  if (p == fit_length && point.values[p] < data_.range) {
+    for (const FitParameter q : {fit_spread, fit_softening}) {
+      if (contains(held.free, q)) why_[q] = lacking(q);
+      take_out(held.free, q);
+    }
+    held.values[fit_softening] = 0.0;
+  }
   FitPoint left = held;
   if (is_added(p) || damper) left.values[damper ? fit_damping : p] = 0.0;
   if (p == fit_kinetic) {  // the usual coefficient, with the stiffness that was fitted
@@ -143,7 +151,11 @@ bool Fitter::undetermined(const FitPoint& point, FitParameter& open, std::string
   const Eigen::VectorXd r = residuals(point);
   const double nothing = 1e-6 * data_.force_scale * std::sqrt(static_cast<double>(samples()));
   const bool without_effect = j.colwise().norm().minCoeff() < nothing;
-  const Eigen::MatrixXd cov = without_effect ? Eigen::MatrixXd() : covariance(j, r, correlated_samples(r));
+  Eigen::MatrixXd cov;
+  if (!without_effect) {
+    cov = covariance(j, r, correlated_samples(r));
+    raise_to_parts(cov, j, r, data_.samples());
+  }
   for (const FitParameter p :
        {fit_drift, fit_drift_y, fit_offset, fit_offset_y, fit_softening, fit_delay, fit_damping, fit_stribeck,
         fit_viscous, fit_renewal, fit_residual, fit_spread, fit_kinetic, fit_length}) {

@@ -22,6 +22,8 @@ using bristle::SnapLaw;
 // Share of the force's sum of squares that a fit must explain; below it, the force is refused as not being
 // friction of this motion.
 constexpr double least_explained = 0.3;
+// Ratio of the ends of an interval beyond which the stiffness counts as undetermined.
+constexpr double widest_ratio = 7.0;
 // Share of the measured force that must be friction of the brush; below it, the record is refused.
 constexpr double least_friction = 0.01;
 // Samples of the thinned records on which brushes are searched, and on which the chosen one is fitted.
@@ -32,6 +34,8 @@ constexpr double clearly_closer = 0.97;
 constexpr double nearly_closest = 1.1;
 // Fewest samples in the fitted blocks and in the others for which a fit chooses between kinds of brush.
 constexpr std::size_t fewest_to_choose = 40;
+// Fits made of a record without its turns; each finds better which samples those are.
+constexpr int most_cuts = 2;
 // Ratio of the smaller to the larger of two successive moves below which the motion turns between them.
 constexpr double turning = 0.25;
 
@@ -134,15 +138,16 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   interval(result.stiffness,
            [&](const FitValues& p) { return p[fit_kinetic] / model_.kinetic_deflection(p); });
   // Counts the peak as fitted if the kinetic coefficient and, unless the law has none, the spread are.
-  result.peak.fitted =
-      contains(point.free, fit_kinetic) && (contains(point.free, fit_spread) || !has_spread(options_.law));
+  result.peak.fitted = result.estimates[fit_kinetic].fitted &&
+                       (result.estimates[fit_spread].fitted || !has_spread(options_.law));
   if (!result.peak.fitted) {
     result.peak.why = "follows from kinetic and spread";
   } else {
     result.peak.why = why_no_peak(point, result);
     result.peak.fitted = result.peak.why.empty();
   }
-  result.stiffness.fitted = contains(point.free, fit_length);
+  result.stiffness.fitted =
+      contains(point.free, fit_length) && result.stiffness.high < widest_ratio * result.stiffness.low;
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
@@ -165,6 +170,36 @@ void Fitter::note(FitResult& result) const {
         result.estimates[fit_kinetic].value * (1.0 - share)));
   }
   result.notes.insert(result.notes.end(), notes_.begin(), notes_.end());
+}
+
+/// Adds to the covariance how far the mean length of the bristles that touch, a random sample of the law,
+/// differs from the law's. The same bristles bend in every small loop, so residuals show little of it. A fit
+/// finds the stiffness, which has no such error, and so a spread that makes up for the length.
+/// Their number is the usual one, or what the residuals show: friction of few bristles wanders in sliding.
+void Fitter::add_chance_of_bristles(Eigen::MatrixXd& cov, const FitPoint& point,
+                                    const Eigen::VectorXd& residuals) const {
+  constexpr double step = 0.02;
+  constexpr double of_one = 0.45;  // variance of one bristle's force in sliding, over its squared mean
+  constexpr double most = 2.0;     // of a narrow law the loops show the spread itself
+  const double spread = point.values[fit_spread];
+  const Eigen::Index pairs = residuals.size() - 1;
+  const double wander = residuals.head(pairs).dot(residuals.tail(pairs)) / static_cast<double>(pairs);
+  const double shown =
+      of_one * std::pow(point.values[fit_kinetic] * data_.mean_load, 2) / std::max(wander, 1e-300);
+  const double bristles = std::min(bristles_per_newton * data_.mean_load, shown);
+  FitValues narrower = point.values;
+  narrower[fit_spread] *= std::exp(-step);
+  // Change of the length, over that of the spread, for the same stiffness.
+  const double slope =
+      std::log(model_.kinetic_deflection(point.values) / model_.kinetic_deflection(narrower)) / step;
+  const double of_spread = std::min(spread / std::max(slope, 1e-3), most);
+  Eigen::VectorXd error = Eigen::VectorXd::Zero(cov.rows());
+  for (std::size_t k = 0; k < point.free.size(); ++k) {
+    double& e = error[static_cast<Eigen::Index>(k)];
+    if (point.free[k] == fit_length) e = slope * of_spread;
+    if (point.free[k] == fit_spread) e = -of_spread;
+  }
+  cov += error * error.transpose() / bristles;
 }
 
 FitResult Fitter::report(const FitPoint& point) {
@@ -191,9 +226,8 @@ FitResult Fitter::report(const FitPoint& point) {
   result.correlated_samples = correlated_samples(r);
   const Eigen::MatrixXd j = jacobian(model_, point);
   result.held_out_rms = std::sqrt(held_out_squares(j, r, data_.samples()) / static_cast<double>(r.size()));
-  const double usual_bristles = bristles_per_newton * data_.mean_load;
-  Eigen::MatrixXd cov =
-      covariance(j, r, result.correlated_samples, population_error(model_, point, j, r, usual_bristles));
+  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples);
+  if (options_.rule != bristle::SnapRule::slide) add_chance_of_bristles(cov, point, r);
   raise_to_parts(cov, j, r, data_.samples());
   const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
   const Eigen::VectorXd singular = singular_values(scaled);
@@ -210,8 +244,12 @@ FitResult Fitter::report(const FitPoint& point) {
       if (estimate.why.empty()) estimate.why = lacking(p);
       continue;
     }
-    estimate.fitted = true;
     const auto i = static_cast<Eigen::Index>(at - point.free.begin());
+    estimate.fitted = is_determined(point, j, cov, i);
+    if (!estimate.fitted) {  // the thinned record promised more than the whole one shows
+      estimate.why = lacking(p);
+      continue;
+    }
     const double scale = model_.scale(point.values, p);
     const double open = open_variance([&](const FitValues& values) {
       return FitModel::is_logarithmic(p) ? std::log(values[p]) : values[p] / scale;
@@ -332,21 +370,34 @@ FittedBrush choose_brush(const FitData& thin, const FitOptions& options, Progres
 
 namespace {
 
-/// Returns the record without the samples at which the motion turns, or rests for a sample: where presliding
-/// is shorter than the moves between samples, friction there may be anything from its one limit to the other.
-FitData without_turns(const FitData& data) {
+/// Returns the record without the samples at which the motion turns, or rests for a sample, nor those around
+/// them that fall short of the fitted kinetic friction: where presliding is shorter than the moves between
+/// samples, friction there may be anything from its one limit to the other.
+FitData without_turns(const FitData& data, const FitValues& fitted) {
   std::vector<double> x;
   for (const PathPoint& point : data.path)
     if (point.wanted) x.push_back(point.x);
+  const std::size_t n = data.samples();
+  const Eigen::VectorXd friction = friction_measured(data, fitted);
+  const auto moved = [&](std::size_t i) { return x[i] - x[i - 1]; };
+  std::vector<bool> turns(n, false), short_of(n, false);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double before = i > 0 ? moved(i) : 1.0, after = i + 1 < n ? moved(i + 1) : before;
+    const double least = turning * std::max(std::fabs(before), std::fabs(after));
+    turns[i] = i == 0 || before * after <= 0.0 || std::min(std::fabs(before), std::fabs(after)) <= least;
+    short_of[i] = std::fabs(friction[static_cast<Eigen::Index>(i)]) < fitted[fit_kinetic] * data.load[i];
+  }
+  std::vector<bool> left_out = turns;
+  for (std::size_t i = 1; i < n; ++i)
+    if (left_out[i - 1] && short_of[i]) left_out[i] = true;
+  for (std::size_t i = n - 1; i > 0; --i)
+    if (left_out[i] && short_of[i - 1]) left_out[i - 1] = true;
   std::vector<std::size_t> stay;
   double finest = data.finest_move;
-  const std::size_t n = data.samples();
   for (std::size_t i = 0; i < n; ++i) {
-    const double before = i > 0 ? x[i] - x[i - 1] : 1.0, after = i + 1 < n ? x[i + 1] - x[i] : before;
-    const double least = turning * std::max(std::fabs(before), std::fabs(after));
-    if (i == 0 || before * after <= 0.0 || std::min(std::fabs(before), std::fabs(after)) <= least) continue;
+    if (left_out[i]) continue;
     stay.push_back(i);
-    finest = std::min(finest, std::fabs(before));
+    finest = std::min(finest, std::fabs(moved(i)));
   }
   FitData cut = with_samples(data, stay);
   cut.finest_move = finest;  // the shortest presliding length that the search tries is half of it
@@ -362,25 +413,27 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
     FitData moving = thinned(without_rests(data), fit_samples), thin = thinned(moving, search_samples);
     std::string note;
     FittedBrush chosen = choose_brush(thin, options, progress, note);
-    if (!contains(chosen.found.point.free, fit_length) && data.axes == 1 && data.reversals > 0) {
-      const FitData cut = without_turns(thin);
-      if (2 * cut.samples() > thin.samples()) {
-        thin = cut;
-        moving = without_turns(moving);
-        // The shortest presliding length is that of the finer record, so that both are fitted alike.
-        thin.finest_move = moving.finest_move = std::min(thin.finest_move, moving.finest_move);
-        chosen = choose_brush(thin, options, progress, note);
-        chosen.found.notes.push_back(
-            "presliding is shorter than the moves between samples: those at turns are left out, where "
-            "friction may be anything between its limits");
-      }
+    const FitData whole_thin = thin, whole_moving = moving;
+    for (int pass = 0; pass < most_cuts; ++pass) {
+      const FitPoint& found = chosen.found.point;
+      if (contains(found.free, fit_length) || data.axes == 2 || data.reversals == 0) break;
+      FitData cut = without_turns(whole_thin, found.values);
+      if (2 * cut.samples() < whole_thin.samples()) break;
+      thin = std::move(cut);
+      moving = without_turns(whole_moving, found.values);
+      // The shortest presliding length is that of the finer record, so that both are fitted alike.
+      thin.finest_move = moving.finest_move = std::min(thin.finest_move, moving.finest_move);
+      chosen = choose_brush(thin, options, progress, note);
+      chosen.found.notes = {
+          "presliding is shorter than the moves between samples: those around turns are left out, where "
+          "friction may be anything between its limits"};
     }
     progress.update(0.85);
     int evaluations = chosen.found.evaluations;
     chosen.found = Fitter(thin, chosen.options, Detail::search).hold_undetermined(chosen.found);
     evaluations += chosen.found.evaluations;
     progress.update(0.9);
-    chosen.found = Fitter(moving, chosen.options, Detail::search).refine(chosen.found);
+    chosen.found = Fitter(moving, chosen.options, Detail::refine).refine(chosen.found);
     evaluations += chosen.found.evaluations;
     progress.update(0.95);
     FitResult result = Fitter(moving, chosen.options, Detail::finish).finish(chosen.found);

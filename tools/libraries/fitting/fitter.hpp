@@ -85,6 +85,8 @@ class Fitter {
   bool promises(const FitPoint& point, const FitPoint& core);
   std::vector<FitPoint> speed_candidates(const FitPoint& core);
   FitPoint add_speed_terms(const FitPoint& core);
+  /// Returns whether several samples lie in the presliding of a point, enough to see its course.
+  bool resolves(const FitPoint& point) const { return point.values[fit_length] >= data_.finest_move; }
   bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }
   /// Returns whether turns of the motion pass through speeds well below the fastest. That suffices to fit a
   /// damper, which vanishes at high speed, but not a lubricant, for which the sliding speed must vary.
@@ -113,6 +115,8 @@ class Fitter {
   }
   void refuse_without_friction(const FitPoint& point);
   std::string why_no_peak(const FitPoint& point, const FitResult& result);
+  void add_chance_of_bristles(Eigen::MatrixXd& cov, const FitPoint& point,
+                              const Eigen::VectorXd& residuals) const;
   FitResult report(const FitPoint& point);
   void note(FitResult& result) const;
   void derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result);

@@ -86,10 +86,6 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::Ve
   return x;
 }
 
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a) {
-  return a.completeOrthogonalDecomposition().pseudoInverse();
-}
-
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a) { return a.jacobiSvd().singularValues(); }
 
 EigenBasis eigen_basis(const Eigen::MatrixXd& symmetric) {

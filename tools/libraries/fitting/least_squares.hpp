@@ -18,9 +18,6 @@ Eigen::VectorXd solve_shortest(const Eigen::MatrixXd& a, const Eigen::VectorXd& 
 Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::VectorXd& side,
                                   Eigen::Index count);
 
-/// Returns the pseudo-inverse of a: the matrix P for which solve_shortest(a, b) is P b.
-Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a);
-
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
 
 /// Eigenvectors of a symmetric matrix (as columns), and its eigenvalues in ascending order.

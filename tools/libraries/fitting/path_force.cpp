@@ -85,7 +85,9 @@ struct PathForce::Brush {
       options.with_bristles(d == Detail::search ? 32 : 64);
     else
       options.with_population(bristle::Population::infinite)
-          .with_resolution(d == Detail::search ? 8.0 : 16.0);
+          .with_resolution(d == Detail::search   ? 4.0
+                           : d == Detail::refine ? 8.0
+                                                 : 16.0);
     patch = batch.add(material, options);
     batch.warm_up();
   }

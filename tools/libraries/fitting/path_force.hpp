@@ -57,8 +57,9 @@ struct BrushShape {
 
 /// Resolution at which friction along a path is computed.
 enum class Detail : unsigned char {
-  search,  ///< redraw: error 0.2 % rms at most; slide: 32 strata; keep: 512 bristles
-  finish   ///< redraw: error 0.05 % rms at most; slide: 64 strata; keep: 2048 bristles
+  search,  ///< redraw: error 0.8 % rms at most; slide: 32 strata; keep: 512 bristles
+  refine,  ///< redraw: error 0.2 % rms at most; slide: 64 strata; keep: 2048 bristles
+  finish   ///< redraw: error 0.05 % rms at most; slide and keep: as refine
 };
 
 /// Ring of a turning contact, all of whose points move equally far.

@@ -143,6 +143,7 @@ FitPoint Fitter::search_grid() {
   for (FitPoint& start : starts) {
     start.values[fit_viscous] = 0.0;
     start.free = free;
+    if (!resolves(start)) take_out(start.free, fit_spread);
     const FitPoint point = minimise(model_, start);
     if (better(point, best)) best = point;
   }
@@ -282,7 +283,7 @@ Found Fitter::add_stage(const Found& plain) {
     }
   };
   delayed(core);
-  if (data_.axes == 1 && two_ways() && contains(core.free, fit_length)) {
+  if (data_.axes == 1 && two_ways() && contains(core.free, fit_length) && resolves(core)) {
     std::vector<FitPoint> starts{core};
     if (contains(best.free, fit_delay)) starts.push_back(best);
     for (FitPoint& from : starts) {

@@ -101,11 +101,12 @@ FitPoint minimise_once(FitModel& model, const FitPoint& from) {
       out = (model.force(coordinates.outside(u)) - measured) / scale;
     };
     sum.differentiate = [&](const Eigen::VectorXd& u, Eigen::MatrixXd& out) {
+      // One-sided differences suffice to search; the last fit would end beside its minimum by them.
       const FitValues p = coordinates.outside(u);
       for (std::size_t i = 0; i < from.free.size(); ++i) {
         const auto column = static_cast<Eigen::Index>(i);
-        out.col(column) =
-            model.derivative(p, from.free[i], false) * coordinates.slope(i, p, u[column]) / scale;
+        out.col(column) = model.derivative(p, from.free[i], model.detail() == Detail::refine) *
+                          coordinates.slope(i, p, u[column]) / scale;
       }
     };
     // Limits the first Levenberg-Marquardt step to a factor e of each parameter, and more tightly with
@@ -114,7 +115,7 @@ FitPoint minimise_once(FitModel& model, const FitPoint& from) {
       return FitModel::bends(p) && !FitModel::is_logarithmic(p);
     });
     const double factor = rubbed ? 0.1 : 1.0;
-    const LevenbergLimits limits = model.detail() == Detail::finish ? LevenbergLimits{10, 1e-6, 1e-4, factor}
+    const LevenbergLimits limits = model.detail() == Detail::refine ? LevenbergLimits{40, 1e-6, 1e-4, factor}
                                                                     : LevenbergLimits{25, 1e-5, 1e-3, factor};
     Eigen::VectorXd u = coordinates.inside(from.values);
     minimise(sum, limits, u);
@@ -216,7 +217,7 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
   const double freedom = std::max(static_cast<double>(n) / correlated - static_cast<double>(p), 1.0);
   const double variance = residuals.squaredNorm() / static_cast<double>(n);
   const double whole = static_cast<double>(n) / correlated;
-  const Eigen::MatrixXd independent = normal * (variance * correlated * whole / freedom);
+  Eigen::MatrixXd result = normal * (variance * correlated * whole / freedom);
 
   const Eigen::MatrixXd gradient = residuals.asDiagonal() * j;
   Eigen::MatrixXd middle = gradient.transpose() * gradient;
@@ -226,15 +227,7 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
     const Eigen::MatrixXd product = gradient.bottomRows(n - lag).transpose() * gradient.topRows(n - lag);
     middle += weight * (product + product.transpose());
   }
-  Eigen::MatrixXd result = normal * middle * normal * (whole / freedom);
-  raise_to(result, independent);
-  return result;
-}
-
-Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals, double correlated,
-                           const PopulationError& population) {
-  Eigen::MatrixXd result = population.noise * inverse_normal_matrix(j) + population.covariance;
-  raise_to(result, covariance(j, residuals, correlated));
+  raise_to(result, normal * middle * normal * (whole / freedom));
   return result;
 }
 

@@ -43,30 +43,12 @@ Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force)
 /// autocorrelation time.
 double correlated_samples(const Eigen::VectorXd& residuals);
 
-/// Returns the covariance of the free parameters, in units of FitModel::scale: (J'J)^-1 M (J'J)^-1, where M
-/// is the gradient's covariance with correlated neighbouring residuals (Newey and West). Where larger, takes
-/// the covariance for independent residuals times `correlated`. Singular directions get very large variances.
+/// Returns the covariance of the free parameters, in units of FitModel::scale: that for independent residuals
+/// times `correlated`, its variances raised to those of (J'J)^-1 M (J'J)^-1 where these are larger. M is the
+/// gradient's covariance with correlated neighbouring residuals (Newey and West). Singular directions get
+/// very large variances.
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated);
-
-/// Errors of a fit due to a finite number of bristles, whose mean length and spread differ from the law's
-/// and which snap at random places. Residuals show them only in part, as the same bristles bend in every
-/// small loop. They come from simulation: random brushes of the fitted material, each fitted to first
-/// order.
-struct PopulationError {
-  Eigen::MatrixXd covariance;  ///< covariance of the free parameters, in units of FitModel::scale
-  double noise = 0.0;          ///< variance of the residuals attributed to sensor noise, N^2
-};
-/// Estimates the errors of a fit due to a finite number of bristles. Assumes `usual_bristles` at the mean
-/// load as far as the residuals do not show their number.
-PopulationError population_error(const FitModel& model, const FitPoint& point,
-                                 const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
-                                 double usual_bristles);
-
-/// Returns the covariance of the free parameters from sensor noise and a finite number of bristles, or that
-/// from correlated residuals if it is larger.
-Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
-                           double correlated, const PopulationError& population);
 
 /// Raises variances to those that the differences between five successive parts of the record imply, if noise
 /// would hardly explain the differences. Friction that wanders over minutes is correlated for longer than

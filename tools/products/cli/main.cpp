@@ -216,7 +216,8 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
            [&](double load) { options.load = load; });
   quantity("--clip-load", cli::force_units, 0.0, 1e9, "Loads from minus this to 0 count as 0, e.g. 5mN",
            [&](double load) { options.reading.clip_load = load; });
-  quantity("--rate", cli::frequency_units, 1e-9, 1e12, "Samples per second of a file without time, e.g. 100Hz",
+  quantity("--rate", cli::frequency_units, 1e-9, 1e12,
+           "Samples per second of a file without time, e.g. 100Hz",
            [&](double rate) { options.reading.rate = rate; });
   quantity("--mass", cli::mass_units, 0.0, 1e6,
            "Mass that the force sensor accelerates: its inertia is taken off, e.g. 120g",
@@ -519,8 +520,7 @@ Action add_fit(CLI::App* command) {
               {"exponential", bristle::SnapLaw::exponential},
               {"free", bristle::SnapLaw::table}},
              options.law, "Family of snap lengths (default lognormal); free: any, with --rule slide");
-  add_rule(command, options.rule,
-           "What a bristle does at its limit (default: what predicts better)");
+  add_rule(command, options.rule, "What a bristle does at its limit (default: what predicts better)");
   add_choice(
       command, "--decay",
       {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
@@ -535,9 +535,8 @@ Action add_fit(CLI::App* command) {
       "--rivals", options.rivals,
       "Fit Coulomb, LuGre and Maxwell-slip too, to every other block of time; judge all on the rest");
   command
-      ->add_option(
-          "--fit-until", options.fit_until,
-          "With --rivals: fit to the first so many seconds instead of blocks all over the record")
+      ->add_option("--fit-until", options.fit_until,
+                   "With --rivals: fit to the first so many seconds instead of blocks all over the record")
       ->check(cli::within(1e-9, 1e9));
   command->add_flag(
       "--joint", options.joint,
@@ -557,8 +556,8 @@ Action add_fit(CLI::App* command) {
   add_report_file(command, options.json);
   add_file(command, "--csv", options.csv, "Write data, fit and residuals to this CSV file (- for stdout)");
   return [kept, command] {
-    for (const char* const option : {"--load", "--clip-load", "--rate", "--mass", "--radius", "--disc", "--sign",
-                                     "--law", "--rule", "--decay", "--residual", "--renewal"})
+    for (const char* const option : {"--load", "--clip-load", "--rate", "--mass", "--radius", "--disc",
+                                     "--sign", "--law", "--rule", "--decay", "--residual", "--renewal"})
       if (kept->joint && command->count(option) > 0)
         throw cli::UserError(fmt::format(
             "{}: of a contact; a joint's log is read by --columns, --units, --torque-constant, --pendulum",

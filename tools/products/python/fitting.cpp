@@ -225,7 +225,8 @@ void define_result(py::module_& module) {
       .def_property_readonly(
           "parameters", [](const Fit& fit) { return parameters_of(fit, true, true); },
           "FitEstimate by name: kinetic, presliding_length (m), spread, residual_share, shared_renewal, "
-          "stage_softening (m/N^2), viscous_friction (N s/m), damping_per_newton (s/m), stribeck_velocity (m/s), "
+          "stage_softening (m/N^2), viscous_friction (N s/m), damping_per_newton (s/m), stribeck_velocity "
+          "(m/s), "
           "sensor_delay (s), sensor_offset (N), "
           "sensor_drift (N/s), the same of a second axis, and what follows from them: peak, "
           "stiffness_per_newton (1/m).")
