@@ -20,7 +20,7 @@ namespace bristle_bench {
 
 using namespace bristle_test;
 
-/// Number of tangential axes in most benchmarks.
+/// Number of tangential axes in benchmarks that do not compare numbers of axes.
 constexpr int usual_axes = 2;
 
 struct Regime : SteadyMotion {

@@ -362,7 +362,8 @@ template <int Axes, bool Mean>
       if constexpr (Axes == 2) sums.path_y += zy * t + path.ey * (0.5f * t * t);
     }
   }
-  // Subtracts a snap length from each bristle's remaining path at every snap but the first.
+  // Repeats passes over the bristles until none snaps. The path left after the first snap is in `rest`
+  // already; every later pass first subtracts the bristle's present snap length from it.
   for (bool first_snap = true; beyond >= 0.0f; first_snap = false) {
     const float pass = first_snap ? 0.0f : 1.0f;
     beyond = -1.0f;

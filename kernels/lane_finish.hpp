@@ -7,7 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes the springs of a contact that has lost its load straight.
+/// Straightens the springs of a contact whose load has become zero: it begins its next touch as a new
+/// contact.
 template <class T>
 void straighten_lane(const SlideLaw<T>& law, const SlideColumns<T>& columns, std::uint32_t lane) {
   for (std::uint32_t i = 0; i < law.springs; ++i) {
@@ -28,7 +29,7 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
   if (all || m.any_softens) m.widen_direction();
   if (pieces.any_cut) finish_pieces(law, m, sums, all, pieces);
   if (!m.all_named) named.convert(m.named.lane);
-  auto without = none > none;  // contacts that have lost their load
+  auto without = none > none;  // contacts whose load has become zero
   for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
     const auto get = [i](const Lane16<double>& from) { return Wide::get(from.lane + i); };
     const auto sum = [&](LaneSum of) { return get(sums.of[of]); };
@@ -37,7 +38,7 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     const auto loaded = load > none, is_named = m.all_named ? none == none : get(named) > none;
     const D x = sum(sum_force_x) + get(m.base_after[0]) * whole;
     const D y = axes == 2 ? sum(sum_force_y) + get(m.base_after[1]) * whole : none;
-    // Writes a force on the body; +0 for a straight contact.
+    // Writes the force on the body, against the deflection. A straight contact gets +0, not -0.
     const auto write = [&](double* const(&to)[2], D along, D across) {
       const auto turned = [&](const double(&row)[2]) {
         return select_lanes(loaded, none - (D(row[0]) * along + D(row[1]) * across), none);
@@ -47,8 +48,9 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     };
     write(out.end, x, y);
 
-    // Softens a contact that is stiffer than its load, at unchanged forces, by the least energy that sliding
-    // dissipates. On the path beyond the length that was computed every spring slides along the motion.
+    // Softens a contact that is stiffer than its load after a fall. Forces stay, so its stored energy grows,
+    // by the least energy that sliding dissipates. On a path longer than the computed one every spring slides
+    // along the motion.
     D soft = load, beyond = none;
     const auto cut = pieces.any_cut ? get(pieces.cut) > none : none > none;
     if (all || m.any_softens) {
@@ -67,8 +69,8 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     if (out.stiffness != nullptr) Wide::put_any(out.stiffness + i, soft * D(1.0 / law.metres_per_length));
     if constexpr (all) {
       const D per_way = select_lanes(way > none, divide(used, most(way, tiny)), none);
-      // While all springs stick, the mean is the middle of start and end, without a rounding of single
-      // precision.
+      // Computes the mean force as the middle of start and end while all springs stick, which avoids the
+      // rounding of sums in single precision.
       const auto sticks = sum(sum_slid) == none;
       const auto mean_of = [&](D end, const Lane16<double>& gain, LaneSum missing) {
         return end - select_lanes(sticks, half * get(gain) * whole, sum(missing) * per_way);
@@ -80,7 +82,8 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
         mean_y = select_lanes(cut, get(pieces.mean[1]), mean_y);
       }
       write(out.mean, mean_x, mean_y);
-      // Computes energies as half a square times force per length: scaled forces of `used` over a stiffness.
+      // Computes energies as half the squared force over the stiffness. Scaled forces use the stiffness
+      // `used`.
       const D joules = used * used * metres, squares = half * sum(sum_squares_end);
       const auto over = [&](D stiff) {
         return select_lanes(stiff > none, divide(joules, most(stiff, tiny)), none);

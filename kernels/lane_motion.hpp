@@ -9,18 +9,21 @@
 namespace bristle::detail {
 namespace {
 
-/// Longest step, scaled, that is computed directly. After it every spring lies along the motion.
+/// Longest step, in scaled lengths, whose path is computed in full. A longer one ends in the same state:
+/// every spring lies along the motion.
 constexpr double longest_slide = 1048576.0;  // 2^20
 
-/// Part of `base` along an axis, in scaled lengths, above which all springs take it over.
+/// Size of `base` along an axis, in scaled lengths, above which it is added to the stored force of every
+/// spring and set to 0. `base` is the force that sticking springs gained since they were stored.
 constexpr double farthest_base = 0.25;
 
-/// Path per step, scaled, below which the rounding of stored forces is spread.
+/// Path per step, in scaled lengths, below which slow sliding would be lost in the rounding of stored forces;
+/// their rounding is then spread evenly.
 constexpr double creep = 0x1p-6;
 
 using Wide = Engine<double>;
 
-/// One number for each contact, within a step.
+/// One number for each of the sixteen contacts, alive for one step.
 template <class Number>
 struct alignas(64) Lane16 {
   Number lane[lane_count];
@@ -42,17 +45,17 @@ struct LaneMotion {
 
   Lane16<T> ex, ey, length;
   Lane16<T> unit, per_unit;     ///< force of one scaled length in this step, N, and one over it
-  Lane16<T> base[2];            ///< before the step, scaled
+  Lane16<T> base[2];            ///< `base` before the step, scaled
   Lane16<T> taken[2];           ///< force that all springs take over from `base`, N
   Lane16<T> left[2];            ///< `base` after the step, N
-  Lane16<T> phase, named;       ///< filled if `creeps`, and unless `all_named`
+  Lane16<T> phase, named;       ///< filled if `creeps`; unless `all_named`
   Lane16<T> per_length;         ///< age that a spring gains per length of path, in ageing times
   Lane16<double> direction[2];  ///< filled by widen_direction()
   Lane16<double> moved;         ///< displacement in scaled lengths
   Lane16<double> way;           ///< as `moved`, longer for a contact that is stiffer than its load
   Lane16<double> gain[2];       ///< force that a spring that sticks gains in the step, N
   Lane16<double> base_after[2];
-  Lane16<double> stiffness;  ///< before sliding softens it, N per scaled length
+  Lane16<double> stiffness;  ///< stiffness before sliding softens it, N per scaled length
   Lane16<double> of_load;    ///< stiffness that belongs to the load; 0 = no contact
   Lane16<double> used;       ///< as `unit`
   bool any_softens = false, creeps = false, all_named = true;
@@ -67,7 +70,8 @@ struct LaneMotion {
       const D dy = axes == 2 ? Wide::get_any(in.displacement[1] + i) : none;
       const D along = least(most(D(law.to[0][0]) * dx + D(law.to[0][1]) * dy, none - longest), longest);
       const D across = least(most(D(law.to[1][0]) * dx + D(law.to[1][1]) * dy, none - longest), longest);
-      // The direction is found in T, from a displacement that a power of two has brought near 1.
+      // Finds the direction in T. A power of two first brings the displacement near 1, so that its square
+      // neither overflows nor vanishes.
       const D exponent = exponent_of(most(most(magnitude(along), magnitude(across)), D(1e-300)));
       const D down = power_of_two(none - exponent);
       Wide::put(x.lane + i, along * down);
@@ -121,8 +125,8 @@ struct LaneMotion {
     }
   }
 
-  /// Finds what follows from `way` and `gain`, but for `per_length`: springs age alike in every trial of a
-  /// step, so that the pieces of its path fit together.
+  /// Computes the columns that depend on `way` and `gain`. `per_length` is left out, because springs age
+  /// alike in all trials of a step (lane_soften.hpp), whose pieces then fit together.
   void place_base(const LaneState& state) {
     const D none(0.0);
     Lane16<double> short_way, shift[2];
@@ -155,8 +159,8 @@ struct LaneMotion {
   }
 };
 
-/// Sums of weight x a quantity over the springs of a contact, in scaled lengths but for the forces. Steps
-/// that ask for force and stiffness alone fill only those before lane_sums_of_end.
+/// Sums over the springs of a contact: weight x a quantity, in scaled lengths except the forces. A step that
+/// is asked only for force and stiffness fills those before lane_sums_of_end.
 enum LaneSum : std::uint32_t {
   sum_force_x,  ///< stored forces after the step, N: a force is what the springs store, to the last bit
   sum_force_y,
@@ -180,14 +184,14 @@ struct LaneSums {
   double force(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
     return at(axis == 0 ? sum_force_x : sum_force_y, lane) + m.base_after[axis].lane[lane] * law.whole;
   }
-  /// Returns the integral of the deflection over the way of the step.
+  /// Returns the integral of the deflection over the path `way` of the step.
   double integral(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
     return force(law, m, axis, lane) / m.used.lane[lane] * m.way.lane[lane] -
            at(axis == 0 ? sum_missing_x : sum_missing_y, lane);
   }
 };
 
-/// Finds what a step has to know of its motions before it runs.
+/// Classifies the motions of a step before it runs, so that the step can skip what none of them needs.
 inline LaneChecks check_lanes(const LaneInput& in, const double* const (&velocity)[2],
                               const LaneColumn<double>& loads, double light, double highest_load) {
   using D = Wide::V;
@@ -196,7 +200,8 @@ inline LaneChecks check_lanes(const LaneInput& in, const double* const (&velocit
   for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
     const D x = Wide::get_any(in.displacement[0] + i), y = Wide::get_any(in.displacement[1] + i);
     const D load = Wide::get_any(in.load + i);
-    // A number that is 0 for a good motion: a difference of a number from itself is NaN if it is not finite.
+    // Computes a number that is 0 for a valid motion: x - x is NaN unless x is finite, and the last term is 0
+    // for loads from 0 to the highest.
     D odd = (x - x) + (y - y) + (load - least(most(load, none), D(highest_load)));
     for (const double* column : velocity)
       if (column != nullptr) odd = odd + (Wide::get_any(column + i) - Wide::get_any(column + i));

@@ -19,7 +19,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Part of a step in which a spring's tip sticks, and the lengths at which it slides then.
+/// Tips that slide in a step: where each begins to slide, and at which lengths of its deflection.
 template <class V, class Which>
 struct LaneStart {
   Which slides;
@@ -29,14 +29,15 @@ struct LaneStart {
   V limit;        ///< |z| at which the tip slides
 };
 
-/// A step of one vector of contacts, lanes from `first` on.
+/// Steps the contacts of one vector, one contact in each lane, from the lane `first` on.
 template <class E, class T, int axes, bool all, bool timed>
 class LaneSlider {
   using V = typename E::V;
   using Which = decltype(V() < V());
 
  public:
-  /// Steps the springs, by an object whose address nobody has, so that its vectors may stay in registers.
+  /// Steps the springs. Makes the object as a local variable whose address is not taken, so that its vectors
+  /// may stay in registers.
   [[gnu::noinline]] static void run(const SlideLaw<T>& law, const SlideColumns<T>& columns,
                                     const LaneInput& input, const LaneMotion<T>& motion, std::uint32_t first,
                                     LaneSums<T>& sums) {
@@ -50,8 +51,8 @@ class LaneSlider {
       : law(the_law), columns(the_columns), input(the_input), motion(the_motion), first(the_first) {}
 
   [[gnu::always_inline]] void run(LaneSums<T>& sums) {
-    // Sums over sixteen springs at a time, then over these sums in double: where springs are alike, every
-    // rounding of a longer sum would have the same sign.
+    // Sums over sixteen springs in T, then adds these sums in double. Springs that are alike have equal
+    // roundings, which would add up in a longer sum in single precision.
     for (std::uint32_t i = 0; i < law.springs;) {
       const bool is_first = i == 0;
       for (V& x : part) x = none;
@@ -87,8 +88,8 @@ class LaneSlider {
   static std::uint32_t least_index(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
   [[gnu::always_inline]] void add(LaneSum to, V x) { part[to] = part[to] + x; }
 
-  /// Returns the limit over the deflection, sqrt(limit^2 / bent2), of a deflection beyond its limit: by a
-  /// series where a load has fallen by little.
+  /// Returns limit / deflection, sqrt(limit^2 / bent2), by which a deflection beyond its limit is scaled.
+  /// Uses a series if a load has fallen by little.
   [[gnu::always_inline]] V share_kept(V bent2, V limit, V per_limit) const {
     const V one(T(1)), over = bent2 * (per_limit * per_limit) - one;
     const Which little = over < V(T(sizeof(T) == 4 ? 0x1p-5 : 0.0));
@@ -122,12 +123,12 @@ class LaneSlider {
     V y = axes == 2 ? stored_y * per_unit + base_y : none;
     if constexpr (all) add(sum_squares_before, weight * square_of(x, y, centre));
 
-    // A load that has fallen lowers the limits: the tips of springs beyond them slide although the contact
-    // does not move. All springs stay within their limit by a few roundings.
+    // Slides tips beyond their limits, which a fall of the load has lowered, although the contact does not
+    // move. All springs then stay within their limits up to a few roundings.
     V kinetic = full * V(T(1) - 4 * eps);
     V most_held = full * V(T(1) - eps);
     V held = kinetic, age = none;
-    Which goes_on = none > none;  // tips that slid up to the start of the step
+    Which goes_on = none > none;  // tips that were sliding when the step began
     if constexpr (timed) {
       find_age(i, age, goes_on);
       const V static_limit = law.ageing_strength != 0.0 ? full * growth<T>(ageing(), age) : full;
@@ -150,8 +151,8 @@ class LaneSlider {
     const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
     if constexpr (timed) goes_on = (goes_on | beyond) & (start.along >= none) & moves;
     const LaneStart<V, Which> way = start_of(start, bent2, full, kinetic, goes_on, held, age);
-    // Changes of the deflection by sliding, along the motion and across it, apart from the path over which
-    // the tip sticks.
+    // Changes of the deflection by sliding, along the motion and across it. Excludes the path over which the
+    // tip sticks, whose effect `base` has.
     V along = none, aside = none, slide = none;
     Turn turned;
     if (any_lane(way.slides)) {
@@ -245,15 +246,15 @@ class LaneSlider {
     }
   }
 
-  /// Finds which tips slide in the step, from where and at which limit. `held`: greatest |z| at which a tip
-  /// that has stuck stays.
+  /// Finds the tips that slide in the step, where each begins and at which limit. `held`: greatest |z| at
+  /// which a tip that has stuck goes on sticking.
   [[gnu::always_inline]] LaneStart<V, Which> start_of(const SlideStart<V>& start, V bent2, V full, V kinetic,
                                                       Which goes_on, V held, V age) const {
     LaneStart<V, Which> way;
     way.limit = kinetic;
     way.holds = held;
-    // A tip at its limit, but for roundings, slides at once, also where the way is too short to be seen in
-    // the sum of deflection and way.
+    // Lets a tip at its limit, up to roundings, slide at once, even if the step is too short to change the
+    // sum of deflection and path.
     const Which outward = (start.along >= none) & moves;
     way.at_once = outward & (bent2 >= kinetic * kinetic * V(T(1) - 32 * eps));
     if constexpr (timed) {
@@ -313,7 +314,8 @@ class LaneSlider {
   [[gnu::always_inline]] AgeingLaw<T, V> ageing() const {
     return {static_cast<T>(law.ageing_strength), get(motion.per_length), law.ageing_form == 1};
   }
-  /// Finds ages at the start of the step, in ageing times; sets `goes_on` for tips that slid up to it.
+  /// Computes how long each tip has stuck at the start of the step, in ageing times. Sets `goes_on` for tips
+  /// that were sliding then.
   [[gnu::always_inline]] void find_age(std::uint32_t i, V& age, Which& goes_on) const {
     alignas(64) T ages[E::size], held[E::size];
     for (std::uint32_t k = 0; k < E::size; ++k) {
@@ -325,8 +327,8 @@ class LaneSlider {
     age = E::get(ages);
     goes_on = E::get(held) == none;
   }
-  /// Returns the end of a spring's last slide; for a new contact a time just long enough ago for it to have
-  /// stuck.
+  /// Returns the time at which a spring last slid. For a new contact this is just long enough ago for the
+  /// spring to count as sticking.
   [[gnu::always_inline]] double since_of(std::uint32_t i, std::uint32_t lane) const {
     if (columns.state->stiffness.lane[lane] > 0.0) return columns.since[i].lane[lane];
     return input.start[lane] - 0x1p-49 * input.start[lane] - 1e-12;

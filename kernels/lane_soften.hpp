@@ -1,5 +1,6 @@
-// The path of a contact in a lane that is stiffer than its load after a fall, and that sliding softens within
-// a step (core/MODEL.md, section 30).
+// The path of a contact in a lane whose load has fallen. It stays stiffer than its load until sliding softens
+// it, and so moves by a longer path than the displacement (core/MODEL.md, section 30). A step finds this path
+// by trials.
 #pragma once
 
 #include "lane_motion.hpp"
@@ -12,7 +13,7 @@ namespace {
 /// (core/MODEL.md, section 30), so the path exceeds the displacement by less and less. Springs depend on the
 /// path alone.
 struct LanePiece {
-  bool cut = false;    ///< whether the step has pieces; if not, the ease at its start holds throughout
+  bool cut = false;    ///< whether the step has pieces; if not, its first ease holds throughout
   double way = 0.0;    ///< path from the start of the step, scaled lengths
   double moved = 0.0;  ///< displacement so far, scaled lengths
   double ease = 1.0;
@@ -39,10 +40,12 @@ struct LanePieces {
   Lane16<double> mean[2];    ///< mean force of the springs, N
 };
 
-/// Length of a piece of way, scaled, and most pieces of a step before the rest is one piece.
+/// Length of a piece of the path `way`, scaled, and the number of pieces after which the rest of the step is
+/// one piece.
 constexpr double soft_piece = 0.125;
 constexpr int most_soft_pieces = 128;
-/// Path x (1 - ease) up to which a step is one piece. The path is then too long by less than this length.
+/// Largest excess of the path over the displacement, path x (1 - ease), at which a step is one piece. The
+/// error of the path is then below this length.
 constexpr double least_cut = 0x1p-7;
 
 /// Finds the stiffness and the mean force of contacts with pieces from their last piece.

@@ -361,9 +361,10 @@ class Renewer {
     }
   }
 
-  /// Sorts draws into bristles that slip without a snap and bristles to be handled one by one. Has no branch,
-  /// because it could not be predicted. A bristle drawn twice is in the first list only with its first draw,
-  /// so the first list may be processed first.
+  /// Sorts the draws (bristles selected for renewal in this step) into two lists: `slipping` for those that
+  /// slip without a snap, which write() handles together, and `rest` for those that slip() handles one by
+  /// one. A bristle may be drawn twice; `slipping` can then hold only the first draw, so it is processed
+  /// before `rest`. Has no branch, because the outcome is unpredictable.
   void sort(std::uint32_t count, const Columns& columns, List& slipping, List& rest) const {
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);

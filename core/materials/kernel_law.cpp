@@ -163,7 +163,8 @@ class CellTable {
       lines[half + cell].a += more[w < outer * step ? 0 : 1];
     }
   }
-  /// Returns the quantile of the table at the probability 1 - w.
+  /// Returns the quantile at the probability 1 - w, the length that a share w of the law exceeds. Takes w,
+  /// not 1 - w, so that small shares keep their digits.
   double length_at(double w) const {
     int exponent = 0;
     const double mantissa = std::frexp(w, &exponent);  // mantissa is in [1/2, 1)

@@ -34,8 +34,8 @@ struct CompiledMaterial {
   /// Peak friction over normal load (Material::peak_coefficient), without ageing.
   double peak_coefficient = 0.0;
   std::uint64_t hash = 0;  ///< hash of all parameters of the material
-  /// Constants of the law for the kernels, with pointers into `table` and `biased_table`; make_draws() fills
-  /// all three.
+  /// Constants of the law for the kernels. Points into `table` and `biased_table`; make_draws() fills all
+  /// three members.
   mutable KernelLaw law{};
 
   mutable std::vector<double> table, biased_table;

@@ -65,8 +65,9 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   constexpr double farthest = 1e5;
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
-  // Makes pieces as short as under a narrow law with equally slow waves, and short enough to resolve the wave
-  // itself.
+  // Sets the longest piece of path for a table of lengths with slow waves of the force: the more slowly they
+  // decay, the shorter the piece (the square root is the spread of a lognormal law with equally slow waves).
+  // A piece must also resolve one wave.
   if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));

@@ -31,7 +31,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
-  /// Patch data of the adding side, indexed by slot.
+  /// Patch data, indexed by slot, as the thread that adds and removes patches sees them.
   std::vector<Record> records;
   /// Prepared materials, the most recently used first, so that patches of one material share it.
   std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;

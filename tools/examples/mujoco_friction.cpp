@@ -195,7 +195,8 @@ void BristleFriction::prepare(const mjModel& model, mjData& data) {
   }
 }
 
-/// Takes the friction out of the applied forces.
+/// Restores the applied forces of the caller (qfrc_applied, xfrc_applied), to which the last step added
+/// friction.
 void BristleFriction::withdraw(const mjModel& model, mjData& data) const {
   std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
   std::copy(applied_to_bodies_.begin(), applied_to_bodies_.end(), data.xfrc_applied);
@@ -809,8 +810,8 @@ void BristleFriction::guess_beds(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Computes the patches' forces for the predicted slip, and the generalised friction force on each degree of
-/// freedom.
+/// Computes the patches' forces for the slip that MuJoCo's velocities predict, and the generalised friction
+/// force on each degree of freedom.
 void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   friction_.setZero();

@@ -107,8 +107,8 @@ std::uint32_t choose_capacity(const Cohorts& r) noexcept {
 void set_pieces(Cohorts& r) noexcept {
   const double resolution = r.options.resolution;
   const double mean = r.law.mean;
-  // Makes pieces of path shorter for a narrow law of snap lengths, or for a narrow group of lengths in a law,
-  // because more bristles would snap within one piece.
+  // Makes pieces of path shorter where many snap lengths are nearly equal, in the whole law or in a group of
+  // lengths, because many bristles would then snap within one piece.
   double share = r.material->survival().finest / resolution;
   // Makes pieces shorter under strong shared renewal, which acts along the length 1 / (kappa x snap rate).
   const double renewals = r.law.renewal * r.law.snap_rate * mean;

@@ -161,7 +161,7 @@ bool lend(const Patch& patch) noexcept;
 /// Returns load and force that are lent to the block of a patch in a lane.
 void settle(Patch& patch) noexcept;
 
-/// Whether a motion leaves a lent contact at rest.
+/// Whether a lent contact stays at rest under a motion, so that its last response can be repeated.
 inline bool stays_at_rest(const LaneBlock& b, std::uint32_t lane, const Motion& motion) noexcept {
   return (b.rests >> lane & 1u) != 0 && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
          motion.normal_load == b.load.lane[lane] && !motion.has_velocity;

@@ -130,8 +130,9 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   return beyond;
 }
 
-/// Returns the length that a slide of ageing bristles counts as. A rest or a change of speed shortens it:
-/// deflections then differ from steady sliding by the relative change of friction.
+/// Returns `run`, the length of the present slide, shortened for a rest or a change of speed since its last
+/// step. Both change the friction of ageing bristles, so the patch is further from steady sliding than `run`
+/// says; the relative change of friction measures by how much (shortened_run()).
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);

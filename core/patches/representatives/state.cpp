@@ -114,8 +114,10 @@ struct Reading {
   void add(Hasher&, const Other*, const ColumnRule&, std::uint32_t) const noexcept {}
 };
 
-/// Checks a saved block. Stored values count from the block's position, and after a renewal may exceed every
-/// deflection. There are therefore two bounds: `longest` for deflections, and `farthest` for stored values.
+/// Checks a saved block and names its first fault; null if there is none. A deflection is the stored value
+/// plus the displacement of its block. A bristle renewed in a displaced block stores its deflection less that
+/// displacement, which may be larger than any deflection. `longest` bounds the deflections, `farthest` the
+/// stored values.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;

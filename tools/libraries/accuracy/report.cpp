@@ -17,7 +17,7 @@ namespace {
 // Relative change of friction that people just notice by touch: a lower and an upper estimate.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
 
-// Pieces of path per mean snap length, used if the resolution is 0.
+// Pieces per mean snap length into which an infinite patch cuts its path if the option `resolution` is 0.
 constexpr double default_resolution = 8.0;
 
 std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }

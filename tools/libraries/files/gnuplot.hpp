@@ -26,7 +26,8 @@ std::string find_plot_script(const std::string& file, const char* option);
 void draw_csv(const std::string& script, const std::string& csv, const std::string& picture, bool vectors,
               const std::string& settings, const char* option);
 
-/// Returns the path of a file of this process in the folder of TMPDIR, whose name is digits and letters.
+/// Returns a path for a temporary CSV file in the folder of TMPDIR. Its name has the number of this process,
+/// so that two processes do not share the file. `option` is named in the error if there is no such folder.
 std::string temporary_csv(const char* option);
 
 }  // namespace cli

@@ -91,8 +91,9 @@ OutputFile::~OutputFile() {
   forget_unfinished(beside_.c_str());
 }
 
-/// Swaps two output files and updates the list of unfinished ones. The list points to the characters of
-/// `beside_`, which move with the object if the string is short.
+/// Swaps two output files. The list of unfinished files, which are removed when the program is interrupted,
+/// points to the characters of `beside_`. These may move in a swap, so both files leave the list and enter it
+/// again.
 void OutputFile::swap(OutputFile& other) noexcept {
   for (const OutputFile* each : {this, &other})
     if (!each->beside_.empty()) forget_unfinished(each->beside_.c_str());

@@ -113,7 +113,8 @@ std::vector<double> smoothed_positions(const FitColumns& columns, const std::vec
 /// `least` is a lower limit: smoothed encoder positions are wrong by 0.2 counts, at most by half.
 double position_noise(const std::vector<double>& x, double least);
 
-/// Makes a path of the samples and the turning points between them, found by parabolas through samples.
+/// Makes the path that a fit replays: the samples, and the turning points between them, which sampling misses
+/// though friction reverses there. Parabolas through samples find them.
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise);
 

@@ -21,9 +21,10 @@ constexpr double shortest_step = 1e-9;  // shortest duration of a step, s
 constexpr std::size_t most_made = 8;
 constexpr double same_load = 0.05;  // relative change of load below which a slide goes on being steady
 
-/// Returns the path (presliding lengths) in one direction after which a brush's friction is steady to 1e-3: a
-/// narrow law (spread s) stays in step over some 0.4 / s^2 lengths, a wide one waits for its longest
-/// bristles.
+/// Returns the path, in presliding lengths, that a brush must slide in one direction until its friction is
+/// steady to 1e-3. A longer slide before a record need not be computed. Bristles with nearly equal lengths
+/// (small spread s) snap together along some 0.4 / s^2 lengths; in a brush of large spread the longest
+/// bristles decide.
 double steady_path(const BrushShape& shape) {
   const double s = std::max(shape.spread, 0.05);
   return shape.rule == SnapRule::redraw ? 10.0 + 0.4 / (s * s) + 20.0 * s * s * s : 1e300;

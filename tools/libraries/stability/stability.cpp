@@ -21,7 +21,8 @@ namespace {
 constexpr double mass_kg = 0.1, dt_s = 1e-3, mean_snap_length_m = 1e-5;
 constexpr double push = 0.3;  // initial amplitude of sticking runs, in mean snap lengths
 
-// Distance, in mean snap lengths, after which the mass of a sliding run stops.
+// Distance, in mean snap lengths, in which friction alone brakes the mass of a sliding run to rest. Sets its
+// initial speed.
 constexpr double slide = 20.0;
 constexpr double encoder_quantum = 0.1;  // count of the encoder, in mean snap lengths
 

@@ -96,7 +96,8 @@ VariedKey parse_range(VariedKey varied, const std::vector<std::string_view>& par
   if (!count) refuse(text, fmt::format("has no number of values; {}", forms));
   if (*count < 1 || *count > most_values)
     refuse(text, fmt::format("the number of values is {}; allowed: 1 to {}", *count, most_values));
-  // Makes the values whole if both ends of the range and the step between values are whole numbers.
+  // Stores the values as integers if both ends of the range and the step between values are whole, so that
+  // they fit options that take integers.
   const bool whole_ends = number_in<std::int64_t>(parts[0]) && number_in<std::int64_t>(parts[1]);
   bool whole = whole_ends;
   for (std::uint64_t i = 0; i < *count; ++i) {

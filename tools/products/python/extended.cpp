@@ -47,7 +47,7 @@ Numbers weights_of(const Outline& outline) {
 struct OwnBatch {
   bristle::PatchBatch own;
 };
-/// Extended patches that own the batch in which their cells are.
+/// Extended patches made without a batch: they own the one that holds their cells.
 struct PatchesOfOwn : OwnBatch, ExtendedPatches {
   explicit PatchesOfOwn(const bristle::BatchOptions& options)
       : OwnBatch{bristle::PatchBatch(options)}, ExtendedPatches(own) {}

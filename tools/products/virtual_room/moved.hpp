@@ -12,7 +12,8 @@ class Moved {
  public:
   static constexpr double settles = 6.0;  ///< time for the block to settle before creep is counted, s
 
-  /// Begins to count again, as after a motion by the hand, which is no creep.
+  /// Restarts the measurement of creep at the time `time_s`. Call it after the user has moved the block,
+  /// because that motion is no creep.
   void begin(double time_s = 0.0) noexcept {
     *this = {};
     since_ = time_s;

@@ -12,8 +12,8 @@ namespace {
 
 using bristle::SnapRule;
 
-// Loads (N) up to which representatives come into contact, for patches of floor, walls and tool. A greater
-// load raises the force of each, not their number.
+// Loads (N) for which patches of floor, walls and tool are made: up to this load more bristles come into
+// contact; a greater load only raises the force of each.
 constexpr double floor_load = 2.5, wall_load = 5.0, tool_load = 10.0;
 // Limit of bristles in a patch of the walls or the roof, which are rarely touched: more would only take
 // memory.

@@ -11,7 +11,8 @@
 
 namespace room {
 
-/// View of room and panels; it owns the ImGui context. Its OpenGL context must be current on one thread.
+/// View of room and panels; owns the ImGui context. All calls come from the thread on which its OpenGL
+/// context is current.
 class RoomView {
  public:
   RoomView(const RoomMeasures& measures, int samples, float scale);
