@@ -29,7 +29,7 @@ Json times_json(const StepTimes& t) {
           {"ns_per_bristle", t.bristles ? Json(t.ns_per_bristle()) : Json(nullptr)}};
 }
 
-/// Makes the keys that say how sliding infinite patches move.
+/// Returns the JSON keys that describe how the infinite patches of a case slide.
 Json motion_json(const CapacityCase& what) {
   return {{"motion", what.motion_name()},
           {"step_over_mean_snap_length", what.step_in_lengths()},

@@ -18,7 +18,8 @@ constexpr double blocks = 32.0;
 
 volatile std::sig_atomic_t stopped = 0;
 
-/// Asks the fit to end with what it has; at the second signal, ends the program.
+/// Handles Ctrl-C. The first signal asks the fit to end with the best that it has, the second ends the
+/// program.
 void stop(int signal) {
   if (stopped != 0) {
     std::signal(signal, SIG_DFL);

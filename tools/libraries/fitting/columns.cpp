@@ -194,7 +194,7 @@ void doubt_time(const PlainCsv& csv, FitColumns& data) {
         between));
 }
 
-/// Takes loads that are all negative as a sensor's whose sign is turned.
+/// Reverses the sign of loads of which none is positive, from a sensor that counts pressing as negative.
 void settle_load_sign(FitColumns& data) {
   if (data.load.empty() || *std::max_element(data.load.begin(), data.load.end()) > 0.0) return;
   if (!varies(data.load) && data.load.front() == 0.0) return;
@@ -203,7 +203,7 @@ void settle_load_sign(FitColumns& data) {
   data.replayable = false;
 }
 
-/// Says which normal loads a file may have.
+/// Returns the part of an error message that names the allowed normal loads.
 std::string allowed_loads(const FitReading& reading) {
   return fmt::format("allowed: {}; --clip-load NEWTONS takes what a sensor shows at zero load as 0",
                      reading.clip_load > 0.0 ? fmt::format("{} N or more (--clip-load)", -reading.clip_load)

@@ -20,9 +20,10 @@ constexpr double no_sliding = 4.0;
 constexpr double longer = 3.0;         // factor on the presliding length to test whether longer bristles fit
 constexpr double clearly_worse = 8.0;  // loss in twice the log likelihood that refutes longer bristles
 constexpr double fewest_informing = 4.0;  // number of samples below which a parameter is undetermined
-// Growth of the sum of squares up to which a term may be left out because it is not determined.
+// Ratio of the sums of squares without and with an undetermined term, up to which the term is left out.
 constexpr double little_worse = 1.02;
-// Growth of the rms error beyond which holding what is not determined has spoilt a fit.
+// Ratio of rms errors, with undetermined parameters held and with all fitted, above which the fit with all
+// parameters is kept.
 constexpr double spoilt = 1.05;
 
 /// Returns the effective number of samples that determine a parameter: (sum of squares)^2 over the sum of
@@ -51,7 +52,8 @@ bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   return count * std::log(other.sum_of_squares / std::max(point.sum_of_squares, 1e-300)) > clearly_worse;
 }
 
-/// Returns whether a term adds to the brush's friction, so that without it its value is 0.
+/// Returns whether a parameter belongs to a term that adds to the brush's friction. Its value is 0 without
+/// the term.
 bool is_added(FitParameter p) { return p >= fit_residual && p != fit_stribeck; }
 
 }  // namespace

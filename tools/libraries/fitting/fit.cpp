@@ -26,7 +26,7 @@ constexpr double least_explained = 0.3;
 constexpr double widest_ratio = 7.0;
 // Share of the measured force that must be friction of the brush; below it, the record is refused.
 constexpr double least_friction = 0.01;
-// Samples of the thinned records on which brushes are searched, and on which the chosen one is fitted.
+// Numbers of samples to which a record is thinned: to search for a brush, and to fit the chosen one.
 constexpr std::size_t search_samples = 2000, fit_samples = 10000;
 // Prefers a brush to a simpler one if its error on held-out blocks is below this share of the simpler one's.
 constexpr double clearly_closer = 0.97;
@@ -34,7 +34,8 @@ constexpr double clearly_closer = 0.97;
 constexpr double nearly_closest = 1.1;
 // Fewest samples in the fitted blocks and in the others for which a fit chooses between kinds of brush.
 constexpr std::size_t fewest_to_choose = 40;
-// Fits made of a record without its turns; each finds better which samples those are.
+// Number of times that a fit is repeated without the samples at turns. Each fit shows better which samples
+// those are.
 constexpr int most_cuts = 2;
 // Ratio of the smaller to the larger of two successive moves below which the motion turns between them.
 constexpr double turning = 0.25;
@@ -151,7 +152,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
-/// Adds remarks to the result: what its numbers hold for.
+/// Adds remarks to the result that say what its numbers stand for, such as the rim of a disc.
 void Fitter::note(FitResult& result) const {
   if (data_.columns.disc)
     result.notes.push_back(

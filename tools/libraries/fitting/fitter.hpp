@@ -52,16 +52,16 @@ class Fitter {
 
   /// Searches the brush without rubbing (residual and shared renewal other than those that the options hold).
   Found search_plain();
-  /// Adds rubbing to a brush, where that pays.
+  /// Adds rubbing (residual and shared renewal) to a brush if the information criterion favours it.
   Found add_rubbing(const Found& plain);
   /// Adds a lubricant, a damper or both even where they do not justify their parameters by the criterion;
   /// blocks held out decide.
   Found with_speed_terms(const Found& plain);
-  /// Adds a stage that bends, a sensor that lags, or both, where that pays.
+  /// Adds a stage that bends, a sensor that lags, or both, if the information criterion favours them.
   Found add_stage(const Found& plain);
   /// Fits the slide rule with a free law of snap lengths. Sets `quantiles` to those of that law.
   Found with_free_law(const Found& found, std::vector<double>& quantiles);
-  /// Fits a point of another record, or of another detail, to this record.
+  /// Fits to this record, starting from a point that was found on another record or with another detail.
   Found fit_again(const Found& found);
   /// Fits a point to this record and holds what the record does not determine. Throws UserError where there
   /// is no friction.

@@ -45,12 +45,14 @@ constexpr ColumnKind kinds[column_count] = {
 /// Time over which torque residuals are averaged, s; over less, accelerations from differences are noise.
 constexpr double block_time = 0.01;
 constexpr std::size_t least_blocks = 30;
-/// Least share of a change of the motor's torque that moves the joint.
+/// Least share of a change of the motor's torque that moves the joint, however much of the change friction
+/// takes up.
 constexpr double least_by_motor = 0.02;
 /// Share of the torques that the outside torque must have beside what follows the motion, to tell how
 /// friction depends on a torque.
 constexpr double least_load = 0.05;
-/// Gain of the information criterion, and ratio of errors, for which a richer set of terms is taken.
+/// Least gain in the information criterion, and largest ratio of errors, at which a richer set of terms is
+/// preferred.
 constexpr double clearly_closer = 12.0, least_gain = 0.99;
 /// Share of the noise expected in the residual below which the log contradicts itself.
 constexpr double too_close = 0.3;
@@ -563,8 +565,9 @@ JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differen
                };
                return losses(2) + std::exp(-(v / p[12]) * (v / p[12])) * losses(7);
              });
-  // Numbers of the rigid brush that each set of terms lacks: inertia 0, viscous 1, base 2, shares 3 to 6,
-  // static base 7, static shares 8 to 11.
+  // Returns whether a set of terms lacks parameter i of the rigid brush: 0 inertia, 1 viscous, 2 base, 3 to 6
+  // shares, 7 static base, 8 to 11 static shares. `falls`: the set has Stribeck's fall; `shares`: it has
+  // shares of the torques.
   const auto lacks = [](bool falls, bool shares, Eigen::Index i) {
     if (i >= 8 && i <= 11) return !falls || !shares;
     return (i >= 3 && i <= 6 && !shares) || (i == 7 && !falls);

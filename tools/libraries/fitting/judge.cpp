@@ -24,7 +24,7 @@ using Eigen::VectorXd;
 // Samples of the thinned records to which brushes and rivals are fitted; the fewest that are enough. LuGre's
 // equation needs short steps.
 constexpr std::size_t brush_samples = 2000, rival_samples = 20000, fewest_fitted = 20;
-// Fewest samples after turns on which reversals are judged.
+// Fewest samples after turns for which the report judges reversals.
 constexpr std::size_t fewest_turning = 10;
 // Ratio of errors below which two models are equally close.
 constexpr double alike = 1.01;
@@ -138,8 +138,8 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   return {p, start, residuals.squaredNorm()};
 }
 
-/// Fits a rival model from the guesses with the smallest residuals, and once more from the best fit: there
-/// Levenberg-Marquardt's damping begins anew.
+/// Fits a rival model from the guesses with the smallest residuals. Fits a model of few parameters once more
+/// from the best result, with Levenberg-Marquardt's damping reset.
 RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
   constexpr std::size_t most_starts = 4;
   constexpr int few_parameters = 5;  // logarithms up to which a model is fitted once more
@@ -293,7 +293,7 @@ std::vector<double> way_since_turn(const FitData& data) {
   return ways;
 }
 
-/// Returns the value that a hundredth of these exceeds; 0 for none.
+/// Returns the 99th percentile, which a few outliers do not raise; 0 for no values.
 double nearly_highest(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
@@ -367,7 +367,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
     throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
   const FitData whole = prepare_fit_data(columns, options.sign, options.load, options.mass);
   std::vector<bool> fitted = fitted_blocks(whole.columns.t, options.fit_until);
-  // Of the two halves, fits to the one with the wider range, in which the other one then lies.
+  // Fits to the half of the record that has the wider range of motion, so that no model is extrapolated to
+  // the other.
   Judgements halves;
   Judge(whole, fitted, 0.0).count(halves);
   const bool other_half = !options.fit_until && !halves.within_range();

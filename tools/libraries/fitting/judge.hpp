@@ -30,7 +30,8 @@ struct Judgements {
   std::optional<double> until;     ///< end of the part to which models are fitted, s; none: blocks of time
   double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
-  /// Way from a turn (m) and speed (m/s) that a hundredth of the samples of either part exceeds.
+  /// Path since a turn (m) and speed (m/s) that 1 % of the samples of the fitted and of the judged part
+  /// exceed. They show whether the judged part lies within the range of the fitted one.
   double fitted_stroke = 0.0, judged_stroke = 0.0, fitted_speed = 0.0, judged_speed = 0.0;
   std::vector<Judgement> models;
   std::vector<ModelForce> rivals;  ///< forces of the models other than brushes, on the whole record

@@ -222,7 +222,8 @@ double FitModel::scale(const FitValues& p, FitParameter parameter) const {
   if (parameter == fit_residual || parameter == fit_renewal) return 1.0;
   const double force = data_.force_scale;
   if (parameter == fit_viscous) return force / std::max(data_.fast, 1e-12);
-  // Scale of a damper whose highest force equals the data's.
+  // Scale of the damping coefficient: the damper's highest force, at the Stribeck velocity, then equals the
+  // data's.
   if (parameter == fit_damping) return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
   if (parameter == fit_softening) return data_.range / (force * force);
   return parameter == fit_drift || parameter == fit_drift_y ? force / data_.length() : force;

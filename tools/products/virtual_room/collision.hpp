@@ -34,7 +34,8 @@ struct Touch {
   Vector3 normal = Vector3::UnitZ();  ///< unit vector from the other body into the block (or tool)
   double gap = 0.0;                   ///< distance of the bodies, m; negative: depth of overlap
 
-  /// Returns a number that identifies the pair of bodies and the corner for as long as they touch.
+  /// Returns the index under which the state of this contact is stored. It identifies the two bodies and the
+  /// corner of the block, so it stays the same for as long as they touch.
   int key() const noexcept {
     if (pair == Pair::block_tool) return surfaces * corners;
     return pair == Pair::block_surface ? static_cast<int>(surface) * corners + corner

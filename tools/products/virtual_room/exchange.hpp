@@ -21,8 +21,7 @@ inline constexpr std::size_t cache_line = 64;
 template <class T>
 class TripleBuffer {
  public:
-  /// @name Writing thread @{
-  /// Slot to be filled completely; it holds an old value.
+  /// Slot to fill before publish(). Set every member, because the slot holds an old value.
   T& draft() noexcept { return slots_[writing_].value; }
   void publish() noexcept {
     const unsigned before = middle_.exchange(writing_ | fresh, std::memory_order_acq_rel);
