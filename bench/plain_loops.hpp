@@ -43,7 +43,8 @@ class PaperLoop {
   PaperLoop(const PaperLoop&) = delete;
   PaperLoop& operator=(const PaperLoop&) = delete;
 
-  /// Moves the body by (dx, dy) in dt_s. `mean` stays 0: the literal rule knows only the end of the step.
+  /// Moves the body by (dx, dy) in dt_s. `mean` stays 0: the paper's rule gives the force only at the end of
+  /// the step.
   Force step(double dx_m, double dy_m, double dt_s = 1e-3) noexcept;
 
   std::size_t size() const noexcept { return n_; }

@@ -195,8 +195,8 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  // Leaves the ranks unchanged while every cohort has bristles of all ranks, which is so until the load rises
-  // on an existing contact.
+  // Skips the ranks while every cohort has bristles of all ranks. That is so until the load rises on a
+  // contact that has cohorts already.
   if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);

@@ -296,8 +296,8 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
   const Vector mass = masses_of(place.get(cohort_fresh), left);
 
   const Vector quarter = Vector(0.25 * hazard) * path;
-  // Share left after a quarter of the hazard: exp(-quarter) to second order. Its fourth power is the share
-  // left in all.
+  // Computes the share of bristles that a quarter of the hazard leaves, exp(-quarter), to second order. Its
+  // fourth power is the share that the whole hazard leaves.
   const Vector root_left = one - quarter * (one - half * quarter);
   const Vector twice = root_left * root_left;
   Vector fresh = place.get(cohort_fresh) * (twice * twice);

@@ -185,7 +185,8 @@ class Renewer {
     std::memmove(waiting.way, waiting.way + count, waiting.count * sizeof waiting.way[0]);
   }
 
-  /// Makes draws from the k-th on. Each has its own part of the piece, so draws are ordered by place.
+  /// Makes the draws from number `k_first` on: selects for each a bristle and a place on the path of the
+  /// piece. Each draw has its own part of the piece, so draws are ordered by place.
   void draw(std::uint64_t k_first, Draws& draws) const {
     alignas(64) std::uint32_t low[draws_together];
     const std::uint64_t seed = renewal.key + (renewal.first_draw + k_first) * 0x9E3779B97F4A7C15u;

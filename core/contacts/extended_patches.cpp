@@ -429,7 +429,7 @@ struct Stepped : Room {
   std::uint64_t step_number = 0;
 };
 
-// A command that adds an outline on the stepping side. It owns all data that it needs, because
+// A command by which the stepping thread adds an outline. It owns all data that it needs, because
 // ExtendedPatches may be destroyed before the batch carries the command out.
 struct AddOutline final : Change {
   void apply() noexcept override {
@@ -470,7 +470,8 @@ struct ChangeMaterial final : Change {
 
 }  // namespace
 
-/// Data that only the calls which add, remove or change outlines read and write (the adding side).
+/// Data that only the calls which add, remove or change outlines read and write, on the thread that adds
+/// outlines.
 struct BRISTLE_PRIVATE ExtendedPatches::Impl {
   struct Record {
     // Cells of the outline and the ids of their patches. Its ExtendedPatch owns them; no thread changes them.
@@ -516,9 +517,9 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
   std::vector<Record> records;  ///< cells, outputs and life of each outline, by slot number
-  std::size_t cells = 0;        ///< number of cells of all outlines, as counted by the adding side
-  std::size_t room = 0;         ///< number of cells that the stepping side's arrays can hold
-  std::size_t places = 0;       ///< number of outlines that the stepping side's list can hold
+  std::size_t cells = 0;   ///< number of cells of all outlines, as the thread that adds outlines counts them
+  std::size_t room = 0;    ///< number of cells that the stepping thread's arrays can hold
+  std::size_t places = 0;  ///< number of outlines that the stepping thread's list can hold
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}

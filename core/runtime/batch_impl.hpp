@@ -1,5 +1,5 @@
-// The inside of a batch: one side for each thread of the thread rule (patch_batch.hpp). The adding side is in
-// batch_changes.cpp, the stepping side in patch_batch.cpp and scheduler.cpp.
+// The inside of a batch: by the thread rule (patch_batch.hpp) one thread adds and removes patches
+// (batch_changes.cpp), another one steps them (patch_batch.cpp, scheduler.cpp).
 #pragma once
 
 #include <memory>
@@ -42,7 +42,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   const std::shared_ptr<detail::LanePlaces> lanes = std::make_shared<detail::LanePlaces>();
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
-  // Functions of the adding side. All but send() throw std::bad_alloc.
+  // Functions for the thread that adds patches. All but send() throw std::bad_alloc.
 
   /// Returns the record of a patch that is in no group. Throws Error if there is none.
   Record& record_of(PatchId id);
@@ -87,7 +87,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   };
   Trial trial;
 
-  /// Marks a call of the stepping side. Applies the waiting changes at its start; calls within it apply
+  /// Marks a call of the thread that steps. Applies the waiting changes at its start; calls within it apply
   /// none.
   class Turn {
    public:

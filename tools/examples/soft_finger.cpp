@@ -67,7 +67,7 @@ int main() {
   expect(run("twisted by half a degree", 100, 0.0, 0.087, 2.0)[5],
          -0.4 * finger.response.stiffness[0][0] * SoftFinger::radius * SoftFinger::radius * 0.0087, 0.01);
   expect(run("twisted on, the pad spins", 900, 0.0, 1.0, 2.0)[5], -spinning, 0.02);
-  // Slides and spins at v = omega a: the centre is as fast as the rim is by spin.
+  // Slides and spins with v = omega a, so that the centre moves as fast as the spin moves the rim.
   const auto both = run("slides at 6 mm/s and still spins", 500, 6e-3, 1.0, 2.0);
   expect(both[0], -0.884 * slip, 0.03);
   expect(both[5], -0.2209 * slip * SoftFinger::radius, 0.05);

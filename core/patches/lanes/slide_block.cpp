@@ -51,7 +51,7 @@ struct Lane {
   double force(std::uint32_t i, int axis) const noexcept {
     return axis < axes() ? static_cast<double>(stored(i, axis)) + base(axis) : 0.0;
   }
-  /// Calls visit(number) for each saved number of a contact.
+  /// Calls visit(number) for each number of a contact's saved state.
   template <class Visit>
   void fields(Visit&& visit) const noexcept {
     visit(stiffness());

@@ -40,7 +40,7 @@ struct Strokes {
   double reversed = -1.0;       ///< angle from reversal to zero friction, in presliding lengths
 };
 
-/// Lifts a weight slowly by the joint and lowers it again; measures steady friction both ways.
+/// Lifts a weight slowly by the joint and lowers it again. Measures steady friction upwards and downwards.
 Strokes lift(ExperimentRun& run, double weight, bool draws) {
   const Settings& s = run.settings;
   const double length = s.number("presliding"), per_length = 50.0;

@@ -143,8 +143,8 @@ class Fitter {
   /// Lists the parameters in which the force is linear: the kinetic coefficient and, if the motion goes both
   /// ways, offset and drift of the sensor.
   FitParameterSet linear_set() const;
-  /// Returns whether the motion goes both ways far enough to tell an offset of the sensor from friction; a
-  /// few samples backwards are not.
+  /// Returns whether the motion goes forward and backward far enough to tell an offset of the sensor from
+  /// friction; a few samples backwards are not.
   bool two_ways() const;
 
   const FitData& data_;

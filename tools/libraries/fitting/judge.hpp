@@ -10,7 +10,8 @@
 
 namespace cli {
 
-/// Root mean square residuals (N) of all samples, and of samples near and far from turns; NaN: none such.
+/// Root mean square residuals (N) of a model on all samples, and on those soon after a turn and far from
+/// turns; NaN: there are no such samples.
 struct Residuals3 {
   double all = 0.0;
   double reversal = 0.0;  ///< rms residual within two presliding lengths after a turn, N

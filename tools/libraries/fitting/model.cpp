@@ -252,8 +252,8 @@ FitModel::Range FitModel::range(FitParameter parameter) const {
     case fit_softening:
       return {-(data_.range / (force * force)), data_.range / (force * force)};
     case fit_delay:
-      // A sensor that averages over more samples than this would not be read at each; what looks so is not
-      // its delay.
+      // Limits the sensor's delay to 12 samples. A sensor that averages over more samples would not be read
+      // at every one, so a longer delay has another cause.
       return {0.02 * data_.sample_time, 12.0 * data_.sample_time};
     default:
       return {1e-6, 1e6};

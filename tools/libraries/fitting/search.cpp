@@ -134,7 +134,8 @@ FitPoint Fitter::search_grid() {
   FitPoint best;
   best.sum_of_squares = std::numeric_limits<double>::infinity();
   std::vector<FitPoint> starts = valleys(row, 3);
-  // A wide law of kept lengths fits fairly at all lengths and would hide a narrow one.
+  // With the rule keep, also starts from the best lengths of each spread: a large spread fits fairly at all
+  // lengths and would hide a better fit of small spread.
   for (const std::vector<FitPoint>& of_spread : of_spreads)
     if (keep) {
       const std::vector<FitPoint> low_points = valleys(of_spread, 2);

@@ -30,7 +30,7 @@ void close_after_failure(int file) noexcept {
   errno = why;
 }
 
-/// Makes a stream of a file, which it closes if that fails.
+/// Makes a stream from an open file descriptor; closes the descriptor if that fails.
 std::FILE* stream_of(int file, const char* mode) noexcept {
   if (file < 0) return nullptr;
   std::FILE* const stream = ::fdopen(file, mode);

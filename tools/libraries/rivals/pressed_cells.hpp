@@ -42,7 +42,7 @@ struct SpinForce {
 /// at both ends of the step, and the arm of its mean force.
 class Turn {
  public:
-  /// Sets the turn. `before` is the body's angle at its start, rad.
+  /// Makes the turn by `angle` (rad) of a body whose angle was `before` (rad).
   Turn(double before, double angle) noexcept
       : begin_{std::cos(before), std::sin(before)},
         end_{std::cos(before + angle), std::sin(before + angle)},

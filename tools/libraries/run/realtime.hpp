@@ -52,7 +52,8 @@ struct RealtimeResult {
 using platform::QueueClock;
 using platform::stolen_now;
 
-/// Returns an empty result, with no times yet, that says what the system granted the thread.
+/// Returns a result that has no times yet but says what the system granted the thread. The turns of the loops
+/// add their times.
 RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, double deadline_s,
                               const RealtimeThread& thread);
 

@@ -255,7 +255,7 @@ LoopResult Loop::run() {
   for (int q = 0; q < 4; ++q) {
     Quarter& now = quarters[q];
     if (q == 1 && s_.turn && s_.axes == 2) axis_[1].v += s_.start_velocity;
-    // Lowest and highest position (m), highest speed (m/s) in these hundred steps.
+    // Lowest and highest position (m) and highest speed (m/s) in this quarter of the run.
     double low = INFINITY, high = -INFINITY, fastest = 0.0;
     for (std::uint64_t i = 0; i < length; ++i) {
       step(next_load(static_cast<std::uint64_t>(q) * length + i));

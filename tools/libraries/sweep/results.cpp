@@ -147,7 +147,8 @@ const Kind time_kinds[] = {
     {"time.cpu", "s", number, Kind::never, [](const SweepRun& r, std::size_t) { return finite(r.cpu_s); }},
 };
 
-/// Number of patches, and of bodies, whose results a study reports unless asked: the first of the scene.
+/// Number of patches, and number of bodies, that a study reports if its options name none: the first ones of
+/// the scene.
 constexpr std::size_t most_by_default = 12;
 
 class Results {

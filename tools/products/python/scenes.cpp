@@ -142,7 +142,7 @@ void define_run(Owner& owner, const char* name, const Run& run, const First&... 
             py::arg("trace") = py::none(), py::arg("clip_load") = 0.0, py::arg("out_patches") = py::none(),
             run_doc);
 }
-/// Makes of run() a function that reads the scene from a file.
+/// Returns a function for Python that reads the scene from a file and calls run() with it.
 template <class... Options>
 auto from_file(SceneRun (*run)(cli::Scene, Options...)) {
   return

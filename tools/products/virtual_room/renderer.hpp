@@ -37,7 +37,8 @@ ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures);
 /// Returns a number of samples per pixel for the current OpenGL context: 4, or 1 for software OpenGL.
 int sensible_samples();
 
-/// Renderer of the room. Its OpenGL context must be current on one thread from construction to destruction.
+/// Renderer of the room. All calls, from construction to destruction, come from the thread on which its
+/// OpenGL context is current.
 class Renderer {
  public:
   /// Prepares drawing with 1, 2, 4 or 8 samples per pixel, as far as the driver allows. Throws
