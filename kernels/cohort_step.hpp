@@ -17,7 +17,7 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
   const std::uint32_t padded = (s.count + cohort_lanes - 1) / cohort_lanes * cohort_lanes;
   for (std::uint32_t i = 0; i < padded; ++i) masses[i] = mass_of(rows, i);
   // Twice the mean snap length times the growth factor g of each cohort. It enters the cost of a merge, so
-  // that cohorts of different age rarely merge. (With once the mean length the error is a fifth larger.)
+  // that cohorts of different age rarely merge. Without the factor 2 the error is a fifth larger.
   alignas(64) double grown[most_cohorts];
   if (ages)
     for (std::uint32_t i = 0; i < padded; ++i)

@@ -240,7 +240,7 @@ template <class T, bool sums, class AnyWalk>
   return rest;
 }
 
-/// Values of a vector of bristles, which snapped in the step, at its end.
+/// State at the end of a step for one vector of bristles that snapped in it.
 template <class T>
 struct AfterSnaps {
   Lanes<T> deflection;  ///< deflection r along the motion at the end of the step

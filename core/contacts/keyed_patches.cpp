@@ -37,8 +37,8 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// The object that owns the patches or beds of a pool, with the functions that a pool calls. Ids are ids in
-/// that object.
+/// Owner of the patches or beds of a pool, and the functions of that object that the pool calls. Ids are
+/// those of the owner.
 struct Owner {
   void* it;
   void (*remove)(void* it, std::uint64_t id);

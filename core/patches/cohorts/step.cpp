@@ -114,8 +114,8 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
   // after this step then depends on this step alone.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
-  // Needs no other path for a step of at least `follow` without renewal: its length alone makes it forget its
-  // start.
+  // Looks for a shorter forgetting path unless the step is at least `follow` long and nothing is renewed:
+  // such a step forgets its start by its length alone.
   const bool may_forget =
       r.forget > 0.0 && a.length >= r.forget && (r.law.renewal > 0.0 || a.length < r.follow);
   if (followed > 0.0 && may_forget) {

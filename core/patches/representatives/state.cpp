@@ -39,8 +39,8 @@ SavedPlaces saved_places(const Representatives<T>& r) noexcept {
   return places;
 }
 
-/// Largest number of snaps of a bristle in a piece of path. Saved renewals that are still owed are checked
-/// against it.
+/// Largest number of snaps of a bristle in a piece of path. Bounds the saved number of draws that earlier
+/// snaps have caused and that are still to be made.
 constexpr double most_snaps_of_piece = 64.0;
 
 // Lists the saved scalars of shared renewal. The hash leaves out those of young bristles if none is young,

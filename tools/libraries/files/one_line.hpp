@@ -11,7 +11,7 @@ namespace cli {
 std::string one_line(std::string_view text);
 
 /// Makes a text of several lines safe to print: control characters other than line ends, and invalid UTF-8,
-/// become '?'. With `colours` those sequences stay that only colour a text.
+/// become '?'. With `colours`, escape sequences that only set colours stay.
 std::string masked(std::string_view text, bool colours = false);
 
 }  // namespace cli

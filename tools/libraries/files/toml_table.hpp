@@ -26,7 +26,7 @@ class TomlTable {
   /// Reads the key `name`; later error messages use it to name the table. Read it before other keys.
   std::string name();
 
-  /// Throws UserError if the table has a key other than these, which is then probably misspelt.
+  /// Throws UserError if the table has a key that is not in `keys`, since it is probably misspelt.
   void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return table_.contains(key); }

@@ -339,7 +339,7 @@ struct RealtimeWish {
   cli::RealtimeOptions options;
 };
 
-/// Adds the option `--realtime` and those that need it.
+/// Adds the option `--realtime`, and the options that are valid only with it.
 void add_realtime(CLI::App* run_app, bool& wanted, cli::RealtimeOptions& options) {
   CLI::Option* realtime = run_app->add_flag(
       "--realtime", wanted,
