@@ -172,7 +172,7 @@ class StreamLoop {
   /// Runs one pass. The returned value has no meaning; use it, so that the pass is not optimised away.
   double step() noexcept;
   std::size_t size() const noexcept { return n_; }
-  /// Returns bytes read plus bytes written by one pass.
+  /// Returns the number of bytes that one pass reads and writes.
   std::size_t bytes() const noexcept;
 
  private:

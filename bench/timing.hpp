@@ -1,4 +1,4 @@
-// Times loops by the clock on the wall, for the benchmarks and `bristle capacity`.
+// Times loops by the wall clock, for the benchmarks and `bristle capacity`.
 #pragma once
 
 #include <cstdint>

@@ -128,8 +128,8 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct CohortSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  /// Whether the caller wants the sums for energy (`books`) and for ranks (`ranked`); those not wanted stay
-  /// 0.
+  /// Whether the caller wants the sums for energy (`books`) and for ranks (`ranked`). Sums that it does not
+  /// want stay 0.
   bool books, ranked;
 
   /// Bits of cohorts that lost all their mass. Set in the caller's memory, because a copy just written would

@@ -6,10 +6,9 @@
 //
 // - walk_in_registers, vector by vector, for uniform, normal and lognormal lengths in steps in which many
 //   bristles snap once or twice;
-// - rounds, in other steps: a round samples one length for each bristle of the block, eight vectors at once,
-// so
-//   that latencies overlap and no branch depends on a single bristle. Vectors whose bristles have all arrived
-//   are left out;
+// - rounds, in other steps: a round samples one length for each bristle of the block, eight vectors at once.
+//   Latencies then overlap, and no branch depends on a single bristle. Vectors whose bristles have all
+//   arrived at the end of their path are left out;
 // - jumps, for long paths: the state at their end is sampled from its distribution (core/MODEL.md, "Jumps").
 #pragma once
 
@@ -72,7 +71,7 @@ struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Appends the offset w of a vector of bristles to the list if `wanted`, which is if one of them snaps. Has
+  /// Appends the offset w of a vector of bristles to the list if `wanted`: if one of the bristles snaps. Has
   /// no branch, because branches on snaps cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;

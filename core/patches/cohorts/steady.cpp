@@ -17,7 +17,7 @@ double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
   for (growth = 0.02; growth < 1.0; growth *= 1.2) {
-    // Number of pieces of the first length, before pieces grow.
+    // Number of pieces next to the patch that keep the first length; pieces behind them grow.
     const double even = 1.0 / growth;
     if (even + log(std::max(farthest * growth / piece, 1.0)) / growth <= room) break;
   }

@@ -22,10 +22,12 @@ double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12)
 }  // namespace
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // Takes the fractional part of (i + 1) / golden ratio, computed by an integer product that wraps around.
+  // Takes the fractional part of (i + 1) / golden ratio, so that the first bristles, however many, cover the
+  // law evenly. An integer product that wraps around gives this part.
   if (seed == plain_seed) return to_share(mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u);
-  // Reverses the bits of i to the binary fraction 0.b0 b1 b2 ..., and changes each group of four bits by four
-  // random bits, which depend on the seed and on the bits before them.
+  // Reverses the bits of i to the binary fraction 0.b0 b1 b2 ..., which covers the law evenly too. Then
+  // changes each group of four bits by four random bits, which depend on the seed and on the bits before
+  // them, so that each seed gives another population.
   std::uint64_t share = 0;
   std::uint64_t random = mix64(mix64(seed) + 0x5DEECE66Du);
   for (int at = 60; at >= 32; at -= 4, i >>= 4) {

@@ -111,9 +111,9 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (totals.tail_changed) note_tail<T>(p);
 }
 
-/// Makes the renewals of the next piece: those that its foreseen snaps will cause, and those owed for earlier
-/// snaps. A piece without a snap makes none. Returns the number of bristles that the piece would bend beyond
-/// their snap length.
+/// Makes the renewals of the next piece: those that its foreseen snaps will cause, and those that earlier
+/// snaps caused and that are not made yet. A piece without a snap makes none. Returns the number of bristles
+/// that the piece would bend beyond their snap length.
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);
