@@ -30,7 +30,7 @@ struct LanePiece {
   }
 };
 
-/// The contacts that sliding softens, in pieces or in one.
+/// Contacts that sliding softens in a step, with the pieces of their paths.
 struct LanePieces {
   LanePiece of[lane_count];
   bool any_cut = false;

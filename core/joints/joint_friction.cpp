@@ -139,8 +139,8 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     }
     columns.resize(blocks() * layout.columns);
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
-    // Sets the angle of the unused lanes behind the last joint to 0. As joints before their first step they
-    // would take the slow path.
+    // Sets the angle of the unused lanes behind the last joint to 0. Without an angle they would count as
+    // joints before their first step, for which a block takes a slow path.
     for (std::size_t i = count; i < blocks() * lane_count; ++i) at(i, layout.before) = 0.0;
   }
 

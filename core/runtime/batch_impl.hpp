@@ -125,7 +125,8 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// from time to time, because a check costs more than a step.
   bool is_sound() noexcept;
 
-  /// Returns the patch of an id with all its state in its record (settle()); null if there is none.
+  /// Returns the patch of an id; null if there is none. If its block of lanes has a part of its state,
+  /// settle() first moves that to the patch.
   detail::Patch* find(PatchId id) const noexcept {
     detail::Patch* const p = pool.find(id);
     if (p != nullptr && p->in_lane) settle(*p);

@@ -44,7 +44,7 @@ struct BrushProxyOptions {
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
 
   /// Motion of the tool per count of the encoders, m: the count times the workspace scale. The damper smooths
-  /// its velocity by it, see HapticOptions.
+  /// its velocity over it (HapticOptions::resolution).
   double resolution = 0.0;
   /// Sends the mean friction of the tick, instead of the friction at its end. This halves ripple with few
   /// representatives, but acts half a tick later, so the device must damp K T instead of K T / 2 (K

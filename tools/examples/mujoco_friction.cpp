@@ -26,8 +26,8 @@ std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
 
-/// Returns the condims of all contacts. Refuses those that bristles cannot give, and an integrator that has
-/// no step of its own for them.
+/// Returns the condims of all contacts. Refuses those that bristles cannot give, and the integrator RK4, for
+/// which MuJoCo has no step in two halves.
 ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
   if (model.opt.integrator == mjINT_RK4)
     throw bristle::Error("the integrator is RK4, which bristles lack: choose Euler or implicit");

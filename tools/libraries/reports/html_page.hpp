@@ -1,4 +1,4 @@
-// Makes a report a page that opens offline.
+// Makes one HTML page of a report and its picture, which opens without a network.
 #pragma once
 
 #include <string>

@@ -1,8 +1,8 @@
 // The elasto-plastic model: LuGre whose bristle is purely elastic up to a break-away deflection.
 //
-//   dz/dt = v - alpha(z, v) |v| z / zss(v)        F = sigma0 z + sigma1 dz/dt + sigma2 v
-//   alpha = 0 where z and v oppose or |z| <= zba;  1 where |z| >= zss;
-//           (1 + sin(pi (|z| - (zss + zba)/2) / (zss - zba))) / 2 between
+//   dz/dt = v - alpha(z, v) |v| z / zss(v)        F = sigma0 z + sigma1 dz/dt + sigma2 v   alpha = 0 where z
+// and v oppose or |z| <= zba;  1 where |z| >= zss;           (1 + sin(pi (|z| - (zss + zba)/2) / (zss -
+// zba))) / 2 between
 //
 // F is friction, z the deflection, v the velocity, sigma0, sigma1 and sigma2 stiffness, damping and viscous
 // coefficient; zba and zss are the deflections at break-away and in steady sliding.
@@ -12,7 +12,7 @@
 // step are exact straight lines. In the plastic band alpha is frozen over pieces of at most an eighth of the
 // band, each an exact exponential cut at zss; once alpha is 1 up to rounding, the rest is one exponential. A
 // step is stable at every length, at bounded cost. In the plane z is a vector, and "oppose" means z . v < 0
-// (our extension). The model does not drift below zba sigma0, but has no hysteresis there either.
+// (our extension). At forces below zba sigma0 the model neither drifts nor has hysteresis.
 #pragma once
 
 #include "tools/libraries/rivals/pair.hpp"

@@ -20,7 +20,7 @@ struct Preset {
 /// Presets of surfaces. Coefficients are mid-range handbook values for dry wood, rubber on a smooth dry
 /// floor, and ice near freezing. Presliding lengths are so large that a hand feels them: real wood slides
 /// after tens of micrometres. Ageing of wood and rubber is estimated in core/guides/MATERIALS.md. The last
-/// preset is a demonstration in the spirit of Zhang and Phillips: 900 bristles that keep their snap lengths.
+/// preset is a demonstration after Zhang and Phillips (2004): 900 bristles that keep their snap lengths.
 inline constexpr std::array<Preset, 4> presets = {{{"Wood", "room wood", 4096},
                                                    {"Rubber", "room rubber", 4096},
                                                    {"Ice", "room ice", 4096},
