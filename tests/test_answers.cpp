@@ -169,7 +169,7 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   }
   CHECK(names == 1);
   CHECK(notes == 1);
-  CHECK_THAT(text, !Contains("6000000") && Catch::Matchers::EndsWith("\nNo room for: six.\n"));
+  CHECK_THAT(text, !Contains("6000000") && Catch::Matchers::EndsWith("\nColumns without room (--wide shows them): \"six\".\n"));
   {
     const Columns wide(0);
     CHECK(lines_of(table.text()).size() == 3);

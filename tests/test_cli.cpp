@@ -606,7 +606,7 @@ TEST_CASE("A peak is reached, or the run says which one was and why", "[cli]") {
   // Pushes that end before the peak: one stops after 4 um, one turns back there.
   replace(s.motion, "velocity = 0.02", "velocity = 0.02\nuntil = 2e-4");
   CHECK_THAT(coefficient()["missed_peak"].get<std::string>(),
-             Contains("went no farther than 4") && Contains("the peak comes near 10 um"));
+             Contains("went no farther than 4") && Contains("the peak comes within 10 um"));
   s.motion =
       "[[motion]]\npatch = \"tip\"\ntype = \"keyframes\"\nload = 1.0\nkeyframes = [{ t = 0, x = 0 }, "
       "{ t = 0.01, x = 4e-6 }, { t = 0.02, x = 0 }]\n";

@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include <array>
+#include <cmath>
 
 #include "coupling_example.hpp"
 #include "expect.hpp"
@@ -91,6 +92,24 @@ TEST_CASE("The midpoint solve never adds energy, whatever the stiffness", "[coup
       }
       if (c > 0.0) CHECK(before < 0.5 * start);
     }
+  }
+}
+
+TEST_CASE("The midpoint solve says by its residual that a patch lacks the mean force", "[coupling]") {
+  for (const Outputs outputs : {Outputs::end, Outputs::mean}) {
+    PatchBatch batch;
+    const PatchId patch =
+        batch.add(Material{}, PatchOptions{}.with_max_normal_load(1.0).with_axes(1).with_outputs(outputs));
+    bristle::MovingBody<1> body;
+    bristle::BodyContact<1> contact;
+    contact.axes = 1;
+    contact.jacobian << 1.0, 0.0;
+    Motion motion{patch, {0.0, 0.0}, 1.0};
+    bristle::BodyVector<1> pull;
+    pull << 0.2;
+    const bristle::SolveReport report =
+        bristle::solve_displacements<1>(batch, 1e-3, body, pull, {&contact, 1}, {&motion, 1});
+    CHECK(std::isinf(report.residual) == (outputs == Outputs::end));
   }
 }
 

@@ -293,6 +293,14 @@ TEST_CASE("A message is one short line that no terminal obeys", "[cli][hostile]"
   CHECK(cli::one_line("\xC2\x9B"
                       "31m") == "??31m");
   CHECK(cli::one_line("\xff\xC2") == "??");
+  // Forms longer than needed (an escape, a slash), a surrogate, and what lies beyond Unicode, beside the
+  // nearest characters that are valid.
+  CHECK(cli::one_line("\xE0\x80\x9B[31m") == "???[31m");
+  CHECK(cli::one_line("\xF0\x80\x80\xAF") == "????");
+  CHECK(cli::one_line("\xED\xA0\x80") == "???");
+  CHECK(cli::one_line("\xF4\x90\x80\x80") == "????");
+  for (const char* valid : {"\xE0\xA0\x80", "\xF0\x90\x80\x80", "\xED\x9F\xBF", "\xF4\x8F\xBF\xBF"})
+    CHECK(cli::one_line(valid) == valid);
   CHECK(cli::one_line("\xF0\x9F\x98") == "???");
   const std::string line = cli::one_line("first " + std::string(1'000'000, '9') + " last");
   CHECK(line.size() < 800);

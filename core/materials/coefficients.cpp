@@ -178,16 +178,21 @@ std::string describe(const Family& family, double residual_share) {
          detail::number_text(family.renewal);
 }
 
-/// Returns the spread at which peak / kinetic is `ratio`, or throws an error that says what can be reached.
-double find_spread(const Family& family, double ratio, double residual_share) {
+/// Says what peak is, for errors about peak / kinetic: users who set kinetic alone have its default.
+std::string peak_text(const Coefficients& c) { return "; peak is " + detail::number_text(c.peak); }
+
+/// Returns the spread at which peak / kinetic is as asked for, or throws an error that says what can be
+/// reached.
+double find_spread(const Family& family, const Coefficients& c) {
+  const double ratio = c.peak / c.kinetic;
   const char* const where = "Coefficients";
   const char* const what = "peak / kinetic";
   const double highest = family.ratio(0.0);
   if (family.widest_allowed() == 0.0) {
     if (detail::magnitude(ratio - highest) <= 1e-3) return 0.0;
     detail::refuse(where, what, ratio,
-                   detail::number_text(highest) + " (" + describe(family, residual_share) +
-                       ", which has no spread to choose)");
+                   detail::number_text(highest) + " (" + describe(family, c.residual_share) +
+                       ", which has no spread to choose)" + peak_text(c));
   }
   // Distance outside the possible range within which a ratio counts as the end of the range.
   constexpr double rounding = 1e-9;
@@ -195,7 +200,7 @@ double find_spread(const Family& family, double ratio, double residual_share) {
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding))
     detail::refuse(where, what, ratio,
                    detail::number_text(lowest) + " to " + detail::number_text(highest) + " (" +
-                       describe(family, residual_share) + ")");
+                       describe(family, c.residual_share) + ")" + peak_text(c));
   const double wanted = std::min(std::max(ratio, lowest), highest);
   return solve_spread(family, widest, wanted);
 }
@@ -282,7 +287,7 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
   if (!(wanted >= 1.0 - rounding && wanted <= ratio(largest_drop) * (1.0 + rounding)))
     detail::refuse("Coefficients", "peak / kinetic", wanted,
                    "1 to " + detail::number_text(ratio(largest_drop)) + " (" + name + ", drop at most " +
-                       detail::number_text(largest_drop) + ")");
+                       detail::number_text(largest_drop) + ")" + peak_text(c));
   if (wanted <= 1.0 + rounding) return 0.0;
   return detail::find_zero([&](double drop) { return ratio(drop) - wanted; }, 0.0, largest_drop, 1.0 - wanted,
                            ratio(largest_drop) - wanted, {1e-14});
@@ -390,7 +395,7 @@ Material Material::from_coefficients(const Coefficients& c) {
   const Family family{c.law, c.rule, residual_share / (1.0 - residual_share), renewal, find_wish(c)};
   const double spread = slides            ? find_slide_spread(family, c)
                         : c.spread != 0.0 ? check_spread(family, c)
-                                          : find_spread(family, c.peak / c.kinetic, c.residual_share);
+                                          : find_spread(family, c);
 
   Material material;
   material.snap_length = family.make(c.presliding_length * (1.0 - residual_share), spread);

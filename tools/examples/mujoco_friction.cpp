@@ -195,7 +195,7 @@ void BristleFriction::prepare(const mjModel& model, mjData& data) {
   }
 }
 
-/// Restores the applied forces of the caller (qfrc_applied, xfrc_applied), to which the last step added
+/// Restores the applied forces of the caller (qfrc_applied, xfrc_applied), to which prepare() added
 /// friction.
 void BristleFriction::withdraw(const mjModel& model, mjData& data) const {
   std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
@@ -810,8 +810,8 @@ void BristleFriction::guess_beds(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Computes the patches' forces for the slip that MuJoCo's velocities predict, and the generalised friction
-/// force on each degree of freedom.
+/// Computes the patches' forces for the slip that solve() predicts, and the generalised friction force on
+/// each degree of freedom.
 void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   friction_.setZero();

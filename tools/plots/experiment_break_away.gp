@@ -1,11 +1,11 @@
 # Draws the output of `bristle experiment break-away --csv`.
 load folder."/experiment_style.gp"
 set multiplot layout 2,2 title "Break-away: the highest friction of a block under a growing force" font ",17"
-set ylabel "break-away friction, axis from 0.9  [N]"
+set ylabel "break-away friction, axis not from 0  [N]"
 set logscale x
 set title "against the rate of the force"
 set xlabel "force rate  [N/s]"
-set yrange [0.9:1.6]
+set yrange [*:*]
 unset key
 plot for [m in present] csv using (at("rate", m, $3)):6 with linespoints linetype index_of(m) title name(m)
 set title "against the load"
@@ -17,8 +17,8 @@ plot for [m in present] csv using (at("load", m, $4)):6 with linespoints linetyp
 unset logscale y
 set title "against the time at rest"
 set xlabel "time at rest  [s]"
-set ylabel "break-away friction, axis from 0.9  [N]"
-set yrange [0.9:*]
+set ylabel "break-away friction, axis not from 0  [N]"
+set yrange [*:*]
 unset key
 plot for [m in present] csv using (at("rest", m, $5)):6 with linespoints linetype index_of(m) title name(m)
 # Draws an empty plot, whose place the key takes.

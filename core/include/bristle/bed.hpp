@@ -243,8 +243,9 @@ struct BedResponse {
   std::uint32_t reserved = 0;    ///< padding with a value, so that responses may be compared by memcmp
   double force[2] = {0.0, 0.0};  ///< force at the end of the step, N
   double torque = 0.0;           ///< torque about the centre, at the end of the step, N m
-  /// Force averaged over the step, N. The energy put in is -(mean . displacement + mean_torque spin), exactly
-  /// without rolling, by the trapezoidal rule with it.
+  /// Force averaged over the step, N. The energy put in is -(mean . displacement + mean_torque spin): exact
+  /// for a bed that neither rolls nor is stiffer along one axis, otherwise as good as the mean
+  /// (core/beds/BEDS.md).
   double mean[2] = {0.0, 0.0};
   double mean_torque = 0.0;  ///< torque averaged over the step, N m
   double dissipated = 0.0;   ///< energy that was put in during the step and not stored, J

@@ -18,7 +18,8 @@
 //                           four evaluations.)
 //   solve_displacements     F_i = mean force over the step at d_i = T s_i((u0 + u1) / 2), solved by
 //                           PatchBatch::find_force: the midpoint rule, which itself neither adds nor takes
-//                           energy. Needs Outputs::mean; finish with apply_mean_forces.
+//                           energy. Needs Outputs::mean; without it the report's residual is
+//                           infinite. Finish with apply_mean_forces.
 //
 // Equations, limits and measurements: core/MODEL.md, section 21. Thread rule: PatchBatch's stepping thread.
 // Nothing here allocates, locks or throws.

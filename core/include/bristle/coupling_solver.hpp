@@ -362,7 +362,9 @@ class MidpointSolver {
       residual = one_axis ? solve_along_contact(u) : solve_all(u);
     }
     move_contacts(u);
-    return effort_.report(residual);
+    SolveReport report = effort_.report(residual);
+    if (lacks_mean_) report.residual = std::numeric_limits<double>::infinity();
+    return report;
   }
 
  private:
@@ -389,6 +391,9 @@ class MidpointSolver {
       const Motion& motion = motions_[c.place];
       const Response response = batch_.find_force(dt_s_, motion);
       c.trial_force = {response.mean[0], c.axes == 2 ? response.mean[1] : 0.0};
+      const double mean = std::fabs(response.mean[0]) + std::fabs(response.mean[1]);
+      const double elastic = std::fabs(response.elastic[0]) + std::fabs(response.elastic[1]);
+      if (elastic > 0.0 && !(mean > 0.0)) lacks_mean_ = true;
       c.stiffness = response.stiffness;
       c.damping = std::max(c.damping, response.damping);
       sum.noalias() += c.jacobian.transpose() * c.trial_force;
@@ -566,6 +571,7 @@ class MidpointSolver {
   Span<Motion> motions_;
   Follow follow_;
   Effort effort_;
+  bool lacks_mean_ = false;  // whether a patch has a force but no mean force
 };
 
 }  // namespace detail

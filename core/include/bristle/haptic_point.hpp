@@ -191,7 +191,8 @@ class HapticPoint {
   double taken() const noexcept { return taken_; }
 
  private:
-  /// Scales the damper's part of the force. If the elastic part alone is too large, scales that instead.
+  /// Keeps the force within `room` by scaling the damper's part. If the elastic part alone exceeds `room`,
+  /// scales that and drops the damper's.
   void limit(Eigen::Vector2d& elastic, Eigen::Vector2d& damper, double room) noexcept {
     if ((elastic + damper).norm() <= room) return;
     limited_ = true;

@@ -177,7 +177,7 @@ struct HeldContact {
 /// Thread rule: one thread. Nothing allocates but the constructor, reserve and restore_state.
 class BRISTLE_API ContactMatcher {
  public:
-  /// Makes a matcher with its memory. Throws bristle::Error.
+  /// Allocates the memory for `capacity` contacts. Throws bristle::Error for an option out of range.
   explicit ContactMatcher(const MatcherOptions& options = {});
   ~ContactMatcher();
   ContactMatcher(ContactMatcher&&) noexcept;

@@ -129,7 +129,8 @@ struct Coefficients {
     peak = 0.0;
     return *this;
   }
-  /// Sets the drop, for SnapRule::slide; the peak follows from it.
+  /// Sets `drop`, the share of its limit that a bristle loses while it slides (SnapRule::slide); the peak
+  /// follows from it.
   Coefficients& with_drop(double value) {
     drop = value;
     peak = 0.0;

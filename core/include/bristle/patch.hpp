@@ -172,8 +172,10 @@ struct Response {
   /// speed), N s/m; never negative.
   double damping = 0.0;
 
-  /// N, highest elastic force at first loading under this load. With ageing all bristles count as held for as
-  /// long as the oldest can have been; with a lay the limit is that of its strongest direction.
+  /// N, highest elastic force at first loading under this load; with SnapRule::slide the force of all
+  /// bristles at their static limits, which a drop keeps first loading from reaching. With ageing all
+  /// bristles count as held for as long as the oldest can have been; with a lay the limit is that of its
+  /// strongest direction.
   double force_limit = 0.0;
   double dissipated = 0.0;  ///< energy lost by snaps, renewals and slides, J (Outputs::energy)
   /// Energy that left with bristles that lost contact or weight, J (Outputs::energy).

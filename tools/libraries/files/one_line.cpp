@@ -22,7 +22,12 @@ std::size_t printable(std::string_view text, std::size_t at) {
                                                            : 0;
   for (std::size_t i = 1; i < size; ++i)
     if ((byte_at(text, at + i) & 0xC0) != 0x80) return 0;
-  return first == 0xC2 && byte_at(text, at + 1) < 0xA0 ? 0 : size;
+  // Refuses by the second byte control characters (C2), forms longer than needed (E0, F0), surrogates (ED),
+  // and what lies beyond Unicode (F4).
+  const unsigned second = size > 0 ? byte_at(text, at + 1) : 0u;
+  const unsigned least = first == 0xC2 || first == 0xE0 ? 0xA0u : first == 0xF0 ? 0x90u : 0x80u;
+  const unsigned most = first == 0xED ? 0x9Fu : first == 0xF4 ? 0x8Fu : 0xBFu;
+  return second >= least && second <= most ? size : 0;
 }
 
 /// Returns the length of the sequence at `at` that only colours a text, such as "\x1B[31m"; 0 if there is

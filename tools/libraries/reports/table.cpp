@@ -148,8 +148,9 @@ std::string Table::text() const {
   }
   std::string out = text_block(width.size(), width), missing;
   for (std::size_t c = width.size(); c < columns(); ++c)
-    missing += (missing.empty() ? "" : ", ") + headers_[c].text;
-  return missing.empty() ? out : out + filled("No room for: " + missing + ".") + '\n';
+    missing += fmt::format("{}\"{}\"", missing.empty() ? "" : ", ", headers_[c].text);
+  return missing.empty() ? out
+                         : out + filled("Columns without room (--wide shows them): " + missing + ".") + '\n';
 }
 
 std::string Table::csv() const {

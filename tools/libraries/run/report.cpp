@@ -185,18 +185,21 @@ std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, dou
   const double mean = m.snap_length.mean(), way = first.way();
   const auto um = [](double length) { return fmt::format("{:.4g} um", 1e6 * length); };
   if (first.most_load == 0.0) return "the run continues another whose first loading is past";
+  const std::string load_rose =
+      first.most_load > 1.02 * first.least_load
+          ? fmt::format("the load rose from {:.3g} to {:.3g} N meanwhile", first.least_load, first.most_load)
+          : "";
   if (way < mean)
-    return fmt::format("its first loading {} {} and the peak comes near {}",
+    return fmt::format("its first loading {} {} and the peak comes within {}{}{}",
                        first.turned ? "turned back after" : "went no farther than", um(way),
-                       um(m.residual_length + mean));
+                       um(m.residual_length + mean), load_rose.empty() ? "" : "; ", load_rose);
   if (first.longest_step > 0.05 * mean)
     return fmt::format(
         "it was passed in steps of up to {:.2g} mean snap lengths and only their ends count; a dt of {} "
         "shows "
         "it",
         first.longest_step / mean, time_text(0.02 * dt * mean / first.longest_step));
-  if (first.most_load > 1.02 * first.least_load)
-    return fmt::format("the load rose from {:.3g} to {:.3g} N meanwhile", first.least_load, first.most_load);
+  if (!load_rose.empty()) return load_rose;
   if (!(patch.options.lay == bristle::Lay{})) return "its lay has other peaks across and back";
   if (m.ageing_strength > 0.0) return "with ageing it depends on speed and rest";
   if (first.turned) return fmt::format("its first loading turned back after {}", um(way));
@@ -261,7 +264,7 @@ std::string run_answer(const Scene& scene, const RunResult& r) {
 }
 
 std::string feature_table(const Scene& scene, const RunResult& r) {
-  Table table({"<features used", "<population", "<kernel", "bytes", "<left out"});
+  Table table({"<features used", "<population", "<kernel", "bytes", "<features left out"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const ScenePatch& patch = scene.patches[p];
     const bristle::PatchInfo& info = r.patches[p].info;

@@ -42,10 +42,11 @@ void measure_capacity(const fs::path& output) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
-    std::fprintf(stderr,
+  const bool asks = argc == 2 && (std::string(argv[1]) == "--help" || std::string(argv[1]) == "-h");
+  if (argc < 2 || asks) {
+    std::fprintf(asks ? stdout : stderr,
                  "usage: bristle-demo FOLDER [SCENE.toml...]; without scenes it measures the capacity\n");
-    return 2;
+    return asks ? 0 : 2;
   }
   std::string part;
   try {
