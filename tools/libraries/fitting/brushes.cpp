@@ -88,30 +88,24 @@ std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& opti
       if (failed != nullptr) failed->emplace_back(name, reason);
     }
   };
-  const auto add_speed = [&] {
+  // Adds the brush found last once more, with the terms that `extend` finds for it, unless it finds none.
+  const auto add_with = [&](const char* suffix, Found (Fitter::*extend)(const Found&)) {
     if (fit_stopped() || all.empty()) return;
-    FittedBrush damped = all.back();
-    damped.name += ", damped";
-    damped.found = Fitter(data, damped.options, detail).with_speed_terms(all.back().found);
-    if (damped.found.point.free.size() > all.back().found.point.free.size()) all.push_back(std::move(damped));
+    FittedBrush more = all.back();
+    more.name += suffix;
+    more.found = (Fitter(data, more.options, detail).*extend)(all.back().found);
+    if (more.found.point.free != all.back().found.point.free) all.push_back(std::move(more));
   };
-  const auto add_stage = [&] {
-    if (fit_stopped() || all.empty()) return;
-    FittedBrush staged = all.back();
-    staged.name += ", stage";
-    staged.found = Fitter(data, staged.options, detail).add_stage(all.back().found);
-    if (staged.found.point.free != all.back().found.point.free) all.push_back(std::move(staged));
-  };
+  const auto add_speed = [&] { add_with(", damped", &Fitter::with_speed_terms); };
+  const auto add_stage = [&] { add_with(", stage", &Fitter::add_stage); };
   if (redraws) {
     const char* const name =
         options.residual || options.renewal ? "brush, rubbing held" : "brush, the paper's";
     attempt(name, [&] {
       const FitOptions held = with_rule(data, options, SnapRule::redraw);
       FitOptions plain = held;
-      if (!held.residual || !held.renewal) {
-        plain.residual = held.residual.value_or(0.0);
-        plain.renewal = held.renewal.value_or(0.0);
-      }
+      plain.residual = held.residual.value_or(0.0);
+      plain.renewal = held.renewal.value_or(0.0);
       all.push_back({name, plain, Fitter(data, plain, detail).search_plain()});
       progress(0.3);
       const Found rubbed = Fitter(data, held, detail).add_rubbing(all.back().found);

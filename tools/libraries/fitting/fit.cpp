@@ -367,10 +367,6 @@ FittedBrush choose_brush(const FitData& thin, const FitOptions& options, Progres
   return std::move(*best);
 }
 
-}  // namespace
-
-namespace {
-
 /// Returns the record without the samples at which the motion turns, or rests for a sample, nor those around
 /// them that fall short of the fitted kinetic friction: where presliding is shorter than the moves between
 /// samples, friction there may be anything from its one limit to the other.

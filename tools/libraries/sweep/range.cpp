@@ -95,9 +95,8 @@ VariedKey parse_range(VariedKey varied, const std::vector<std::string_view>& par
     refuse(text, "whole numbers go from -9e15 to 9e15");
   if (!count) refuse(text, fmt::format("has no number of values; {}", forms));
   if (*count < 1 || *count > most_values)
-    refuse(text, fmt::format("the number of values is {}; allowed: 1 to {}", *count,
-                             most_values));  // Stores the values as integers, which fit options that take
-                                             // integers, if both ends are written as integers
+    refuse(text, fmt::format("the number of values is {}; allowed: 1 to {}", *count, most_values));
+  // Stores the values as integers, which fit options that take integers, if both ends are written as integers
   // and all values between are whole, or, rounded, if the range has `:int`.
   const bool whole_ends = number_in<std::int64_t>(parts[0]) && number_in<std::int64_t>(parts[1]);
   bool whole = whole_ends;
