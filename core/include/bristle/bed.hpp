@@ -33,22 +33,24 @@ namespace bristle {
 /// Names a bed of one batch, as PatchId names a patch. 0 = none.
 struct BedId {
   std::uint64_t value = 0;
-  /// Id that a full pool (KeyedBeds) gives a new contact for which it has no bed.
+  /// Id that a full pool (KeyedBeds) gives a new contact. A motion with it gets Status::no_capacity and no
+  /// force.
   static constexpr BedId no_capacity() noexcept { return {PatchId::no_capacity().value}; }
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
   friend bool operator==(BedId a, BedId b) noexcept { return a.value == b.value; }
   friend bool operator!=(BedId a, BedId b) noexcept { return a.value != b.value; }
 };
 
-/// Distribution of the pressure over the contact, where r = 1 on its edge. On a row and a rectangle r is x
-/// over the half length.
+/// Distribution of the pressure over the contact. The letter r is 0 at the centre and 1 on the edge; on a row
+/// and a rectangle it is x over the half length.
 enum class BedPressure : unsigned char {
   uniform,
   parabolic,  ///< 1 - r^2: a tyre; the traction bound of Kalker's simplified theory
   hertz       ///< (1 - r^2)^1/2: smooth elastic bodies
 };
 
-/// Growth of the contact's size with the load. Sizes are given for BedOptions::max_normal_load.
+/// Growth of the contact's size with the load. A shape's size is the one at the load
+/// BedOptions::max_normal_load.
 enum class BedGrowth : unsigned char {
   fixed,       ///< size does not depend on the load
   cube_root,   ///< both half widths grow: spheres and ellipses (Hertz)
@@ -72,8 +74,8 @@ struct BedShape {
   bool rolls = false;  ///< whether the bed rolls: its surface moves through the contact
   /// Half widths along x and y at full load, m; 0 = calculated from the material's radius.
   double half[2] = {0.0, 0.0};
-  /// Number of bristles along x, then of rows; for an ellipse that does not roll: of rings, then of cells
-  /// around.
+  /// Numbers of bristles: along x, and of rows. For an ellipse that does not roll: of rings, and of cells in
+  /// each ring.
   int cells[2] = {0, 0};
   std::vector<BedCell> list;  ///< bristles of a shape of Kind::list
 
@@ -143,8 +145,8 @@ struct BedShape {
   BRISTLE_API static BedShape from_pressure(double half_x_m, double half_y_m, int nx, int ny,
                                             const std::function<double(double, double)>& pressure);
 
-  /// Makes the bed roll: the bristles of an ellipse or a rectangle lie in `rows` of `along` cells. A disc
-  /// rolls in any direction, other shapes along x only.
+  /// Makes the bed roll: the bristles of an ellipse or a rectangle are laid out in `rows` of `along` cells,
+  /// so that they can move through the contact. A disc rolls in any direction, other shapes along x only.
   BedShape& rolling(int along, int rows) {
     rolls = true;
     cells[0] = along;
@@ -161,19 +163,19 @@ struct BedShape {
 struct BedMaterial {
   /// Coefficient of static friction; > 0, at most 100, not below kinetic_friction.
   double static_friction = 0.0;
-  /// Coefficient of kinetic friction, > 0. If static friction is higher, a sliding bristle has the kinetic
-  /// limit until it has stuck for a step or the motion turns back.
+  /// Coefficient of kinetic friction, > 0. A bristle that has begun to slide keeps to this limit, if static
+  /// friction is higher, until it has stuck for a step or the motion turns back.
   double kinetic_friction = 0.0;
 
-  /// @name Elastic bodies. Only sphere_row and disc take them.
-  ///@{
+  /// @name Elastic bodies under the bristles. Only sphere_row and disc accept them.
+  /// @{
   double normal_modulus = 0.0;  ///< combined modulus E*, Pa: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
   double shear_modulus = 0.0;   ///< combined modulus G*, Pa: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
   double radius = 0.0;  ///< combined radius R, m: 1/R = 1/R1 + 1/R2; 0 where the shape states its size
-  ///@}
-  /// Kalker's flexibilities L1, L2, L3 (x, y, spin) at full load, m^3/N.
+  /// @} Kalker's flexibilities L1, L2, L3 (deformation per traction along x, along y and in spin) at full
+  /// load, m^3/N.
   double flexibility[3] = {0.0, 0.0, 0.0};
-  /// Force per unit slip, N, along x and y at full load, for a shape that rolls.
+  /// Stiffness for rolling shapes, given as force per unit slip, N, along x and y at full load.
   double slip_stiffness[2] = {0.0, 0.0};
   double presliding = 0.0;  ///< the displacement at which every bristle slides, under full load, m
 
@@ -209,7 +211,8 @@ struct BedMaterial {
 };
 
 struct BedOptions {
-  /// Full load, N, > 0. Under a higher load the friction limits grow and the size stays.
+  /// Full load, N, > 0: the load at which the shape has its given size. Above it the friction limits still
+  /// grow with the load and the size does not.
   double max_normal_load = 1.0;
 
   /// Whether a step computes all fields of BedResponse. If not, it computes `status`, `force` and `torque`,
@@ -231,12 +234,12 @@ struct BedMotion {
 
   /// Distance, m, by which the bristles' surface has moved through the contact, positive where the contact
   /// moves to greater x or y on that surface. For a wheel it is radius times turn, so 0 while the wheel is
-  /// locked.
+  /// locked. Bristles that leave the contact are lost, new ones enter straight.
   double rolled[2] = {0.0, 0.0};
   double normal_load = 0.0;  ///< load on the bed, N
 };
 
-/// Output of one bed for one step, ON the moving body.
+/// Output of one bed for one step. Forces act ON the moving body.
 struct BedResponse {
   BedId id;
   Status status = Status::ok;
@@ -250,8 +253,8 @@ struct BedResponse {
   double mean_torque = 0.0;  ///< torque averaged over the step, N m
   double dissipated = 0.0;   ///< energy that was put in during the step and not stored, J
   double stored = 0.0;       ///< elastic energy at the end of the step, J
-  /// Derivative of force and torque (N/m, N, N m), from the bristles that stick: force(d + e) ~ force(d) -
-  /// tangent e.
+  /// Derivative of force and torque by the displacement (N/m, N, N m) for implicit solvers: force(d + e) ~
+  /// force(d) - tangent e. Only bristles that stick contribute.
   double tangent[3][3] = {};
   double slipping_share = 0.0;  ///< share of the contact that slips, by stiffness, 0 to 1
 };
@@ -265,7 +268,7 @@ struct BedInfo {
   std::uint64_t memory_bytes = 0;
 };
 
-/// One bristle, for pictures. Places in m, deflection and limit in m, stiffness in N/m.
+/// State of one bristle of a bed, for pictures. Position in m, deflection and limit in m, stiffness in N/m.
 struct BedBristle {
   double position[2] = {0.0, 0.0};
   double deflection[2] = {0.0, 0.0};
@@ -280,14 +283,15 @@ struct BedBristle {
 /// restore_state. A step never throws or locks, and waits for its own workers only.
 class BRISTLE_API BedBatch {
  public:
-  /// Makes an empty batch with the options of PatchBatch. Throws bristle::Error.
+  /// Makes an empty batch. The options (threads, instruction set) are those of PatchBatch. Throws
+  /// bristle::Error.
   explicit BedBatch(const BatchOptions& options = {});
   ~BedBatch();
   BedBatch(BedBatch&&) noexcept;
   BedBatch& operator=(BedBatch&&) noexcept;
 
   /// Adds a bed, out of contact. Throws bristle::Error for values out of range, and unless the material gives
-  /// exactly one elasticity that fits the shape.
+  /// exactly one elasticity and the shape takes it.
   BedId add(const BedMaterial& material, const BedShape& shape, const BedOptions& options = {});
   void remove(BedId id);  ///< throws bristle::Error if there is no such bed
 
@@ -296,13 +300,16 @@ class BRISTLE_API BedBatch {
   StepReport step(Span<const BedMotion> in, Span<BedResponse> out) noexcept;
   /// Returns the response that step would give, without changing any bed. For implicit solvers.
   BedResponse find_force(const BedMotion& motion) noexcept;
-  /// Unbends all bristles of a bed and takes it out of contact. Returns false if there is no such bed.
+  /// Returns a bed to its state after add: out of contact, all bristles straight. Returns false if there is
+  /// no such bed.
   bool reset(BedId id) noexcept;
 
-  /// Sizes, load, stiffness, and the largest deflection at which a bristle slides; zeros for an unknown id.
+  /// Returns size, load and stiffness of a bed, and the largest deflection at which one of its bristles
+  /// slides; zeros for an unknown id.
   BedInfo info(BedId id) const noexcept;
 
-  /// Writes the bristles of a bed, for pictures, as many as fit. Returns the number written.
+  /// Writes position and deflection of the bristles of a bed, for pictures, as many as fit. Returns the
+  /// number written.
   std::size_t read_bristles(BedId id, Span<BedBristle> out) const noexcept;
   std::uint64_t state_hash(BedId id) const noexcept;  ///< state hash of one bed, 0 for an unknown id
   std::uint64_t state_hash() const noexcept;          ///< hash of all beds in the order of their slots
@@ -310,8 +317,8 @@ class BRISTLE_API BedBatch {
   std::size_t state_size() const noexcept;
   /// Writes the state of all beds. Returns the bytes written, 0 if `to` is too small.
   std::size_t save_state(Span<std::byte> to) const noexcept;
-  /// Restores a saved state into a batch with the same beds, added in the same order. If the state does not
-  /// fit or is damaged, throws bristle::Error and leaves the beds unchanged. Does not compare materials.
+  /// Restores a saved state into a batch with the same beds, added in the same order. Materials are not
+  /// compared. If the state does not fit or is damaged, throws bristle::Error and leaves the beds unchanged.
   void restore_state(Span<const std::byte> from);
 
   std::size_t bed_count() const noexcept;

@@ -119,7 +119,8 @@ class ContactFrame {
   const Eigen::Vector3d& along() const noexcept { return now_.along; }
   const Eigen::Vector3d& aside() const noexcept { return now_.aside; }
   const Eigen::Vector3d& normal() const noexcept { return now_.normal; }
-  /// Axes half-way through the last carry, which displacement() and mean_force() use.
+  /// Axes half-way through the last carry, between those before and after the step. displacement() and
+  /// mean_force() use them, because motion and mean force belong to the whole step.
   const Eigen::Vector3d& midway_along() const noexcept { return midway_.along; }
   const Eigen::Vector3d& midway_aside() const noexcept { return midway_.aside; }
   const Eigen::Vector3d& midway_normal() const noexcept { return midway_.normal; }
@@ -136,13 +137,14 @@ class ContactFrame {
              const Eigen::Vector3d& turn_b) noexcept {
     return carry(normal, detail::rotation_by(turn_a), detail::rotation_by(turn_b));
   }
-  /// Carries the axes, with rotations as unit quaternions: new orientation times inverse of the old one.
+  /// Carries the axes for bodies whose rotations in this step are given as unit quaternions: new orientation
+  /// times inverse of the old one.
   bool carry(const Eigen::Vector3d& normal, const Quaternion& turn_a, const Quaternion& turn_b) noexcept {
     midway_ = now_;
     Eigen::Vector3d n;
     if (!normalized(normal, n) || !turn_a.coeffs().allFinite() || !turn_b.coeffs().allFinite()) return false;
-    // Averages the direction `along` turned with body A and the one turned with body B, after each has been
-    // taken to the new normal by the smallest rotation.
+    // Averages two directions for the first axis: `along` turned with body A and `along` turned with body B,
+    // each then taken to the new normal by the smallest rotation.
     Eigen::Vector3d along = carried_by(turn_a, n) + carried_by(turn_b, n);
     if (!(along.squaredNorm() > 1e-24))
       along = carried_by(turn_b, n);  // axes that the two bodies carry are half a turn apart and have no mean
@@ -152,14 +154,14 @@ class ContactFrame {
     return true;
   }
 
-  /// Carries the axes of an extended patch. They ride on body B, which turned by `turn_b` (rad).
+  /// Carries the axes of an extended patch, which are fixed to body B. `turn_b` (rad) is the rotation of B in
+  /// this step.
   bool carry_with_surface(const Eigen::Vector3d& normal, const Eigen::Vector3d& turn_b) noexcept {
     return carry(normal, turn_b, turn_b);
   }
 
-  /// Returns the tangential displacement of A relative to B in this step, from the displacement in space (m),
-  /// both taken at the contact point; works for velocities too. The part along the normal is left out. Call
-  /// it after carry().
+  /// Returns the tangential part, in the frame's axes, of a displacement of A relative to B at the contact
+  /// point (m, in space); works for velocities too. Call it after carry(), whose half-way axes it uses.
   Eigen::Vector2d displacement(const Eigen::Vector3d& relative) const noexcept {
     return {midway_.along.dot(relative), midway_.aside.dot(relative)};
   }
@@ -168,7 +170,8 @@ class ContactFrame {
     motion.displacement[1] = midway_.aside.dot(relative);
   }
 #if BRISTLE_WITH_OUTLINES
-  /// Sets displacement and spin of an extended patch; `turn` is that of A relative to B in this step (rad).
+  /// Sets displacement and spin in the motion of an extended patch; `turn` is the rotation of A relative to B
+  /// in this step (rad).
   void set_displacement(const Eigen::Vector3d& relative, const Eigen::Vector3d& turn,
                         ExtendedMotion& motion) const noexcept {
     motion.displacement[0] = midway_.along.dot(relative);
@@ -176,14 +179,15 @@ class ContactFrame {
     motion.displacement[2] = midway_.normal.dot(turn);
   }
 #endif
-  /// Sets a separate velocity for the damper (m/s, of A relative to B).
+  /// Sets a velocity of its own for the damper (m/s, of A relative to B), instead of displacement / dt.
   void set_velocity(const Eigen::Vector3d& relative, Motion& motion) const noexcept {
     motion.has_velocity = true;
     motion.velocity[0] = midway_.along.dot(relative);
     motion.velocity[1] = midway_.aside.dot(relative);
   }
 
-  /// Turns Response::end, elastic or damper into a force in space, N, on A. The force on B is its opposite.
+  /// Turns a force of the patch at the end of the step (Response::end, elastic or damper) into a force in
+  /// space, N, on A. The force on B is its opposite.
   Eigen::Vector3d force(const double (&tangential)[2]) const noexcept {
     return tangential[0] * now_.along + tangential[1] * now_.aside;
   }
@@ -194,20 +198,22 @@ class ContactFrame {
   }
 
   /// Turns ExtendedResponse::end, elastic or damper into force and moment on A. `arm` (m) leads from the
-  /// point of reference to the centre of the outline. B gets the opposite.
+  /// point about which moments are taken to the centre of the outline. B gets the opposite.
   Wrench spin_wrench(const double (&in_plane)[3], const Eigen::Vector3d& arm) const noexcept {
     Wrench w = wrench(in_plane[0] * now_.along + in_plane[1] * now_.aside, arm);
     w.tail<3>() += in_plane[2] * now_.normal;
     return w;
   }
-  /// Turns ExtendedResponse::mean into force and moment on A, like spin_wrench().
+  /// Turns the mean force and torque of a step (ExtendedResponse::mean) into force and moment on A, like
+  /// spin_wrench().
   Wrench mean_spin_wrench(const double (&in_plane)[3], const Eigen::Vector3d& arm) const noexcept {
     Wrench w = wrench(in_plane[0] * midway_.along + in_plane[1] * midway_.aside, arm);
     w.tail<3>() += in_plane[2] * midway_.normal;
     return w;
   }
 
-  /// Returns a force at `arm` (m, from the point of reference to the point of contact) as force and moment.
+  /// Returns force and moment of a force that acts at `arm` (m, from the point about which moments are
+  /// taken).
   static Wrench wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) noexcept {
     Wrench w;
     w << force, arm.cross(force);
@@ -238,8 +244,8 @@ class ContactFrame {
     normal.cwiseAbs().minCoeff(&least);
     return Eigen::Vector3d::Unit(least);
   }
-  /// Returns right-handed unit vectors, orthogonal to rounding. `along` is not parallel to the unit vector
-  /// `normal`.
+  /// Builds right-handed, orthogonal unit axes from a unit normal and a direction `along`, which must not be
+  /// parallel to it.
   static Axes make_axes(const Eigen::Vector3d& normal, const Eigen::Vector3d& along) noexcept {
     Axes axes;
     axes.normal = normal;
@@ -269,13 +275,13 @@ class ContactFrame {
 
   /// Returns `from` rotated by half of the rotation from `from` to `to`.
   static Axes half_way(const Axes& from, const Axes& to) noexcept {
-    // R, the rotation that takes each axis of `from` to that of `to`: its trace (`cosines`), and its axis
-    // times twice the sine of its angle (`sines`).
+    // Measures R, the rotation that takes each axis of `from` to that of `to`: its trace (`cosines`), and its
+    // axis times twice the sine of its angle (`sines`).
     const double cosines = from.along.dot(to.along) + from.aside.dot(to.aside) + from.normal.dot(to.normal);
     const Eigen::Vector3d sines =
         from.along.cross(to.along) + from.aside.cross(to.aside) + from.normal.cross(to.normal);
     if (!(cosines > 0.0)) return half_of_large(from, to);
-    // Scalar part of R's quaternion; its vector part is sines / (4 w).
+    // Scalar part w of the quaternion of R. The vector part is sines / (4 w).
     const double w = 0.5 * std::sqrt(1.0 + cosines);
     const Eigen::Vector3d u = sines / (4.0 * w);
     const double h = 1.0 + w,
@@ -291,7 +297,7 @@ class ContactFrame {
     half.normal = turned(from.normal);
     return half;
   }
-  /// Returns half of a rotation by more than a right angle, where the axis that half_way() uses may be
+  /// Halves a rotation by more than a right angle, for which the axis that half_way() divides by may be
   /// ill-conditioned.
   static Axes half_of_large(const Axes& from, const Axes& to) noexcept {
     Eigen::Matrix3d rotation = to.along * from.along.transpose();
@@ -314,12 +320,13 @@ struct BodyPlace {
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();
 };
 
-/// Slip of a contact in space, from where its bodies are before and after a step. It is exact for bodies that
-/// turn together, at any speed and step length.
+/// Slip of a contact in space, found from where its two bodies are before and after a step. Unlike velocity
+/// times dt it is exact for bodies that turn together, at any speed and step length, so a body on a turntable
+/// does not drift.
 class SlipByPlaces {
  public:
-  /// Records the bodies before the step. A should be the round one, or the smaller one; `both_round` says
-  /// that they may roll on each other.
+  /// Records the bodies before the step. Let A be the round or the smaller body. `both_round` says that the
+  /// bodies may roll on each other.
   void hold(const BodyPlace& a, const BodyPlace& b, const Eigen::Vector3d& point,
             bool both_round = false) noexcept {
     apart_ = a.centre - b.centre;
@@ -353,18 +360,18 @@ class SlipByPlaces {
 /// other points of its surfaces from step to step. The contact keeps its share of the surfaces' load from the
 /// step before; within some 64 steps the share approaches the load on those points that now have the
 /// contact's key (`on_its_points`). `before`: the contact's load in the step before. `all_before`, `all`:
-/// loads of the surfaces, before and now.
+/// loads on all contacts of the two surfaces, in the step before and in this one.
 inline double held_load(double before, double all_before, double all, double on_its_points) noexcept {
   constexpr double follows = 1.0 / 64.0;
   if (!(all_before > 0.0)) return on_its_points;
   return (1.0 - follows) * before / all_before * all + follows * on_its_points;
 }
 
-/// Frames of a pool's contacts. Each frame lasts as long as the key of its contact. Plain data: a rollback
+/// Frames of a pool's contacts, one for each key, kept as long as the contact lasts. Plain data: a rollback
 /// restores a copy that was made with the pool's snapshot.
 class ContactFrames {
  public:
-  /// Makes a frame for every patch of the pool, and one that all contacts without a patch share.
+  /// Makes a frame for every patch of the pool, and one more that all contacts without a patch share.
   explicit ContactFrames(const KeyedPatches& pool) : frames_(pool.capacity() + std::size_t{1}) {}
 
   /// Carries the frame of a contact to this step's normal (ContactFrame::carry), or makes one if the contact
@@ -379,9 +386,9 @@ class ContactFrames {
       frame.carry(normal, turn_a, turn_b);
     return frame;
   }
-  /// Returns the present frame of the contact with this KeyedContact::place.
+  /// Returns the present frame of the contact with this index (KeyedContact::place).
   ContactFrame& operator[](std::uint32_t place) noexcept { return frames_[place]; }
-  /// Makes the frames that the pool lacks after KeyedPatches::reserve().
+  /// Adds frames for the patches that KeyedPatches::reserve() added to the pool.
   void reserve(const KeyedPatches& pool) { frames_.resize(pool.capacity() + std::size_t{1}); }
   const ContactFrame& operator[](std::uint32_t place) const noexcept { return frames_[place]; }
 

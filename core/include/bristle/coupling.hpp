@@ -65,7 +65,7 @@ inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& ar
 /// every patch are implicit. If a patch's elastic force would exceed its force limit, the patch pulls with
 /// that limit instead, and the solve is repeated. `motions` contains ids and loads of the step. `external` is
 /// the force on the body over the step (N, N m; including gyroscopic torque where it matters). Returns the
-/// velocity that the displacements follow, averaged over the step.
+/// body's velocity averaged over the step, from which the displacements follow.
 template <int Dof>
 BodyVector<Dof> predict_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                                       const Given<BodyVector<Dof>>& external,
@@ -77,9 +77,9 @@ BodyVector<Dof> predict_displacements(PatchBatch& batch, double dt_s, const Movi
 }
 
 /// Sets the displacements of the next step in `motions` by the midpoint rule. `external` is the force at the
-/// middle of the step (N, N m). Bristles that redraw over many snaps make F_mean jump a little with the
-/// displacement; if the equation has no solution because of a jump, the best point is taken, and the report
-/// has its residual.
+/// middle of the step (N, N m). The mean force of bristles that redraw over many snaps jumps a little with
+/// the displacement. If the equation has no solution because of a jump, takes the point with the least error,
+/// which the report gives as its residual.
 template <int Dof>
 SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody<Dof>& body,
                                 const Given<BodyVector<Dof>>& external,
@@ -88,8 +88,8 @@ SolveReport solve_displacements(PatchBatch& batch, double dt_s, const MovingBody
   return detail::MidpointSolver<Dof>(batch, dt_s, body, external, contacts, motions).solve(midpoint);
 }
 
-/// Sets the velocity from the forces that acted, so that momentum is conserved to rounding. Call it after
-/// PatchBatch::step.
+/// Sets the body's velocity after the step from the forces that acted in it, so that momentum is conserved to
+/// rounding. Call it after PatchBatch::step.
 template <int Dof>
 void apply_end_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
                       Given<Span<const BodyContact<Dof>>> contacts, Span<const Response> responses) noexcept {

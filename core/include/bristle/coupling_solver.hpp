@@ -23,28 +23,30 @@ struct Identity {
 };
 }  // namespace detail
 
-/// Type T of an argument from which Dof is not deduced, so that arrays and Eigen expressions convert to T.
+/// Keeps an argument of type T out of the deduction of Dof, so that arrays and Eigen expressions may be
+/// passed for it.
 template <class T>
 using Given = typename detail::Identity<T>::type;
 
 template <int Dof>
 using BodyVector = Eigen::Matrix<double, Dof, 1, Eigen::DontAlign>;
 
-/// Body with Dof velocity components: 1 on a rail, 2 if it slides without turning, 6 for a free rigid body.
+/// Body with Dof velocity components: 1 on a rail, 2 if it slides in a plane without turning, 6 for a free
+/// rigid body.
 template <int Dof>
 struct MovingBody {
-  /// Mass matrix, kg, kg m^2; positive definite.
+  /// Mass matrix M, positive definite; kg for linear, kg m^2 for angular velocities.
   Eigen::Matrix<double, Dof, Dof, Eigen::DontAlign> mass = Eigen::Matrix<double, Dof, Dof>::Identity();
   BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< velocity u, m/s, rad/s
 };
 
-/// Patch under a body. The caller sets `place`, `axes`, `jacobian`, `ground_velocity`, solvers the other
-/// fields.
+/// Patch under a body. The caller sets `place`, `axes`, `jacobian` and `ground_velocity`; the solvers write
+/// the other fields.
 template <int Dof>
 struct BodyContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
   int axes = 2;           ///< number of tangential axes of the patch
-  /// J, the map from the body's velocity u to the slip velocity J u - ground_velocity.
+  /// Matrix J that gives the slip velocity from the body's velocity u as J u - ground_velocity.
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 2, Dof>::Identity();
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> ground_velocity =
       Eigen::Vector2d::Zero();  ///< velocity of the other surface in the tangent plane, m/s
@@ -58,10 +60,10 @@ struct BodyContact {
   LinearFriction linear;  ///< model of the patch in the predictor's linear solves
 };
 
-/// Number of evaluations and remaining error of a solution of the equation of motion.
+/// Effort and accuracy of a solution of the equation of motion: number of evaluations and remaining error.
 struct SolveReport {
   int evaluations = 0;  ///< number of evaluations of the friction of all contacts
-  /// Error of the equation over the largest force in it, both in the norm sqrt(f M^-1 f).
+  /// Error that remains in the equation of motion, over its largest force, both in the norm sqrt(f M^-1 f).
   double residual = 0.0;
 };
 
@@ -101,9 +103,10 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
 }
 
 // Returns theta, the share of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1).
-// It is a half, which gives the right stopping distance, and more if dampers stop the body within a step. For
-// a body against a damper alone the exact value is 1 - theta = 1/c - 1/(e^c - 1), c = C T / m. This function
-// is within 0.033 of it without an exponential, and never lets a damper reverse the velocity.
+// A half gives the right stopping distance; dampers that stop the body within the step need more, otherwise
+// they would reverse it. For a body against a damper alone the exact value is 1 - theta = 1/c - 1/(e^c - 1),
+// c = C T / m. This function is within 0.033 of it without an exponential, and never lets a damper reverse
+// the velocity.
 template <int Dof>
 double implicit_share(double dt_s, const MovingBody<Dof>& body,
                       Span<const BodyContact<Dof>> contacts) noexcept {
@@ -152,9 +155,9 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
 }
 
 // Sets the damping of contacts that strengthen with speed to its value at the velocity u; returns whether a
-// value changed. Such a force hardly depends on speed, so the damping of the old, higher velocity would be
-// too weak to stop a body within the step. The force's potential is concave in the squared speed, so the
-// potential of the linear problem lies above it and repeated solves converge.
+// value changed. The force of strengthening hardly depends on speed, so the damping at the old, higher
+// velocity would be too weak to stop a body within the step. The force's potential is concave in the squared
+// speed, so the potential of the linear problem lies above it and repeated solves converge.
 template <int Dof>
 bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
                 Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {
@@ -170,10 +173,10 @@ bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
   return changed;
 }
 
-// Corrects contacts that age. Their force limit assumes a long rest, and they may slide with far less force,
-// so that stiffness below that limit would hold them back. Evaluates the force of each contact at its
-// displacement with the velocity u, and takes it as the limit if it was clipped, or as a secant otherwise.
-// Returns whether that changed anything.
+// Corrects contacts that age. Their force limit assumes a long rest, but they may slide with far less force,
+// so a spring up to that limit would hold a body that really slides. Evaluates the force of each contact at
+// its displacement with the velocity u. If the force was clipped, it becomes the limit; otherwise a secant
+// replaces the spring. Returns whether a contact changed.
 template <int Dof>
 bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
                 Span<BodyContact<Dof>> contacts, Span<const Motion> motions) noexcept {
@@ -199,7 +202,7 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
   return changed;
 }
 
-// Functor for contacts whose Jacobians do not depend on the velocity: it changes nothing (see `Follow`).
+// Stands for `Follow` where the contacts' Jacobians do not depend on the velocity: it changes nothing.
 struct FixedPlaces {
   template <class Vector>
   bool operator()(const Vector&) const noexcept {
@@ -259,8 +262,8 @@ Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
   return mean;
 }
 
-// Stopping rule of the midpoint solver: a relative residual of 1e-10 in the first evaluations; 1e-7 after
-// them, because forces in single precision change in small steps.
+// Stopping rule of the midpoint solver. The relative residual must be below 1e-10 in the first evaluations
+// and below 1e-7 after them, because forces in single precision change in small steps.
 class Effort {
  public:
   explicit Effort(double force_scale) noexcept : force_scale_(force_scale) {}
@@ -282,7 +285,7 @@ class Effort {
  private:
   static constexpr int usual_evaluations = 8;
   static constexpr int most_evaluations = 50;
-  // Tolerance of the residual, relative to the largest force in the equation.
+  // Largest relative residual of a solution: error over the largest force in the equation.
   static constexpr double tolerance = 1e-10;
   static constexpr double single_tolerance = 1e-7;  // tolerance from usual_evaluations evaluations on
   double force_scale_;
@@ -292,7 +295,7 @@ class Effort {
 // Finds the root of a falling function that is at most as steep as slope_bound_so_far(), which may grow with
 // each evaluation. The search takes secant steps, none shorter than the bound requires. Once two points
 // bracket the root, they stay between them, and a bisection replaces secants that do not shrink the interval.
-// If the sign changes in a jump there is no root, and the better end is taken.
+// Where the function jumps through 0 there is no root, and the end with the smaller residual is taken.
 template <class Residual, class SlopeBound>
 double find_falling_root(const Residual& residual_at, double start, const SlopeBound& slope_bound_so_far,
                          const Effort& effort) noexcept {
@@ -302,7 +305,7 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
   const auto at = [&](double x) { return Point{x, residual_at(x)}; };
   constexpr double no_end = std::numeric_limits<double>::infinity();
   Point last = at(start), best = last;
-  // Ends of the bracket: residual > 0 at low, < 0 at high.
+  // Ends of the interval that contains the root: residual > 0 at low, < 0 at high.
   Point low{-no_end, no_end}, high{no_end, -no_end};
   double slope = slope_bound_so_far();
   int slow = 0;  // number of steps in a row that did not halve the bracket
@@ -318,8 +321,8 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
     if (next == last.x || (bracketed && !(next > low.x && next < high.x)))
       break;  // stops where no double lies between the two ends
     const Point point = at(next);
-    // Keeps the secant's slope within the bounds, in spite of rounding in tiny steps and falling branches of
-    // the friction curve.
+    // Keeps the secant's slope within bounds. Rounding in tiny steps and falling branches of the friction
+    // curve would give slopes of the wrong sign or size.
     slope =
         std::clamp((last.residual - point.residual) / (point.x - last.x), 1e-2 * slope_bound, slope_bound);
     const double left = point.residual > 0.0 ? high.x - point.x : point.x - low.x;
@@ -330,8 +333,9 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
   return best.x;
 }
 
-/// Solves M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the midpoint velocity
-/// (u0 + u1) / 2. `Follow` sets J and g of all contacts at a midpoint velocity, where they depend on it.
+/// Solves the midpoint rule M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the
+/// midpoint velocity (u0 + u1) / 2. `Follow` sets J and g of all contacts at a midpoint velocity, where they
+/// depend on it.
 template <int Dof, class Follow = FixedPlaces>
 class MidpointSolver {
   using Vector = Eigen::Matrix<double, Dof, 1>;
@@ -368,10 +372,12 @@ class MidpointSolver {
   }
 
  private:
-  // Least scale of forces that the tolerance refers to, as a share of the normal load.
+  // Smallest force, as a share of the normal load, to which the tolerance refers. Without it a body at rest
+  // without force would have to be solved to an error of 0.
   static constexpr double load_share = 1e-3;
 
-  // Returns the norm sqrt(f M^-1 f), M the mass matrix, in which forces and torques are comparable.
+  // Returns the size of a force or torque in the norm sqrt(f M^-1 f), M the mass matrix, in which forces and
+  // torques are comparable.
   double weight_of(const Vector& force) const noexcept {
     return std::sqrt(std::max(force.dot(mass_.solve(force)), 0.0));
   }
@@ -404,13 +410,14 @@ class MidpointSolver {
   }
   Vector residual(const Vector& u) noexcept { return external_ + friction(u) - inertia_ * (u - start_); }
 
-  // Returns a bound on the slope of friction against velocity: the mean deflection of a stuck bristle changes
-  // by half the displacement, and dampers get the whole velocity.
+  // Returns an upper bound on how fast a contact's friction grows with the body's midpoint velocity. The mean
+  // deflection of a stuck bristle changes by half the displacement; dampers get the whole velocity.
   double slope_bound(const BodyContact<Dof>& c) const noexcept {
     return 0.5 * dt_s_ * c.stiffness + c.damping;
   }
 
-  // Solves for the one velocity of a rail: each contact has one axis and slips at + or - that velocity.
+  // Solves for the velocity of a body on a rail, which is one number: each contact has one axis and slips at
+  // + or - that velocity.
   double solve_rail(Vector& u) noexcept {
     double best = std::numeric_limits<double>::infinity();
     forget_damping();
@@ -429,8 +436,8 @@ class MidpointSolver {
     return best;
   }
 
-  // Solves for one contact of one axis like a body on a rail: with the velocity at the contact, and the mass
-  // that the contact feels.
+  // Solves for a body with one contact of one axis as if on a rail. The unknown is the velocity at the
+  // contact, and the mass is the one that the contact feels.
   double solve_along_contact(Vector& u) noexcept {
     BodyContact<Dof>& c = contacts_[0];
     const Vector along = c.jacobian.row(0).transpose();
@@ -463,7 +470,8 @@ class MidpointSolver {
   void forget_damping() noexcept {
     for (BodyContact<Dof>& c : contacts_) c.damping = 0.0;
   }
-  // Sets the slope of each contact's friction against velocity to `factor` times its upper bound.
+  // Sets the slope of each contact's friction against velocity to `factor` times its upper bound, as a start
+  // of Broyden's method.
   void bound_slopes(double factor) noexcept {
     for (BodyContact<Dof>& c : contacts_) c.slope = Eigen::Matrix2d::Identity() * (factor * slope_bound(c));
   }
@@ -494,8 +502,9 @@ class MidpointSolver {
     return a;
   }
 
-  // Solves from the velocity before the step. If stiff bristles stop a body far short of where it would go,
-  // that search does not converge; it then restarts from the velocity at which the bristles hold the body.
+  // Solves the midpoint equation from the velocity before the step. If stiff bristles stop a body far short
+  // of where it would go, the search from there does not converge; it then restarts from the velocity at
+  // which the bristles hold the body.
   double solve_all(Vector& u) noexcept {
     const double norm = solve_from(u);
     if (!(effort_.report(norm).residual > 0.05)) return norm;
@@ -509,7 +518,8 @@ class MidpointSolver {
     return its_norm;
   }
 
-  // Returns the midpoint velocity of a body whose contacts all resist with the upper bounds of their slopes.
+  // Returns the midpoint velocity of a body that its contacts hold: all resist with the upper bounds of their
+  // slopes.
   Vector held_velocity() noexcept {
     bound_slopes(1.0);
     Vector pull = Vector::Zero();
@@ -518,7 +528,7 @@ class MidpointSolver {
     return start_ + slope_of_residual().partialPivLu().solve(pull);
   }
 
-  // Runs Broyden's method with a slope for each contact. The method starts with the slopes' bounds and
+  // Searches by Broyden's method with a slope for each contact. The slopes start at their bounds. The search
   // restarts from the best point whenever the residual does not shrink; a second restart in a row means that
   // the friction jumps there.
   double solve_from(Vector& u) noexcept {
@@ -531,8 +541,8 @@ class MidpointSolver {
     bool fresh = true;
     while (effort_.unsolved(norm)) {
       Vector step = slope_of_residual().partialPivLu().solve(r);
-      // Resets the slopes to their bounds if a step is far too long: slopes learnt across a jump of the
-      // friction can make it so.
+      // Resets the slopes to their bounds if a step is far too long. Slopes learnt across a jump of the
+      // friction may be far too small.
       const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
       if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {
         bound_slopes(factor);

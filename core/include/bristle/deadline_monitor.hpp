@@ -11,9 +11,9 @@ namespace bristle {
 /// Events that the system has counted for the calling thread so far; the difference of two counts shows what
 /// disturbed it. All zero on systems that do not count (other than Linux).
 struct BRISTLE_API ThreadEvents {
-  /// Number of times that the thread was preempted (taken off its core).
+  /// Number of times that the system took the thread off its core to run another.
   std::uint64_t involuntary_switches = 0;
-  /// Number of preemptions of all other threads of the process, such as workers.
+  /// Number of times that other threads of the process, such as workers, were taken off their cores.
   std::uint64_t other_switches = 0;
   std::uint64_t minor_faults = 0;  ///< number of first accesses to pages already in memory
   std::uint64_t major_faults = 0;  ///< number of accesses to pages that had to be read from disk
@@ -25,8 +25,8 @@ struct BRISTLE_API ThreadEvents {
     return {a.involuntary_switches + b.involuntary_switches, a.other_switches + b.other_switches,
             a.minor_faults + b.minor_faults, a.major_faults + b.major_faults};
   }
-  /// Returns the events between two counts, 0 where a count fell: `other_switches` is the difference of two
-  /// counters that are read one after the other.
+  /// Returns the number of events between two counts. Where a count fell it returns 0: `other_switches` is
+  /// the difference of two counters that are read one after the other.
   friend ThreadEvents operator-(const ThreadEvents& a, const ThreadEvents& b) noexcept {
     const auto since = [](std::uint64_t x, std::uint64_t y) { return x > y ? x - y : 0; };
     return {since(a.involuntary_switches, b.involuntary_switches), since(a.other_switches, b.other_switches),
@@ -34,7 +34,7 @@ struct BRISTLE_API ThreadEvents {
   }
 };
 
-/// One turn of a loop, in times of DeadlineMonitor::wall_now, s.
+/// One turn of a periodic loop: when it was due, started and ended, in s of DeadlineMonitor::wall_now.
 struct Tick {
   double due_s = 0.0;    ///< time at which the step should have started, by the time grid
   double start_s = 0.0;  ///< time at which the step started
@@ -66,12 +66,13 @@ class BRISTLE_API DeadlineMonitor {
   ~DeadlineMonitor() = default;
 
   /// Records one step that was due when it started: wall time and CPU time of the stepping thread, s. A
-  /// negative cpu_s means "not measured".
+  /// negative cpu_s means that CPU time was not measured; a miss then counts as this program's.
   void record(double wall_s, double cpu_s = -1.0) noexcept;
-  /// Records one tick of a loop with a period. Reads ThreadEvents if the tick was late or the first, and
-  /// makes no other system call.
+  /// Records one tick of a loop with a period. Makes a system call (ThreadEvents) only if the tick was late
+  /// or the first.
   void record_tick(const Tick& tick) noexcept;
-  /// Records ticks of the grid that were skipped, which count in the longest run of misses.
+  /// Records ticks that the loop skipped to catch up with its period. They count in the longest run of
+  /// misses.
   void record_skipped(std::uint64_t ticks) noexcept;
   /// Records a pause of the loop: the next tick starts a new grid, and the time until it does not count as a
   /// period.
@@ -82,8 +83,8 @@ class BRISTLE_API DeadlineMonitor {
   void reset() noexcept;
 
   /// Copies all numbers of one moment between two ticks; any thread may call it. The copy takes some
-  /// microseconds; it is repeated if a tick was recorded meanwhile, and waits while one is being recorded.
-  /// Returns false, and `to` has no meaning, after 1000 copies (a loop that leaves no such gap) or 10 ms of
+  /// microseconds, waits while a tick is being recorded, and is repeated if one was recorded meanwhile.
+  /// Returns false, with no meaning in `to`, after 1000 copies (a loop that leaves no such gap) or 10 ms of
   /// waiting (the recording thread was taken off its core just then).
   bool snapshot(DeadlineMonitor& to) const noexcept;
 
@@ -103,13 +104,14 @@ class BRISTLE_API DeadlineMonitor {
   std::uint64_t misses() const noexcept { return numbers_.misses.get(); }
   /// Returns the number of misses caused by this program.
   std::uint64_t misses_ours() const noexcept { return numbers_.misses_ours.get(); }
-  /// Returns the number of misses caused by the machine.
+  /// Returns the number of misses that the machine caused: the thread was woken late, was preempted, or
+  /// waited for a worker that was.
   std::uint64_t misses_machine() const noexcept;
   std::uint64_t skipped() const noexcept { return numbers_.skipped.get(); }
   /// Returns the most ticks in a row that were late or skipped.
   std::uint64_t longest_run() const noexcept { return numbers_.longest_run.get(); }
-  /// Returns the sum of the events of late ticks, each counted from the last refresh_events or late tick
-  /// before it.
+  /// Returns the system's events during late ticks, summed, each counted from the last refresh_events or late
+  /// tick before it. They show what made ticks late.
   ThreadEvents late_events() const noexcept { return numbers_.late_events.get(); }
 
   const TimeHistogram& step_times() const noexcept { return numbers_.steps; }
@@ -117,7 +119,7 @@ class BRISTLE_API DeadlineMonitor {
   /// pauses are not.
   const TimeHistogram& period_jitter() const noexcept { return numbers_.jitter; }
 
-  /// The tick that ended the longest after it was due.
+  /// The tick that ended the longest after it was due, for a report.
   struct WorstTick {
     std::uint64_t number = 0;    ///< number of the tick, counted from 0
     double end_after_due = 0.0;  ///< time from when the tick was due to its end, s
@@ -129,8 +131,8 @@ class BRISTLE_API DeadlineMonitor {
   };
   WorstTick worst() const noexcept;
 
-  /// Return the wall clock (monotonic) and the CPU time of the calling thread, s. For record() and
-  /// record_tick().
+  /// Returns the time to pass to record() and record_tick(), s: of the monotonic wall clock, or CPU time of
+  /// the calling thread.
   static double wall_now() noexcept;
   static double cpu_now() noexcept;
 

@@ -2,8 +2,9 @@
 // too.
 #pragma once
 
-/// Marks what programs may link to. In a static library (target bristle::bristle defines BRISTLE_STATIC) it
-/// has no effect, so that a plug-in that contains bristle does not export it to its host.
+/// Marks classes and functions that programs may link to. In a static library (target bristle::bristle
+/// defines BRISTLE_STATIC) the mark is empty; otherwise a plug-in that contains bristle would export it to
+/// its host.
 #if defined(BRISTLE_STATIC)
 #define BRISTLE_API
 #elif defined(_WIN32) && defined(bristle_EXPORTS) /* by CMake, while the DLL is built */
@@ -16,7 +17,7 @@
 #define BRISTLE_API
 #endif
 
-/// Keeps a class inside an exported class from being exported with it.
+/// Hides a class that is declared inside an exported class, which would be exported with it.
 #if defined(__GNUC__) && !defined(_WIN32)
 #define BRISTLE_PRIVATE __attribute__((visibility("hidden")))
 #else

@@ -36,12 +36,13 @@
 
 namespace bristle {
 
-/// An extended patch, of two axes, under a body.
+/// An extended patch (it has two axes) under a body, for the solves of this file.
 template <int Dof>
 struct ExtendedContact {
   std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
 
-  /// J, in (slip of the outline's centre, spin) = J u - ground_velocity; m/s, m/s, rad/s
+  /// Matrix J that gives (slip of the outline's centre, spin) as J u - ground_velocity from the body's
+  /// velocity u; m/s, m/s, rad/s
   Eigen::Matrix<double, 3, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 3, Dof>::Identity();
   /// Velocity of the other surface at the outline's centre, in the tangent plane, and its spin; m/s, m/s,
   /// rad/s.
@@ -62,7 +63,8 @@ inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen
   return contact;
 }
 
-/// Working memory of predict_displacements and solve_displacements. Nothing in it lasts between calls.
+/// Working memory of predict_displacements and solve_displacements. Keep one and pass it to every call, so
+/// that calls do not allocate; its contents do not matter between calls.
 template <int Dof>
 struct CellContacts {
   std::vector<BodyContact<Dof>> contacts;
@@ -78,7 +80,8 @@ struct CellContacts {
 
 namespace detail {
 
-/// Rotation of an outline by half of its spin in a step.
+/// Rotation of an outline by half of its spin in a step: it stands there when the midpoint rule takes its
+/// force.
 struct HalfTurn {
   double cosine, sine;
   double share;  ///< chord of the turn over its arc: 2 sin(spin / 2) / spin
@@ -113,8 +116,8 @@ void lay_out_cells(const ExtendedPatches& patches, Span<const ExtendedContact<Do
 }
 
 /// Sets the cells' Jacobians for a step at the velocity u. A cell's displacement is that of the centre plus
-/// the chord of its turn, and its force acts where the cell is half-way. Returns whether a spin changed so
-/// much since the last call that a prediction with the old places is unreliable.
+/// the chord of its turn, and its force acts where the cell is half-way. Returns whether a spin has changed
+/// so much since the last call that a prediction with the old positions of the cells is unreliable.
 template <int Dof>
 class FollowTurn {
  public:
@@ -199,7 +202,8 @@ SolveReport solve_displacements(ExtendedPatches& patches, CellContacts<Dof>& cel
   return report;
 }
 
-/// Sets the velocity from the forces and torques that acted. Call it after ExtendedPatches::step.
+/// Sets the body's velocity after the step from the forces and torques that acted in it. Call it after
+/// ExtendedPatches::step.
 template <int Dof>
 void apply_end_forces(double dt_s, MovingBody<Dof>& body, const Given<BodyVector<Dof>>& external,
                       Given<Span<const ExtendedContact<Dof>>> contacts,

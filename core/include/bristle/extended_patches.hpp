@@ -31,12 +31,12 @@ namespace bristle {
 /// more than half a turn, which needs several steps.
 struct ExtendedMotion {
   PatchId id;
-  /// m, m, rad: displacement of the outline's centre, and turn about the normal, of the moving body against
-  /// the surface.
+  /// Motion of the moving body against the surface in this step: displacement of the outline's centre (m, m)
+  /// and turn about the normal (rad).
   double displacement[3] = {0.0, 0.0, 0.0};
   double normal_load = 0.0;       ///< load on the whole patch, N, 0 to 1e15
   std::uint8_t has_velocity = 0;  ///< whether `velocity` is given (not 0); if not, it is displacement / dt
-  /// m/s, m/s, rad/s: velocity of the outline's centre and spin, for the forces in `damper` only.
+  /// Velocity of the outline's centre (m/s, m/s) and spin (rad/s), used for the forces in `damper` only.
   double velocity[3] = {0.0, 0.0, 0.0};
 };
 
@@ -49,17 +49,20 @@ struct ExtendedResponse {
   double end[3] = {0.0, 0.0, 0.0};
   double elastic[3] = {0.0, 0.0, 0.0};
   double damper[3] = {0.0, 0.0, 0.0};
-  /// Force and torque averaged over the step; -(mean . displacement) is exactly the energy put in.
+  /// Force and torque averaged over the step. -(mean . displacement), with the spin as third component, is
+  /// exactly the energy put in.
   double mean[3] = {0.0, 0.0, 0.0};
 
-  /// N/m, N, N m: end(d + e) ~ end(d) - stiffness e in sticking; symmetric, positive semidefinite. Leaves out
-  /// that cells turn while they carry force; this adds the sum of place . force to the last element.
+  /// Stiffness of sticking cells (N/m, N, N m): end(d + e) ~ end(d) - stiffness e; symmetric, positive
+  /// semidefinite. Leaves out that cells turn while they carry force, which would add the sum of place .
+  /// force to the last element.
   double stiffness[3][3] = {};
   double damping[3][3] = {};  ///< N s/m, N s, N m s: as `stiffness`, from Response::damping of the cells
   double force_limit = 0.0;   ///< highest elastic force at first loading, summed over the cells, N
   /// Highest elastic torque at first loading by a pure turn about the centre, N m.
   double torque_limit = 0.0;
-  /// Dissipated energy, J, as in Response, summed over the cells; so are the next two.
+  /// Dissipated energy, J, summed over the cells; see Response. The next two fields are sums over the cells
+  /// too.
   double dissipated = 0.0;
   double contact_loss = 0.0;
   double damper_work = 0.0;
@@ -98,23 +101,24 @@ class BRISTLE_API ExtendedPatches {
   ExtendedPatches(ExtendedPatches&&) noexcept;
   ExtendedPatches& operator=(ExtendedPatches&&) noexcept;
 
-  /// Adds a patch, out of contact, not turned. The id is one of this object, not of the batch. Throws
-  /// bristle::Error for options that the batch refuses, and for cells whose weights do not sum to 1 (to
-  /// 1e-9).
+  /// Adds a patch, out of contact, not turned. Its id is valid in this object, not in the batch. Throws
+  /// bristle::Error for options that the batch refuses, for an outline with no or too many cells, and for
+  /// cells whose weights do not sum to 1 (to 1e-9).
   PatchId add(const Material& material, const PatchOptions& options, const Outline& outline);
-  /// Throws bristle::Error if there is no such patch.
+  /// Removes a patch and its cells. Throws bristle::Error if there is no such patch.
   void remove(PatchId id);
   /// Changes the material of all cells, as PatchBatch::set_material.
   void set_material(PatchId id, const Material& material);
 
-  /// Sets the factor on the outline's given size from the next step on, 0 to 1e6. Deflections stay: only the
-  /// places of the cells scale. Returns false, and changes nothing, for another number or an
-  /// unknown id.
+  /// Sets the size of the outline as a factor (0 to 1e6) on its given size, from the next step on.
+  /// Deflections stay: only the positions of the cells scale. Returns false, and changes nothing, for another
+  /// number or an unknown id.
   bool set_scale(PatchId id, double scale) noexcept;
 
   /// Steps outlines, as PatchBatch::step does patches: out[i] is the response to in[i].
   StepReport step(double dt_s, Span<const ExtendedMotion> in, Span<ExtendedResponse> out) noexcept;
-  /// Returns the response that step would give to a trial motion, without changing the state.
+  /// Returns the response that step would give to a trial motion, without changing the state. For implicit
+  /// solvers.
   ExtendedResponse find_force(double dt_s, const ExtendedMotion& motion) noexcept;
 
   /// @name Calls for stepping cells together with other patches of the batch, or for solving for their
@@ -122,17 +126,20 @@ class BRISTLE_API ExtendedPatches {
   ///@{
   /// Returns the number of cells of a patch, 0 for an unknown id.
   std::size_t cell_count(PatchId id) const noexcept;
-  /// Returns the patches of the batch behind the cells, in the order of the outline. The span holds until the
-  /// next call of the stepping side.
+  /// Returns the patches of the batch behind the cells, in the order of the outline. The span is valid until
+  /// the next call that the stepping thread makes.
   Span<const PatchId> cell_patches(PatchId id) const noexcept;
-  /// Writes the cells as they stand after a further turn by `spin` (rad) under this load: position in the
-  /// axes of the surface (m) and share of the load, as many as fit. Returns the number written.
+  /// Writes position and share of the load of each cell as it stands after a further turn by `spin` (rad)
+  /// under this load, as many cells as fit. Positions are in the axes of the surface, m. Returns the number
+  /// written.
   std::size_t read_cells(PatchId id, double spin, double normal_load_n, Span<PatchCell> out) const noexcept;
-  /// Writes the motions of the cells of all patches named, one after the other, as many patches as fit; an
-  /// unknown id has none. Entries of `cells` beyond them name no patch. Returns the number written.
+  /// Writes the motions of the cells of all patches that `in` names, one patch after the other, as many
+  /// patches as fit. Unknown ids get no motions. Unused entries of `cells` name no patch. Returns the number
+  /// written.
   std::size_t write_motions(Span<const ExtendedMotion> in, Span<Motion> cells) const noexcept;
-  /// Sums up the cells' responses and turns the outlines. Call it after PatchBatch::step of the motions that
-  /// write_motions wrote for the same `in`. Returns all flags together.
+  /// Adds up the cells' responses to responses of the extended patches, and turns the outlines. Call it after
+  /// PatchBatch::step of the motions that write_motions wrote for the same `in`. Returns the flags of all
+  /// responses, combined.
   Status read_responses(Span<const ExtendedMotion> in, Span<const Response> cells,
                         Span<ExtendedResponse> out) noexcept;
   ///@}
@@ -143,13 +150,13 @@ class BRISTLE_API ExtendedPatches {
 
   ExtendedInfo info(PatchId id) const noexcept;     ///< state of a patch; zeros for an unknown id
   double stored_energy(PatchId id) const noexcept;  ///< elastic energy of a patch, J
-  /// Hash of the cells, the turn and the scale; for a point, hash of its patch.
+  /// Returns a hash of a patch's cells, turn and scale; for a point, the hash of its patch.
   std::uint64_t state_hash(PatchId id) const noexcept;
-  /// Hash of all extended patches in the order of their slots.
+  /// Returns a hash of all extended patches, in the order of their slots.
   std::uint64_t state_hash() const noexcept;
 
-  /// Save and restore the state of the outlines and of the whole batch; they call the functions of PatchBatch
-  /// of the same names. PatchBatch::restore_state refuses this state.
+  /// Save and restore the state of the outlines and of the whole batch, as the functions of PatchBatch of the
+  /// same names do for patches. PatchBatch::restore_state refuses a state that was saved here.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

@@ -23,8 +23,8 @@ inline constexpr const char* outputs_names[] = {"end", "mean", "energy", "all"};
 inline constexpr const char* precision_names[] = {"single", "double"};
 inline constexpr const char* population_names[] = {"automatic", "representatives", "infinite"};
 
-/// Facts of a field besides its default. Ranges hold for each field alone: a value within its range
-/// can still be refused beside a second field.
+/// Name, unit, range and text of a field. A range is the field's own: a value within its range can still be
+/// refused together with another field's value.
 struct AboutField {
   const char* text;       ///< meaning, in one line
   const char* unit = "";  ///< SI unit; empty for pure numbers
@@ -69,7 +69,8 @@ constexpr Field<Owner, Value> field(const char* name, Value Owner::*member, cons
 
 }  // namespace detail
 
-// Each list calls FIELD(name, about). Lists are macros, so that the C interface finds its fields by name.
+// Lists the fields of a struct as calls FIELD(name, about). The lists are macros, so that the C interface can
+// find its fields by name.
 
 #define BRISTLE_FIELDS_OF_Material(FIELD)                                                                   \
   FIELD(bristle_stiffness, number("N/m", 0.0, largest_parameter, "sigma0: one bristle, tangential."))       \

@@ -71,8 +71,8 @@ class WindowedVelocity {
  private:
   int back(int n) const noexcept { return (newest_ - n + longest + 1) % (longest + 1); }
 
-  /// Returns whether all positions of the last n ticks lie within resolution_m of the straight line from
-  /// first to last; if so, sets `velocity` to the line's slope.
+  /// Looks for a straight run of the last n ticks: if all their positions lie within resolution_m of the
+  /// straight line from the first to the last, returns true and sets `velocity` to the line's slope.
   bool fits(int n, Eigen::Vector3d& velocity, double resolution_m) const noexcept {
     const Eigen::Vector3d slope = (places_[newest_] - places_[back(n)]) / (time_ - times_[back(n)]);
     for (int i = 1; i < n; ++i) {
@@ -90,14 +90,16 @@ class WindowedVelocity {
 };
 
 struct HapticOptions {
-  /// Largest force that the device may get, N, > 0.
+  /// Largest force that the device may be sent, N, > 0. Wall force and friction share it.
   double force_limit = std::numeric_limits<double>::infinity();
-  /// Material::peak_coefficient, which shares the limit between wall and friction; too large a value only
-  /// caps the wall lower.
+  /// Material::peak_coefficient of the patch, by which force_limit is divided between wall and friction. A
+  /// value that is too large costs wall force, one that is too small makes finish() cut friction.
   double peak_coefficient = 1.0;
-  /// Resolution of the device's positions, m; 0 = the damper uses displacement / dt.
+  /// Resolution of the device's positions, m (one count of its encoder), by which the damper's velocity is
+  /// smoothed. 0: the damper uses displacement / dt.
   double resolution = 0.0;
-  /// Whether to render the mean force of the tick, half a tick late; the patch needs Outputs::mean.
+  /// Whether to render the force averaged over the tick, which ripples less and comes half a tick late. The
+  /// patch then needs Outputs::mean.
   bool mean = false;
 
   HapticOptions& with_force_limit(double newtons) { return detail::set(*this, force_limit, newtons); }
@@ -113,11 +115,13 @@ class HapticPoint {
         highest_wall_(options.force_limit /
                       std::sqrt(1.0 + options.peak_coefficient * options.peak_coefficient)) {}
 
-  /// Fills in displacement, load and velocity of the tick that ends at `position` (m; for a moving surface,
-  /// in its frame). `normal` points out of the surface and may have any length. `wall_force` (N, >= 0) is the
-  /// force with which the surface pushes back; at 0, out of contact, the normal does not matter. If the
-  /// position is not finite or the wall force is not a number >= 0, the patch returns Status::bad_input, and
-  /// patch and frame keep their states. The next good tick then includes the missed displacement and time.
+  /// Fills in the patch's motion (displacement, load, velocity) for the tick that ends at `position` (m; on a
+  /// moving surface, in its frame). `normal` points out of the surface and may have any length. `wall_force`
+  /// (N, >= 0) is the force with which the surface pushes back; at 0, out of contact, the normal does not
+  /// matter.
+  /// If the position is not finite or the wall force is not a number >= 0, step() answers the motion with
+  /// Status::bad_input, and patch and frame keep their states. The next good tick then includes the missed
+  /// displacement and time.
   void prepare(double dt_s, const Eigen::Vector3d& position, const Eigen::Vector3d& normal, double wall_force,
                Motion& motion) noexcept {
     const bool somewhere = position.allFinite();
@@ -170,8 +174,8 @@ class HapticPoint {
     return sent_;
   }
 
-  /// Forgets the last position, so that the next displacement is 0. Call it after a jump that the hand did
-  /// not make (the device was indexed, the scene was moved).
+  /// Forgets the last position, so that the next displacement is 0 and does not bend the bristles. Call it
+  /// after a jump that the hand did not make (the device was indexed, the scene was moved).
   void restart() noexcept {
     started_ = false;
     missed_s_ = 0.0;
@@ -181,7 +185,7 @@ class HapticPoint {
   const Eigen::Vector3d& friction() const noexcept { return friction_; }  ///< friction force, N
   double wall_force() const noexcept { return wall_; }                    ///< last wall force, capped, N
 
-  /// Whether the last force was cut to the limit.
+  /// Whether the force limit has cut the last wall force, elastic friction or damper.
   bool limited() const noexcept { return limited_; }
   const ContactFrame& frame() const noexcept { return frame_; }
   /// Returns the energy that the hand put in so far, J, with each force held until the next position, as a
@@ -191,8 +195,9 @@ class HapticPoint {
   double taken() const noexcept { return taken_; }
 
  private:
-  /// Keeps the force within `room` by scaling the damper's part. If the elastic part alone exceeds `room`,
-  /// scales that and drops the damper's.
+  /// Keeps the length of the friction elastic + damper within `room` (N), the part of the force limit that
+  /// the wall leaves. Shrinks the damper first; if the elastic part alone exceeds `room`, sets the damper to
+  /// 0 and shrinks the elastic part.
   void limit(Eigen::Vector2d& elastic, Eigen::Vector2d& damper, double room) noexcept {
     if ((elastic + damper).norm() <= room) return;
     limited_ = true;
@@ -202,7 +207,8 @@ class HapticPoint {
       damper.setZero();
       return;
     }
-    // Solves |elastic + s damper| = room for 0 <= s < 1: the larger root of a quadratic.
+    // Finds the share s of the damper, 0 <= s < 1, with which |elastic + s damper| = room: the larger root of
+    // a quadratic.
     const double a = damper.squaredNorm(), b = elastic.dot(damper), c = size * size - room * room;
     damper *= (std::sqrt(b * b - a * c) - b) / a;
   }

@@ -30,14 +30,15 @@ namespace bristle {
 /// against its motor's torque, or without one, is driven.
 enum JointDirection : unsigned { joint_driving = 0, joint_driven = 1 };
 
-/// Friction torque in N m, as base + motor |motor torque| + outside |outside torque|.
+/// Friction torque of a joint, N m: base + motor |motor torque| + outside |outside torque|.
 struct JointLosses {
   double base = 0.0;               ///< constant part of the friction, N m, 0 to 1e9
   double motor[2] = {0.0, 0.0};    ///< share of the motor's torque that is lost, by JointDirection, 0 to 100
   double outside[2] = {0.0, 0.0};  ///< share of the outside torque that is lost, by JointDirection, 0 to 100
 };
 
-/// Friction and elasticity of a joint, at its output. JointParameter names its numbers in their order.
+/// Friction and elasticity of a joint, measured at its output side. JointParameter names its numbers in their
+/// order.
 struct JointMaterial {
   double stiffness = 0.0;   ///< stiffness of the joint while it sticks, N m/rad, 1e-9 to 1e12
   double viscous = 0.0;     ///< viscous friction, N m s/rad, 0 to 1e9
@@ -51,15 +52,16 @@ struct JointMaterial {
 static_assert(sizeof(JointMaterial) == joint_parameters * sizeof(double), "one number a parameter");
 
 struct JointOptions {
-  /// Bristles of each joint, 1 to 64. The error of first loading falls with their square: 0.21 % of the
-  /// friction at 8, 0.013 % at 32; after a reversal twice (test_joints).
+  /// Number of bristles of each joint, 1 to 64. Against infinitely many, the error of first loading falls
+  /// with the square of the number: 0.21 % of the friction at 8, 0.013 % at 32; after a reversal it is twice
+  /// that (test_joints).
   int bristles = 8;
   double spread = 0.4;     ///< coefficient of variation of the bristles' limits (lognormal), 0 to 3
   bool gradients = false;  ///< Whether JointOutput::gradient may be asked for: more memory, slower steps.
 };
 
-/// Input of a step: one number for each joint, in the caller's arrays. An empty `speed`, `motor` or `outside`
-/// counts as zeros.
+/// Input of a step: arrays of the caller with one number for each joint. An empty `speed`, `motor` or
+/// `outside` counts as zeros.
 struct JointInput {
   Span<const double> angle = {};    ///< angle of the joint, rad, -1e6 to 1e6, not wrapped
   Span<const double> speed = {};    ///< speed of the joint, rad/s, -1e9 to 1e9
@@ -67,22 +69,22 @@ struct JointInput {
   Span<const double> outside = {};  ///< torque of gravity and contacts, N m, -1e12 to 1e12
 };
 
-/// Output of a step: one number for each joint, in the caller's arrays. An empty array is not computed.
+/// Output of a step: arrays of the caller with one number for each joint. An empty array is not computed.
 /// Derivatives are those of `torque` as a function of this step's input; they jump where a bristle begins or
 /// ends to slide.
 struct JointOutput {
   Span<double> torque = {};  ///< torque of friction ON the joint, at the end of the step, N m
-  /// Torque averaged over the step, N m: -mean x (angle - last angle) is the energy taken.
+  /// Torque averaged over the step, N m. The energy that the joint takes is -mean x (angle - last angle).
   Span<double> mean = {};
   Span<double> by_angle = {};  ///< derivative of the torque by the angle, N m/rad, 0 or negative
-  /// Derivative by the speed, N m s/rad; positive where friction falls with speed.
+  /// Derivative of the torque by the speed, N m s/rad; positive where friction falls with speed.
   Span<double> by_speed = {};
   Span<double> by_motor = {};    ///< derivative by the motor torque, N m per N m
   Span<double> by_outside = {};  ///< derivative by the outside torque, N m per N m
   Span<Status> status = {};      ///< Status::ok or Status::bad_input for each joint
 
-  /// Derivatives of `torque` by the material's numbers, joint_parameters rows of one number for each joint,
-  /// through all steps since reset. Needs JointOptions::gradients.
+  /// Derivatives of `torque` by the numbers of the material, for fits: joint_parameters rows, each with one
+  /// number per joint. They include the effect on all steps since reset. Needs JointOptions::gradients.
   Span<double> gradient = {};
 };
 
@@ -93,8 +95,8 @@ struct JointOutput {
 /// or locks, and waits for its own workers only.
 class BRISTLE_API JointFriction {
  public:
-  /// Makes joints; joint i is of materials[i % materials.size()]. Throws bristle::Error for values out of
-  /// range.
+  /// Makes joints, all with straight bristles; joint i is of materials[i % materials.size()]. Throws
+  /// bristle::Error for values out of range.
   JointFriction(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options = {},
                 const BatchOptions& batch = {});
   ~JointFriction();
@@ -102,10 +104,10 @@ class BRISTLE_API JointFriction {
   JointFriction& operator=(JointFriction&&) noexcept;
 
   /// Moves all joints to their angles. At the angle of a joint's first step after reset its bristles are
-  /// straight. A joint whose input is NaN or out of range keeps its state, and all its outputs are 0. An
-  /// array of another length than joint_count() (gradient: joint_parameters times that), or a gradient that
-  /// the options do not allow, is Status::bad_input for all: nothing changes, nothing but `status` is
-  /// written.
+  /// straight. A joint whose input is NaN or out of range keeps its state, and all its outputs are 0.
+  /// The whole step is refused with Status::bad_input if an array has another length than joint_count()
+  /// (gradient: joint_parameters times that), or if a gradient is asked for that the options do not allow: no
+  /// joint moves, and nothing but `status` is written.
   StepReport step(const JointInput& in, const JointOutput& out) noexcept;
   /// Computes the output of step() without changing the state. For implicit solvers.
   StepReport find_torque(const JointInput& in, const JointOutput& out) noexcept;
@@ -113,7 +115,7 @@ class BRISTLE_API JointFriction {
   void reset() noexcept;                   ///< straightens the bristles of all joints at their next angles
   bool reset(std::size_t joint) noexcept;  ///< resets one joint; false if there is no such joint
 
-  /// Hash of one joint's state, 0 if there is no such joint.
+  /// Returns a hash of one joint's state, 0 if there is no such joint.
   std::uint64_t state_hash(std::size_t joint) const noexcept;
   std::uint64_t state_hash() const noexcept;
   std::size_t state_size() const noexcept;

@@ -1,4 +1,5 @@
-// The order of the numbers of a JointMaterial (joint_friction.hpp).
+// The order of the numbers of a JointMaterial (joint_friction.hpp), which gradients and fits use as row
+// indices.
 #pragma once
 
 namespace bristle {

@@ -1,6 +1,6 @@
-// Beds by key, for engines that list their contacts again in every step, as keyed_patches.hpp has patches by
-// key. A point on a ball or a wheel comes and goes as it rolls, so let the key name the pair of bodies, or
-// match points in a frame that does not turn with them.
+// Beds found by key, for engines that list their contacts again in every step: what keyed_patches.hpp does
+// for patches. The contact point of a ball or a wheel comes and goes as it rolls, so let the key name the
+// pair of bodies, or match points in a frame that does not turn with them.
 #pragma once
 
 #include "bristle/bed.hpp"
@@ -15,7 +15,7 @@ namespace bristle {
 /// but making it, destroying it, reserve and restore_state.
 class BRISTLE_API KeyedBeds {
  public:
-  /// Adds options.capacity beds to the batch. Throws bristle::Error.
+  /// Makes a pool of options.capacity beds, which it adds to the batch. Throws bristle::Error.
   KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape, const BedOptions& bed,
             const KeyedOptions& options = {});
   ~KeyedBeds();  ///< removes the pool's beds from the batch

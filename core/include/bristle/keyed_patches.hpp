@@ -28,16 +28,16 @@
 
 namespace bristle {
 
-/// Key of no contact, for which find_or_add has no patch. ContactMatcher gives it to contacts beyond its
-/// capacity.
+/// Key that stands for no contact: find_or_add has no patch for it. ContactMatcher gives it to contacts that
+/// it has no room for.
 constexpr std::uint64_t no_contact_key = ~std::uint64_t{0};
 
 struct KeyedOptions {
   std::uint32_t capacity = 1024;  ///< number of patches, all made at once; 1 to 2^24; reserve() makes more
   /// Number of steps that a key may be missing before its patch returns to the pool.
   std::uint32_t keep_steps = 0;
-  /// Whether each key gives its patch a seed of its own; if not, all have PatchOptions::seed, and a new key
-  /// costs less.
+  /// Whether each key gives its patch a seed of its own, so that contacts differ in their sampled snap
+  /// lengths; if not, all have PatchOptions::seed, and a new key costs less.
   bool seed_from_key = true;
 
   KeyedOptions& with_capacity(std::uint32_t patches) { return detail::set(*this, capacity, patches); }
@@ -45,13 +45,15 @@ struct KeyedOptions {
   KeyedOptions& with_seed_from_key(bool value) { return detail::set(*this, seed_from_key, value); }
 };
 
-/// Contact in a pool, as KeyedPatches::find_or_add_contact returns it.
+/// Patch of a contact and an index for the caller's own data, as KeyedPatches::find_or_add_contact returns
+/// them.
 struct KeyedContact {
   PatchId id;  ///< id of the contact's patch, or PatchId::no_capacity() if there is none
   /// Index for arrays of the caller: 0 to capacity - 1, fixed while the contact lasts; capacity if it has no
   /// patch.
   std::uint32_t place = 0;
-  /// Whether this is the first answer for a new key: data at `place` then belong to another contact.
+  /// Whether the contact was added by this call. Data that the caller keeps at `place` then belong to an
+  /// earlier contact and must be reset.
   bool is_new = false;
 };
 
@@ -68,22 +70,23 @@ struct KeyedContact {
 /// allocates but making it, destroying it, reserve and restore_state.
 class BRISTLE_API KeyedPatches {
  public:
-  /// Adds options.capacity patches to the batch. Throws bristle::Error. `patch.seed` is mixed into the seeds.
+  /// Makes a pool of options.capacity patches, which it adds to the batch. `patch.seed` is mixed into the
+  /// seeds of the contacts. Throws bristle::Error.
   KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                const KeyedOptions& options = {});
 #if BRISTLE_WITH_OUTLINES
-  /// Adds options.capacity extended patches of one outline; ids are those of `patches`. Throws
-  /// bristle::Error. Give each contact its size by ExtendedPatches::set_scale after find_or_add.
+  /// Makes a pool of options.capacity extended patches of one outline; its ids are valid in `patches`. After
+  /// find_or_add, give each contact its size by ExtendedPatches::set_scale. Throws bristle::Error.
   KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                const Outline& outline, const KeyedOptions& options = {});
 #endif
-  /// Removes the patches of the pool from the batch.
+  /// Removes the patches of the pool from the batch, which must still live.
   ~KeyedPatches();
   KeyedPatches(KeyedPatches&&) noexcept;
   KeyedPatches& operator=(KeyedPatches&&) noexcept;
 
-  /// Raises the capacity to this number of patches, between steps; contacts keep their patches. Does nothing
-  /// if there are as many. Adding and stepping call in one: no other thread may call pool or batch meanwhile.
+  /// Raises the capacity to `patches`, between steps; contacts keep their patches, and a lower number changes
+  /// nothing. It adds to the batch and uses the pool at once, so no other thread may call either meanwhile.
   /// Throws bristle::Error.
   void reserve(std::uint32_t patches);
 
@@ -94,28 +97,30 @@ class BRISTLE_API KeyedPatches {
   /// Finds or adds a contact like find_or_add(), and also returns an index at which the caller may keep data
   /// of the contact (as ContactFrames does).
   KeyedContact find_or_add_contact(std::uint64_t key) noexcept;
-  /// Returns the patch of this contact, or PatchId{} if there is none. The key does not count as seen.
+  /// Looks up the patch of this contact without keeping the contact alive: the key does not count as seen.
+  /// Returns PatchId{} if there is none.
   PatchId find(std::uint64_t key) const noexcept;
   /// Puts the patch of this contact back into the pool now. Returns false if the contact has no patch.
   bool remove(std::uint64_t key) noexcept;
   void clear() noexcept;  ///< gives all patches back to the pool; refused() becomes 0
 
-  /// Puts the patches of keys that were not seen for more than keep_steps back into the pool, and returns how
-  /// many they are. Call it once per step, after the last find_or_add.
+  /// Ends the step of the pool: takes the patches from contacts whose keys were missing for more than
+  /// keep_steps, and returns their number. Call it once per step, after the last find_or_add; without it no
+  /// contact ever ends.
   std::uint32_t end_step() noexcept;
 
   struct Entry {
     std::uint64_t key;
     PatchId id;
   };
-  /// Writes the current contacts in the order in which they were last seen, as many as fit. Returns their
-  /// total number. The order depends on the calls alone.
+  /// Writes key and patch of the current contacts, as many as fit, in the order in which they were last seen,
+  /// which depends on the calls alone. Returns the total number.
   std::size_t read_entries(Span<Entry> out) const noexcept;
 
-  /// Returns the number of bytes that save_state writes, constant for the life of a pool.
+  /// Returns the number of bytes that save_state writes: constant until reserve() raises the capacity.
   std::size_t state_size() const noexcept;
-  /// Writes which contact has which patch; returns the bytes written, 0 if `to` is too small. The patches'
-  /// own state is the batch's (or ExtendedPatches'): save it beside.
+  /// Writes the record of which contact has which patch; returns the bytes written, 0 if `to` is too small.
+  /// The states of the bristles are not in it: save the batch (or ExtendedPatches) too.
   std::size_t save_state(Span<std::byte> to) const noexcept;
   /// Restores what save_state wrote into a pool made with the same options at the same place among its
   /// batch's pools. Call it after restore_state of the batch (or the extended patches). Allocates. Throws
@@ -126,7 +131,7 @@ class BRISTLE_API KeyedPatches {
   std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
   std::uint64_t refused() const noexcept;   ///< number of times that find_or_add had no patch, so far
 
-  /// Returns the seed that a contact's patch has.
+  /// Returns the seed of the random numbers of a contact's patch.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
 
   struct Impl;
@@ -135,7 +140,7 @@ class BRISTLE_API KeyedPatches {
   std::unique_ptr<Impl> impl_;
 };
 
-/// A contact as an engine lists it, from which ContactMatcher makes a key.
+/// A contact as an engine lists it, without an id that lasts; ContactMatcher makes a key from it.
 struct ContactPoint {
   std::uint64_t pair = 0;  ///< name of the two bodies or geoms, the same in every step
 
@@ -155,7 +160,8 @@ struct MatcherOptions {
   MatcherOptions& with_keep_steps(std::uint32_t steps) { return detail::set(*this, keep_steps, steps); }
 };
 
-/// A contact that is missing from the caller's list, though its pair of bodies still touches elsewhere.
+/// A contact that the engine does not list in this step although its pair of bodies still touches elsewhere.
+/// ContactMatcher keeps it (set_hold), so that its friction is not lost.
 struct HeldContact {
   std::uint64_t key = 0;
   ContactPoint contact;  ///< the contact as the caller last listed it
@@ -177,7 +183,8 @@ struct HeldContact {
 /// Thread rule: one thread. Nothing allocates but the constructor, reserve and restore_state.
 class BRISTLE_API ContactMatcher {
  public:
-  /// Allocates the memory for `capacity` contacts. Throws bristle::Error for an option out of range.
+  /// Makes a matcher with memory for `options.capacity` contacts in a step. Throws bristle::Error for an
+  /// option out of range.
   explicit ContactMatcher(const MatcherOptions& options = {});
   ~ContactMatcher();
   ContactMatcher(ContactMatcher&&) noexcept;
@@ -197,9 +204,10 @@ class BRISTLE_API ContactMatcher {
   /// engine lists. Take 4 for engines that list other points from step to step. With 0, the default, a
   /// contact ends when its point is not listed.
   void set_hold(std::uint32_t contacts) noexcept;
-  /// Returns whether contacts[i] of the last match() got the key of another contact of its surfaces.
+  /// Returns whether contacts[i] of the last match() continues a contact that the engine listed elsewhere on
+  /// the same two surfaces (after set_hold).
   bool has_joined(std::size_t i) const noexcept;
-  /// Returns the contacts that the last match() held.
+  /// Returns the contacts that the last match() kept although the engine did not list them (after set_hold).
   Span<const HeldContact> held() const noexcept;
   /// Ends a held contact before the next match(); returns false if none has this key.
   bool release(std::uint64_t key) noexcept;
@@ -207,9 +215,9 @@ class BRISTLE_API ContactMatcher {
   std::uint32_t capacity() const noexcept;
   void clear() noexcept;  ///< forgets all contacts; later ones may get their keys: clear KeyedPatches too
 
-  /// Returns the number of bytes of save_state, which depends on the number of contacts that the next `match`
-  /// can find again. State functions work as in KeyedPatches. restore_state throws bristle::Error, and
-  /// changes nothing, for a damaged state or more contacts than 2 x capacity.
+  /// Returns the number of bytes that save_state writes, which depends on the number of contacts that the
+  /// next match() can find again. State functions work as in KeyedPatches. restore_state throws
+  /// bristle::Error, and changes nothing, for a damaged state or one of more than 2 x capacity contacts.
   std::size_t state_size() const noexcept;
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);

@@ -43,7 +43,7 @@ struct LinearFriction {
   bool slips = false;              ///< whether release() has set the elastic force to the limit
 
   LinearFriction() = default;
-  /// Makes the spring and damper of a patch whose response to no displacement in a step of dt_s is `rest`.
+  /// Makes spring and damper of a patch from its response `rest` to no displacement in a step of dt_s.
   /// `scale`: friction coefficient of the contact over the coefficient of the patch's material.
   LinearFriction(const Response& rest, double dt_s, double normal_load, double scale = 1.0) noexcept
       : steady(scale * rest.elastic[0], scale * rest.elastic[1]),
@@ -73,7 +73,7 @@ struct LinearFriction {
     return line;
   }
 
-  /// Returns the change of the force per slip velocity along each axis, N s/m.
+  /// Returns the fall of the friction per slip velocity along each axis, N s/m.
   Vector slope() const noexcept { return spring + Vector::Constant(damping); }
   Vector force(const Vector& slip) const noexcept { return steady - slope().cwiseProduct(slip); }
 
@@ -90,10 +90,10 @@ struct LinearFriction {
     return slips = true;
   }
 
-  /// Returns the friction impulse (N s) that is consistent with the slip it leaves while other contacts stay.
-  /// `normal`: normal impulse of the step, N s, to which the friction is proportional. `mobility`: change of
-  /// the slip per impulse, 1/kg. `free`: slip without the impulse, m/s. Bristles that a falling load lifts
-  /// lose their force; those that a rising load adds are straight.
+  /// Returns the friction impulse (N s) that is consistent with the slip it leaves while other contacts stay,
+  /// for a solver that sweeps over contacts. `normal`: normal impulse of the step, N s, to which the friction
+  /// is proportional. `mobility`: change of the slip per impulse, 1/kg. `free`: slip without the impulse,
+  /// m/s. Bristles that a falling load lifts lose their force; those that a rising load adds are straight.
   Vector impulse(double normal, double dt_s, const Eigen::Matrix2d& mobility,
                  const Vector& free) const noexcept {
     const double share = normal / load;  // duration of the step, s, scaled by the change of the load
@@ -116,12 +116,14 @@ struct LinearFriction {
 /// of Eigen's SimplicialLLT, analysis included.
 class BodySystem {
  public:
-  /// Starts equations with `size` unknowns, in whose matrix only the diagonal has entries.
+  /// Starts new equations with `size` unknowns. Only the diagonal of the matrix has entries until couple()
+  /// makes room for more.
   void begin(int size) {
     first_.resize(static_cast<std::size_t>(size));
     for (int i = 0; i < size; ++i) first_[static_cast<std::size_t>(i)] = i;
   }
-  /// Makes room for an entry in line i and column j (j <= i) of the matrix.
+  /// Makes room for an entry in line i and column j (j <= i) of the matrix. Call it for all entries before
+  /// set_zero().
   void couple(int i, int j) { first(i) = std::min(first(i), j); }
   /// Makes room for the entries of a contact that joins the unknowns columns[0] to columns[count - 1].
   void couple(const int* columns, std::size_t count) {
@@ -150,9 +152,9 @@ class BodySystem {
     return entries_.data() + start_[static_cast<std::size_t>(i)] - static_cast<std::size_t>(first(i));
   }
 
-  /// Adds a contact whose force is pull - gain (rows u): rows' gain rows to the matrix, rows' pull to the
-  /// right-hand side. columns[k] is the unknown of column k of `rows`; -1 if that cannot move. Both force and
-  /// gain are multiplied by the time step.
+  /// Adds a contact to the equations: its force is pull - gain (rows u), so rows' gain rows is added to the
+  /// matrix and rows' pull to the right-hand side (' is the transpose). columns[k] is the unknown of column k
+  /// of `rows`; -1 if that cannot move. Pass force and gain multiplied by the time step.
   template <int forces, int size>
   void add(const int* columns, const Eigen::Ref<const Eigen::Matrix<double, forces, size>>& rows,
            const Eigen::Matrix<double, forces, forces>& gain, const Eigen::Matrix<double, forces, 1>& pull) {
@@ -167,7 +169,7 @@ class BodySystem {
     }
   }
 
-  /// Replaces the matrix by its Cholesky factor.
+  /// Replaces the matrix by its Cholesky factor. Call it before substitute().
   void factor() {
     for (int i = 0; i < size(); ++i) {
       double* const a = line(i);

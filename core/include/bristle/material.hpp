@@ -11,14 +11,15 @@ namespace bristle {
 /// Under a wider law they forget their past too slowly for long steps.
 constexpr double widest_redraw_cv = 1.25;
 
-/// Largest Material::residual_length, in mean snap lengths, and largest Material::shared_renewal.
+/// Largest Material::residual_length, in mean snap lengths; also the largest Material::shared_renewal.
 constexpr double largest_residual = 64.0;
 constexpr double largest_renewal = 16.0;
 
 /// Largest Material::drop.
 constexpr double largest_drop = 0.95;
 
-/// Behaviour of a bristle at its snap length. `redraw` and `keep` are two readings of the paper, section 2.1.
+/// Behaviour of a bristle that is bent by its snap length. `redraw` and `keep` are two readings of the paper,
+/// section 2.1.
 enum class SnapRule : unsigned char {
   /// Samples a new snap length at each snap: the bristle "is then replaced by another bristle". The default.
   /// Representatives take laws with a coefficient of variation up to widest_redraw_cv.
@@ -37,7 +38,8 @@ enum class DamperDecay : unsigned char {
 };
 
 /// Growth of a bristle's snap length with its age a, the time since it last snapped, was renewed or came into
-/// contact (SnapRule::slide: last slid): the length is delta g(a). Both forms of g are concave.
+/// contact (with SnapRule::slide: since it last slid). A bristle of age a has the snap length delta g(a).
+/// Both forms of g are concave.
 enum class AgeingForm : unsigned char {
   logarithmic,  ///< g = 1 + strength ln(1 + a / time): metals, rock, paper, polymers. The default.
   saturating    ///< g = 1 + strength (1 - exp(-a / time)): skin on glass
@@ -54,7 +56,7 @@ struct Ageing {
   static Ageing saturating(double gain, double time_s) { return {AgeingForm::saturating, gain, time_s}; }
 };
 
-/// Largest Material::ageing_strength, and limits of Material::ageing_time, s.
+/// Largest Material::ageing_strength. The two constants below it are the limits of Material::ageing_time, s.
 constexpr double largest_ageing = 1.0;
 constexpr double shortest_ageing_time = 1e-9;
 constexpr double longest_ageing_time = 1e9;
@@ -63,7 +65,7 @@ constexpr double longest_ageing_time = 1e9;
 /// counts as this speed, because with logarithmic ageing friction has no bound as the speed falls to 0.
 constexpr double slowest_sliding = 1e-19;
 
-/// Value of Coefficients::kinetic_speed for sliding so fast that nothing ages.
+/// Value of Coefficients::kinetic_speed that means sliding so fast that no bristle ages.
 constexpr double beyond_ageing = 0.0;
 
 /// The usual coefficients of a pair of surfaces, from which Material::from_coefficients makes a material.
@@ -78,8 +80,9 @@ constexpr double beyond_ageing = 0.0;
 struct Coefficients {
   double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
 
-  /// Highest friction over normal load at first loading; 0: follows from `spread`. Equal to `kinetic` it asks
-  /// for no peak, with the least spread that has none (some 0.4 for redrawn lognormal lengths).
+  /// Highest friction over normal load at first loading. 0: follows from `spread`. A peak equal to `kinetic`
+  /// means that friction rises without a peak, and takes the least spread for that (some 0.4 for redrawn
+  /// lognormal lengths).
   double peak = 0.46;
   double presliding_length = 10e-6;    ///< mean deflection at a snap, m: residual plus mean snap length
   double bristles_per_newton = 900.0;  ///< bristles in contact over normal load, 1/N: zeta / N of eq. (9)
@@ -97,19 +100,20 @@ struct Coefficients {
   /// beyond_ageing, the slope of slow sliding to first order: ln 10 beta times the share of friction beyond
   /// the residual.
   double fall_per_decade = 0.0;
-  /// Growth of the static friction per decade of rest, over the kinetic friction, to first order: about twice
-  /// the fall. Give it instead of fall_per_decade, for AgeingForm::logarithmic.
+  /// Growth of the static friction per decade of time at rest, over the kinetic friction, to first order:
+  /// about twice fall_per_decade, in place of which it may be given (AgeingForm::logarithmic only).
   double growth_per_decade = 0.0;
   double ageing_time = 1.0;  ///< Material::ageing_time, s
   AgeingForm ageing_form = AgeingForm::logarithmic;
   double speed_strengthening = 0.0;   ///< Material::speed_strengthening; not part of `kinetic`
   double strengthening_speed = 1e-6;  ///< Material::strengthening_speed, m/s
 
-  /// Standard deviation over mean of the snap length (of a normal law before its cut at 0). 0: the least of
-  /// the spreads that give `peak`. If both `spread` and `peak` are given they must agree.
+  /// Standard deviation over mean of the snap length (for a normal law, before its cut at 0). 0: the smallest
+  /// spread that gives `peak`. If both `spread` and `peak` are given, they must agree.
   double spread = 0.0;
-  /// Material::drop for SnapRule::slide; 0: follows from `peak`. With this rule a `spread` of 0 means 0.3,
-  /// whatever the peak (single and exponential laws have no free spread).
+  /// Share of its limit that a sliding bristle loses (Material::drop), for SnapRule::slide. 0: follows from
+  /// `peak`. With this rule a `spread` of 0 means 0.3, whatever the peak (single and exponential laws have no
+  /// free spread).
   double drop = 0.0;
 
   /// Returns the coefficients of Zhang and Phillips' paper: a snap leaves no residual and renews no other
@@ -117,13 +121,15 @@ struct Coefficients {
   static Coefficients paper() { return Coefficients{}.with_residual_share(0.0).with_shared_renewal(0.0); }
 
   Coefficients& with_kinetic(double value) { return detail::set(*this, kinetic, value); }
-  /// Sets the peak; the spread of the snap lengths follows from it.
+  /// Sets the peak of friction over normal load at first loading; the spread of the snap lengths follows from
+  /// it.
   Coefficients& with_peak(double value) {
     peak = value;
     spread = 0.0;
     return *this;
   }
-  /// Sets the spread of the snap lengths; the peak follows from it.
+  /// Sets the spread of the snap lengths (standard deviation over mean); the peak of friction follows from
+  /// it.
   Coefficients& with_spread(double value) {
     spread = value;
     peak = 0.0;
@@ -184,7 +190,8 @@ struct BRISTLE_API Material {
   /// Shared renewal kappa, >= 0: mean number of bristles of the same patch that a snap renews, among those
   /// bent along the motion by more than l_r. 0 = none, as in the paper.
   double shared_renewal = 0.0;
-  /// Ageing of the bristles (struct Ageing): form, strength (>= 0; 0 = none, as in the paper) and time in s.
+  /// Form, strength (>= 0; 0 = none, as in the paper) and time (s) of the growth of snap lengths at rest: see
+  /// struct Ageing.
   AgeingForm ageing_form = AgeingForm::logarithmic;
   double ageing_strength = 0.0;
   double ageing_time = 1.0;
@@ -251,19 +258,19 @@ struct BRISTLE_API Material {
   double load_on_bristles(double in_contact) const noexcept {
     return in_contact * (normal_stiffness * asperity_height_deviation);
   }
-  /// Returns friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma),
-  /// b = m1 / 2 for keep, m2 / (2 m1) for redraw, (1 - drop) m1 for slide (at every speed). Shared renewal
-  /// lowers it by the equations of core/MODEL.md, which each call solves. With ageing this is the limit of
-  /// fast sliding, in which nothing ages: the lowest value.
+  /// Returns friction over normal load in slow steady sliding: sigma0 (l_r + b) / (sigma_perp sigma), where
+  /// the mean deflection b beyond the residual is m1 / 2 for keep, m2 / (2 m1) for redraw, (1 - drop) m1 for
+  /// slide (at every speed). Shared renewal lowers it by the equations of core/MODEL.md, which each call
+  /// solves. With ageing this is the limit of fast sliding, in which nothing ages: the lowest value.
   double kinetic_coefficient() const;
   /// Returns kinetic friction over normal load at the speed v. With ageing a bristle's snap length grows
-  /// while it is bent, to l = delta g(l / v); it snaps at l_r + l. Counts bristles alone: no damper, no
-  /// strengthening with speed. Solves equations. A speed below slowest_sliding counts as slowest_sliding.
-  /// Throws bristle::Error on NaN.
+  /// while it is bent, to l = delta g(l / v); it snaps at l_r + l. The friction is that of the bristles
+  /// alone, without dampers and strengthening with speed. Each call solves equations. A speed below
+  /// slowest_sliding counts as slowest_sliding. Throws bristle::Error on NaN.
   double kinetic_coefficient(double speed_m_per_s) const;
   /// Returns the highest friction over normal load at first loading from rest with all deflections zero: the
-  /// largest value of the virgin curve. Each call searches for it: set-up cost. With ageing this is the limit
-  /// of fast loading, in which nothing ages: the lowest value.
+  /// largest value of the virgin curve. Each call searches for it, so call it at set-up. With ageing this is
+  /// the limit of fast loading, in which nothing ages: the lowest value.
   double peak_coefficient() const;
   /// Returns peak friction over normal load where every bristle has held for `held_s` seconds and is loaded
   /// fast. The part beyond the residual is then ageing_factor times that of peak_coefficient().
@@ -279,16 +286,18 @@ struct BRISTLE_API Material {
   /// Returns a asinh(v / (2 v*)): the friction over normal load that strengthening with speed adds at this
   /// speed.
   double strengthening_at(double speed_m_per_s) const noexcept;
-  /// Returns the friction over load from strengthening with speed, over the speed, s/m; highest at rest.
+  /// Returns the friction coefficient that strengthening with speed adds, divided by the speed, s/m, as
+  /// implicit solvers need it; highest at rest.
   double strengthening_damping(double speed_m_per_s) const noexcept;
   /// Returns sigma1(v), N s/m: damper of one bristle at speed |v|, eq. (5). Zero if vs = 0.
   double damping_at(double speed_m_per_s) const noexcept;
-  /// Returns steady friction at constant speed, N: kinetic at that speed, dampers, viscous term (eqs. 3 to 5)
-  /// and strengthening with speed.
+  /// Returns steady friction at constant speed, N: kinetic friction at that speed, dampers, viscous term
+  /// (eqs. 3 to 5) and strengthening with speed, added up.
   double steady_force(double speed_m_per_s, double normal_load_n) const;
 
-  /// Calculates bristle parameters from coefficients. Without Coefficients::spread it is solved from peak /
-  /// kinetic; a ratio that the family cannot reach throws with the reachable range.
+  /// Calculates bristle parameters from friction coefficients. Without Coefficients::spread, the spread is
+  /// solved from peak / kinetic; a ratio that the law's family cannot reach throws bristle::Error with the
+  /// reachable range.
   static Material from_coefficients(const Coefficients& coefficients);
   /// Calculates the coefficients, with peak and spread, from which from_coefficients gives a material of the
   /// same snap lengths and forces (of normal_stiffness and asperity_height_deviation only the product
@@ -302,9 +311,9 @@ struct BRISTLE_API Material {
   friend bool operator!=(const Material& x, const Material& y) noexcept { return !(x == y); }
 };
 
-/// Returns the mean deflection over dbar at displacement x from rest with all deflections zero, both in units
-/// of dbar = E[delta]: f(x) of the virgin curve (keep: E[x mod delta]; redraw: renewal equation, solved on a
-/// grid, error below 1e-6; slide: E[min(x, delta)]). Set-up cost.
+/// Returns the virgin curve f(x): the mean deflection of the bristles at displacement x from rest with all
+/// deflections zero, both in units of the mean snap length (keep: E[x mod delta]; redraw: renewal equation,
+/// solved on a grid, error below 1e-6; slide: E[min(x, delta)]). Slow; call it at set-up.
 BRISTLE_API double virgin_deflection(const SnapLength& law, SnapRule rule, double x_over_mean);
 /// Returns the virgin deflection with residual length, shared renewal and drop, without ageing. Deflection
 /// and displacement are in units of E[delta] (not of the presliding length). Error below 1e-5; 1e-3 near the

@@ -7,7 +7,7 @@
 
 namespace bristle {
 
-/// Point of an outline, with the share of the load that it stands for.
+/// Cell of an outline: a point and the share of the load that it stands for.
 struct PatchCell {
   double position[2] = {0.0, 0.0};  ///< place of the cell from the centre of the outline, in its own axes, m
   double weight = 1.0;              ///< share of the normal load, > 0; the shares of an outline sum to 1
@@ -22,15 +22,14 @@ enum class Pressure : unsigned char {
 };
 
 /// Cells of an extended patch: what ExtendedPatches::add takes.
-///
-/// The cells are the nodes of Gauss rules, so their number is the knob between error and time. With n rings
-/// sums over the cells are exact for polynomials of the position up to degree 2 n - 1 (and below the number
-/// of cells around); with nx by ny cells of a rectangle up to 2 nx - 1 in x and 2 ny - 1 in y. Stiffness
+/// The cells are the nodes of Gauss rules, so more cells mean less error and more time. With n rings, sums
+/// over the cells are exact for polynomials of the position up to degree 2 n - 1 (and below the number of
+/// cells around); with nx by ny cells of a rectangle, up to 2 nx - 1 in x and 2 ny - 1 in y. Stiffness
 /// against spin is therefore exact from 2 rings or 2 by 2 cells on. Friction of a patch that slides and spins
 /// is no polynomial: its error falls with the area of a cell. Figures: core/MODEL.md, section 29.
 struct Outline {
   std::vector<PatchCell> cells{PatchCell{}};  ///< 1 to 65536 cells, in any order
-  /// Load, N; > 0: the outline has its given size at this load and grows with the cube root of the load
+  /// Load at which the outline has its given size, N, > 0; its size then grows with the cube root of the load
   /// (Hertz's law for spheres). 0: its size is fixed.
   double full_size_load = 0.0;
 

@@ -9,10 +9,12 @@
 
 namespace bristle {
 
-/// Id of a patch in one batch; 0 = none. The id of a removed patch is never given to a later patch.
+/// Id of a patch in one batch; 0 = none. No later patch gets the id of a removed one, so an old id is
+/// refused.
 struct PatchId {
   std::uint64_t value = 0;
-  /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity.
+  /// Id that a full pool (KeyedPatches) gives a new contact: a motion with it gets Status::no_capacity and
+  /// zero force.
   static constexpr PatchId no_capacity() noexcept { return {~std::uint64_t{0}}; }
   /// Returns whether the id can name a patch: it is neither 0 nor no_capacity().
   explicit operator bool() const noexcept { return value != 0 && value != no_capacity().value; }
@@ -47,7 +49,7 @@ constexpr bool has(Outputs set, Outputs wanted) noexcept {
   return (static_cast<unsigned>(set) & static_cast<unsigned>(wanted)) == static_cast<unsigned>(wanted);
 }
 
-/// Value of a number in PatchOptions or BatchOptions with which the library chooses the number itself.
+/// Value of a number in PatchOptions or BatchOptions that leaves the choice of the number to the library.
 constexpr std::uint32_t automatic = 0;
 
 /// Direction (lay) of a surface that resists differently along and across it, and to and fro: machined
@@ -63,8 +65,9 @@ struct Lay {
   /// Force limit across the direction over that along it, 0.01 to 100; the material gives the limit along.
   double limit_ratio = 1.0;
 
-  /// Stiffness of a bristle across the direction over its stiffness along it, 1e-4 to 1e4; 0 = limit_ratio
-  /// squared. Population::infinite and materials with a residual length refuse any other value.
+  /// Stiffness of a bristle across the direction over its stiffness along it, 1e-4 to 1e4; 0 means
+  /// limit_ratio squared, with which the force in steady sliding is the one that dissipates most.
+  /// Population::infinite and materials with a residual length refuse any other value.
   double stiffness_ratio = 0.0;
   /// Force limit for motion along the direction over that against it, 0.01 to 100; the material gives their
   /// mean. Motion across is then pushed along, too, because the ellipse of limits is moved off zero. A ratio
@@ -139,8 +142,8 @@ enum class Status : std::uint32_t {
   ok = 0,
   unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
   repeated_id = 2,  ///< patch named twice in one step: the first motion counted, this one changed nothing
-  /// NaN, infinity, load not within 0 to 1e15 N, dt <= 0 (or denormal) or motion on an axis the patch lacks:
-  /// state kept, force zero.
+  /// NaN, infinity, load not within 0 to 1e15 N, dt <= 0 (or denormal), or motion on an axis that the patch
+  /// lacks. The patch keeps its state and the force is zero.
   bad_input = 4,
   overload = 8,     ///< load above max_normal_load: forces of all bristles scaled
   no_capacity = 16  ///< the pool had no patch left for this contact (KeyedOptions::capacity): force zero
@@ -156,8 +159,8 @@ constexpr bool was_stepped(Status status) noexcept {
   return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity);
 }
 
-/// Output of one patch for one step: forces in N ON the moving body. Output fields that the patch does not
-/// compute are not written.
+/// Output of one patch for one step: forces in N ON the moving body. Output fields that the patch's options
+/// do not ask for are not written.
 struct Response {
   PatchId id;
   Status status = Status::ok;
@@ -165,25 +168,27 @@ struct Response {
   double elastic[2] = {0.0, 0.0};  ///< part of `end` from bent bristles, N
   double damper[2] = {0.0, 0.0};   ///< part of `end` and `mean` from dampers, lubricant, strengthening, N
   double mean[2] = {0.0, 0.0};     ///< force averaged over the step (Outputs::mean), N
-  /// Fall of the force per displacement while bristles stick, zeta sigma0, N/m; an upper bound otherwise.
-  /// With a lay, that of its stiffest direction.
+  /// Fall of the force per displacement while bristles stick, zeta sigma0, N/m; with bristles that slide or
+  /// snap, an upper bound. With a lay, that of its stiffest direction.
   double stiffness = 0.0;
   /// Force over speed of dampers, lubricant and strengthening with speed (the secant, not the slope at that
   /// speed), N s/m; never negative.
   double damping = 0.0;
 
-  /// N, highest elastic force at first loading under this load; with SnapRule::slide the force of all
-  /// bristles at their static limits, which a drop keeps first loading from reaching. With ageing all
-  /// bristles count as held for as long as the oldest can have been; with a lay the limit is that of its
-  /// strongest direction.
+  /// Upper bound of the elastic force at first loading under this load, N, as implicit solvers need it: the
+  /// highest force of that loading, or, with SnapRule::slide, the force of all bristles at their static
+  /// limits, which a drop keeps first loading from reaching. With ageing all bristles count as if stuck for
+  /// as long as the oldest can have been; with a lay the bound is that of its strongest direction.
   double force_limit = 0.0;
   double dissipated = 0.0;  ///< energy lost by snaps, renewals and slides, J (Outputs::energy)
-  /// Energy that left with bristles that lost contact or weight, J (Outputs::energy).
+  /// Elastic energy lost with bristles that lost contact because the load fell, or weight, J
+  /// (Outputs::energy).
   double contact_loss = 0.0;
   /// Energy taken by the force `damper`, J; negative if the given velocity opposes the displacement
   /// (Outputs::energy).
   double damper_work = 0.0;
-  /// An infinite brush counts the snaps of its physical bristles.
+  /// An infinite brush counts the snaps of the physical bristles that it stands for; representatives count
+  /// their own.
   std::uint64_t snaps = 0;  ///< number of snaps (Outputs::energy), an estimate where a jump skips a path
 };
 

@@ -21,23 +21,24 @@ struct BatchAccess;
 
 struct BatchOptions {
   int threads = 1;  ///< number of threads that may step, the caller included; `automatic`: one per core
-  /// Instruction set: "scalar", "sse2", "avx2", ...; null: that of the environment variable BRISTLE_ISA, or
-  /// the best available.
+  /// Instruction set of the kernels: "scalar", "sse2", "avx2", ...; null: that of the environment variable
+  /// BRISTLE_ISA, or the best available.
   const char* isa = nullptr;
 
   BatchOptions& with_threads(int count) { return detail::set(*this, threads, count); }
   BatchOptions& with_isa(const char* name) { return detail::set(*this, isa, name); }
 };
 
-/// Resolves Population::automatic for this material and these options; returns any other population
-/// unchanged.
+/// Returns the population that Population::automatic means for this material and these options; returns any
+/// other population unchanged.
 BRISTLE_API Population choose_population(const Material& material, const PatchOptions& options) noexcept;
 
-/// The result of a step as a whole.
+/// Report on a step as a whole, over all its patches.
 struct StepReport {
   Status status = Status::ok;         ///< flags of all responses, combined
   std::uint32_t patches_stepped = 0;  ///< number of motions that were carried out
-  /// Number of pieces of work; 1 = all on the calling thread, 0 = step refused.
+  /// Number of pieces into which the step's work was divided for the threads. 1: all done on the calling
+  /// thread; 0: step refused.
   std::uint32_t tasks = 0;
   std::uint32_t threads = 0;           ///< number of threads that took a piece of work, the caller included
   std::uint64_t bristles_visited = 0;  ///< number of bristles that a kernel visited
@@ -63,8 +64,8 @@ struct StepReport {
 /// adding thread, and by the constructor, the destructor, warm_up and restore_state.
 class BRISTLE_API PatchBatch {
  public:
-  /// Throws bristle::Error for a bad option, an instruction set that this machine or build lacks, or a
-  /// library that does not belong to these headers (see build_check.hpp).
+  /// Makes an empty batch. Throws bristle::Error for a bad option, an instruction set that this machine or
+  /// build lacks, or a library that does not belong to these headers (see build_check.hpp).
   explicit PatchBatch(const BatchOptions& options = {});
   PatchBatch(const BatchOptions& options, const BuildSignature& headers);
   ~PatchBatch();
@@ -77,7 +78,8 @@ class BRISTLE_API PatchBatch {
   /// the seed options.seed + i and the key options.key + i. Their bits are those of patches added one by one.
   /// Throws bristle::Error, also for 0 contacts and more than max_group_size.
   PatchGroup add_group(const Material& material, const PatchOptions& options, std::size_t contacts);
-  /// Throws bristle::Error if there is no such patch or group, and for one patch of a group.
+  /// Removes a patch or a group. Throws bristle::Error if there is no such patch or group, and for a single
+  /// patch of a group.
   void remove(PatchId id);
   void remove(const PatchGroup& group);
   /// Changes the material. Deflections and the weight w stay; bristles beyond their new snap length snap at
@@ -86,8 +88,8 @@ class BRISTLE_API PatchBatch {
   void set_material(PatchId id, const Material& material);
   void set_material(const PatchGroup& group, const Material& material);
 
-  /// Applies all waiting changes and makes all allocations, those of the workers included. Call it on the
-  /// stepping thread before the loop.
+  /// Applies all waiting changes and makes all allocations, those of the workers included, so that no later
+  /// step allocates. Call it on the stepping thread before the loop.
   void warm_up();
 
   /// Moves patches by their displacement over dt_s (s). out[i] is the response to in[i]; out must be as long

@@ -23,8 +23,8 @@ namespace bristle {
 
 constexpr std::size_t max_group_size = 1u << 26;  ///< largest number of contacts of a group
 
-/// Contacts that PatchBatch::add_group added together. Each is a patch with an id of its own, for all
-/// functions that take one.
+/// Contacts that PatchBatch::add_group added together. Each has a patch id of its own, valid in all functions
+/// that take one.
 struct PatchGroup {
   PatchId first;            ///< id of contact 0
   std::uint32_t count = 0;  ///< number of contacts
@@ -45,12 +45,13 @@ struct GroupStep {
   Span<const double> normal_load = {};      ///< N
   /// Slip velocity, m/s; empty arrays mean displacement / dt. Give both or none.
   Span<const double> velocity[2] = {};
-  /// Indices of the contacts that move; an empty array means all. Other contacts rest under their last load,
-  /// and their numbers are neither read nor written. The other arrays have the whole group's size all the
-  /// same.
+  /// Indices of the contacts that move, within the group; an empty array means all. Other contacts rest under
+  /// their last load, and their numbers are neither read nor written. All other arrays still have the whole
+  /// group's length.
   std::optional<Span<const std::uint32_t>> which = {};
 
-  // --- output: an empty array is not written, nor is one that the options of the group do not compute
+  // --- output of a step: an array that is empty, or that the options of the group do not compute, is not
+  // written
   Span<double> end[2] = {};        ///< N
   Span<double> elastic[2] = {};    ///< N
   Span<double> damper[2] = {};     ///< N

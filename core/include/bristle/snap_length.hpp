@@ -15,8 +15,7 @@ BRISTLE_API const char* to_string(SnapLaw law) noexcept;
 /// Distribution of the snap length, lengths in metres. Plain data: copy freely, compare with ==. Arguments
 /// out of range throw bristle::Error with the parameter, its value and the allowed range. Lengths are within
 /// 1e-12 to 1e3 m; a deviation, and the lower end of `uniform` or of a table, may be less, down to 0. Every
-/// function is reproducible to the bit on every machine (no libm transcendental) and may be called from
-/// several threads.
+/// function gives the same bits on every machine (no libm transcendental), and several threads may call it.
 class BRISTLE_API SnapLength {
  public:
   /// Largest number of values that `table` accepts.
@@ -33,8 +32,8 @@ class BRISTLE_API SnapLength {
   static SnapLength lognormal(double mean_m, double cv);
   /// Makes an exponential law with this mean, m.
   static SnapLength exponential(double mean_m);
-  /// Makes a law from quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending, linear in between; 2 to
-  /// 257 of them.
+  /// Makes a law from a table of 2 to 257 ascending quantiles, at the probabilities 0, 1/(n-1), ..., 1 and
+  /// linear in between.
   static SnapLength table(Span<const double> quantiles_m);
 
   SnapLaw law() const noexcept { return law_; }
@@ -44,7 +43,8 @@ class BRISTLE_API SnapLength {
   double moment(int k) const;
   /// Returns the coefficient of variation: standard deviation over mean.
   double cv() const noexcept { return cv_; }
-  /// Returns the largest length the library draws, m: the bound of the law, or its quantile at 1 - 2^-24.
+  /// Returns the largest length that the library samples, m: the upper bound of the law, or its quantile at 1
+  /// - 2^-24.
   double longest() const noexcept { return longest_; }
   /// Returns Q(u): the length below which a share u of the bristles lies, m. 0 < u < 1.
   double quantile(double u) const;
@@ -53,7 +53,8 @@ class BRISTLE_API SnapLength {
   /// Returns the partial moment E[delta^k; delta < x], k = 0..2. x in m.
   double partial_moment(int k, double x_m) const;
 
-  /// Returns the first parameter as given to the factory; second_parameter() is 0 if the law has only one.
+  /// Returns the first parameter as given to the factory, in the factory's order. second_parameter() is 0 if
+  /// the law has only one.
   double first_parameter() const noexcept { return a_; }
   double second_parameter() const noexcept { return b_; }
   Span<const double> table_values() const noexcept { return {table_, static_cast<std::size_t>(table_size_)}; }

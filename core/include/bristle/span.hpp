@@ -7,8 +7,8 @@
 
 namespace bristle {
 
-/// A view of `size` consecutive T that it does not own. Converts from arrays and from any type with data()
-/// and size() (std::vector, std::array, std::span).
+/// A view of `size` consecutive T whose memory belongs to the caller. Converts from arrays and from any type
+/// with data() and size() (std::vector, std::array, std::span).
 template <class T>
 class Span {
  public:

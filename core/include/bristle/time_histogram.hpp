@@ -52,7 +52,8 @@ class BRISTLE_API TimeHistogram {
     return n ? sum_s_.get() / static_cast<double>(n) : 0.0;
   }
 
-  /// Times above low_s and up to high_s; the only upper limit of the last bucket is max().
+  /// Times in one bucket of the histogram: above low_s and up to high_s. The last bucket has no upper limit
+  /// but max().
   struct Bucket {
     double low_s, high_s;
     std::uint32_t count;
