@@ -22,8 +22,7 @@ namespace {
 constexpr int most_tasks = 256;
 constexpr std::size_t fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
-/// Cost of a bed in a step besides that of its bristles, as a number of bristles. Threads get parts of equal
-/// cost.
+/// Fixed cost of a bed in a step, expressed as a number of bristles. Threads get parts of equal cost.
 constexpr std::uint64_t bed_overhead = 64;
 constexpr std::uint64_t saved_magic = 0x3344454220425242u;
 
@@ -34,8 +33,8 @@ std::size_t saved_bytes(const Bed& bed) {
          std::size_t{bed_state_columns} * bed.count * sizeof(float);
 }
 
-/// Calls `visit` with the columns to be saved of each block of 16 bristles. They stand before the columns of
-/// constants.
+/// Calls `visit` with those columns of each block of 16 bristles that are saved. They stand before the
+/// columns of constants, which follow from the bed.
 template <class Visit>
 void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
   float* const end = columns + std::size_t{count} * bed_columns;
@@ -62,7 +61,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   std::uint64_t step_number = 0;
   std::vector<std::uint32_t> moved;  ///< slots of the beds with a drop that the last step moved
 
-  // Input of the step in progress, kept here for the threads that share it.
+  // Input of the step in progress, stored here so that the threads which share the step can read it.
   Span<const BedMotion> in;
   Span<BedResponse> out;
   std::size_t task_ends[most_tasks + 1];
@@ -84,8 +83,8 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     }
   }
 
-  /// Calls rest() for beds that moved in the last step and do not move in this one: beds that the step does
-  /// not name, and beds whose motion it refuses. Records the beds that the step moves.
+  /// Lets beds rest that moved in the last step but not in this one, because the step does not name them or
+  /// refuses their motion. Records the beds that this step moves, for the next step.
   void rest_others() noexcept {
     for (const std::uint32_t slot : moved)
       if (beds[slot].last_step != step_number) rest(beds[slot]);
@@ -100,7 +99,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     }
   }
 
-  /// Prefetches the struct of a bed that is stepped soon.
+  /// Prefetches the struct of a bed that is stepped soon from memory.
   void fetch_record(BedId id) const noexcept {
     const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
     if (slot >= beds.size()) return;
@@ -330,7 +329,8 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   std::uint64_t count = 0;
   head(count);
   if (count != impl_->count) refuse_saved(where, "is of other beds");
-  // Restores in two passes: the first checks all values, the second writes, so that bad data change nothing.
+  // Restores in two passes over the bytes: the first checks all values, the second writes, so that bad data
+  // change nothing.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {

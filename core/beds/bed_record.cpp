@@ -1,4 +1,5 @@
-// Makes the columns of a bed from its shape, material and options.
+// Builds a bed from its shape, material and options: the positions, stiffnesses and pressures of its
+// bristles.
 #include <algorithm>
 #include <string>
 
@@ -47,8 +48,8 @@ namespace {
 constexpr const char* shape_text = "BedShape";
 constexpr const char* material_text = "BedMaterial";
 
-/// Bristle of a bed, with its place in half widths of the contact (for a bed made from a list, in the larger
-/// half width).
+/// Bristle of a bed under construction. Its position is in half widths of the contact (for a bed made from a
+/// list, in the larger half width).
 struct Cell {
   double x = 0.0, y = 0.0;
   double area = 0.0;  ///< area of the bristle's cell, relative to the other cells
@@ -68,8 +69,8 @@ std::vector<Cell> sphere_cells(int n) {
   return cells;
 }
 
-/// Makes the bristles of an ellipse that does not roll, on rings. Rings lie at Gauss points of r^2, so that
-/// their weights are areas.
+/// Makes the bristles of an ellipse that does not roll, on rings. The rings lie at the Gauss points of r^2,
+/// so that the weights of the rule are areas.
 std::vector<Cell> ring_cells(int rings, int around) {
   Nodes nodes = legendre_nodes(rings);
   std::sort(nodes.begin(), nodes.end(), [](const Node& a, const Node& b) { return a.at < b.at; });
@@ -94,8 +95,9 @@ std::vector<Cell> ring_cells(int rings, int around) {
   return cells;
 }
 
-/// Makes rows of cells for a bed that rolls along them. Rows lie at Gauss points across the contact, and the
-/// cells of a row have equal width. In an ellipse, each row is as long as the chord there.
+/// Makes the bristles of a bed that rolls, in rows along the direction of rolling. Rows lie at Gauss points
+/// across the contact, and the cells of a row have equal width. In an ellipse, each row is as long as the
+/// chord there.
 std::vector<Cell> row_cells(const BedShape& shape) {
   const bool chords = shape.kind == BedShape::Kind::ellipse;
   const int n = shape.cells[0];
@@ -126,8 +128,8 @@ std::vector<Cell> row_cells(const BedShape& shape) {
   return cells;
 }
 
-/// Makes the cells of a list. Its loads and stiffnesses are relative numbers, so pressures are expressed in
-/// units of the largest.
+/// Makes the bristles from the caller's list (BedShape::from_list). Its loads and stiffnesses are relative
+/// numbers, so pressures are expressed in units of the largest.
 std::vector<Cell> list_cells(const BedShape& shape, double largest) {
   double most = 0.0;
   for (const BedCell& given : shape.list) most = std::max(most, given.load / given.stiffness);
@@ -143,8 +145,8 @@ std::vector<Cell> list_cells(const BedShape& shape, double largest) {
   return cells;
 }
 
-/// Returns the shape with the sizes filled in that follow from the material. Checks the sizes that the caller
-/// gave.
+/// Returns the caller's shape with those sizes filled in that follow from the material (Hertz). Checks the
+/// sizes that the caller gave.
 BedShape complete(const BedShape& given, const BedMaterial& material, const BedOptions& options) {
   using Kind = BedShape::Kind;
   BedShape shape = given;
@@ -201,8 +203,8 @@ BedShape complete(const BedShape& given, const BedMaterial& material, const BedO
   return shape;
 }
 
-/// Returns the stiffness of all bristles along x at full load, N/m, or 0 if the presliding displacement is to
-/// determine it. Sets the gains of the bed.
+/// Returns the stiffness of all bristles together along x at full load, N/m, and sets the gains of the bed.
+/// Returns 0 if the material gives a presliding displacement, from which the stiffness then follows.
 double stiffness_of(const BedMaterial& material, const BedShape& shape, Bed& bed) {
   using Kind = BedShape::Kind;
   const bool is_sphere = shape.kind == Kind::row && !shape.rolls;
@@ -292,7 +294,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.length = std::max({shape.half[0], shape.half[1], 1e-12});
   bed.longest_piece = options.longest_piece * 2.0 * shape.half[0];
   const bool rings = shape.kind == BedShape::Kind::ellipse && !shape.rolls;
-  // Whether the shape determines the pressure; if not, Cell::share of each cell does.
+  // Whether pressure is a function of position that the shape gives. If not, each cell has its own
+  // (Cell::share).
   const bool shaped = is_sphere || rings || shape.rolls;
   if (shaped && shape.pressure == BedPressure::parabolic) bed.profile = BedProfile::parabolic;
   if (shaped && shape.pressure == BedPressure::hertz) bed.profile = BedProfile::hertz;
@@ -310,8 +313,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.columns = make_columns(bed.count);
   double area = 0.0;
   for (const Cell& cell : cells) area += cell.area;
-  // Counts only the area in contact. Of the n cells of a row n - 1 touch, because one is always between
-  // leaving the contact at the rear and entering it in front.
+  // Counts only the area in contact. Of the n cells of a row, n - 1 touch at any time, because one is always
+  // between leaving the contact at the rear and entering it in front.
   if (shape.rolls) area *= (shape.cells[0] - 1.0) / shape.cells[0];
   const double x_unit = is_list ? 1.0 : shape.half[0] / bed.length;
   const double y_unit = is_list ? 1.0 : shape.half[1] / bed.length;
@@ -327,7 +330,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   }
 
   stand_rows(bed);
-  // Sets the unit of deflection to the largest kinetic friction limit of a bristle at full load, in metres.
+  // Sets the bed's unit of deflection to the largest kinetic friction limit of a bristle at full load, in
+  // metres.
   bed.deflection = 1.0;
   bed.state.size = 1.0;
   const double sum = place(bed, kernels, 0.0);

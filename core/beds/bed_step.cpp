@@ -1,5 +1,5 @@
 // Steps one bed: applies the load, which sets the size of the contact, cuts rolling into pieces, and converts
-// units for the kernels.
+// to and from the bed's units for the kernels.
 #include <algorithm>
 #include <cmath>
 
@@ -10,29 +10,31 @@ namespace bristle::detail {
 
 namespace {
 
-/// Displacement of the roots, in units of deflection, above which rebase() resets it to zero. Deflections are
-/// differences of root and tip, and farther away single precision would not hold them to 5e-7.
+/// Displacement of the bristles' roots, in units of deflection, above which rebase() resets it to zero.
+/// Deflections are differences of root and tip; farther away, single precision would not hold them to 5e-7.
 constexpr double farthest_root = 8.0;
-/// Motion, in limits at relative pressure 1, below which a bed creeps. Single precision holds the place of a
-/// tip only to 1e-7 limits, so the rounding of such motions is spread over the steps. The second number is
-/// the displacement of the roots, in these limits, above which rebase() resets it to zero in a creep.
+/// Motion of a step, in limits at relative pressure 1, below which a bed counts as creeping. Single precision
+/// holds the position of a tip only to 1e-7 limits, so the rounding of such small motions is spread over the
+/// steps. The second number is the displacement of the roots, in the same unit, above which rebase() resets
+/// it to zero while the bed creeps.
 constexpr double creep = 0x1p-10, farthest_creeping = 0.25;
-/// Limit at relative pressure 1, in units of deflection, up to which a bed counts as free of friction.
+/// Limit at relative pressure 1, in units of deflection, below which a bed counts as free of friction,
+/// because the load is so small.
 constexpr double least_limit = 1e-12;
 /// Motion, in units of the largest friction limit, after which every bristle is bent along the motion
-/// whatever its state was.
+/// whatever its state was before.
 constexpr double longest_motion = 1e6;
-/// Distance of rolling, in half lengths of the contact, below which rolling is only stored. The bristles move
-/// once it has grown to this distance.
+/// Distance of rolling, in half lengths of the contact, below which rolling is only added up. The bristles
+/// move once the sum has grown to this distance.
 constexpr double least_rolled = 0x1p-13;
 /// Largest distance, in half lengths of the contact, by which rolling moves the cells. A longer roll replaces
 /// every cell in contact anyway, and single precision would lose their places.
 constexpr double longest_roll = 64.0;
-/// Least size, relative to full load, that is used in the lengths of pieces and of stored rolling. It keeps
-/// them from vanishing with the load.
+/// Least size of the contact, relative to full load, from which lengths of pieces and of stored rolling are
+/// calculated. They would vanish with the load otherwise.
 constexpr double least_size = 0.05;
 /// Length of the first and of the last part of a long rolling step that are cut into pieces, in lengths of
-/// the contact. Between them the bed rolls steadily.
+/// the contact. Between these parts the bed rolls steadily and needs no pieces.
 constexpr double cut_lengths = 1.5;
 
 /// Largest displacement or roll (m) and spin (rad) of a step.
@@ -40,8 +42,8 @@ constexpr double most_moved = 1e5, most_spin = 3.2;
 
 bool within(double x, double most) noexcept { return std::abs(x) <= most; }
 
-/// Returns the cube root of a number from 0 to 1, relative error 7e-15. Two steps of Halley's method begin
-/// from an estimate with a third of the exponent.
+/// Returns the cube root of a number from 0 to 1, relative error 7e-15, by two steps of Halley's method from
+/// an estimate with a third of the exponent. It avoids the C library, whose bits differ between machines.
 double cube_root(double x) noexcept {
   if (x < 1e-300) return 0.0;
   if (x == 1.0) return 1.0;
@@ -53,7 +55,7 @@ double cube_root(double x) noexcept {
   return y;
 }
 
-/// Returns the size of the contact under a load, relative to its size at full load, as BedGrowth says.
+/// Returns the size of the contact under a load, relative to its size at full load, by the law of BedGrowth.
 double size_under(const Bed& bed, double load) noexcept {
   const double share = std::min(load / bed.full_load, 1.0);
   if (bed.growth == BedGrowth::cube_root) return cube_root(share);
@@ -65,14 +67,14 @@ double limit_under(const Bed& bed, const BedState& s) noexcept {
                               : 0.0;
 }
 
-/// Returns the longest motion of the whole bed, in units of deflection, that is computed as it is when the
-/// caller asks only for the force at its end. A longer one ends in the same state and is shortened to this
+/// Returns the longest motion of the whole bed, in units of deflection, that is computed in full when the
+/// caller asks only for the force at its end. A longer motion ends in the same state and is shortened to this
 /// length.
 double longest_under(const Bed& bed, const BedState& s) noexcept {
   return longest_motion * std::max(bed.most_pressure * s.limit_of_pressure, least_limit);
 }
 
-/// Returns the distance, m, below which rolling is only stored.
+/// Returns the distance, m, below which rolling is only added up for later.
 double most_waiting(const Bed& bed, const BedState& s) noexcept {
   return least_rolled * bed.half[0] * std::max(s.size, least_size);
 }
@@ -106,7 +108,7 @@ double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) no
 
 namespace {
 
-/// Unbends all bristles. The contact keeps its place and size.
+/// Straightens all bristles. Position and size of the contact stay.
 void straighten(Bed& bed) noexcept {
   for (std::uint32_t i = 0; i < bed.count; ++i)
     for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid}) bed.at(c, i) = 0.0f;
@@ -137,7 +139,7 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   bed.state = BedState{};
   bed.state.size = size_under(bed, 0.0);
   place(bed, kernels, 0.0);
-  // Calls place() twice, because the column bed_kept compares two calls. After the second, the cells of a
+  // Calls place() twice, because the column bed_kept compares two calls. After the second call the cells of a
   // contact of fixed size count as already in contact, with straight bristles.
   bed.state.pressure_sum = place(bed, kernels, 0.0);
 }
@@ -158,7 +160,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
                  .turns_rows = bed.turns_rows};
   if (bed.rolls) most.rolled[0] = most_waiting(bed, s);
   if (bed.turns_rows) most.rolled[1] = most.rolled[0];
-  // Largest plausible displacement of the roots: `farthest_root` and one motion beyond it.
+  // Largest plausible displacement of the roots in a saved state: `farthest_root` and one motion beyond it.
   for (int k = 0; k < 2; ++k) {
     const double longest[] = {most_moved * bed.per_metre[k], most_spin * bed.per_radian[k]};
     for (int part = 0; part < 2; ++part) {
@@ -176,8 +178,8 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
 
   constexpr double widest = 4.0;     // largest coordinate of a bristle's place, scaled
   constexpr double rounding = 1e-6;  // relative rounding error of the place of a bristle's tip
-  // Number of equal terms of a sum in single precision at which one more term changes nothing. It bounds the
-  // rounding error of a saved sum.
+  // Number of equal terms, in single precision, above which one more term does not change the sum. It
+  // bounds the rounding error of a saved sum.
   constexpr double most_added = 0x1p25;
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
   double sum = 0.0;
@@ -212,21 +214,22 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
 
 namespace {
 
-/// Motion of a bed in one step, or in one of the pieces into which rolling is cut.
+/// Motion of a bed in one step, or in one of the pieces into which a rolling step is cut.
 struct Piece {
   double motion[4];  ///< scaled displacement along x and y, and by spin along x and y
   double rolled[2];  ///< distance rolled along x and y, m
   bool carried;
 };
 
-/// Outputs of a step: the sums of its last piece, and means over all its pieces.
+/// Outputs of a step: the sums of its last piece, and averages over all its pieces.
 struct StepSum {
   BedSums last;
   double mean[2] = {0.0, 0.0};
   double mean_torque = 0.0;
 };
 
-/// Sets the displacement of all roots to zero and moves the tips with it. Deflections are unchanged.
+/// Moves the origin of all positions to the present root: root displacement zero, tips moved along.
+/// Deflections stay the same and keep their precision.
 void rebase(Bed& bed, const BedKernels& kernels) noexcept {
   BedPlaces places{};
   places.count = bed.count;
@@ -262,8 +265,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.count = bed.count;
   step.creeps = creeps;
   if (creeps) {
-    // Offsets rounding by a multiple of the golden ratio modulo 1. Such multiples are evenly spread, so
-    // rounding errors of many steps cancel instead of adding up, however the bed moves.
+    // Offsets rounding by a multiple of the golden ratio modulo 1. Such offsets are evenly spread, so the
+    // rounding errors of many small steps cancel instead of adding up, however the bed moves.
     const double turns =
         1e9 * 0.6180339887498949 / s.limit_of_pressure * ((s.root[0] + s.root[1]) + (s.root[2] + s.root[3]));
     step.spread = static_cast<float>(turns - std::floor(turns) - 0.5);
@@ -274,7 +277,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   step.gain = static_cast<float>(bed.gain[1]);
   step.limit_over_hold = bed.drops ? static_cast<float>(1.0 / bed.hold_over_limit) : 1.0f;
   // Shortens a long motion if the caller asks only for the force at its end. The bristles end bent alike, and
-  // single precision can hold the square of the shorter length.
+  // single precision can represent the square of the shorter length.
   double share = 1.0;
   const double longest = longest_under(bed, s);
   if (!bed.all_outputs && most_motion > longest) share = longest / most_motion;
@@ -333,8 +336,8 @@ bool turn_rows(BedState& s) noexcept {
   return turned;
 }
 
-/// Rolls by the stored distance s.rolled: in pieces if the direction of slip may turn, or if the caller asks
-/// for the mean force.
+/// Rolls by the stored distance s.rolled. Cuts it into pieces if the direction of slip may turn on the way,
+/// or if the caller asks for the mean force.
 void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
   BedState& s = bed.state;
   bool turned = bed.turns_rows && turn_rows(s);
@@ -396,7 +399,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     scaled[2 + k] = bed.per_radian[k] * spin;
   }
 
-  // Applies the load of the step and sets the size that the contact has under it.
+  // Applies the load of the step, which sets the size of the contact.
   bool carried = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
@@ -404,8 +407,9 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Calls place() at an unchanged size too, so that the column bed_kept becomes 1 again. Otherwise the
-    // entry of a part of the contact in the last step would reduce its bristle's deflection once more.
+    // Calls place() also when the size has not changed, so that the column bed_kept becomes 1 again.
+    // Otherwise the entry of a part of the contact in the last step would reduce its bristle's deflection
+    // once more.
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
@@ -418,7 +422,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   StepSum sum;
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
-    // Returns the force of the last step: the bed has not moved, and no friction limit has fallen.
+    // Gives the force of the last step again: the bed has not moved, and no friction limit has fallen.
     rest(bed);
   } else if (rolls) {
     if (carried) {  // applies the changed load without motion; rolling follows

@@ -1,5 +1,5 @@
-// The C interface over the C++ one. C motions and responses have the layout of the C++ structs, so a step
-// copies nothing.
+// The C interface (bristle/bristle.h), made over the C++ one. C motions and responses have the layout of the
+// C++ structs, so a step copies nothing.
 #include "bristle/bristle.h"
 
 #include <algorithm>
@@ -108,7 +108,7 @@ static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value);
 static_assert(BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 #endif
 
-/// Owner of the C++ object behind a handle that a C program has.
+/// The C++ object behind a handle of the C interface.
 template <class Part>
 struct Holds {
   Part it;
@@ -126,7 +126,7 @@ struct bristle_joints : Holds<JointFriction> {};
 struct bristle_matcher : Holds<ContactMatcher> {};
 struct bristle_monitor : Holds<DeadlineMonitor> {};
 
-/// Pool of patches or of beds, found by key, behind one kind of handle.
+/// Pool found by key, of patches or of beds: both are behind one kind of handle in C.
 struct KeyedPool {
 #if BRISTLE_WITH_BEDS
   std::variant<KeyedPatches, KeyedBeds> pool;
@@ -172,12 +172,14 @@ bristle_result fail_no_patch(const char* where, bristle_id id) noexcept {
   return BRISTLE_REFUSED;
 }
 
-/// Error thrown for a null pointer or a struct of the wrong size, before anything is done.
+/// Error in the arguments themselves: a null pointer or a struct of the wrong size. Thrown before anything is
+/// done.
 struct BadArgument : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Runs a call. Turns an exception into an error code, and its text into bristle_last_error().
+/// Runs a call of the C interface. Turns an exception into an error code, and its text into
+/// bristle_last_error(), because C has no exceptions.
 template <class Call>
 bristle_result guarded(Call&& call) noexcept {
   try {
@@ -200,7 +202,8 @@ void need(const void* pointer, const char* name) {
   if (pointer == nullptr) throw BadArgument(std::string(name) + " is null");
 }
 
-/// Defines prefix_state_size, prefix_save_state and prefix_restore_state for the object behind a handle.
+/// Defines the three functions prefix_state_size, prefix_save_state and prefix_restore_state for a kind of
+/// handle.
 #define BRISTLE_STATE_CALLS(prefix, handle)                                                        \
   size_t prefix##_state_size(const bristle_##handle* handle) {                                     \
     return handle != nullptr ? handle->it.state_size() : 0;                                        \
@@ -216,7 +219,8 @@ void need(const void* pointer, const char* name) {
     });                                                                                            \
   }
 
-/// Runs call(object) with the C++ object behind a handle. `name`: name of the handle in the error for null.
+/// Runs call(object) with the C++ object behind a handle. `name`: name of the handle, for the error if it is
+/// null.
 template <class Handle, class Call>
 bristle_result with(Handle* handle, const char* name, const Call& call) noexcept {
   return guarded([&] {
@@ -225,7 +229,8 @@ bristle_result with(Handle* handle, const char* name, const Call& call) noexcept
   });
 }
 
-/// Makes a handle to the C++ object that make() returns. `name`: name of the handle in the error for null.
+/// Makes the C++ object by make() and stores a handle to it in `handle`. `name`: name of the handle, for the
+/// error if it is null.
 template <class Handle, class Make>
 bristle_result create(Handle** handle, const char* name, const Make& make) {
   return guarded([&] {
@@ -249,7 +254,7 @@ void need_columns(const void* in, const char* in_name, const void* out, const ch
 
 // ------------------------------------------------------------------------ structs that mirror C++ ones
 
-/// Field of a C struct, paired with the field of the C++ struct that it mirrors.
+/// Field of a C struct, paired with the field of the C++ struct from which it is copied.
 template <class C, class CField, class Cpp, class CppField>
 struct FieldPair {
   CField C::*c;
@@ -262,7 +267,8 @@ constexpr auto field(CField C::*c, CppField Cpp::*cpp, const char* name, std::ui
   return FieldPair<C, CField, Cpp, CppField>{c, cpp, name, last};
 }
 
-/// Returns the greatest value of an enumeration among the fields of a C++ struct; 0 for other fields.
+/// Returns the greatest value that an enumeration among the fields of a C++ struct may have; 0 for fields
+/// that are no enumeration.
 template <class Cpp>
 constexpr std::uint32_t last_of(std::string_view name) {
   std::uint32_t last = 0;
@@ -275,8 +281,9 @@ constexpr std::uint32_t last_of(std::string_view name) {
 template <class C>
 struct Mirror;
 
-/// Pairs the fields of a C struct with those of the C++ struct that it mirrors, for conversion in both
-/// directions. Counts the pairs, so that none is forgotten. `unused`: number of reserved fields in C.
+/// Pairs the fields of a C struct with those of the C++ struct that it mirrors, so that one loop converts in
+/// either direction. Counts the pairs, so that the compiler refuses a forgotten one. `unused`: number of
+/// reserved fields in C.
 #define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
   template <>                                                                                             \
   struct Mirror<c_type> {                                                                                 \
@@ -290,7 +297,7 @@ struct Mirror;
                   "a field of " #c_type " is missing in its list of fields: struct_size, these, " #unused \
                   " reserved");                                                                           \
   }
-/// Pairs the fields of structs that bristle/fields.hpp lists.
+/// Pairs the fields of those structs whose fields are listed in bristle/fields.hpp.
 #define BRISTLE_MIRROR_FIELDS(c_type, cpp_type, unused) \
   BRISTLE_MIRROR(c_type, cpp_type, unused, BRISTLE_FIELDS_OF_##cpp_type(BRISTLE_LISTED))
 #define BRISTLE_FIELD(c_name) field(&C::c_name, &Cpp::c_name, #c_name)
@@ -374,7 +381,8 @@ bristle_result init_struct(Struct* s, std::size_t struct_size, Struct defaults, 
   });
 }
 
-/// Defines bristle_init_KIND, which fills a struct with defaults. `name`: name of the struct in errors.
+/// Defines bristle_init_KIND, by which a C program fills a struct with its defaults. `name`: name of the
+/// struct in errors.
 #define BRISTLE_INIT(kind, name, defaults)                                       \
   bristle_result bristle_init_##kind(bristle_##kind* kind, size_t struct_size) { \
     return init_struct(kind, struct_size, defaults, #name);                      \
@@ -404,7 +412,8 @@ SnapLength to_cpp(const bristle_snap_length& s) {
 Lay to_cpp(const bristle_lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 bristle_lay to_c(const Lay& l) { return {l.angle, l.limit_ratio, l.stiffness_ratio, l.to_over_fro}; }
 
-/// Converts a snap-length law to C. Does not copy a table of quantiles, which `s` continues to own.
+/// Converts a snap-length law to C. A table of quantiles is not copied: the C struct points into `s`, which
+/// must live longer.
 bristle_snap_length to_c(const SnapLength& s) {
   bristle_snap_length c{};
   c.law = static_cast<std::uint32_t>(s.law());
@@ -415,8 +424,8 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-/// Converts a C++ struct to the C struct that mirrors it. Does not copy the quantile table of a snap-length
-/// law, which `cpp` continues to own.
+/// Converts a C++ struct to the C struct that mirrors it. A quantile table of a snap-length law is not
+/// copied: the C struct points into `cpp`, which must live longer.
 template <class C>
 C to_c(const typename Mirror<C>::Cpp& cpp) {
   C c{};
@@ -478,21 +487,22 @@ GroupStep to_cpp(const bristle_group_step& c) {
   return step;
 }
 
-/// Checks a struct of the caller for null and size, and converts it to C++. `name`: name of the struct in
-/// errors.
+/// Checks a struct that the caller passed for null and size, and converts it to C++. `name`: name of the
+/// struct in errors.
 template <class C>
 typename Mirror<C>::Cpp read_cpp(const C* from, const char* name) {
   need(from, name);
   check_size(*from, name);
   return to_cpp(*from);
 }
-/// Converts the caller's options to C++; null gives the defaults.
+/// Converts options that the caller passed to C++; a null pointer stands for the defaults.
 template <class C>
 typename Mirror<C>::Cpp read_options(const C* from, const char* name) {
   return from != nullptr ? read_cpp(from, name) : typename Mirror<C>::Cpp{};
 }
 
-/// Makes a step and writes its report. Checks the size of `report` first, because a step cannot be undone.
+/// Makes a step and writes its report for the caller. Checks the size of `report` before the step, because a
+/// step cannot be undone.
 template <class Step>
 void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) check_size(*report, "report");
@@ -500,7 +510,8 @@ void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
 }
 
-/// Writes find_force(motion) for each motion. The state of patches or beds stays.
+/// Writes the response of find_force(motion) for each motion, which leaves the state of patches or beds
+/// unchanged.
 template <class CppMotion, class Motion, class Response, class Try>
 void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -516,7 +527,7 @@ Material read_material(const bristle_material* from) {
   return m;
 }
 
-/// Writes function(material, value) for each value of `in` to `out`.
+/// Checks a material and writes function(material, value) for each value of `in` to `out`.
 template <class Function>
 bristle_result write_of_material(const bristle_material* material, const double* in, const char* in_name,
                                  double* out, const char* out_name, std::size_t count,
@@ -527,7 +538,8 @@ bristle_result write_of_material(const bristle_material* material, const double*
   });
 }
 
-/// Returns why the caller's arrays cannot be stepped, or null when they can.
+/// Returns why the caller's arrays are refused (null pointer, wrong size of a struct), or null if they can be
+/// stepped.
 const char* refusal_of(const bristle_batch* batch, const void* motions, std::size_t motion_size,
                        const void* responses, std::size_t response_size, std::size_t count) noexcept {
   if (batch == nullptr) return "batch is null";
@@ -581,8 +593,8 @@ const char* bristle_version(void) { return library_version(); }
 
 bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options) {
   return guarded([&] {
-           // Checks version and options only: the sizes of the structs need no check here, because each C
-           // struct carries its size, which the calls check.
+           // Checks version and options of the library only. The sizes of structs need no check here: each C
+           // struct carries its size, which every call checks.
            BuildSignature headers = header_build;
            headers.version = version_number;
            headers.options = build_options;
@@ -737,7 +749,8 @@ bristle_result bristle_add_many(bristle_batch* batch, const bristle_material* ma
     need_columns(options, "options", ids, "ids", count);
     if (count > 0) check_size<bristle_patch_options>(options_size, "options_size");
     const Material m = read_material(material);
-    // Converts options first, so that a wrong struct is refused before any patch is added.
+    // Converts all options before it adds a patch, so that a wrong struct is refused before anything has
+    // changed.
     std::vector<PatchOptions> all(count);
     for (size_t i = 0; i < count; ++i)
       all[i] = read_cpp(options + i, ("options[" + std::to_string(i) + "]").c_str());
@@ -868,7 +881,7 @@ size_t bristle_read_bristles(const bristle_batch* batch, bristle_id id, double* 
                              size_t capacity) {
   if (batch == nullptr) return 0;
   const auto column = [&](double* values) { return Span<double>(values, values != nullptr ? capacity : 0); };
-  // Passes an empty column for a null pointer of the caller, which read_bristles() leaves out.
+  // Passes an empty column where the caller gave a null pointer; read_bristles() then leaves that column out.
   return std::min(capacity, batch->it.read_bristles({id}, column(zx), column(zy), column(delta)));
 }
 

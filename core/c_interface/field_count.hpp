@@ -1,4 +1,5 @@
-// Counts the fields of a plain struct, so that the compiler refuses a field list that is too short.
+// Counts the fields of a plain struct at compile time, so that the compiler refuses a field list that is too
+// short.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +7,8 @@
 
 namespace bristle::detail {
 
-/// Value that converts to any type, to initialise a field whose type is not known.
+/// Converts to any type. As many of these as a struct has fields initialise it, whatever the types of the
+/// fields, which is how they are counted.
 struct Anything {
   template <class T>
   operator T() const;  // never called

@@ -1,8 +1,8 @@
-// BRISTLE_ASSERT(condition) aborts if the condition is false, which only a fault of the library can cause.
-// (Bad input is not asserted but refused, in every build.) Assertions are on in debug and sanitizer builds
-// (CMake option BRISTLE_ASSERTS); elsewhere the condition is compiled but not evaluated. Kernels may include
-// this header: it defines no function, so no inline function is shared between objects of different
-// instruction sets.
+// BRISTLE_ASSERT(condition) aborts if the condition is false, which only a fault of the library itself can
+// cause. (Bad input of a caller is refused with an error instead, in every build.) Assertions are on in debug
+// and sanitizer builds (CMake option BRISTLE_ASSERTS); elsewhere the condition is compiled but not evaluated.
+// Kernels may include this header: it defines no function, so no inline function is shared between objects of
+// different instruction sets.
 #pragma once
 
 #if BRISTLE_ASSERTS

@@ -1,4 +1,4 @@
-// Checks and compares structs of parameters field by field (bristle/fields.hpp).
+// Checks and compares structs of parameters by the list of their fields (bristle/fields.hpp).
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace bristle::detail {
 
-/// Throws Error for the first field of `values` that is out of its own range. `prefix`: text in front of the
-/// field's name in the error, for a struct within another.
+/// Checks each field of `values` against its own range, and throws Error for the first one outside. `prefix`:
+/// text in front of the field's name in the error, for a struct within another.
 template <class Owner>
 void require_fields(const char* where, const Owner& values, const char* prefix = "") {
   for_each_field<Owner>([&](const auto& field) {

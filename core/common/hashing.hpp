@@ -1,4 +1,5 @@
-// A 64-bit hash of the numbers of a state or a material. Their bits and their order count, padding does not.
+// A 64-bit hash of the numbers of a state or a material. The bits and the order of the numbers enter it;
+// padding bytes do not.
 #pragma once
 
 #include <cstdint>

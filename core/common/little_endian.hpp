@@ -10,8 +10,8 @@
 
 namespace bristle::detail {
 
-/// Writes numbers to memory and counts their bytes; without memory (null) it only counts. Ignores the rule
-/// (fields.hpp) that may come with a number.
+/// Writes numbers to memory and counts their bytes. Without memory (null) it only counts, which gives the
+/// size of a saved state. Ignores the rule (fields.hpp) that may come with a number.
 class ByteWriter {
  public:
   explicit ByteWriter(std::byte* to) noexcept : to_(to) {}

@@ -1,5 +1,5 @@
-// Throws bristle::Error for values out of range. The text has parameter, value and allowed range, with
-// numbers in the shortest form that reads back to the same double.
+// Refuses values out of range by throwing bristle::Error. Its text has parameter, value and allowed range,
+// with numbers in the shortest form that reads back to the same double.
 #pragma once
 
 #include <charconv>

@@ -22,8 +22,8 @@ constexpr std::uint32_t none = KeyTable::none;
 // Magic number at the head of the saved state of a matcher (letters "brstmtch").
 constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;
 constexpr std::size_t saved_point = 7 * 8 + 3 * 4;
-// Cosine of the largest angle between the normals of one contact in two steps. Points with a larger angle are
-// different contacts.
+// Cosine of the largest angle between the normals of a contact in two steps. Points whose normals differ
+// more, such as those on two faces of a box, are different contacts.
 constexpr double least_cosine = 0.70710678118654752;
 
 std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
@@ -31,7 +31,8 @@ std::uint64_t key_of(std::uint64_t pair, std::uint32_t ordinal) noexcept {
   return key == no_contact_key ? 0 : key;
 }
 
-/// Calls `visit` with each saved number of a contact.
+/// Calls `visit` with each saved number of a contact. Saving and restoring share this list, so they agree on
+/// the order.
 template <class Point, class Visit>
 void point_fields(Point& p, const MatcherOptions& options, Visit&& visit) noexcept {
   constexpr double most = std::numeric_limits<double>::max();
@@ -46,9 +47,9 @@ void point_fields(Point& p, const MatcherOptions& options, Visit&& visit) noexce
 }  // namespace
 
 struct BRISTLE_PRIVATE ContactMatcher::Impl {
-  /// A contact of this step (new), or an old contact: one of the previous step, or one that has been missing
-  /// for up to keep_steps steps. Contacts of one pair of bodies are linked in the order in which the caller
-  /// listed them; old contacts that are missing follow the listed ones.
+  /// A contact of this step (new), or an old contact: listed in the previous step, or missing for up to
+  /// keep_steps steps. Contacts of one pair of bodies are linked in the order in which the caller listed
+  /// them; old contacts that are missing follow the listed ones.
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
@@ -77,7 +78,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   };
   struct Pair {
     std::uint64_t pair;
-    /// First and last contact of the pair of bodies, in the old step [0] and in the new step [1].
+    /// Indices of the first and the last contact of the pair of bodies, among the old contacts [0] and among
+    /// the new ones [1].
     std::uint32_t first[2], last[2];
   };
 
@@ -86,7 +88,7 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     reserve();
   }
 
-  /// Makes room for the contacts of a step and for as many old contacts, which are held or missing.
+  /// Allocates room for the contacts of a step and for as many old contacts that are held or missing.
   void reserve() {
     table = KeyTable(3 * std::size_t{options.capacity});
     points[0].resize(2 * std::size_t{options.capacity});
@@ -110,8 +112,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     pair.last[side] = i;
   }
 
-  /// Finds the nearest unmatched contact of the same two bodies in the other step, if one is within reach. Of
-  /// equally near ones takes the first listed.
+  /// Finds the nearest unmatched contact of the same two bodies in the other step, among those within reach.
+  /// Of equally near ones takes the one listed first.
   void find_nearest(const Pair& pair, int side, Point& p) noexcept {
     p.nearest = none;
     p.distance = reach_squared;
@@ -127,7 +129,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     }
   }
 
-  /// Searches again for each unmatched contact whose nearest contact has been matched to another.
+  /// Repeats the search for each unmatched contact whose nearest contact has meanwhile been matched to
+  /// another.
   void look_again(const Pair& pair, int side) noexcept {
     for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after) {
       Point& p = points[side][i];
@@ -136,9 +139,9 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     }
   }
 
-  /// Matches the old and the new contacts of two bodies, each to its nearest, shortest distance first. Works
-  /// in rounds: each matches all pairs of contacts that are each other's nearest. The shortest match left is
-  /// always such a pair, so every round makes progress.
+  /// Matches the old and the new contacts of two bodies, shortest distance first, and returns the number of
+  /// matches. Works in rounds: each round matches all pairs of contacts that are each other's nearest. The
+  /// shortest distance left always belongs to such a pair, so every round makes progress.
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
@@ -174,8 +177,9 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     return false;
   }
 
-  /// Gives each unmatched new contact the smallest number that no contact of its bodies, new or old, has. If
-  /// its surfaces have `hold` contacts already, it gets the number of the nearest one.
+  /// Gives each unmatched new contact a number within its pair of bodies, the smallest that no contact of the
+  /// pair has, new or old; the key follows from it. If its surfaces have `hold` contacts already, the new
+  /// contact continues the nearest of them instead.
   void number_pair(const Pair& pair) noexcept {
     std::uint32_t ordinal = 0, added = 0;
     for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
@@ -199,8 +203,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     p.ordinal = nearest->ordinal;
     return p.joined = true;
   }
-  /// Holds old contacts that the caller did not list, as long as another contact of the same two surfaces is
-  /// listed.
+  /// Keeps old contacts that the caller did not list, as long as another contact of the same two surfaces is
+  /// listed (set_hold).
   void hold_pair(const Pair& pair) noexcept {
     for (std::uint32_t j = pair.first[0]; j != none; j = points[0][j].after) {
       Point& old = points[0][j];
@@ -218,7 +222,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   std::vector<Point> points[2];
   std::vector<Pair> pairs;
   std::vector<HeldContact> held;
-  /// Ascending indices, in the caller's last list, of the contacts that were merged into others.
+  /// Indices, ascending, of those contacts in the caller's last list that got the key of another contact of
+  /// their surfaces (has_joined).
   std::vector<std::uint32_t> joined;
   std::uint32_t old_count = 0;
   std::uint32_t pair_count = 0;

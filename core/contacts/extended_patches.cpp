@@ -34,9 +34,10 @@ struct Pose {
   double scale = 1.0;  ///< factor on the outline's given size, as set by set_scale()
 };
 
-/// Sums over the cells for the matrix of stiffness or damping: the sum of k J^T J, with k the stiffness or
-/// damping of a cell. J gives the slip of the cell at the place `at`: J (v, omega) = v + omega x at. Stored
-/// in the outline's axes at its full size; write() turns and scales them.
+/// Sums over the cells from which the outline's matrix of stiffness or damping follows: the sum of k J^T J,
+/// with k the stiffness or damping of a cell. J gives the slip of the cell at the position `at`: J (v, omega)
+/// = v + omega x at. The sums are stored in the outline's axes at its full size; write() turns and scales
+/// them.
 struct Slopes {
   double all = 0.0, x = 0.0, y = 0.0, square = 0.0;
 
@@ -53,14 +54,15 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    // Adds 0.0 to turn -0 into +0, which light steps (is_light()) write as their damping.
+    // Adds 0.0 to turn -0 into +0. Light steps (is_light()) write +0 as their damping, and the same motion
+    // must give the same bits.
     sum[1][2] = sum[2][1] = 0.0 + turned[0];
     sum[2][2] = square * (size * size);
   }
 };
 
-/// Stiffness and limits of an outline, summed from its cells' responses. They are valid while load and
-/// material stay, so light steps reuse them.
+/// Stiffness and limits of an outline, summed from its cells' responses. They stay valid while load and
+/// material stay, so light steps reuse them instead of asking the cells.
 struct Stiffnesses {
   bool known = false;
   Slopes stiffness;
@@ -89,8 +91,8 @@ struct ExtendedPatch {
   Outputs outputs = Outputs::end;
   Pose pose;
   Stiffnesses common;  ///< stiffness and force limits of the outline in its last step
-  /// Whether light steps are possible (is_light()): the material neither damps nor ages, and the caller asks
-  /// only for the force at the end of a step.
+  /// Whether this material and these outputs allow light steps (is_light()): the material neither damps nor
+  /// ages, and the caller asks only for the force at the end of a step.
   bool light_material = false;
 
   // Rotation and size of this outline in the step in progress.
@@ -100,12 +102,12 @@ struct ExtendedPatch {
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
   }
-  /// Returns the size of the outline under a load, as a factor of its given size. It grows by Hertz's law if
-  /// the outline asks for it.
+  /// Returns the size of the outline under a load, as a factor of its given size. The size grows with the
+  /// load by Hertz's law if the outline has a full_size_load.
   double size_under(double load) const noexcept {
     if (full_size_load == 0.0) return pose.scale;
     if (!(load > 0.0)) return 0.0;
-    // Limits the load, because a motion refused for its load still needs a size.
+    // Limits the load before it sets the size. A motion that is refused for its load still reports a size.
     const double known = std::min(load, detail::highest_load);
     return pose.scale * detail::exp(detail::log(known / full_size_load) / 3.0);
   }
@@ -119,14 +121,14 @@ constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 bool is_good_spin(double spin) noexcept { return spin >= -pi && spin <= pi; }
 
-/// Returns whether the spin is allowed and the total load not too large. (Cells check only their shares of
-/// the load.)
+/// Returns whether an outline's motion has an allowed spin and total load. (The cells check only their shares
+/// of the load.)
 bool is_good(const ExtendedMotion& motion) noexcept {
   return is_good_spin(motion.displacement[2]) && !(motion.normal_load > highest_load);
 }
 
-/// Computes the rotation of an outline in a step. An invalid spin counts as zero here; the cells refuse their
-/// motions then.
+/// Computes the rotation of an outline in a step, at its middle and its end. An invalid spin counts as zero
+/// here; the cells refuse the motion anyway.
 Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
   Course course;
   course.midway = course.after = p.pose.turn;
@@ -146,8 +148,8 @@ void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2])
 }
 Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
 
-/// Computes the velocity (or displacement) of the point `at` of the body's surface from that of the outline's
-/// centre and from the spin.
+/// Computes the velocity (or displacement) of the point `at` of the moving body from the velocity of the
+/// outline's centre and the spin.
 void move_point(const double (&of_centre)[3], double spin, const double (&at)[2],
                 double (&moved)[2]) noexcept {
   moved[0] = of_centre[0];
@@ -179,10 +181,11 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
   }
 }
 
-/// Returns whether a step is light, which is cheaper: its response is the sum of the cells' elastic forces,
-/// with the stiffness and limits of the previous step.
+/// Returns whether a step can be made as a light step, which is cheaper: its response is the sum of the
+/// cells' elastic forces, with the stiffness and limits of the previous step.
 bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-  // Excludes displacements beyond 1e300 m, with which the displacement of a cell might not be finite.
+  // Refuses displacements beyond 1e300 m to the light step, in which the displacement of a cell might then
+  // not be finite.
   const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
   return p.common.known && p.light_material && motion.has_velocity == 0 &&
          motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
@@ -209,7 +212,8 @@ void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-/// Writes the outputs that depend on load, material, angle and size alone: stiffness, limits and status.
+/// Writes those outputs that depend on load, material, angle and size but not on the motion: stiffness,
+/// limits and status.
 void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
   common.stiffness.write(course.after, course.size, out.stiffness);
   out.force_limit = common.force_limit;
@@ -217,7 +221,7 @@ void write_common(const Stiffnesses& common, const Course& course, ExtendedRespo
   out.status = common.status;
 }
 
-/// Sums the responses of an outline's cells, and combines their status flags.
+/// Adds up the responses of an outline's cells to force and torque, and combines their status flags.
 Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
               Stiffnesses& common, ExtendedResponse& out) noexcept {
   ExtendedResponse sum;
@@ -260,8 +264,8 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
   return sum.status;
 }
 
-/// Sums the cells' elastic forces for a light step, in which nothing damps. Takes stiffness and limits from
-/// the previous step (p.common), because load and material have not changed.
+/// Adds up the cells' elastic forces for a light step, in which nothing damps. Stiffness and limits are those
+/// of the previous step (p.common), because load and material have not changed.
 void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
                     ExtendedResponse& out) noexcept {
   double sum[3] = {0.0, 0.0, 0.0};
@@ -288,7 +292,8 @@ Status refuse_motion(PatchId id, Status why, ExtendedResponse& out) noexcept {
   return why;
 }
 
-/// Returns the options of a cell's patch, with the cell's share of the outline's load and bristles.
+/// Returns the options for a cell's patch: those of the outline, with the cell's share of the load and the
+/// bristles.
 PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, std::size_t cell) {
   PatchOptions options = whole;
   if (p.is_point()) return options;
@@ -300,15 +305,15 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
   return options;
 }
 
-/// Returns the material of a cell's patch. Viscous friction does not grow with the load, so each cell gets a
-/// share of it; all other coefficients are those of the whole.
+/// Returns the material of a cell's patch. Viscous friction does not grow with the load, so each cell gets
+/// only a share of it; all other coefficients are the outline's.
 Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
   if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
 }
 
-/// Returns whether the friction of this material depends on deflection alone, and its stiffness and limit on
-/// load alone.
+/// Returns whether a material allows light steps: its friction depends on deflection alone, and its stiffness
+/// and limit on load alone.
 bool is_light(const Material& m) noexcept {
   return m.bristle_damping == 0.0 && m.viscous_friction == 0.0 && m.speed_strengthening == 0.0 &&
          m.ageing_strength == 0.0;
@@ -338,8 +343,8 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
 constexpr std::uint64_t saved_magic = 0x3278'656c'7473'7262;  // "brstlex2"
 constexpr std::size_t saved_pose = 4 * 4 + 5 * 8;
 
-/// Part of a saved state that belongs to an outline as a whole, besides the states of its cells. Slot and
-/// generation together identify the outline.
+/// Saved state of an outline as a whole, without the states of its cells. Slot and generation together
+/// identify the outline.
 struct SavedOutline {
   std::uint32_t slot = 0, generation = 0, cells = 0, seed = 0;
   std::uint64_t key = 0;
@@ -360,12 +365,12 @@ SavedOutline saved_outline(std::uint32_t slot, const ExtendedPatch& p) noexcept 
           p.pose, p.normal_load};
 }
 
-/// Working memory of a step, large enough for all cells of all outlines.
+/// Working memory of a step, large enough for all cells of all outlines, so that a step does not allocate.
 struct Room {
   Room() = default;
   explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
 
-  /// Displacements and forces of the cells of outlines that make a light step, one outline after the other.
+  /// Displacements and forces of the cells of outlines that make a light step, outline after outline.
   std::vector<CellMotion> light;
   std::vector<Motion> motions;    ///< motions of the cells of outlines whose step is not light
   std::vector<Response> answers;  ///< responses of the cells that move by `motions`
@@ -384,8 +389,8 @@ struct Stepped : Room {
     return const_cast<ExtendedPatch*>(static_cast<const Stepped*>(this)->find(id));
   }
 
-  /// Writes the response of an outline whose cells were stepped along p.course, and stores its new angle and
-  /// load.
+  /// Writes the response of an outline from those of its cells, which were stepped along p.course, and stores
+  /// its new angle and load.
   static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
                        ExtendedResponse& out) noexcept {
     const Status status = sum_up(p, motion.id, p.course, cells, p.common, out);
@@ -399,7 +404,7 @@ struct Stepped : Room {
   }
 
   /// Writes the response of an outline that made a light step (is_light()), and stores its new angle. Its
-  /// load has not changed.
+  /// load stays as it was.
   static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
                                ExtendedResponse& out) noexcept {
     const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
@@ -412,8 +417,9 @@ struct Stepped : Room {
     return out.status;
   }
 
-  /// Finds the responses of the cells of outline `p`, from index `at` on, and moves `at` past them. Skips
-  /// cells of outlines that were removed after write_motions(). Returns an empty span if there are none.
+  /// Finds the responses of the cells of outline `p`, which begin at index `at` or later, and moves `at` past
+  /// them. Skips cells of outlines that were removed since write_motions(). Returns an empty span if there
+  /// are none.
   static Span<const Response> find_answers(const ExtendedPatch& p, Span<const Response> cells,
                                            std::size_t& at) noexcept {
     std::size_t first = at;
@@ -429,7 +435,7 @@ struct Stepped : Room {
   std::uint64_t step_number = 0;
 };
 
-// A command by which the stepping thread adds an outline. It owns all data that it needs, because
+// A command that adds an outline to the data of the stepping thread. It owns all that it needs, because
 // ExtendedPatches may be destroyed before the batch carries the command out.
 struct AddOutline final : Change {
   void apply() noexcept override {
@@ -470,11 +476,11 @@ struct ChangeMaterial final : Change {
 
 }  // namespace
 
-/// Data that only the calls which add, remove or change outlines read and write, on the thread that adds
-/// outlines.
+/// Data for the calls that add, remove or change outlines, which only the adding thread reads and writes.
 struct BRISTLE_PRIVATE ExtendedPatches::Impl {
   struct Record {
-    // Cells of the outline and the ids of their patches. Its ExtendedPatch owns them; no thread changes them.
+    // Cells of the outline and the ids of their patches. Their owner is the ExtendedPatch of the stepping
+    // thread; nobody changes them, so the adding thread may read them.
     Span<const PatchCell> cells;
     Span<const PatchId> patches;
     Outputs outputs = Outputs::end;
@@ -505,8 +511,8 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
     return records[slot];
   }
 
-  /// The right to step (BatchAccess::Turn), with access to the outlines' data during a call of the stepping
-  /// side.
+  /// Permission to step (BatchAccess::Turn), with access to the outlines' data, for the length of a call of
+  /// the stepping thread.
   struct Call {
     explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
     const BatchAccess::Turn turn;
@@ -616,8 +622,9 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     report.status = Status::bad_input;
     return report;
   }
-  // Refuses unknown and repeated ids in a first pass, because there is room for the cells of each outline
-  // only once, and writes the motions of cells. One call steps them, and a second pass writes the responses.
+  // Refuses unknown and repeated ids and writes the motions of the cells in a first pass. (There is memory
+  // for the cells of each outline only once.) One call then steps all cells, and a second pass writes the
+  // responses.
   ++impl.step_number;
   std::size_t light = 0, queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
@@ -718,7 +725,8 @@ std::size_t ExtendedPatches::write_motions(Span<const ExtendedMotion> in, Span<M
     write_cell_motions(*p, motion, course_of(*p, motion), Span<Motion>(cells.data() + at, p->cells.size()));
     at += p->cells.size();
   }
-  // Clears the entries behind the last cell, so that no motion of an earlier step remains in the buffer.
+  // Clears the entries behind the last cell. Otherwise motions that an earlier step left in the caller's
+  // array would be stepped again.
   for (std::size_t k = at; k < cells.size(); ++k) cells[k] = Motion{};
   return at;
 }

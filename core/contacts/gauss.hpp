@@ -1,4 +1,4 @@
-// Computes points and weights of Gauss-Legendre integration without the C library's functions, whose bits
+// Points and weights of Gauss-Legendre integration, computed without the C library's functions, whose bits
 // differ from machine to machine.
 #pragma once
 

@@ -1,6 +1,6 @@
-// A hash table of fixed size from 64-bit keys to small numbers: open addressing, linear probing. Erasing a
-// key moves later entries up and leaves no mark, so searches do not slow down however many keys came and
-// went.
+// A hash table of fixed size from 64-bit keys to small numbers (open addressing, linear probing), for pools
+// by key. Erasing a key moves later entries up and leaves no mark, so searches do not slow down however many
+// keys came and went.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,8 @@
 
 namespace bristle::detail {
 
-/// Mixes a key by SplitMix64's finaliser, a bijection whose every output bit depends on every input bit.
+/// Spreads keys evenly over the table by SplitMix64's finaliser, a bijection whose every output bit depends
+/// on every input bit.
 constexpr std::uint64_t mix_key(std::uint64_t x) noexcept {
   x += 0x9E3779B97F4A7C15u;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
@@ -23,7 +24,7 @@ class KeyTable {
  public:
   static constexpr std::uint32_t none = 0xFFFFFFFFu;
 
-  /// Makes a table for up to `keys` keys, which leave it at most half full.
+  /// Makes a table for up to `keys` keys. They leave it at most half full, so that searches are short.
   explicit KeyTable(std::size_t keys) {
     std::size_t size = 16;
     while (size < 2 * keys) size *= 2;
@@ -33,7 +34,7 @@ class KeyTable {
 
   std::uint32_t find(std::uint64_t key) const noexcept { return slots_[place_of(key)].value; }
 
-  /// Inserts `value`, which must not be `none`, for a key that is not in the table.
+  /// Inserts the pair of a key that is not in the table and a `value`, which must not be `none`.
   void insert(std::uint64_t key, std::uint32_t value) noexcept {
     Slot& slot = slots_[place_of(key)];
     BRISTLE_ASSERT(value != none);
@@ -69,8 +70,8 @@ class KeyTable {
     return static_cast<std::size_t>(mix_key(key)) & mask_;
   }
   std::size_t next(std::size_t place) const noexcept { return (place + 1) & mask_; }
-  /// Returns the slot in which the key is stored; if it is in none, the empty slot into which it would be
-  /// inserted.
+  /// Searches the slot in which the key is stored. If the key is not in the table, returns the empty slot
+  /// into which it would be inserted.
   std::size_t place_of(std::uint64_t key) const noexcept {
     std::size_t at = home_of(key);
     while (slots_[at].value != none && slots_[at].key != key) at = next(at);

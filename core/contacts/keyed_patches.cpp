@@ -28,7 +28,8 @@ constexpr std::uint32_t none = KeyTable::none;
 
 // Magic number at the head of the saved state of a pool (letters "brstkeys").
 constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;
-/// Bit in the saved step number of a contact: set if find_or_add_contact has not yet returned the contact.
+/// Bit in the saved step number of a contact. It is set while find_or_add_contact has not yet returned the
+/// contact, whose next answer must then say is_new.
 constexpr std::uint64_t saved_untold = std::uint64_t{1} << 63;
 constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
 
@@ -37,18 +38,19 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   return capacity;
 }
 
-/// Owner of the patches or beds of a pool, and the functions of that object that the pool calls. Ids are
-/// those of the owner.
+/// The object to which the patches or beds of a pool belong (PatchBatch, ExtendedPatches, BedBatch), and
+/// those of its functions that the pool calls. Ids are valid in this object.
 struct Owner {
   void* it;
   void (*remove)(void* it, std::uint64_t id);
   void (*reset)(void* it, std::uint64_t id, std::uint32_t seed, std::uint64_t key) noexcept;
-  /// Returns the key of a patch, or of the first cell of an outline; 0 if there is no such patch, and nothing
-  /// for beds, which have no keys.
+  /// Returns the key of a patch, or of the first cell of an outline, to check a restored pool; 0 if there is
+  /// no such patch, and no value for beds, which have no keys.
   std::optional<std::uint64_t> (*key_of)(void* it, std::uint64_t id) noexcept;
 };
 
-/// Makes the owner of patches. Their reset() takes a seed and a key.
+/// Wraps a PatchBatch or ExtendedPatches as the owner of a pool's patches. Its reset() takes a seed and a
+/// key.
 template <class Patches>
 Owner owner_of(Patches& patches, std::optional<std::uint64_t> (*key_of)(void*, std::uint64_t) noexcept) {
   return {&patches, [](void* it, std::uint64_t id) { static_cast<Patches*>(it)->remove({id}); },
@@ -85,8 +87,8 @@ Owner owner_of(BedBatch& beds) {
 #endif
 
 struct KeyedPool {
-  /// Entry of the pool: a patch or bed, and the contact that uses it, if any. Entries in use form a list,
-  /// which begins with the one whose contact has not been requested for longest.
+  /// Entry of a pool: a patch or bed, and the contact that uses it, if any. Entries in use form a list; at
+  /// its head is the contact that has not been requested for longest, so expired contacts are found at once.
   struct Held {
     std::uint64_t id = 0;
     std::uint64_t key = 0;
@@ -95,7 +97,7 @@ struct KeyedPool {
     bool told = false;  ///< whether find_or_add_contact has returned this contact before
   };
 
-  /// Makes a pool and fills it with patches or beds, each made in the owner by one call of `its_add`.
+  /// Makes a pool and fills it with patches or beds; each call of `its_add` makes one in the owner.
   KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
             const KeyedOptions& its_options, std::function<std::uint64_t()> its_add)
       : name(its_name),
@@ -111,7 +113,7 @@ struct KeyedPool {
   KeyedPool(const KeyedPool&) = delete;
   KeyedPool& operator=(const KeyedPool&) = delete;
 
-  /// Removes all patches or beds but the first `kept`.
+  /// Removes all entries but the first `kept` from the pool, and their patches or beds from the owner.
   void remove_patches(std::size_t kept) noexcept {
     for (; pool.size() > kept; pool.pop_back()) {
       try {
@@ -139,7 +141,7 @@ struct KeyedPool {
       throw;
     }
     table = std::move(its_table);
-    // Puts new entries where they are used last, in ascending order.
+    // Puts the new entries at the end of the free list from which entries are taken last, in ascending order.
     const auto at = free.insert(free.begin(), capacity - before, 0u);
     std::generate(at, at + (capacity - before), [next = capacity]() mutable { return --next; });
     options.capacity = capacity;
@@ -171,8 +173,8 @@ struct KeyedPool {
     return options.seed_from_key ? static_cast<std::uint32_t>(mix_key(mix_key(key) + seed)) : seed;
   }
 
-  /// Calls `visit` for each patch of the pool: first for those in use, beginning with the one not requested
-  /// for longest, then for the free ones.
+  /// Calls `visit` for each entry of the pool: first for those in use, beginning with the contact not
+  /// requested for longest, then for the free ones.
   template <class Visit>
   void for_each_place(Visit&& visit) const {
     for (std::uint32_t i = first; i != none; i = pool[i].after)
@@ -180,7 +182,8 @@ struct KeyedPool {
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
   }
 
-  /// Finds or adds the contact of a key. `tells`: whether the caller reads KeyedContact::is_new.
+  /// Finds the contact of a key, or gives it a free entry. `tells`: whether the caller reads
+  /// KeyedContact::is_new.
   KeyedContact find_or_add(std::uint64_t key, bool tells = false) noexcept;
   std::uint64_t find(std::uint64_t key) const noexcept;
   bool erase(std::uint64_t key) noexcept;
@@ -198,7 +201,7 @@ struct KeyedPool {
   const std::uint32_t seed;
   const std::function<std::uint64_t()> add;  ///< adds one patch or bed to the owner and returns its id
   std::vector<Held> pool;
-  /// Free entries of the pool. The one freed last is used first, because it is likely still in the cache.
+  /// Indices of the free entries. The one freed last is used first, because it is likely still in the cache.
   std::vector<std::uint32_t> free;
   KeyTable table;  ///< maps a key to its place in the pool
   std::uint32_t first = none, last = none;

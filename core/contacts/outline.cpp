@@ -17,7 +17,8 @@ using detail::Nodes;
 using detail::pi;
 using detail::Turn;
 
-/// Returns the Gauss rule of a cylinder's pressure (1 - x^2)^1/2 on -1 to 1 (Chebyshev, second kind).
+/// Returns the Gauss rule for the pressure of a cylinder, (1 - x^2)^1/2 on -1 to 1: Chebyshev polynomials of
+/// the second kind.
 Nodes cylinder_nodes(int n) {
   Nodes nodes;
   for (int k = 1; k <= n; ++k) {
@@ -27,8 +28,8 @@ Nodes cylinder_nodes(int n) {
   return nodes;
 }
 
-/// Returns points and weights for integrals over r, the distance from the centre of a disc of radius 1,
-/// weighted by the load at r.
+/// Returns points and weights that integrate over r, the distance from the centre of a disc of radius 1,
+/// weighted by the load at r. Rings of cells are placed by them.
 Nodes radial_density(Pressure pressure) {
   Nodes density = legendre_nodes(96);
   double sum = 0.0;
@@ -74,7 +75,8 @@ struct Recurrence {
     }
   }
 
-  /// Counts the zeros below x of the polynomial of the highest degree, by Sturm's sequence.
+  /// Counts the zeros below x of the polynomial of the highest degree, by Sturm's sequence, so that bisection
+  /// finds every zero.
   int zeros_below(double x) const {
     int count = 0;
     double ratio = 1.0;
@@ -136,7 +138,7 @@ Outline Outline::ellipse(double half_x_m, double half_y_m, Pressure pressure, in
   for (const Node& r : radial_nodes(pressure, rings)) {
     for (int k = 0; k < around; ++k) {
       // Turns each ring of cells by half the angle between two cells against the previous ring, which spreads
-      // the cells more evenly.
+      // the cells more evenly over the disc.
       const Turn turn = detail::turn_by(pi * (2 * k + ring % 2) / around);
       outline.cells.push_back(
           {{half_x_m * r.at * turn.cosine, half_y_m * r.at * turn.sine}, r.weight / around});

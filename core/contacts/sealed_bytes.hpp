@@ -1,5 +1,5 @@
-// Puts 16 bytes in front of the saved bytes of pools, matchers, outlines and joints: a magic number and a
-// checksum.
+// Seals the saved bytes of pools, matchers, outlines and joints with 16 bytes in front: a magic number and a
+// checksum, by which foreign or damaged bytes are refused.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,8 @@ inline std::uint64_t checksum_behind_seal(Span<const std::byte> bytes) noexcept 
   return hasher.value();
 }
 
-/// Writes magic number and checksum into the first 16 bytes. The bytes behind them must already be written.
+/// Writes magic number and checksum into the first 16 of `bytes`. The bytes behind them must already be
+/// written.
 inline void seal(Span<std::byte> bytes, std::uint64_t magic) noexcept {
   ByteWriter head(bytes.data());
   head(magic);

@@ -29,8 +29,8 @@ constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
-/// Column: one number for each of 16 joints. Left uninitialised, because a kernel reads and fills only the
-/// rows that its variant needs.
+/// Column of one number for each of 16 joints, the unit in which kernels read and write. Left uninitialised,
+/// because a kernel uses only the rows that its variant needs.
 struct alignas(64) Column {
   double lane[lane_count];
 };
@@ -64,7 +64,8 @@ void read_material(const JointMaterial& material, Numbers& numbers) {
   }
 }
 
-/// Returns the bits of the features that a joint's material needs: friction by load, static friction.
+/// Returns, as bits, the features that a joint's material needs (friction by load, static friction), by which
+/// a kernel variant is chosen.
 std::uint32_t features_of(const Numbers& numbers) {
   std::uint32_t features = 0;
   for (std::uint32_t p = joint_base; p < joint_stribeck_speed; ++p) {
@@ -83,8 +84,9 @@ std::uint32_t bristles_of(const JointOptions& options) {
 
 bool is_within(double x, double most) noexcept { return std::fabs(x) <= most; }
 
-/// Calls visit(column, rule) for each saved number of a joint, in the order of saving. A bristle's tip stays
-/// between the angles that its joint has had; its bound leaves ample room.
+/// Calls visit(column, rule) for each saved number of a joint, in the order of saving. The rule is the
+/// number's allowed range: a bristle's tip stays between the angles that its joint has had, and its bound
+/// leaves ample room.
 template <class Visit>
 void joint_fields(const JointLayout& layout, Visit&& visit) {
   constexpr FieldRule angle{"angle", -most_angle, most_angle}, tip{"tip", -1e24, 1e24},
@@ -115,10 +117,11 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
       const double speed = its[joint_stribeck_speed];
       its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
       std::copy_n(its, +joint_parameters, numbers[m].lane);
-      // Makes the exponential factor of static friction vanish for a joint without a Stribeck speed.
+      // Sets the speed factor so that the exponential of static friction is 0 in sliding, for a joint without
+      // a Stribeck speed.
       numbers[m].lane[joint_parameters] = speed > 0.0 ? 0.0 : 80.0;
     }
-    // Computes, for gradients, also derivatives by parameters that are 0 in all materials: a gradient descent
+    // Computes derivatives, for gradients, also by parameters that are 0 in all materials: a gradient descent
     // may begin at 0.
     if (options.gradients) variant |= joint_gradients | joint_loaded | joint_drops;
     layout = JointLayout(variant, bristles);
@@ -140,7 +143,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     columns.resize(blocks() * layout.columns);
     for (std::size_t i = 0; i < blocks() * lane_count; ++i) straighten(i);
     // Sets the angle of the unused lanes behind the last joint to 0. Without an angle they would count as
-    // joints before their first step, for which a block takes a slow path.
+    // joints before their first step, which send the whole block down a slow path.
     for (std::size_t i = count; i < blocks() * lane_count; ++i) at(i, layout.before) = 0.0;
   }
 
@@ -153,13 +156,13 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   std::uint32_t variant = 0;
   JointLayout layout;
   std::vector<double> share, length;
-  /// Number of blocks of 16 joints after which the sequence of materials repeats. That many blocks of
-  /// constants are stored.
+  /// Number of blocks of 16 joints after which the sequence of materials repeats, which is the number of
+  /// blocks of constants stored.
   std::size_t patterns = 1;
   std::vector<Column> constants;  ///< columns of material constants for the first `patterns` blocks
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
-  // Input of the step in progress, kept here for the threads that share it.
+  // Input of the step in progress, stored here so that the threads which share the step can read it.
   JointInput in;
   JointOutput out;
   bool commits = true;
@@ -180,8 +183,8 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     for (std::uint32_t c = layout.tips; c < layout.columns; ++c) at(joint, c) = 0.0;
   }
 
-  /// Copies 16 numbers of the caller's, one per joint. Writes zeros for joints behind the last one, and for
-  /// all joints if the caller gave no array.
+  /// Copies 16 of the caller's numbers, one per joint, into a column. Joints behind the last one get zeros,
+  /// and so do all joints if the caller gave no array.
   void take(Span<const double> from, std::size_t first, std::size_t n, Column& to) const noexcept {
     if (from.empty() || n < lane_count) to = Column{};
     if (!from.empty()) std::copy_n(from.data() + first, n, to.lane);
@@ -190,7 +193,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     if (!to.empty()) std::copy_n(from.lane, n, to.data() + first);
   }
 
-  /// Joints of a block of 16 that need special treatment in a step, as bits.
+  /// Flags of those joints of a block of 16 that need special treatment in a step.
   struct Odd {
     bool bad[lane_count] = {};    ///< whether the joint's input is out of range in this step
     bool fresh[lane_count] = {};  ///< whether this is the joint's first step since reset
@@ -202,9 +205,9 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     const bool outside = is_within(input[in_outside].lane[i], most_torque);
     return angle & speed & motor & outside;
   }
-  /// Handles the joints that need special treatment. If a joint's input is out of range, zeroes all of it,
-  /// also in_writes, so that the state of the joint does not change. In the first step of a joint makes its
-  /// bristles straight at the joint's angle.
+  /// Prepares the joints that need special treatment. A joint whose input is out of range gets zeros for all
+  /// of it, also for the flag in_writes, so that its state does not change. A joint in its first step gets
+  /// straight bristles at its angle.
   Odd prepare_odd(std::size_t first, Column* input) noexcept {
     Odd odd;
     for (std::size_t i = 0; i < lane_count; ++i) {
@@ -220,7 +223,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     return odd;
   }
 
-  /// Steps block b of 16 joints, and returns how many of them have input out of range.
+  /// Steps block b of 16 joints, and returns how many of them had input out of range.
   std::uint32_t step_block(std::size_t b) noexcept {
     const std::size_t first = b * lane_count;
     const std::size_t n = std::min<std::size_t>(count - first, lane_count);
@@ -231,7 +234,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     take(in.outside, first, n, input[in_outside]);
     std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
-    // Counts in 64 bits, as wide as a double, so that the compiler vectorises the loop.
+    // Counts in 64-bit integers, as wide as a double, so that the compiler vectorises the loop.
     std::int64_t usual = 0;
     for (std::size_t i = 0; i < lane_count; ++i)
       usual += (is_good(input, i) & (before[i] == before[i])) ? 1 : 0;
@@ -392,7 +395,8 @@ void JointFriction::restore_state(Span<const std::byte> from) {
   head(variant);
   if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
     refuse_saved(where, "is of other joints");
-  // Restores in two passes: the first checks all values, the second writes, so that bad data change nothing.
+  // Restores in two passes over the bytes: the first checks all values, the second writes, so that bad data
+  // change nothing.
   for (const bool writes : {false, true}) {
     ByteReader read = head;
     for (std::size_t i = 0; i < impl.count; ++i)

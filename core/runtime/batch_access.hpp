@@ -1,5 +1,5 @@
-// Access to the inside of a batch: for objects made over it (outlines), for contact models of tests that
-// make_patch.cpp does not know, and for patch_outputs.hpp.
+// Access to the inside of a PatchBatch for code of the library and its tests: outlines (ExtendedPatches),
+// contact models that only tests use, and patch_outputs.hpp.
 #pragma once
 
 #include "bristle/patch_batch.hpp"
@@ -13,12 +13,12 @@ namespace bristle::detail {
 struct BatchAccess {
   static PatchBatch::Impl& inside(PatchBatch& batch) noexcept { return *batch.impl_; }
 
-  /// Adds a finished patch, out of contact; the batch owns its record from then on. Same thread rule as
-  /// PatchBatch::add. Throws std::bad_alloc.
+  /// Adds a patch that is already built, out of contact; the batch owns its record from then on. Thread rule:
+  /// as PatchBatch::add. Throws std::bad_alloc.
   static PatchId add(PatchBatch& batch, const Patch& made);
 
-  /// Marks a call of the stepping side over a batch. Applies the waiting changes at its start; calls to the
-  /// batch within it apply none.
+  /// Marks a call of the stepping thread over a batch. Applies the changes that the adding thread has sent at
+  /// its start, and none during it, so that patches stay the same throughout the call.
   class Turn {
    public:
     explicit Turn(PatchBatch& batch) noexcept;
@@ -30,21 +30,22 @@ struct BatchAccess {
     PatchBatch::Impl& impl_;
     const bool is_outermost_;
   };
-  /// Marks a call of the adding side over a batch. The stepping side sees all changes of the call at once, at
-  /// its end.
+  /// Marks a call of the adding thread over a batch. The stepping thread sees all changes of the call at
+  /// once, at its end, never half of them.
   class Changes {
    public:
     explicit Changes(PatchBatch& batch) noexcept;
     ~Changes();
     Changes(const Changes&) = delete;
     Changes& operator=(const Changes&) = delete;
-    /// Sends a change to the stepping side. Throws std::bad_alloc, and then leaves `change` to the caller.
+    /// Sends a change to the stepping thread. Throws std::bad_alloc; `change` then still belongs to the
+    /// caller.
     void send(std::unique_ptr<Change>&& change);
 
    private:
     PatchBatch::Impl& impl_;
   };
-  /// Steps motions as PatchBatch::step does, and cells of outlines with them (Scheduler::step).
+  /// Steps motions as PatchBatch::step does, and in the same step cells of outlines (Scheduler::step).
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 

@@ -1,4 +1,5 @@
-// The adding thread's side of a batch: the changes that it sends, and how the stepping thread applies them.
+// Implements the calls of the adding thread over a batch (add, remove, set_material) as commands, and how the
+// stepping thread applies them.
 #include <algorithm>
 #include <string>
 
@@ -198,7 +199,8 @@ PatchBatch::Impl::Commands PatchBatch::Impl::make_group(Command::Kind kind, std:
 
 namespace {
 
-/// A change that gives the scheduler room for the motions of a larger group.
+/// A change that enlarges the scheduler's working memory for the motions of a group, sent before a larger
+/// group is added.
 struct MakeRoom : Change {
   MakeRoom(GroupRoom& old, std::size_t count) : room(old), made(count) {}
   void apply() noexcept override { std::swap(room, made); }
@@ -206,8 +208,8 @@ struct MakeRoom : Change {
   GroupRoom made;
 };
 
-/// Largest number of a group's contacts that are stepped as patches at a time. Blocks step all but a few
-/// contacts.
+/// Largest number of contacts of a group for which there is memory to step them as single patches. A small
+/// number suffices, because blocks step all but a few contacts of a group.
 constexpr std::size_t few_motions = 256;
 
 }  // namespace

@@ -1,5 +1,6 @@
-// The inside of a batch: by the thread rule (patch_batch.hpp) one thread adds and removes patches
-// (batch_changes.cpp), another one steps them (patch_batch.cpp, scheduler.cpp).
+// The inside of a batch. By the thread rule (patch_batch.hpp) one thread adds and removes patches
+// (batch_changes.cpp), another one steps them (patch_batch.cpp, scheduler.cpp); each has data of its own
+// below.
 #pragma once
 
 #include <memory>
@@ -31,9 +32,11 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
     const detail::ContactModel* model = nullptr;
   };
   detail::SlotList slots;
-  /// Patch data, indexed by slot, as the thread that adds and removes patches sees them.
+  /// Facts about the patches, by slot, for the adding thread. It must not read the patches themselves
+  /// (`pool`), because the stepping thread may be changing them.
   std::vector<Record> records;
-  /// Prepared materials, the most recently used first, so that patches of one material share it.
+  /// Prepared materials, the most recently used first. Patches of equal materials share one, which saves
+  /// memory and set-up.
   std::vector<std::shared_ptr<const detail::CompiledMaterial>> materials;
   int chunks = 1;
   std::size_t scratch_bytes = 0;
@@ -42,29 +45,32 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   const std::shared_ptr<detail::LanePlaces> lanes = std::make_shared<detail::LanePlaces>();
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
-  // Functions for the thread that adds patches. All but send() throw std::bad_alloc.
+  // Functions for the adding thread. All but send() throw std::bad_alloc.
 
-  /// Returns the record of a patch that is in no group. Throws Error if there is none.
+  /// Looks up the record of a patch that is not part of a group. Throws Error if there is none.
   Record& record_of(PatchId id);
-  /// Returns the record of the first patch of a group. Throws Error if there is no such group.
+  /// Looks up the record of the first patch of a group. Throws Error if there is no such group.
   const Record& record_of(const PatchGroup& group);
   std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
   PatchId add(const detail::Patch& made);
-  /// Adds the patch that `command` holds, with scratch memory if the patch needs it.
+  /// Adds the patch that `command` holds to a slot, and allocates scratch memory if the patch needs more than
+  /// the batch has.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
   void grow_pool();  ///< adds the next chunk of slots to the pool of patches
-  /// Makes the patch that replaces a patch when its material changes. Throws Error if the materials need
-  /// patches of different kinds.
+  /// Builds the patch that takes a patch's place when its material changes. Throws Error if the old and the
+  /// new material need different kinds of patches.
   detail::Patch make_replacement(std::shared_ptr<const detail::CompiledMaterial> material,
                                  const Record& record) const;
-  /// Assigns a lane to the patch that `command` holds, if its model has lanes. Allocates scratch memory if
-  /// the patch needs more than `has_scratch` bytes, which then becomes the new size.
+  /// Assigns a lane of a block to the patch that `command` holds, if its contact model has lanes. If the
+  /// patch needs more scratch memory than `has_scratch` bytes, allocates it and sets `has_scratch` to its
+  /// size.
   void prepare(detail::Command& command, std::size_t& has_scratch);
   using Commands = std::vector<std::unique_ptr<detail::Command>>;
-  /// Makes a command of a kind for each contact of a group, with the patch that make(i) returns.
+  /// Makes one command of this kind for each contact of a group. make(i) returns the patch of contact i.
   template <class Make>
   Commands make_group(detail::Command::Kind kind, std::size_t contacts, const Make& make);
-  /// Pushes a command. No failure can follow, so the size of its scratch memory is noted only here.
+  /// Sends a command to the stepping thread, which cannot fail. Notes the size of the scratch memory that the
+  /// command brings only here, since earlier steps may throw.
   void send(std::unique_ptr<detail::Command> command) noexcept;
 
   // --- the stepping thread's side
@@ -73,12 +79,13 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   detail::Scheduler scheduler;
   detail::PatchPool& pool = scheduler.pool;
   detail::Scratch scratch;  ///< memory for a copy of any patch's record, as large as the largest
-  /// Clock of the batch. It advances in every step, whichever patches the step names (PatchRecord::clock).
+  /// Time of the batch, in its units. It advances in every step, also for patches that the step does not
+  /// name, so that they age (PatchRecord::clock).
   detail::Int128 clock = 0;
   std::size_t patches = 0;
 
-  /// Copy of a patch under a trial load, kept until the batch changes, because a solver tries many motions
-  /// under one load.
+  /// Copy of a patch that was put under a trial load by find_force(). It is kept until the batch changes,
+  /// because a solver tries many motions under one load.
   struct Trial {
     const detail::Patch* of = nullptr;
     double normal_load = 0.0;
@@ -87,8 +94,8 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   };
   Trial trial;
 
-  /// Marks a call of the thread that steps. Applies the waiting changes at its start; calls within it apply
-  /// none.
+  /// Marks a call of the stepping thread. Applies the changes that the adding thread has sent at its start,
+  /// and none in calls within the call.
   class Turn {
    public:
     explicit Turn(Impl& impl) noexcept : impl_(impl), is_outermost_(impl.enter()) {}
@@ -112,27 +119,28 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
     if (is_outermost) is_in_turn = false;
     stepping_side.leave();
   }
-  /// Applies a change of the adding thread. Neither allocates nor frees.
+  /// Applies a command of the adding thread. Neither allocates nor frees, because a step may call it.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch. The caller holds a Turn, because waiting changes may replace patches. `items`: as in
-  /// Scheduler::step.
+  /// Steps the batch, with `items` as in Scheduler::step. The caller holds a Turn, because waiting changes
+  /// may replace patches.
   StepReport step(double dt_s, const detail::StepItems& items) noexcept;
   Response find_force(double dt_s, const Motion& motion) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
   std::size_t state_size() const noexcept;
-  /// Checks all patches for impossible values, in builds with asserts: after each of the first steps, later
-  /// from time to time, because a check costs more than a step.
+  /// Checks all patches for impossible values, in builds with asserts. Checks after each of the first steps
+  /// and only from time to time later, because a check costs more than a step.
   bool is_sound() noexcept;
 
-  /// Returns the patch of an id; null if there is none. If its block of lanes has a part of its state,
-  /// settle() first moves that to the patch.
+  /// Looks up the patch of an id; null if there is none. A patch in a lane has part of its state in its
+  /// block; settle() moves that part to the patch's record before the patch is returned.
   detail::Patch* find(PatchId id) const noexcept {
     detail::Patch* const p = pool.find(id);
     if (p != nullptr && p->in_lane) settle(*p);
     return p;
   }
-  /// Calls `visit(slot, patch)` for each patch, in the order of slots.
+  /// Calls `visit(slot, patch)` for each patch of the batch, in the order of slots, with its whole state in
+  /// its record.
   template <class Visit>
   void for_each_patch(Visit&& visit) const {
     for (std::uint32_t slot = 0; slot < pool.capacity(); ++slot) {

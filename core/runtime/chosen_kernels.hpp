@@ -1,4 +1,4 @@
-// Chooses the kernels for a batch by its options, and checks its number of threads.
+// Chooses the kernels (instruction set) of a batch from its options, and checks its number of threads.
 #pragma once
 
 #include <cstdlib>
@@ -11,8 +11,9 @@
 
 namespace bristle::detail {
 
-/// Returns the kernels that `wanted` names; without it those that BRISTLE_ISA names; without that the best
-/// for this machine. Throws Error.
+/// Looks up the kernels by the name `wanted`. Without a name, takes those that the environment variable
+/// BRISTLE_ISA names; without that, the fastest that this machine supports. Throws Error for an unknown or
+/// unsupported name.
 inline const KernelTable& choose_kernels(const char* wanted) {
   int count = 0;
   const KernelEntry* entries = kernel_entries(&count);

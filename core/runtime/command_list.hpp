@@ -1,6 +1,6 @@
-// Passes changes from the thread that adds patches to the stepping thread, and replaced memory back to be
-// freed. The list is unbounded, has one producer, one consumer and no lock. The consumer neither allocates
-// nor frees, so that a step stays within its deadline.
+// A queue of changes from the thread that adds patches (producer) to the stepping thread (consumer). Memory
+// that a change replaces goes back to the producer to be freed. The queue has no bound and no lock, and the
+// consumer neither allocates nor frees, so that a step stays within its deadline.
 #pragma once
 
 #include <atomic>
@@ -13,7 +13,7 @@
 
 namespace bristle::detail {
 
-/// Memory for copies of patches, on which loads are tried.
+/// Memory for the copy of a patch on which find_force() tries a load.
 struct Scratch {
   struct Free {
     void operator()(std::byte* freed) const noexcept {
@@ -24,8 +24,8 @@ struct Scratch {
   std::size_t bytes = 0;
 };
 
-/// A change to an object made over a batch (outlines), applied in order with the batch's own commands. It
-/// keeps the memory that it replaces, for the producer to free.
+/// A change to an object made over a batch (ExtendedPatches), applied in order with the batch's own commands.
+/// It keeps the memory that it replaces until the producer frees the change.
 struct Change {
   virtual ~Change() = default;
   virtual void apply() noexcept = 0;
@@ -33,19 +33,22 @@ struct Change {
 
 struct Command {
   enum class Kind : unsigned char { none, add, replace, remove, grow, change };
-  // The first cache line has all that commands of the kinds add, replace and remove use besides `patch`.
+  // The fields up to `patch` lie in the first cache line; commands of the kinds add, replace and remove need
+  // no others, so reading one costs one cache miss.
   Kind kind = Kind::none;
   std::uint32_t slot = 0;
   std::uint64_t number = 0;  ///< number of the command in the order of push()
   std::atomic<Command*> next{nullptr};
-  /// Record of the patch that a command of kind `remove` removed, for the producer to free.
+  /// Record of the patch that a command of kind `remove` took out of the batch. The producer frees it with
+  /// the command.
   PatchRecord* removed = nullptr;
-  /// Scratch memory that replaces the batch's if that is too small for the new patch.
+  /// Scratch memory for copies of the new patch, if it needs more than the batch has. It is swapped with the
+  /// batch's.
   Scratch scratch;
   std::unique_ptr<PatchChunk> chunk;  ///< chunk of slots with the number `slot`, for a command of kind `grow`
 
-  /// Patch of a command of kind `add` or `replace`; after `replace`, the patch that was replaced. The command
-  /// owns its record.
+  /// Patch to be added or put in place, for a command of kind `add` or `replace`. After a `replace` it is the
+  /// patch that was replaced. The command owns the record of the patch.
   Patch patch;
   std::unique_ptr<Change> change;  ///< change that a command of kind `change` applies
 
@@ -71,8 +74,9 @@ class CommandList {
   CommandList(const CommandList&) = delete;
   CommandList& operator=(const CommandList&) = delete;
 
-  /// Appends a command (producer), and frees commands that the consumer has finished. Without `publishes` the
-  /// consumer sees the command only after the next publish().
+  /// Appends a command, and frees commands that the consumer has finished; for the producer. With publishes =
+  /// false the consumer sees the command only after the next publish(), so that several commands take effect
+  /// together.
   void push(std::unique_ptr<Command> command, bool publishes = true) {
     Command* const added = command.release();
     added->number = newest_->number + 1;
@@ -89,12 +93,12 @@ class CommandList {
 
   void publish() noexcept { pushed_.store(newest_->number, std::memory_order_release); }
 
-  /// Returns the number of the last published command (consumer). A consumer that takes commands only up to
-  /// it comes to an end, however fast the producer is.
+  /// Returns the number of the last published command, for the consumer. A consumer that stops at this number
+  /// comes to an end, however fast the producer appends.
   std::uint64_t pushed() const noexcept { return pushed_.load(std::memory_order_acquire); }
 
-  /// Returns the next command up to number `last`, or null (consumer). The command stays valid until the next
-  /// one is taken; then its contents return to the producer.
+  /// Returns the next command up to number `last`, null if there is none; for the consumer. The command stays
+  /// valid until the next one is taken; then the producer may free it.
   Command* take(std::uint64_t last) noexcept {
     if (current_->number >= last) return nullptr;
     Command* const next = current_->next.load(std::memory_order_acquire);

@@ -26,10 +26,10 @@ DeadlineMonitor::DeadlineMonitor(double deadline_s, double period_s) noexcept {
 
 namespace {
 
-/// Writer's half of a sequence count over the numbers of the monitor: the writer never waits, and a reader
-/// may have to copy again. Uses no fences, which the thread sanitizer does not support. Every number is
-/// stored with release and read with acquire, so a reader that sees a number of a new tick also finds the
-/// count odd or increased.
+/// Marks a change of the monitor's numbers by a sequence count: it is odd during the change, and a reader
+/// that finds it odd or changed copies again, so the writer never waits. Uses no fences, which the thread
+/// sanitizer does not support. Every number is stored with release and read with acquire, so a reader that
+/// sees a number of a new tick also finds the count odd or increased.
 class Change {
  public:
   explicit Change(detail::SharedNumber<std::uint64_t>& changes) noexcept : changes_(changes) {
@@ -82,8 +82,8 @@ void DeadlineMonitor::record_tick(const Tick& tick) noexcept {
   keep(step);
 }
 
-/// Compares a step with its deadline and reads the thread's counters before a Change begins, so that a Change
-/// lasts only a few nanoseconds.
+/// Compares a step with its deadline, and reads the thread's counters if needed. Called before a Change
+/// begins, so that a Change lasts only a few nanoseconds and readers seldom copy again.
 DeadlineMonitor::Step DeadlineMonitor::judge(double started_late_s, double wall_s,
                                              double cpu_s) const noexcept {
   Step step;
@@ -123,7 +123,7 @@ void DeadlineMonitor::keep(const Step& step) noexcept {
   n.steps.record(step.wall_s);
 }
 
-/// Returns the events since the last call, which `now` ends; none in the first call.
+/// Returns the system's events between the previous call and `now`; none in the first call.
 ThreadEvents DeadlineMonitor::events_until(const ThreadEvents& now) noexcept {
   Numbers& n = numbers_;
   const ThreadEvents since = n.events_known.get() ? now - n.last_events.get() : ThreadEvents{};
@@ -159,8 +159,8 @@ void DeadlineMonitor::refresh_events() noexcept {
 void DeadlineMonitor::reset() noexcept { *this = DeadlineMonitor(deadline(), period()); }
 
 std::uint64_t DeadlineMonitor::misses_machine() const noexcept {
-  // Reads misses_ours() first, so that a tick recorded meanwhile cannot make the difference negative. (A
-  // reset can.)
+  // Reads misses_ours() before misses(), so that a tick recorded between the two cannot make the difference
+  // negative. (A reset can.)
   const std::uint64_t ours = misses_ours(), all = misses();
   return all > ours ? all - ours : 0;
 }

@@ -1,6 +1,6 @@
-// The floating-point mode of the kernels: round to nearest, denormals flushed to zero. A call of the library
-// sets it and restores the caller's mode at its end, so that neither mode changes the results of the other's
-// code.
+// Sets the floating-point mode of the kernels for the length of a call: round to nearest, denormals flushed
+// to zero. The caller's mode returns at the end of the call. So a program's mode does not change the
+// library's results, nor the library's mode the program's.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ class FloatModeScope {
   FloatModeScope() noexcept : before_(_mm_getcsr()) {
     if (before_ != kernel_mode) _mm_setcsr(kernel_mode);
   }
-  // Restores control word and status flags, which drops flags raised since.
+  // Restores the caller's control word and status flags. Exceptions raised in the call leave no flag.
   ~FloatModeScope() { _mm_setcsr(before_); }
 #elif defined(__aarch64__)
   FloatModeScope() noexcept {
@@ -34,7 +34,7 @@ class FloatModeScope {
 
  private:
 #if defined(__SSE2__)
-  // Control word of SSE in kernels: all exceptions masked, round to nearest, flush to zero, denormals are
+  // Control word of SSE during a call: all exceptions masked, round to nearest, flush to zero, denormals are
   // zero.
   static constexpr unsigned kernel_mode = 0x1F80u | 0x8000u | 0x0040u;
   unsigned before_;

@@ -16,7 +16,8 @@ std::uint32_t count_of(std::uint32_t lanes) noexcept {
   return lanes == all_lanes ? +lane_count : static_cast<std::uint32_t>(std::popcount(lanes));
 }
 
-/// Input of a block: columns of the caller's arrays, or copies of them where the arrays end within the block.
+/// Input of a block of sixteen contacts. Reads the caller's arrays in place, or a copy padded with zeros
+/// where the arrays end within the block.
 class BlockInput {
  public:
   BlockInput(const GroupStep& step, std::size_t first, int axes)
@@ -40,10 +41,10 @@ class BlockInput {
     const LaneInput in{{x, y}, load, nullptr, 0.0, 0, false};
     return b.kernels->check(in, velocity, b.load, b.lightest, highest_load);
   }
-  /// Returns the bits of motions that are not good (is_good_motion()).
+  /// Returns the lanes, as bits, whose motions are refused as bad input (see is_good_motion()).
   std::uint32_t bad() const noexcept {
-    // Computes a number for each lane that is 0 for a good motion: subtracted from itself, a number that is
-    // not finite gives NaN.
+    // Computes a number for each lane that is 0 for a good motion. A number minus itself is NaN if it is not
+    // finite.
     double odd[lane_count];
     for (std::uint32_t i = 0; i < lane_count; ++i) {
       const double within = std::min(std::max(load[i], 0.0), highest_load);
@@ -54,7 +55,8 @@ class BlockInput {
       odd[i] += std::fabs(y[i]) + std::fabs(velocity[1][i]);
     return bits_of([&](std::uint32_t i) { return odd[i] == 0.0 ? 0.0 : 1.0; });
   }
-  /// Returns the lanes, as bits, whose motions under these loads have no displacement.
+  /// Returns the lanes, as bits, whose motions change nothing: no displacement, and the load that the lane
+  /// already has (`loads`).
   std::uint32_t still(const LaneColumn<double>& loads) const noexcept {
     return bits_of([&](std::uint32_t i) {
       const double differs = std::fabs(x[i]) + std::fabs(y[i]) + std::fabs(load[i] - loads.lane[i]);
@@ -73,8 +75,8 @@ class BlockInput {
     std::copy_n(from.data() + first_, count_, copy.lane);
     return copy.lane;
   }
-  /// Returns the lanes, as bits, for which is(lane) is 1, not 0. In most blocks that is no lane or every
-  /// lane, so two cases take no branch per lane.
+  /// Returns the lanes, as bits, for which is(lane) is 1, not 0. Mostly no lane or every lane is one, and
+  /// neither of these two cases branches per lane.
   template <class Is>
   static std::uint32_t bits_of(const Is& is) noexcept {
     double ones[lane_count];
@@ -93,7 +95,7 @@ class BlockInput {
   }
 };
 
-/// Answers the lanes whose contacts stay at rest, with their last force.
+/// Writes the last force again as the answer of lanes whose contacts stay at rest.
 void answer_at_rest(const LaneBlock& b, std::uint32_t lanes, LaneAnswers& answers) noexcept {
   for (; lanes != 0; lanes &= lanes - 1) {
     const auto i = static_cast<std::uint32_t>(std::countr_zero(lanes));
@@ -104,8 +106,8 @@ void answer_at_rest(const LaneBlock& b, std::uint32_t lanes, LaneAnswers& answer
   }
 }
 
-/// Writes the responses of sixteen contacts without dampers to the arrays, from contact `first` on.
-/// `may_overload`: Whether any of them may be overloaded.
+/// Writes the responses of sixteen contacts without dampers to the caller's arrays, from contact `first` on.
+/// `may_overload`: whether the load of any of them may be above max_normal_load.
 void write_columns(const LaneBlock& b, const double* load, bool may_overload, const LaneAnswers& answers,
                    const LaneColumn<double> (&force)[2], const GroupStep& to, std::size_t first,
                    Status& status) noexcept {
@@ -190,7 +192,7 @@ void GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept
   const std::uint32_t asked = std::exchange(b.asked, 0);
   const BlockInput in(step, first, b.axes);
   const LaneChecks checks = in.check(b);
-  // With one axis a motion along the second is bad, too.
+  // With one axis, a motion along the second axis is bad input as well.
   const bool other_axis = b.axes == 1 && !(step.displacement[1].empty() && step.velocity[1].empty());
   const std::uint32_t bad = checks.any_bad || other_axis ? in.bad() & asked : 0;
   std::uint32_t resting = 0;

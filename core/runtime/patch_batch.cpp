@@ -56,7 +56,7 @@ StepReport PatchBatch::Impl::step(double dt_s, const StepItems& items) noexcept 
   report = scheduler.step(dt_s, items);
   if (!stands_still(clock)) {
     const double units = std::min(dt_s, longest_time) * clock_units_per_second;
-    // Avoids the slow conversion to 128 bits for a short step.
+    // Adds a short step without the conversion from double to 128 bits, which is slow.
     clock += units < 9e18 ? Int128{static_cast<std::int64_t>(units)} : static_cast<Int128>(units);
   }
   BRISTLE_ASSERT(is_sound());
@@ -183,7 +183,8 @@ Response PatchBatch::Impl::find_force(double dt_s, const Motion& motion) noexcep
     step_patch(copy, motion, dt_s, response);
     return response;
   }
-  // Tries another load on a copy of the patch, because applying a load moves bristles in and out of contact.
+  // Copies the patch to try another load on, because applying a load moves bristles in and out of contact.
+  // The copy serves all trials under that load.
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, scratch.memory.get());
     trial.contact_loss = trial.patch.model->apply_load(trial.patch, motion.normal_load);
@@ -217,7 +218,7 @@ bool PatchBatch::ages(PatchId id) const noexcept {
 
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
   const Impl::Turn impl(*impl_);
-  // Masks exceptions that the caller may have unmasked, since a division may raise them.
+  // Masks floating-point exceptions that the caller may have unmasked, since a division here may raise them.
   const FloatModeScope mode;
   PatchInfo info;
   const Patch* p = impl->find(id);
@@ -291,7 +292,7 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
   if (head.patches != impl->patches)
     throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
                 std::to_string(impl->patches));
-  // Checks every patch before it changes any, so that a bad state leaves the batch as it is.
+  // Checks the whole saved state before it changes any patch, so that a bad state leaves the batch as it is.
   std::size_t at = saved_batch_size;
   impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
     const std::size_t left = static_cast<std::size_t>(head.bytes) - at;

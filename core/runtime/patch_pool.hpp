@@ -1,5 +1,5 @@
-// Memory of the patches of a batch: slots side by side, in chunks that never move, so that pointers stay
-// valid.
+// Memory of the patches of a batch: a slot for each, in chunks that never move, so that pointers to patches
+// stay valid while others are added.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace bristle::detail {
 
-// Returns the slot of an id. A PatchId is slot and generation; each patch that a slot holds has a generation
-// of its own, counted from 1.
+// Returns the slot of an id. A PatchId consists of slot and generation. Each patch that a slot holds has a
+// generation of its own, counted from 1, so an old id is recognised.
 constexpr std::uint32_t slot_of(PatchId id) noexcept { return static_cast<std::uint32_t>(id.value) - 1; }
 constexpr std::uint32_t generation_of(PatchId id) noexcept {
   return static_cast<std::uint32_t>(id.value >> 32);
@@ -25,17 +25,18 @@ constexpr PatchId make_id(std::uint32_t slot, std::uint32_t generation) noexcept
   return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
 }
 
-/// Copies the fields of a slot that stay when its patch is rebuilt or gets another material.
+/// Copies those fields of a slot that must stay when its patch is rebuilt or gets another material.
 inline void keep_place(Patch& made, const Patch& before) noexcept {
   made.generation = before.generation;
   made.last_step = before.last_step;
   made.skips = before.skips;
 }
 
-/// Estimated cost of the next step of a slot's patch, by which work is divided among threads without reading
-/// patches.
+/// Estimated cost of the next step of a slot's patch. It lies apart from the patch, so that work is divided
+/// among threads without reading patches.
 struct Outlook {
-  /// Value of `bristles` for a contact in a lane, whose cost is counted with its block.
+  /// Value of `bristles` for a contact in a lane. Such a contact costs nothing by itself, because its block
+  /// is counted.
   static constexpr std::uint32_t in_lane = ~std::uint32_t{0};
 
   double normal_load = -1.0;   ///< load of the last step, N
@@ -46,7 +47,8 @@ struct Outlook {
 
 struct LaneBlock;
 
-/// Lane of a slot's patch in a block, if it has one: all that a step needs to write the motion there.
+/// Block and lane that hold a slot's contact, if it is in a lane. A step needs no more to write the contact's
+/// motion.
 struct LaneAddress {
   LaneBlock* block = nullptr;  ///< null if the patch is in no lane
   std::uint32_t generation = 0, lane = 0;
@@ -60,8 +62,8 @@ struct PatchChunk {
   std::unique_ptr<LaneAddress[]> lanes;
 };
 
-/// Chunks of 64, 64, 128, 256, ... slots. The thread that adds patches makes a chunk, and the stepping thread
-/// puts it in place: nothing is copied.
+/// All slots of a batch, in chunks of 64, 64, 128, 256, ... slots. The adding thread makes a chunk and the
+/// stepping thread puts it in place; no patch is copied when the pool grows.
 class PatchPool {
  public:
   static constexpr std::uint32_t first_slots = 64;
@@ -73,7 +75,7 @@ class PatchPool {
   static constexpr std::uint32_t first_of(int chunk) noexcept {
     return chunk == 0 ? 0 : first_slots << (chunk - 1);
   }
-  /// Returns the number of slots of a chunk.
+  /// Returns the number of slots of the chunk with this number.
   static constexpr std::uint32_t slots_of(int chunk) noexcept {
     return chunk == 0 ? first_slots : first_slots << (chunk - 1);
   }
@@ -99,7 +101,8 @@ class PatchPool {
     const int chunk = chunk_of(slot);
     return lanes_[static_cast<std::size_t>(chunk)][slot - first_of(chunk)];
   }
-  /// Returns the patch of an id, null if there is none.
+  /// Looks up the patch of an id; null if no patch has it, because it was never given or its patch was
+  /// removed.
   Patch* find(PatchId id) const noexcept {
     // Number of the slot. For PatchId{} it is the largest number, which no slot has.
     const std::uint32_t slot = slot_of(id);
@@ -110,13 +113,13 @@ class PatchPool {
 
  private:
   std::array<std::unique_ptr<PatchChunk>, most_chunks> chunks_;
-  // Arrays of each chunk, copied here to save one look-up.
+  // Pointers to the arrays of each chunk, copied out of the chunks to save one look-up per patch.
   std::array<Patch*, most_chunks> patches_{};
   std::array<LaneAddress*, most_chunks> lanes_{};
   std::uint32_t capacity_ = 0;
 };
 
-/// Generations of all slots, and the free slots, on the side of the thread that adds patches.
+/// Generations of all slots, and the list of free slots. Only the adding thread uses it.
 class SlotList {
  public:
   struct Slot {
@@ -124,7 +127,7 @@ class SlotList {
   };
   static constexpr std::uint32_t last_generation = ~std::uint32_t{0};
 
-  /// Returns the slot that was freed last, with a new generation, or a new slot if none is free. Throws
+  /// Takes the slot that was freed last, with a new generation, or a new slot if none is free. Throws
   /// std::bad_alloc.
   Slot take() {
     if (free_.empty()) {
@@ -136,13 +139,14 @@ class SlotList {
     free_.pop_back();
     return {slot, ++generations_[slot]};
   }
-  /// Frees a slot. A slot that has used its last generation stays unused, so that no id is given twice.
+  /// Frees a slot for another patch. A slot that has used its last generation stays unused, so that no id is
+  /// given twice.
   void give_back(std::uint32_t slot) noexcept {
     BRISTLE_ASSERT(slot < generations_.size() && free_.size() < free_.capacity());
     if (generations_[slot] != last_generation) free_.push_back(slot);
   }
 
-  /// Returns the first of `count` slots side by side, all with one new generation: part of a run that
+  /// Takes `count` slots side by side, all with one new generation, and returns the first: part of a run that
   /// give_back_run() freed, or new slots. Throws std::bad_alloc.
   Slot take_run(std::uint32_t count) {
     runs_.reserve(runs_.size() + ++runs_taken_);  // reserves memory here, so that give_back_run() cannot fail
@@ -162,7 +166,7 @@ class SlotList {
     free_.reserve(generations_.capacity());
     return {first, 1};
   }
-  /// Frees slots side by side for another take_run(). Neighbouring runs become one.
+  /// Frees slots side by side for another take_run(). Merges neighbouring free runs.
   void give_back_run(std::uint32_t first, std::uint32_t count) noexcept {
     --runs_taken_;
     const auto next = std::find_if(runs_.begin(), runs_.end(), [=](const Run& r) { return r.first > first; });
@@ -178,7 +182,8 @@ class SlotList {
   }
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
-  /// Sets the generation of a slot, as if it had held that many patches. For tests.
+  /// Sets the generation of a slot, as if it had held that many patches. Tests of the last generation need
+  /// it.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;
   }

@@ -15,7 +15,7 @@ namespace {
 
 thread_local char this_thread;  // variable of each thread, whose address identifies the thread
 
-/// Distances, in patches of the step, at which a slot and its patch's record are prefetched.
+/// Distances, in motions of the step, at which the slot of a patch and its record are prefetched from memory.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
 constexpr std::uint32_t blocks_ahead = 8;  ///< distance at which a group's block of lanes is prefetched
@@ -30,7 +30,8 @@ constexpr std::size_t resting_row = 16;    ///< number of resting patches in a r
     __builtin_prefetch(reinterpret_cast<const void*>(address + 64 * line));
 }
 
-/// Steps the contacts of a block for which motions were written, then calls answer(lane, answers) for each.
+/// Steps the contacts of a block of lanes whose motions were written into it, then calls answer(lane,
+/// answers) for each of them.
 template <class Answer>
 void run_block(LaneBlock& block, const Answer& answer) noexcept {
   LaneAnswers answers;
@@ -43,7 +44,7 @@ void run_block(LaneBlock& block, const Answer& answer) noexcept {
 
 }  // namespace
 
-/// Items of a step: motions of patches, and of cells of outlines whose step is not light.
+/// Items of a step that are given as motions: single patches, and cells of outlines whose step is not light.
 struct Scheduler::Motions {
   double dt;
   Span<const Motion> in;
@@ -56,8 +57,8 @@ struct Scheduler::Motions {
   const Motion& whole_motion(const Patch&, std::size_t i) const noexcept { return in[i]; }
   double load(std::size_t i, double) const noexcept { return in[i].normal_load; }
 
-  /// Returns the patch of a motion. For a motion that cannot be stepped returns null, and the reason in
-  /// `status`.
+  /// Checks whether a motion can be stepped and returns its patch. Otherwise returns null, and sets `status`
+  /// to the reason.
   Patch* admit(Patch* p, std::size_t i, std::uint64_t step_number, Status& status) const noexcept {
     out[i].id = in[i].id;
     Status why = Status::ok;
@@ -72,7 +73,8 @@ struct Scheduler::Motions {
     status = status | why;
     return nullptr;
   }
-  /// Writes the motion of a contact into its block, unless it is refused or answered at once.
+  /// Writes the motion of a contact into its block, to be stepped with it. Returns false if there is nothing
+  /// to step, because the motion is refused or the contact stays at rest and is answered at once.
   bool place(LaneBlock& block, std::uint32_t lane, std::size_t i, bool repeats,
              Outcome& outcome) const noexcept {
     out[i].id = in[i].id;
@@ -130,7 +132,7 @@ struct Scheduler::Motions {
   }
 };
 
-/// Items of a step: motions of the cells of outlines that make a light step.
+/// Items of a step that are cells of outlines in a light step: displacements in, elastic forces out.
 struct Scheduler::Cells {
   double dt;
   Span<CellMotion> cells;
@@ -178,8 +180,8 @@ struct Scheduler::Cells {
     status = status | status_of(p);
     return visited;
   }
-  // Returns the motion of a cell that is stepped as a patch, because it is large enough to be shared among
-  // threads.
+  // Returns the motion of a cell as a patch would get it. Needed for a cell so large that its step is shared
+  // among threads.
   Motion whole_motion(const Patch& p, std::size_t i) const noexcept {
     Motion motion;
     motion.id = cells[i].id;
@@ -196,12 +198,12 @@ struct Scheduler::Cells {
   }
 };
 
-/// Items of a step: blocks of a group, which link_group() has chosen.
+/// Items of a step that are blocks of a group of contacts; link_group() has chosen them.
 struct Scheduler::Blocks : GroupColumns {
   std::uint64_t cost;
 };
 
-/// One step of all items of one kind (Motions, Cells or Blocks).
+/// One step of all items of one kind (Motions, Cells or Blocks), alone or shared among threads.
 template <class Items>
 class Scheduler::Step {
  public:
@@ -240,9 +242,9 @@ class Scheduler::Step {
   }
 
  private:
-  /// Writes the motions of contacts in lanes into their blocks. Sets `others` to the number of items of other
-  /// patches, and `cost` to the cost of the blocks that the step has to run. Returns the first of these
-  /// blocks, null if there is none.
+  /// Writes the motions of contacts in lanes into their blocks, and links the blocks that the step has to
+  /// run. Returns the first of them, null if there is none, and sets `cost` to their cost. Sets `others` to
+  /// the number of items that are not in lanes.
   LaneBlock* place_motions(std::size_t& others, std::uint64_t& cost, StepReport& report) noexcept {
     Outcome outcome;
     LaneBlock *first = nullptr, *last = nullptr;
@@ -309,8 +311,8 @@ class Scheduler::Step {
     note_sizable(cost);
   }
 
-  /// Prefetches the memory of the next motions before `last`. Patches out of cache then take half the time
-  /// (core/decisions/007-memory-and-threads.md).
+  /// Prefetches the memory of patches that the next motions (before `last`) will need. Patches out of cache
+  /// then take half the time (core/decisions/007-memory-and-threads.md).
   [[gnu::always_inline]] void fetch_ahead(const Items& items, std::size_t i,
                                           std::size_t last) const noexcept {
     if (i + slots_ahead < last) {
@@ -327,7 +329,8 @@ class Scheduler::Step {
     }
   }
 
-  /// Steps the motions of a range, one after another. Answers a patch at rest without a call of its model.
+  /// Steps the motions of a range one after another. A patch that stays at rest is answered here, without a
+  /// call of its contact model.
   void step_range(const Range& range, Outcome& outcome) noexcept {
     const bool notes = s.workers.count() > 1;
     const PatchPool& patches = s.pool;
@@ -340,7 +343,7 @@ class Scheduler::Step {
         ++next_split;
         continue;
       }
-      // Stops prefetching in a long row of resting patches, which the processor's own prefetching reads as
+      // Stops prefetching in a long row of resting patches. The processor's own prefetching reads those as
       // fast.
       if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = patches.find(items.id(i));
@@ -381,8 +384,8 @@ class Scheduler::Step {
     task.end = DeadlineMonitor::wall_now();
   }
 
-  /// Returns the number of bristles that the step of an item may visit, plus the fixed cost of a patch in
-  /// bristles; 0 = nothing to do.
+  /// Returns the cost of an item's step, as a number of bristles: those that it may visit plus the fixed cost
+  /// of a patch; 0 if there is nothing to do.
   std::uint64_t cost_of(std::size_t i) const noexcept {
     const std::uint32_t slot = slot_of(items_.id(i));
     if (slot >= s.pool.capacity()) return 0;
@@ -394,8 +397,8 @@ class Scheduler::Step {
     return works ? s.sharing_.patch_overhead + outlook.bristles : 0;
   }
 
-  /// Returns the estimated cost of all motions. Returns 0 if a slot is named twice, because such a step is
-  /// not worth sharing.
+  /// Returns the estimated cost of all items of the step. Returns 0 if a slot is named twice, because such a
+  /// step is never shared.
   std::uint64_t count_cost() noexcept {
     std::uint64_t cost = 0;
     const auto mark = static_cast<std::uint32_t>(s.step_number_);
@@ -408,8 +411,9 @@ class Scheduler::Step {
     return cost;
   }
 
-  /// Begins the step of a large patch and splits it into ranges of blocks. Returns false, and begins nothing,
-  /// if the patch cannot or need not be split, or if there is no room for its tasks.
+  /// Begins the step of a large patch and splits it into ranges of blocks of bristles, one for each task.
+  /// Returns false, and begins nothing, if the patch cannot or need not be split, or if there is no room for
+  /// its tasks.
   bool split_patch(std::size_t i, std::uint64_t pieces, int& task_count, Status& status) noexcept {
     if (pieces <= 1 || s.split_count_ >= max_split || task_count + static_cast<int>(pieces) >= max_tasks / 2)
       return false;
@@ -423,7 +427,8 @@ class Scheduler::Step {
     split.motion = i;
     split.first_task = task_count;
     const std::uint32_t blocks = begin_step(p, motion, items_.dt, split.step);
-    // Gives each task whole groups of blocks, because bounds on snapping are kept for groups.
+    // Gives each task whole groups of blocks, because the bounds below which no bristle snaps are kept for
+    // groups.
     const std::uint32_t groups = (blocks + blocks_per_range - 1) / blocks_per_range;
     const std::uint32_t parts = std::min(static_cast<std::uint32_t>(pieces), groups);
     for (std::uint32_t k = 0; k < parts; ++k) {
@@ -437,7 +442,7 @@ class Scheduler::Step {
     return true;
   }
 
-  /// Writes the response of a patch whose ranges are all done.
+  /// Writes the response of a split patch, from the sums of its tasks, when all of them are done.
   void finish_split(const Split& split, StepReport& report) noexcept {
     Patch& p = *split.patch;
     Totals totals{};
@@ -489,8 +494,8 @@ class Scheduler::Step {
       add_to(report, task.outcome);
     }
     s.retreat_.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
-    // Reports the larger numbers of two runs, that of cells and that of motions. Both stay 1 if there was no
-    // task: the calling thread then did all the work.
+    // Keeps the larger numbers for the report, because a step may share its cells and its motions in two
+    // runs. Both numbers are 1 if there was no task and the calling thread did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);
     report.threads = std::max(s.count_threads(task_count), report.threads);
   }
@@ -506,7 +511,7 @@ LaneBlock* Scheduler::link_group(const GroupStep& step, std::uint64_t& cost, Sta
   };
   if (block_of(0) == nullptr) return nullptr;
   constexpr std::uint32_t all_lanes = (1u << lane_count) - 1;
-  // Calls visit(block, index of its first contact, lanes) for all named contacts.
+  // Calls visit(block, index of its first contact, lanes) for the contacts that the step names.
   const auto for_each_block = [&](const auto& visit) {
     if (step.which.has_value()) {
       for (const std::uint32_t i : *step.which)
@@ -593,7 +598,7 @@ void Scheduler::step_group(double dt_s, const GroupStep& step, StepReport& repor
     Step<Blocks>(*this, blocks).run_blocks(first, blocks.cost, report);
     return;
   }
-  // Steps the contacts as patches, as many at a time as there is room for.
+  // Steps contacts that are not all in blocks as single patches, as many at a time as there is memory for.
   const Outputs computed = pool.find(step.group.first)->outputs;
   std::vector<Motion>& motions = group_room.motions;
   std::vector<Response>& responses = group_room.responses;

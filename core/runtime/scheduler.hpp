@@ -1,4 +1,4 @@
-// Steps motions of a batch's patches: on the calling thread alone, or in pieces on several.
+// Steps the motions of a batch's patches, on the calling thread alone or shared among several threads.
 #pragma once
 
 #include <array>
@@ -13,7 +13,8 @@
 
 namespace bristle::detail {
 
-/// Items that a step moves: cells of outlines, groups, and patches by one motion each.
+/// Everything that one step moves: cells of outlines, groups of contacts, and single patches by one motion
+/// each.
 struct StepItems {
   Span<CellMotion> cells;
   Span<const GroupStep> groups;
@@ -28,14 +29,17 @@ class Scheduler {
   Workers workers;
   PatchPool pool;
 
-  /// Steps all groups, motions and cells. Threads and pieces do not change a bit. Requires a valid `dt_s`, no
-  /// patch that is both among the cells and among the motions, and no cell that is named twice.
+  /// Steps all items. The results do not depend on the number of threads and pieces, to the bit. Requires a
+  /// valid `dt_s`, no patch that is both among the cells and among the motions, and no cell that is named
+  /// twice.
   StepReport step(double dt_s, const StepItems& items) noexcept;
 
-  /// Returns why a group cannot be stepped as asked: there is no such group, or an array does not fit it.
+  /// Checks that a group's step can be made. Returns Status::unknown_id if there is no such group, and
+  /// Status::bad_input if an array or an index does not fit it.
   Status find_fault(const GroupStep& step) const noexcept;
-  /// Finds the answers to a group's motions without a change of state. Returns false, and does nothing, for a
-  /// group whose contacts have to be tried one by one.
+  /// Finds the responses to a group's motions without changing the state, for implicit solvers. Returns
+  /// false, and does nothing, for a group whose contacts are not all in blocks and have to be tried one by
+  /// one.
   bool try_group(double dt_s, const GroupStep& step, StepReport& report) noexcept;
 
   std::uint64_t step_number() const noexcept { return step_number_; }
@@ -49,12 +53,13 @@ class Scheduler {
 
   struct Range {
     std::uint32_t first = 0, last = 0;
-    /// Index in `splits_` of the first large patch that may lie in this range of motions.
+    /// Index in `splits_` of the first large patch that may lie in this range; step_range() leaves such
+    /// patches out.
     int next_split = 0;
   };
   using Outcome = StepOutcome;
-  /// A task of a shared step: blocks of contacts in lanes, a range of blocks of one large patch, or a range
-  /// of motions.
+  /// A task of a step shared among threads: a row of blocks of contacts, a range of blocks of one large
+  /// patch, or a range of motions.
   struct Task {
     LaneBlock* blocks = nullptr;  ///< first of the `block_count` blocks of lanes that the task steps
     std::uint32_t block_count = 0;
@@ -77,9 +82,10 @@ class Scheduler {
   template <class Items>
   class Step;
 
-  /// Links the blocks of a group whose named contacts are all lent to them, with their `named` lanes. Returns
-  /// the first block; null if the contacts have to be stepped one by one. `repeats`: gets Status::repeated_id
-  /// for a contact that the step has named before; null for a trial.
+  /// Links the blocks that hold the contacts which a group's step names, and marks these contacts in
+  /// LaneBlock::asked. Returns the first block; null if the state of a contact cannot be lent to its block,
+  /// and the contacts have to be stepped one by one. `repeats`: gets Status::repeated_id for a contact that
+  /// the step has named already; null for a trial.
   LaneBlock* link_group(const GroupStep& step, std::uint64_t& cost, Status* repeats) noexcept;
   void step_group(double dt_s, const GroupStep& step, StepReport& report) noexcept;
 

@@ -1,4 +1,4 @@
-// Decides when a step is shared among threads, and in what pieces.
+// Decides when a step is shared among threads, and into pieces of what size it is cut.
 #pragma once
 
 #include <algorithm>
@@ -7,27 +7,27 @@
 
 namespace bristle::detail {
 
-/// Constants that decide when work is shared. Measured by `bristle_bench --benchmark_filter='^threads/'`;
+/// Constants that decide when a step is shared, measured by `bristle_bench --benchmark_filter='^threads/'`.
 /// bench/README.md has figures.
 struct Sharing {
-  /// Least number of bristles to visit for which a step is shared, when steps follow each other at once. A
-  /// worker that has just worked starts within a microsecond (measured break-even below 20,000 bristles).
+  /// Least number of bristles to visit for which sharing pays when steps follow each other at once. Workers
+  /// are then awake and start within a microsecond (measured break-even below 20,000 bristles).
   std::uint64_t parallel_from = 20000;
-  /// Least number of bristles to visit for which a step is shared after a pause, as between the ticks of a
-  /// servo loop. A sleeping worker starts after 30 us, in which the calling thread steps some 100,000
-  /// bristles alone (measured break-even 200,000).
+  /// Least number of bristles to visit for which sharing pays after a pause, as between the ticks of a servo
+  /// loop. A sleeping worker starts after 30 us, in which the calling thread steps some 100,000 bristles
+  /// alone (measured break-even 200,000).
   std::uint64_t parallel_from_paused = 200000;
   /// Time since the last shared step, s, after which workers count as asleep. They spin for some 10 us.
   double awake = 20e-6;
-  /// Least size of a piece of work of one thread, in bristles.
+  /// Least size of a piece of work that a thread takes at a time, in bristles.
   std::uint64_t smallest_piece = 8192;
-  /// Cost of stepping a patch besides its bristles, as a number of bristles.
+  /// Fixed cost of stepping a patch, expressed as a number of bristles; those that it visits are added.
   std::uint64_t patch_overhead = 280;
 };
 
-/// Returns the default values, or those in the environment variable BRISTLE_SHARING
-/// ("parallel_from,smallest_piece,patch_overhead"), for measuring. Ignores a variable that holds anything
-/// else. Bits do not depend on the values.
+/// Returns the default constants, or those in the environment variable BRISTLE_SHARING
+/// ("parallel_from,smallest_piece,patch_overhead"), with which they are measured. Ignores a variable in
+/// another form. The constants change times, never results.
 inline Sharing chosen_sharing() noexcept {
   Sharing sharing;
   const char* text = std::getenv("BRISTLE_SHARING");
@@ -44,19 +44,21 @@ inline Sharing chosen_sharing() noexcept {
   return {from, from, 0.0, piece, patch};
 }
 
-/// Pause in which steps are not shared, after workers have made the caller wait. If the system takes a worker
-/// off its core within a piece, nobody can take over that piece, and the caller waits until the worker is
-/// back: up to tens of milliseconds. Other programs then want the cores, and sharing would lose more than it
-/// gains.
+/// Pause in which steps are not shared, begun when workers have made the caller wait. If the system takes a
+/// worker off its core within a piece, nobody can take over that piece, and the caller waits until the worker
+/// is back: up to tens of milliseconds. Other programs then want the cores, and sharing would lose more than
+/// it gains.
 class Retreat {
  public:
-  /// Returns whether the pause is over. Call it once for each step that is worth sharing.
+  /// Returns whether steps may be shared again. Call it once for each step that is worth sharing: it counts
+  /// the steps of the pause.
   bool is_over() noexcept {
     if (steps_alone_ == 0) return true;
     --steps_alone_;
     return false;
   }
-  /// Records a shared step: how long the caller worked, and how long it then waited for others, s.
+  /// Judges a shared step by how long the caller worked and how long it then waited for other threads, s. A
+  /// wait that exceeds the work by more than `grace` begins a pause.
   void judge(double worked, double waited) noexcept {
     if (waited > worked + grace) {
       steps_alone_ = length_;
@@ -67,10 +69,12 @@ class Retreat {
     }
   }
 
-  /// First and longest length of a pause, in steps. Each pause that follows soon is longer.
+  /// Lengths of the first and of the longest pause, in steps. A pause that soon follows another is longer
+  /// than that.
   static constexpr std::uint32_t first = 32, longest = 8192;
 
-  /// Longest wait that counts as harmless, s. With equal shares nobody waits longer than for the last piece.
+  /// Longest wait that counts as harmless, s. When threads take equal pieces nobody waits longer than for the
+  /// last piece.
   static constexpr double grace = 200e-6;
 
  private:

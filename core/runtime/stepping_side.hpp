@@ -1,5 +1,6 @@
-// Checks the thread rule (patch_batch.hpp) in builds with asserts: one call at a time on each side of a
-// batch. A call may make further calls on its own thread.
+// Checks the thread rule (patch_batch.hpp) in builds with asserts: at any time at most one thread may be in a
+// call of the adding kind, and one in a call of the stepping kind. A call may make further calls on its own
+// thread.
 #pragma once
 
 #include "core/common/assert.hpp"
@@ -43,7 +44,8 @@ class SteppingSide {
 };
 #endif
 
-/// Marks one side of a batch as busy while a call lasts.
+/// Holds one side of a batch (adding or stepping) busy for the length of a call, so that a second thread's
+/// call is caught.
 class SteppingCall {
  public:
   explicit SteppingCall(SteppingSide& side) noexcept : side_(side) { side_.enter(); }

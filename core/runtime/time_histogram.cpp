@@ -9,12 +9,13 @@ namespace bristle {
 
 namespace {
 
-// Number of mantissa bits that select one of the 64 buckets of an octave.
+// Number of leading mantissa bits by which a time is sorted into one of the 64 buckets of its octave.
 constexpr int mantissa_bits = 6;
 constexpr int last = TimeHistogram::buckets - 1;
 
-// Returns the number of the bucket of a time. Bucket 0 holds 0 ns. Below 2^6 ns every nanosecond has its own
-// bucket, with zeros in place of the mantissa bits that it lacks, so that one formula serves for all.
+// Returns the number of the bucket into which a time falls. Bucket 0 is 0 ns. Below 2^6 ns every nanosecond
+// has a bucket: such a time has fewer bits than the mantissa part needs, zeros are appended, and one formula
+// serves for all.
 int bucket_of(std::uint64_t ns) noexcept {
   if (ns == 0) return 0;
   int octave = 0;
@@ -25,7 +26,7 @@ int bucket_of(std::uint64_t ns) noexcept {
   return std::min(octave * 64 + static_cast<int>(fraction) + 1, last);
 }
 
-/// Returns the largest whole number of nanoseconds in a bucket, in seconds.
+/// Returns the upper end of a bucket, in seconds: its largest whole number of nanoseconds.
 double upper_edge_s(int bucket) noexcept {
   BRISTLE_ASSERT(bucket >= 0 && bucket <= last);
   if (bucket == 0) return 0.0;
@@ -42,7 +43,8 @@ void TimeHistogram::record(double time_s) noexcept {
   if (!(time_s >= 0.0)) time_s = 0.0;  // counts as 0 if the clock went back or gave NaN
   sum_s_.add(time_s);
   if (time_s > max_s_.get()) max_s_.set(time_s);
-  // Puts times above 2^36 ns (69 s) into the last bucket, whose percentile is the maximum.
+  // Puts times above 2^36 ns (69 s) into the last bucket. Percentiles that fall into it are reported as the
+  // maximum.
   const double ns = time_s * 1e9 + 0.5;
   detail::SharedNumber<std::uint32_t>& cell =
       cells_[ns < 0x1p36 ? bucket_of(static_cast<std::uint64_t>(ns)) : last];

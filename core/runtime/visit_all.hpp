@@ -1,5 +1,5 @@
-// Switches skipping off in a batch: for tests that compare steps with and without it, and to measure what
-// skipping saves.
+// Switches off the skipping of bristles that cannot snap: for tests that compare steps with and without it,
+// and to measure what it saves.
 #pragma once
 
 #include "core/runtime/batch_access.hpp"
@@ -7,8 +7,8 @@
 
 namespace bristle::detail {
 
-/// Makes patches that are added to the batch from now on visit every bristle in every step: slower, with the
-/// same bits. Thread rule: as PatchBatch::add.
+/// Makes patches that are added from now on visit every bristle in every step. Slower, but bit for bit the
+/// same results. Thread rule: as PatchBatch::add.
 inline void visit_all(PatchBatch& batch) noexcept { BatchAccess::inside(batch).skips = false; }
 
 }  // namespace bristle::detail

@@ -1,4 +1,5 @@
-// The threads that share a step: oneTBB's (workers_tbb.cpp) or the caller alone (workers_serial.cpp).
+// The threads among which a step is shared: oneTBB's (workers_tbb.cpp), or only the calling thread
+// (workers_serial.cpp).
 #pragma once
 
 #include <memory>
@@ -7,17 +8,18 @@ namespace bristle::detail {
 
 class Workers {
  public:
-  /// Makes `threads` >= 1 workers, counting the caller; 0 = one per core.
+  /// Makes a team of `threads` >= 1 threads, counting the caller; 0 means one per core.
   explicit Workers(int threads);
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
   int count() const noexcept { return count_; }
-  /// Calls task(context, i) once for each i in [0, tasks), on any thread, and returns when all are done. The
-  /// caller takes part. Tasks do not throw. Safe inside a host's own task (isolated).
+  /// Calls task(context, i) once for each i in [0, tasks), on any of the threads, and returns when all are
+  /// done. The caller takes part. Tasks must not throw. May be called within a task of the host program: the
+  /// caller takes on none of the host's other tasks (isolated).
   void run(int tasks, void (*task)(void* context, int index), void* context) noexcept;
-  /// Wakes the threads, so that their library makes its allocations in this call and not in a step.
+  /// Starts the threads and makes their library's allocations, so that no later step allocates.
   void warm_up() noexcept;
 
  private:

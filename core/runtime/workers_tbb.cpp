@@ -1,4 +1,4 @@
-// The threads that share a step, by oneTBB. Only this file includes it.
+// The threads that share a step, by oneTBB. No other file includes oneTBB.
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -13,8 +13,9 @@
 #include "core/runtime/workers.hpp"
 
 #if defined(__SANITIZE_THREAD__)
-// Tells the thread sanitizer of the fork and the join, because TBB is not built for it. The tags are global:
-// a worker must read nothing, not even the address of a tag, before it has acquired the fork.
+// Reports the fork and the join of a step to the thread sanitizer, which cannot see them inside TBB because
+// TBB is not built for it. The tags are global, because a worker must not read even the address of a tag
+// before it has acquired the fork.
 extern "C" void __tsan_acquire(void*);
 extern "C" void __tsan_release(void*);
 static char fork_tag, join_tag;
@@ -27,12 +28,13 @@ namespace bristle::detail {
 
 namespace {
 
-/// Tasks of one thread that no thread has begun. Their thread takes them from the front, other threads from
-/// the back.
+/// Tasks assigned to one thread that nobody has begun. The thread itself takes them from the front, other
+/// threads steal them from the back.
 class alignas(64) Share {
  public:
   void fill(int first, int last) noexcept { range_.store(pack(first, last), std::memory_order_relaxed); }
-  /// Returns the next task, -1 if none is left.
+  /// Takes the next task from this share, the front one if the share is the thread's `own`; -1 if none is
+  /// left.
   int take(bool own) noexcept {
     std::uint64_t range = range_.load(std::memory_order_relaxed);
     for (;;) {
@@ -53,7 +55,7 @@ class alignas(64) Share {
 }  // namespace
 
 struct Workers::Impl {
-  // Raises TBB's limit of one thread per core, for tests that ask for more threads.
+  // Raises TBB's limit of one thread per core, because tests ask for more threads than cores.
   std::optional<tbb::global_control> more_threads;
   tbb::task_arena arena;
   std::vector<Share> shares;  ///< tasks left for each thread, by its slot in the arena
@@ -70,7 +72,7 @@ struct Workers::Impl {
       shares[static_cast<std::size_t>(k)].fill(static_cast<int>(tasks * k / n),
                                                static_cast<int>(tasks * (k + 1) / n));
   }
-  /// Returns the next task for the thread in this slot: one of its own, or one of another thread that nobody
+  /// Takes the next task for the thread in this slot: one of its own, else one of another thread that nobody
   /// has begun; -1 if none is left.
   int next_task(std::size_t slot) noexcept {
     for (std::size_t k = 0; k < shares.size(); ++k) {
@@ -95,8 +97,8 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
     return;
   }
   impl_->share_out(tasks);
-  // Makes the loop's body before the fork and passes it by reference. Workers then read only memory of this
-  // library that was written before the fork.
+  // Makes the loop's body before the fork and passes it by reference, so that workers read only memory of
+  // this library that was written before the fork. The thread sanitizer would report other reads.
   const auto body = [task, context, impl = impl_.get()](int) {
     __tsan_acquire(&fork_tag);
     const int index = tbb::this_task_arena::current_thread_index();
@@ -106,7 +108,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
   };
   __tsan_release(&fork_tag);
   impl_->arena.execute([&] {
-    // Isolates the loop: a thread that waits here must not pick up unrelated work of the host.
+    // Isolates the loop. Otherwise a thread that waits here might pick up unrelated work of the host program.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, count_, body, tbb::simple_partitioner{}); });
   });
   __tsan_acquire(&join_tag);
@@ -114,7 +116,7 @@ void Workers::run(int tasks, void (*task)(void*, int), void* context) noexcept {
 
 void Workers::warm_up() noexcept {
   if (!impl_) return;
-  // Runs more than 100 loops, because oneTBB allocates memory in the first 100.
+  // Runs more than 100 empty loops, because oneTBB allocates memory in its first 100 loops.
   std::atomic<int> done{0};
   const auto spin = [](void* counter, int) {
     static_cast<std::atomic<int>*>(counter)->fetch_add(1, std::memory_order_relaxed);

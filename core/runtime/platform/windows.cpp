@@ -16,8 +16,8 @@ double monotonic_seconds() noexcept {
   return static_cast<double>(count.QuadPart) / static_cast<double>(rate.QuadPart);
 }
 
-/// Returns the CPU time of the calling thread, s. Windows counts its processor cycles; clock and cycle
-/// counter since the first call convert them to seconds.
+/// Returns the CPU time of the calling thread, s. Windows counts it in processor cycles; the ratio of wall
+/// clock to cycle counter since the first call converts them.
 double thread_seconds() noexcept {
   struct Start {
     double time = monotonic_seconds();
