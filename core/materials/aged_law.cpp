@@ -9,9 +9,9 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes a normal law, cut at 0, with this mean and nearly this coefficient of variation. The cut raises the
-/// mean and lowers the variation. The function therefore begins from a smaller mean, and from `cv` times the
-/// ratio uncut / cut of the variation of `law`.
+/// Makes a normal law, cut at 0, that has this mean and nearly this coefficient of variation. Cutting raises
+/// the mean and lowers the variation, so the uncut law gets a smaller mean, and `cv` times the ratio uncut /
+/// cut of the variation of `law`.
 SnapLength normal_of(const SnapLength& law, double mean, double cv) {
   const double spread = law.second_parameter() / law.first_parameter() * (cv / law.cv());
   const double raised = SnapLength::normal(1.0, std::min(spread, 1.0)).mean();
@@ -59,7 +59,8 @@ double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, co
 
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
                     const WayAgeing& ageing) {
-  // Relative change of speed in the central difference, whose relative error is then 1e-7.
+  // Relative change of speed by which a derivative is taken as a central difference; its relative error is
+  // then 1e-7.
   constexpr double step = 1e-3;
   const auto force = [&](double factor) {
     WayAgeing other = ageing;

@@ -1,4 +1,4 @@
-// Converts coefficients of friction to bristle parameters and back.
+// Converts friction coefficients (struct Coefficients) to bristle parameters (struct Material) and back.
 #include <algorithm>
 #include <string>
 
@@ -15,22 +15,24 @@ namespace {
 
 constexpr double ln10 = 2.302585092994046;
 
-/// Effect of ageing on friction that the caller asks for. Together with the law of snap lengths it determines
-/// the strength of ageing. Lengths are in mean snap lengths.
+/// Effect of ageing on friction that the caller asks for, as a fall with speed or a growth at rest. With the
+/// law of snap lengths it determines the strength of ageing. Lengths are in mean snap lengths.
 struct AgeingWish {
   AgeingForm form = AgeingForm::logarithmic;
-  /// Fall of kinetic friction per factor e of speed, over kinetic friction; if it is 0, `growth` determines
-  /// the ageing.
+  /// Wanted fall of kinetic friction per factor e of speed, over kinetic friction; 0 = the wanted `growth`
+  /// determines the ageing.
   double fall = 0.0;
   double growth = 0.0;  ///< growth of static friction per factor e of rest, over kinetic friction
   double path = 0.0;    ///< sliding speed times ageing time; 0 = so fast that nothing ages
 
   bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
-  /// Whether the coefficients are given for a speed at which bristles age.
+  /// Whether the coefficients hold at a speed at which bristles age, and not only for sliding too fast for
+  /// ageing.
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
 
-/// Family of snap-length laws with one mean and any spread; with spread 0 it is the single length.
+/// Family of snap-length laws (such as all lognormal ones) of one mean, among which the spread selects;
+/// spread 0 gives the single length.
 struct Family {
   SnapLaw law;
   SnapRule rule;
@@ -40,13 +42,13 @@ struct Family {
 
   bool of_paper() const noexcept { return residual == 0.0 && renewal == 0.0 && !wish.at_speed(); }
 
-  /// Returns the largest spread of snap lengths that Material::validate allows. SnapRule::keep with shared
-  /// renewal allows less, because a wide law has more short bristles than that rule can have.
+  /// Returns the largest spread of snap lengths that Material::validate allows. With SnapRule::keep and
+  /// shared renewal it is smaller, because that rule may have only few short bristles.
   double widest_allowed() const noexcept {
     const bool few_short = rule == SnapRule::keep && renewal != 0.0;
     switch (law) {
       case SnapLaw::uniform:
-        // Spread at which the shortest length of a uniform law is 0.
+        // Spread of a uniform law whose shortest length is 0: the root of 1/3.
         return few_short ? 0.568 : 0.5773502691896257;
       case SnapLaw::normal:
         return few_short ? 0.3 : 1.0;
@@ -57,8 +59,8 @@ struct Family {
     }
   }
 
-  /// Returns an upper end for the search of a spread. Up to it the ratio peak / kinetic falls, if possible to
-  /// `wanted` or below, otherwise to its least value.
+  /// Returns the upper end of the interval in which a spread is searched. Up to it the ratio peak / kinetic
+  /// falls with the spread, if possible to `wanted` or below, otherwise to its least value.
   double widest(double wanted) const {
     if (law == SnapLaw::lognormal && !of_paper() && ratio(0.6) <= wanted)
       return 0.6;  // a narrower law is enough, and is solved faster
@@ -74,7 +76,7 @@ struct Family {
         return SnapLength::uniform(std::max(mean_m - half, 0.0), mean_m + half);
       }
       case SnapLaw::normal: {
-        // Lowers the mean of the uncut normal law, because cutting it at 0 raises the mean.
+        // Lowers the mean of the uncut normal law by the factor by which cutting it at 0 raises the mean.
         const double raised = SnapLength::normal(1.0, spread).mean();
         return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
       }
@@ -87,7 +89,8 @@ struct Family {
     }
   }
 
-  /// Returns the relative fall or growth of friction (AgeingWish) that ageing of this strength causes.
+  /// Returns the effect that ageing of this strength has on friction, relative, as AgeingWish names it: the
+  /// fall with speed or the growth at rest.
   double effect(const SnapLength& unit, double strength) const {
     const detail::WayAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
@@ -98,7 +101,8 @@ struct Family {
            (residual + sliding.deflection);
   }
 
-  /// Returns the strength of ageing that has the wanted effect, or the largest strength if none has.
+  /// Returns the strength of ageing that has the wanted effect. If no allowed strength has it, returns the
+  /// largest.
   double find_strength(const SnapLength& unit) const {
     if (!wish.any()) return 0.0;
     const double wanted = wish.growth != 0.0 ? wish.growth : wish.fall;
@@ -122,8 +126,8 @@ struct Family {
     return (residual + peak) / (residual + kinetic);
   }
 
-  /// Returns a spread of a uniform law at which the ratio peak / kinetic is at most `wanted`; if there is
-  /// none, the spread where the ratio is least. Searches step by step, because the minima have no closed
+  /// Searches a spread of a uniform law at which the ratio peak / kinetic is at most `wanted`; if there is
+  /// none, returns the spread with the least ratio. Searches step by step, because its minima have no closed
   /// form.
   double search_uniform(double wanted) const {
     constexpr int points = 12;
@@ -144,12 +148,12 @@ struct Family {
         .place;
   }
 
-  // Spread of the uniform law with the least ratio peak / kinetic: 1.15302, at a width w of 0.969609 means.
-  // For w from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2, the kinetic value (1 + w^2/12) / 2. Wider
-  // laws, up to w = 2, have ratios from 1.153 to 1.159.
+  // Spread of the uniform law with the least ratio peak / kinetic, 1.15302. Its width w is 0.969609 means;
+  // for w from 2/3 to 1 the peak is 5 w / 8 + 1 / (2 w) - 1/2, the kinetic value (1 + w^2/12) / 2. Wider
+  // laws, up to w = 2, have ratios from 1.153 to 1.159, so a search need not go beyond.
   static constexpr double widest_falling_uniform = 0.27990193654;
-  // Spread of a uniform law up to which peak / kinetic falls under any residual and renewal, because the peak
-  // then lies before any bristle snaps twice.
+  // Spread of a uniform law up to which peak / kinetic falls with the spread under any residual and renewal.
+  // The peak then lies before any bristle snaps twice.
   static constexpr double narrow_uniform = 0.249;
 };
 
@@ -157,20 +161,19 @@ const char* rule_name(SnapRule rule) noexcept {
   return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "keep" : "redraw";
 }
 
-/// Returns the least spread, at most `widest`, at which peak / kinetic is `wanted`. A ratio of 1 is that of
-/// every law so wide that its force has no peak.
+/// Returns the least spread, at most `widest`, at which peak / kinetic is `wanted`. Every law wide enough for
+/// its force to have no peak has the ratio 1; of these, too, it returns the least.
 double solve_spread(const Family& family, double widest, double wanted) {
   const auto excess = [&](double spread) { return family.ratio(spread) - wanted; };
   const double highest = excess(0.0);
   if (highest <= 0.0) return 0.0;
-  // Takes a wider tolerance where the virgin curve comes from a grid, which is exact to 1e-7. Closed forms
-  // are exact.
+  // Takes a wider tolerance where the virgin curve is solved on a grid, to 1e-7 only. Closed forms are exact.
   const detail::ZeroTolerance tolerance =
       family.of_paper() ? detail::ZeroTolerance{1e-13, 1e-10} : detail::ZeroTolerance{1e-9, 3e-8};
   return detail::find_zero(excess, 0.0, widest, highest, excess(widest), tolerance);
 }
 
-/// Describes law, rule, residual and renewal for errors about peak / kinetic.
+/// Describes the family of laws, the rule, residual and renewal, for the text of errors about peak / kinetic.
 std::string describe(const Family& family, double residual_share) {
   std::string text = std::string("law ") + to_string(family.law) + ", rule " + rule_name(family.rule);
   if (family.residual == 0.0 && family.renewal == 0.0) return text;
@@ -178,11 +181,12 @@ std::string describe(const Family& family, double residual_share) {
          detail::number_text(family.renewal);
 }
 
-/// Says what peak is, for errors about peak / kinetic: users who set kinetic alone have its default.
+/// Says the value of the peak in errors about peak / kinetic: a user who set only `kinetic` may not know its
+/// default.
 std::string peak_text(const Coefficients& c) { return "; peak is " + detail::number_text(c.peak); }
 
-/// Returns the spread at which peak / kinetic is as asked for, or throws an error that says what can be
-/// reached.
+/// Returns the spread that gives the ratio peak / kinetic which the caller asks for. Throws an error with the
+/// range of ratios if none does.
 double find_spread(const Family& family, const Coefficients& c) {
   const double ratio = c.peak / c.kinetic;
   const char* const where = "Coefficients";
@@ -194,7 +198,8 @@ double find_spread(const Family& family, const Coefficients& c) {
                    detail::number_text(highest) + " (" + describe(family, c.residual_share) +
                        ", which has no spread to choose)" + peak_text(c));
   }
-  // Distance outside the possible range within which a ratio counts as the end of the range.
+  // Distance outside the reachable range up to which a ratio counts as the end of the range, because callers
+  // round.
   constexpr double rounding = 1e-9;
   const double widest = family.widest(ratio), lowest = family.ratio(widest);
   if (!(ratio >= lowest - rounding && ratio <= highest + rounding))
@@ -205,7 +210,8 @@ double find_spread(const Family& family, const Coefficients& c) {
   return solve_spread(family, widest, wanted);
 }
 
-/// Returns the caller's spread. Throws if it is too wide, or if a given peak is not the peak of this spread.
+/// Checks the caller's spread and returns it. Throws if it is too wide, or if a peak is given too and differs
+/// from the peak of this spread.
 double check_spread(const Family& family, const Coefficients& c) {
   constexpr double rounding = 1.0 + 1e-12;
   const double widest = family.widest_allowed();
@@ -253,7 +259,8 @@ AgeingWish find_wish(const Coefficients& c) {
   return wish;
 }
 
-/// Returns the caller's spread for SnapRule::slide. If that is 0, returns 0.3 for a family that has a spread.
+/// Returns the spread for SnapRule::slide: the caller's or, if that is 0, 0.3 for a family whose spread is
+/// free.
 double find_slide_spread(const Family& family, const Coefficients& c) {
   constexpr double usual_spread = 0.3;
   const double widest = family.widest_allowed();
@@ -265,8 +272,8 @@ double find_slide_spread(const Family& family, const Coefficients& c) {
 }
 
 /// Returns the drop for SnapRule::slide: c.drop if it is set or no peak is given, otherwise the drop that
-/// gives the ratio c.peak / c.kinetic. Throws if peak and drop disagree, or with the range of ratios that can
-/// be reached.
+/// gives the ratio c.peak / c.kinetic. Throws if peak and drop disagree, or if no drop gives the ratio; the
+/// error then has the range of ratios.
 double find_drop(const SnapLength& unit, const std::string& name, const Coefficients& c) {
   const auto ratio = [&unit](double drop) {
     return detail::slide_peak(unit, drop, 1.0).force / (1.0 - drop);
@@ -293,8 +300,8 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
                            ratio(largest_drop) - wanted, {1e-14});
 }
 
-/// Returns the ageing strength for SnapRule::slide: with this law and drop, the peak grows by
-/// c.growth_per_decade (of the kinetic friction) per decade of rest. Throws if no strength does that.
+/// Returns the strength of ageing for SnapRule::slide with which the peak grows by c.growth_per_decade (of
+/// the kinetic friction) per decade of rest. Throws if no strength does that under this law and drop.
 double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients& c) {
   if (c.fall_per_decade != 0.0)
     detail::refuse("Coefficients", "fall_per_decade", c.fall_per_decade,
@@ -308,8 +315,8 @@ double find_slide_ageing(const SnapLength& unit, double drop, const Coefficients
   return std::min(c.growth_per_decade / highest, 1.0) * largest_ageing;
 }
 
-/// Fills the coefficients of a material at c.kinetic_speed: kinetic and peak, and the fall with speed or, for
-/// SnapRule::slide, the growth at rest.
+/// Calculates a material's friction coefficients at c.kinetic_speed: kinetic and peak, and the fall with
+/// speed or, for SnapRule::slide, the growth at rest.
 void find_friction(const Material& m, Coefficients& c) {
   c.kinetic = m.kinetic_coefficient();
   c.peak = m.peak_coefficient();
@@ -342,7 +349,8 @@ void find_friction(const Material& m, Coefficients& c) {
       ln10 * detail::kinetic_fall(m.snap_length, m.snap_rule, m.shared_renewal, residual, ageing);
 }
 
-/// Returns the spread from which Family::make would make this law.
+/// Returns the spread of a law as Coefficients::spread means it, so that from_coefficients makes the same law
+/// again.
 double spread_of(const SnapLength& length) noexcept {
   switch (length.law()) {
     case SnapLaw::uniform:
@@ -355,7 +363,8 @@ double spread_of(const SnapLength& length) noexcept {
   }
 }
 
-/// Throws an error if no allowed strength of ageing has the effect that the caller asks for.
+/// Checks that some allowed strength of ageing has the effect that the caller asks for, and throws an error
+/// if none has.
 void require_reached(const Coefficients& c, const Family& family, const SnapLength& unit) {
   const bool grows = c.growth_per_decade != 0.0;
   const double wanted = grows ? c.growth_per_decade : c.fall_per_decade;
@@ -402,7 +411,8 @@ Material Material::from_coefficients(const Coefficients& c) {
   material.residual_length = c.presliding_length * residual_share;
   material.shared_renewal = renewal;
   material.snap_rule = c.rule;
-  // Height deviation that suits most industrial surfaces (paper, section 2.3).
+  // Height deviation of most industrial surfaces (paper, section 2.3), a free choice here: only its product
+  // with the normal stiffness matters.
   material.asperity_height_deviation = 1e-6;
   material.normal_stiffness = 1.0 / (c.bristles_per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;

@@ -1,7 +1,7 @@
-// exp, log, the normal distribution and its inverse for set-up code: scalar double, in plain arithmetic. The
-// C library is not used but for sqrt: glibc selects variants with other bits by CPU at run time, and these
-// results enter the state of patches. Build with -ffp-contract=off. (kernels/elementary.hpp has the vector
-// versions, which trade the last digits for speed.)
+// exp, log, the normal distribution and its inverse in plain scalar arithmetic, for set-up code. Of the C
+// library only sqrt is used: glibc selects variants of the other functions by CPU at run time, with different
+// last bits, and these results enter the state of patches, which must be equal everywhere. Build with
+// -ffp-contract=off. (kernels/elementary.hpp has the vector versions, which trade the last digits for speed.)
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,8 @@ inline double exp_remainder(double r) noexcept {
   return sum;
 }
 
-// ln 2 as the sum of two numbers, because products of the first with integers up to 2^11 are exact.
+// ln 2 as the sum of two numbers, so that x - k ln 2 loses no digits: products of the first number with
+// integers up to 2^11 are exact.
 inline constexpr double ln2_high = 0x1.62e42feep-1;
 inline constexpr double ln2_low = 0x1.a39ef35793c76p-33;
 
@@ -56,7 +57,8 @@ inline double exp(double x) noexcept {
   const double low = k * ln2_low;
   const double r = high - low;
   const double y = 1.0 + (high + (r * r * exp_remainder(r) - low));
-  // Multiplies by 2^k in two factors, so that results near either end of the range of double survive.
+  // Multiplies by 2^k in two factors. A single factor would overflow or vanish where the result near an end
+  // of the range of double does not.
   const int half = k / 2;
   return y * power_of_two(half) * power_of_two(k - half);
 }
@@ -125,7 +127,7 @@ inline double normal_density(double x) noexcept { return 0.3989422804014327 * ex
 
 /// Computes P(X > z) of the standard normal law for several z >= 0, as the Mills ratio times the density. (4
 /// + z) times that ratio is a Chebyshev series in t = (z - 4) / (z + 4), with coefficients from 113-bit
-/// arithmetic. Several z at a time hide latency, because the steps for one z wait for each other.
+/// arithmetic. Several z are computed side by side, because the steps for one z wait for each other.
 template <int n>
 inline void normal_upper_tails(const double (&z)[n], double (&tail)[n]) noexcept {
   constexpr double chebyshev[] = {

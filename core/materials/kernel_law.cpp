@@ -13,24 +13,27 @@
 namespace bristle::detail {
 namespace {
 
-// Coefficient of variation below which all snap lengths count as equal. SnapRule::redraw is then computed as
-// SnapRule::keep.
+// Coefficient of variation below which all snap lengths count as equal; redrawing a length then changes
+// nothing, and SnapRule::redraw is computed as SnapRule::keep.
 constexpr double negligible_cv = 1e-6;
-// Probability that lies below the smallest one at which a snap length is sampled, 2^-24. Sampled
-// probabilities are (h + 1/2) 2^-23, h = 0, 1, 2, ...
+// A probability, 2^-25, below all those at which a snap length is sampled. Sampled probabilities are (h +
+// 1/2) 2^-23, h = 0, 1, 2, ..., of which the smallest is 2^-24.
 constexpr double smallest_share = 1.0 / 33554432.0;  // 2^-25
-// Shortest scaled snap length, 2^-40. With it numbers in single precision, and quotients, stay finite.
+// Shortest scaled snap length, 2^-40. A shorter one would make numbers or quotients in single precision
+// infinite.
 constexpr double shortest_scaled = 1.0 / 1099511627776.0;
 constexpr int biased_knots = 1024;
-// Largest number of renewals of a bristle along a mean snap length. It bounds the time of a step.
+// Largest number of renewals of a bristle along a mean snap length. Each takes time, so this limits the time
+// of a step.
 constexpr double most_renewals = 1000.0;
 
-/// Finds the path to steady sliding, in mean snap lengths: after it the mean deflection of bristles that were
-/// straight at first stays within 1e-3 of its final value. Solves the renewal equation on a grid
-/// (core/MODEL.md, "Jumps").
+/// Finds the path after which sliding is steady, in mean snap lengths: from there on the mean deflection of
+/// bristles that were straight at first stays within 1e-3 of its final value. Solves the renewal equation on
+/// a grid (core/MODEL.md, "Jumps").
 double find_stationary_path(const SnapLength& law) {
   constexpr int per_mean = 48;
-  // Longest path that is returned, in mean lengths, even if the law takes longer to settle.
+  // Longest path that the search returns, in mean lengths. Some laws take longer to settle, but a longer grid
+  // would cost too much.
   constexpr int reach = 40;
   constexpr int n = per_mean * reach;
   const double h = law.mean() / per_mean;
@@ -68,15 +71,17 @@ void fill_renewal_constants(const SnapLength& length, double per_metre, KernelLa
   if (cv < 0.2) {
     fill_narrow_jumps(m, cv, law);
   } else {
-    // Begins jumps early for the exponential law. It has no memory, so its jumps are exact over any distance,
-    // and from 0.3 mean lengths on they cost less than sampling snap by snap.
+    // Lets jumps over many snaps begin after a short path for the exponential law. This law has no memory, so
+    // jumps are exact over any distance, and from 0.3 mean lengths on they cost less than sampling snap by
+    // snap.
     const bool memoryless = length.law() == SnapLaw::exponential;
     law.jump_from = (memoryless ? 0.3 : find_stationary_path(length)) * m[1];
     law.stationary_from = law.jump_from;
   }
 }
 
-/// Piecewise linear table of quantiles for the kernels (kernels/cells.hpp), of the law times `scale`.
+/// Table of quantiles of the law times `scale`, with a straight line in each cell, from which the kernels
+/// sample lengths (kernels/cells.hpp).
 class CellTable {
  public:
   CellTable(const SnapLength& the_law, double the_scale, double the_shortest, double the_longest)
@@ -110,8 +115,8 @@ class CellTable {
 
   double quantile(double u) const { return std::clamp(scale * law.quantile(u), shortest, longest); }
 
-  /// Returns the line that has the mean and variance of the law over the cell, by Gauss's rule of four
-  /// points.
+  /// Returns the line that stands for the law in a cell: it has the law's mean and variance there, by Gauss's
+  /// rule of four points.
   Line find_line(int side, int cell) const {
     constexpr double place[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
                                  0.8611363115940526};
@@ -130,7 +135,8 @@ class CellTable {
   }
 
   /// Shifts the longest lengths of the table (quantiles above 1 - 2^-16 except the last) in two groups, so
-  /// that mean and mean square are those of the law. That makes up for lengths too rare to be sampled.
+  /// that the table's mean and mean square equal those of the law. Without the shift, lengths too rare to be
+  /// sampled would be missing from both.
   void match_tail() {
     constexpr double step = 1.0 / 8388608.0;  // distance between two probabilities that can be sampled
     constexpr int shares = 128, outer = 8;
@@ -154,8 +160,8 @@ class CellTable {
     const double room = longest - length_at(1.5 * step);
     const double most = 0.5 * from * scale;
     if (!(more[0] < room && magnitude(more[0]) < most && magnitude(more[1]) < most))
-      // Leaves the longest lengths of a very wide law uncorrected: the correction would be more than half of
-      // their length, or exceed the longest length.
+      // Leaves the longest lengths of a very wide law as they are: the correction would be more than half of
+      // their length, or exceed the law's longest length.
       return;
     for (int cell = 1; cell < 8 * per_octave; ++cell) {
       const double w =
@@ -174,8 +180,9 @@ class CellTable {
   }
 };
 
-/// Returns quantiles of the length-biased law (which favours lengths in proportion to themselves) at k /
-/// biased_knots, for laws without a closed form.
+/// Returns quantiles of the length-biased law (it favours lengths in proportion to themselves) at the
+/// probabilities k / biased_knots, for laws without a closed form. At a random place of a path, the bristles'
+/// lengths follow this law.
 std::vector<double> biased_quantiles(const SnapLength& length, double per_metre) {
   std::vector<double> knots(biased_knots + 1);
   const double total = length.mean();
@@ -202,7 +209,7 @@ std::vector<double> biased_quantiles(const SnapLength& length, double per_metre)
 void assert_law(const CompiledMaterial& c) {
   const KernelLaw& law = c.law;
   BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
-  // Holds because lengths are scaled by a power of two near their mean.
+  // Holds for every law, because lengths are scaled by a power of two near their mean.
   BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);
   BRISTLE_ASSERT(law.kind != law_table || ascends(c.table));
   BRISTLE_ASSERT(law.kind == law_lognormal || ascends(c.biased_table));
@@ -213,16 +220,16 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Turns negative zeros into positive ones. A batch stores only one of several materials that compare equal,
-/// so all of them need equal hashes and bits.
+/// Turns negative zeros into positive ones. A batch stores one of several materials that compare equal, and
+/// -0 equals 0, so both must give equal hashes and bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
                     &m.residual_length, &m.shared_renewal, &m.ageing_strength, &m.speed_strengthening})
     *x += 0.0;
 }
 
-/// Hashes the parameters of a material after make_zeros_positive(). Adding 0.0 removes negative zeros in the
-/// snap-length law too.
+/// Hashes the parameters of a material after make_zeros_positive(). Adding 0.0 turns negative zeros in the
+/// snap-length law positive, too.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
   for (double x :
@@ -232,8 +239,8 @@ std::uint64_t hash_material(const Material& m) {
   for (double x : m.snap_length.table_values()) hasher.add(x + 0.0);
   hasher.add(static_cast<std::uint64_t>(m.snap_length.law()) | static_cast<std::uint64_t>(m.snap_rule) << 8 |
              static_cast<std::uint64_t>(m.damper_decay) << 16);
-  // Leaves out parameters that the material does not use. The hash of the paper's brush, by which its saved
-  // states are checked, then does not depend on which other parameters exist.
+  // Leaves parameters that the material does not use out of the hash. The hash of the paper's brush, by which
+  // its saved states are checked, then stays the same when parameters are added to the library.
   if (m.residual_length != 0.0 || m.shared_renewal != 0.0) {
     hasher.add(m.residual_length);
     hasher.add(m.shared_renewal);
@@ -273,8 +280,9 @@ void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
   law.inverse_mean = 1.0 / m[1];
   law.count_offset = variance / (m[1] * m[1]);
 
-  // Fills mean and variance of the sum of delta^2 over the snaps within a distance D after a snap. Both are
-  // linear in D and follow from the moments of Y = delta^2 - c delta, c = m2 / m1 (core/MODEL.md, "Jumps").
+  // Computes mean and variance of the sum of delta^2 over the snaps within a distance D after a snap;
+  // energies follow from it. Both are linear in D and follow from the moments of Y = delta^2 - c delta, c =
+  // m2 / m1 (core/MODEL.md, "Jumps").
   const double c = m[2] / m[1];
   const double y2 = m[4] - 2.0 * c * m[3] + c * c * m[2];
   const double dy = m[3] - c * m[2];
@@ -284,7 +292,7 @@ void fill_jump_sums(const double (&m)[6], KernelLaw& law) noexcept {
   law.variance_per_length = y2 / m[1];
   law.variance_offset = (dy / m[1]) * (dy / m[1]) - (dy2 - law.variance_per_length * m[2]) / m[1];
 
-  // Fills the constants for jumping over k snaps at once.
+  // Computes the constants by which a bristle jumps over k snaps at once.
   law.deviation = std::sqrt(variance);
   law.square_mean = m[2];
 }
@@ -293,8 +301,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   const double variance = std::max(m[2] - m[1] * m[1], 0.0);
   const double third = m[3] - 3.0 * m[1] * variance - m[1] * m[1] * m[1];
   const double fourth = m[4] - 4.0 * m[1] * m[3] + 6.0 * m[1] * m[1] * m[2] - 3.0 * m[1] * m[1] * m[1] * m[1];
-  // Treats the sum of lengths as normally distributed at a spread of 2e-3 or less, where the differences of
-  // higher moments have errors of 1e-16 / cv^4.
+  // Takes the sum of lengths as normally distributed at a spread of 2e-3 or less. The differences of higher
+  // moments would have errors of 1e-16 / cv^4 there.
   if (cv > 2e-3) {
     law.skewness = third / (variance * law.deviation);
     law.kurtosis = fourth / (variance * variance) - 3.0;
@@ -302,8 +310,8 @@ void fill_narrow_jumps(const double (&m)[6], double cv, KernelLaw& law) noexcept
   law.square_slope = cv > 1e-5 ? (m[3] - m[2] * m[1]) / variance : 2.0 * m[1];
   law.square_residual =
       cv > 2e-3 ? std::max(m[4] - m[2] * m[2] - law.square_slope * law.square_slope * variance, 0.0) : 0.0;
-  // Finds the shortest path for jumps. On it a jump has at least 3 snaps, and exceeds the path only three
-  // times in a million.
+  // Finds the shortest path on which bristles may jump. On it a jump has at least 3 snaps, and exceeds the
+  // path only three times in a million.
   double from = 3.0 * m[1];
   for (int i = 0; i < 20; ++i) from = 3.0 * m[1] + 4.5 * law.deviation * std::sqrt(from * law.inverse_mean);
   law.jump_from = from;
@@ -338,13 +346,13 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   c.kinetic = c.residual + kinetic * length.mean() * per_metre;
   c.single_length = length.law() == SnapLaw::single;
   c.redraw = material.snap_rule == SnapRule::redraw && length.cv() > negligible_cv;
-  // Counts every bristle at its static limit if the rule has a drop, because after rests between short slides
-  // all bristles may reach it at once.
+  // Counts every bristle at its static limit for the force limit if the rule has a drop. After rests between
+  // short slides all bristles may reach it at once, more than in first loading.
   c.peak_coefficient = material.snap_rule == SnapRule::slide
                            ? material.kinetic_coefficient() / (1.0 - material.drop)
                            : material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // Cannot fail, because every law limits the ratio of its longest to its mean length.
+  // Always holds, because every law limits the ratio of its longest to its mean length.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)
@@ -360,8 +368,8 @@ std::shared_ptr<const Strata> CompiledMaterial::strata(std::uint32_t n) const {
 }
 
 void CompiledMaterial::make_draws() const {
-  // Stops for wider laws. They are only for Population::infinite (Material::validate_for_representatives),
-  // which samples no lengths.
+  // Makes no tables for wider laws. Only Population::infinite takes those
+  // (Material::validate_for_representatives), and it samples no lengths.
   if (!redraw || material.snap_length.cv() > widest_redraw_cv) return;
   std::call_once(draws_made_, [this] { fill_draws(); });
 }
@@ -380,7 +388,7 @@ void CompiledMaterial::fill_draws() const {
       law.scale = (second - first) * per_metre;
       law.biased_location = law.location * law.location;
       law.biased_scale = second * per_metre * second * per_metre - law.biased_location;
-      // Keeps sampled lengths above 0: a bristle of length 0 would snap without end.
+      // Keeps sampled lengths above 0. A bristle of length 0 would snap without end.
       law.shortest = std::max(law.location, smallest_share * law.scale);
       break;
     case SnapLaw::normal:
@@ -390,8 +398,8 @@ void CompiledMaterial::fill_draws() const {
     case SnapLaw::lognormal: {
       law.kind = law_lognormal;
       table = CellTable(length, per_metre, shortest, longest).write();
-      // Uses that lognormal lengths picked in proportion to their length have a lognormal law of equal cv,
-      // whose mean is 1 + cv^2 times as large.
+      // Gives the length-biased law in closed form: lognormal lengths picked in proportion to their length
+      // have a lognormal law of equal cv, whose mean is 1 + cv^2 times as large.
       const SnapLength biased = SnapLength::lognormal(1.0, second);
       const double mean = first * per_metre * (1.0 + second * second);
       biased_table = CellTable(biased, mean, shortest, longest).write();

@@ -1,4 +1,5 @@
-// A material prepared for the kernels: lengths in scaled units, and the constants of its snap-length law.
+// A material prepared for the kernels: its lengths in scaled units, and the constants by which kernels sample
+// its snap lengths.
 #pragma once
 
 #include <cstdint>
@@ -26,36 +27,36 @@ struct CompiledMaterial {
   double residual = 0.0;   ///< Material::residual_length in scaled lengths
   double snap_rate = 0.0;  ///< snaps of a bristle per scaled length of steady sliding, without ageing
   double kinetic = 0.0;    ///< mean deflection in slow steady sliding, scaled; without ageing
-  /// Whether the redraw kernels are needed: the rule is redraw and the spread is not negligible.
+  /// Whether steps need the redraw kernels. They do if the rule is redraw and the spread is not negligible.
   bool redraw = false;
-  /// Whether the law is a single length. Its bristles stay in phase for ever, so remainders of a path are
-  /// computed in double at every speed.
+  /// Whether the law is a single length. All bristles then stay in phase for ever and errors do not average
+  /// out, so remainders of a path are computed in double at every speed.
   bool single_length = false;
   /// Peak friction over normal load (Material::peak_coefficient), without ageing.
   double peak_coefficient = 0.0;
   std::uint64_t hash = 0;  ///< hash of all parameters of the material
-  /// Constants of the law for the kernels. Points into `table` and `biased_table`; make_draws() fills all
-  /// three members.
+  /// Constants of the law, for kernels that sample lengths. It points into `table` and `biased_table`;
+  /// make_draws() fills all three members.
   mutable KernelLaw law{};
 
   mutable std::vector<double> table, biased_table;
-  /// Quantiles of the law at the 128 probabilities spread_share(k), scaled, for sums over the law with
+  /// Snap lengths at the 128 probabilities spread_share(k), scaled, which stand for the law in sums with
   /// ageing; empty without ageing.
   std::vector<double> spread;
 
-  /// Makes the tables from which representatives with SnapRule::redraw sample their lengths. The infinite
-  /// brush does not need them. Takes milliseconds the first time, and nothing after that. Any thread that
-  /// adds patches may call it.
+  /// Makes the tables from which representatives with SnapRule::redraw sample their lengths, unless they
+  /// exist: it takes milliseconds. The infinite brush does not need them. Any thread that adds patches may
+  /// call it.
   void make_draws() const;
   /// Returns the survival function for the infinite brush, which the first call computes. Any thread that
   /// adds patches may call it.
   const SurvivalTable& survival() const;
-  /// Returns the constants of shared renewal (snaps straighten other bristles too): the path after which a
-  /// slide is steady, and how often renewed bristles snap again. The first call computes them.
+  /// Returns the constants of shared renewal (a snap makes other bristles start afresh): the path after which
+  /// a slide is steady, and how often renewed bristles snap again. The first call computes them.
   const RenewalLaw& renewal() const;
 
-  /// Returns the law as n strata (a few weighted lengths), for SnapRule::slide. The first call with this n
-  /// computes them; any thread may call it.
+  /// Returns the law as n strata (a few weighted lengths), for SnapRule::slide. Strata are remembered, so
+  /// only the first call with this n computes them; any thread may call it.
   std::shared_ptr<const Strata> strata(std::uint32_t n) const;
 
   CompiledMaterial() = default;
@@ -79,14 +80,14 @@ inline constexpr int spread_size = 128;
 double spread_share(int k) noexcept;
 double spread_weight(int k) noexcept;
 
-/// Fills the constants for jumping over many snaps at once, from the moments 0 to 5 of the path between two
-/// snaps (moment[0] is 1).
+/// Calculates the constants by which bristles jump over many snaps at once, from the moments 0 to 5 of the
+/// path between two snaps (moment[0] is 1).
 void fill_jump_sums(const double (&moment)[6], KernelLaw& law) noexcept;
-/// Fills the constants for jumping over k snaps at once under a narrow law, and the range of paths for such
-/// jumps.
+/// Calculates the constants for jumping over k snaps at once under a narrow law, and on which paths such
+/// jumps are allowed.
 void fill_narrow_jumps(const double (&moment)[6], double cv, KernelLaw& law) noexcept;
 
-/// Prepares a material for the kernels. Throws bristle::Error when the material is out of range.
+/// Checks a material and prepares it for the kernels. Throws bristle::Error for a parameter out of range.
 std::shared_ptr<const CompiledMaterial> compile_material(const Material& material);
 
 }  // namespace bristle::detail

@@ -6,14 +6,14 @@
 
 namespace bristle::detail {
 
-/// Values of a law at one length: its partial moments of order 0 and 1 (SnapLength::partial_moment), and
-/// SnapLength::survival.
+/// Values of a law at one length: its partial moments of order 0 and 1 (SnapLength::partial_moment), and its
+/// survival function (SnapLength::survival).
 struct LawAt {
   double mass, first, survival;
 };
 
-/// Fills `at` with the values of the law at each of the lengths (m, above 0, finite; as many as `at` has).
-/// Bits are those of SnapLength's functions. The three values of a lognormal law share most of their work.
+/// Computes the values of the law at each of the lengths (m, above 0, finite; as many as `at` has). The bits
+/// are those of SnapLength's functions; for a lognormal law the three values share most of their work.
 void read_law(const SnapLength& law, Span<const double> lengths_m, Span<LawAt> at);
 
 }  // namespace bristle::detail

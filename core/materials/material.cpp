@@ -11,8 +11,8 @@ namespace bristle {
 namespace {
 
 // Largest share of bristles that may be shorter than 1/64 of the mean length, for SnapRule::keep with shared
-// renewal. With more of them the shortest bristle of the sample, not the material, would determine how many
-// bristles are renewed.
+// renewal. Short bristles snap most often and renew the others. With more of them, the shortest bristle of
+// the sample, not the material, would decide how many are renewed.
 constexpr double short_length = 1.0 / 64, short_share = 1e-4;
 
 }  // namespace
@@ -143,7 +143,7 @@ double virgin_deflection(const Material& material, double x_over_mean) {
     return x_over_mean < 0.0 ? -f : f;
   }
   const double residual = material.residual_length / material.snap_length.mean();
-  // Takes the path as mean deflection up to the residual length, where no bristle snaps; beyond it the virgin
+  // Follows the displacement up to the residual length, since no bristle snaps there; beyond it the virgin
   // curve begins.
   const double f = x <= residual ? x
                                  : residual + detail::virgin_curve(material.snap_length, material.snap_rule,

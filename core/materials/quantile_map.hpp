@@ -1,4 +1,5 @@
-// Maps snap lengths to those of equal quantile in another law, for a change of material in use.
+// Maps snap lengths to another law at equal quantile, so that a bristle stays as strong among the others when
+// the material changes in use.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +9,15 @@
 
 namespace bristle::detail {
 
-/// Map from the snap length of a bristle to the length of equal quantile in another law, for which the share
-/// of shorter lengths is equal. For two laws that differ only in scale it is a factor.
+/// Map from the snap length of a bristle to the length in another law below which an equal share of the
+/// lengths lies. For two laws that differ only in scale it is a factor.
 class QuantileMap {
  public:
   QuantileMap(const SnapLength& from, const SnapLength& to) noexcept
       : from_(from), to_(to), factor_(same_form(from, to) ? to.mean() / from.mean() : 0.0) {}
 
-  /// Returns the length in the second law, m, for a length of the first one, m. `among_equals` (0 to 1):
-  /// place of the bristle among those of equal length, where a law has many of one length.
+  /// Returns the length in the second law, m, for a length of the first one, m. Where a law has many bristles
+  /// of one length, `among_equals` (0 to 1) says which of them it is.
   double operator()(double length_m, double among_equals) const noexcept {
     if (factor_ > 0.0) return factor_ * length_m;
     double share = 1.0 - from_.survival(length_m);

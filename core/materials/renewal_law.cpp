@@ -13,17 +13,18 @@ namespace bristle::detail {
 namespace {
 
 constexpr int per_mean = 32;  ///< number of cells in a mean snap length
-/// Longest path, in mean snap lengths, that is returned, even if bristles of the law forget their start more
-/// slowly.
+/// Longest path that the search returns, in mean snap lengths, even if bristles of the law forget their start
+/// more slowly.
 constexpr int reach = 40;
 constexpr int cells = per_mean * reach;
-/// Difference of the mean deflection from that of steady sliding, relative to it, within which a slide counts
-/// as steady.
+/// Relative difference of the mean deflection from that of steady sliding, below which a slide counts as
+/// steady.
 constexpr double near_steady = 1e-3;
 constexpr int classes = 64;  ///< number of classes of snap length for bristles of SnapRule::keep
 
-/// Simulation of a slide that begins with straight bristles. Stores the mass of the bristles in each cell of
-/// deflection, and moves it on by one cell per step.
+/// Simulation of a slide that begins with straight bristles, by which the path to steady sliding is measured.
+/// It stores how many bristles (their mass) are in each cell of deflection, and moves them on by one cell per
+/// step.
 class Slide {
  public:
   explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
@@ -46,7 +47,8 @@ class Slide {
     }
   }
 
-  /// Moves all bristles on by a cell. Returns the mean deflection after that.
+  /// Moves all bristles on by a cell of deflection, lets those snap that do, and returns the mean deflection
+  /// after that.
   double step() {
     double snapped = 0.0;
     std::vector<double> born(mass_.size(), 0.0);
@@ -100,8 +102,8 @@ double find_forget(const Material& m) {
   return (last_off + 1.0) / per_mean;
 }
 
-/// Inputs and result of one call of find_forget(). Results are kept, because a search takes milliseconds and
-/// many materials differ only in their stiffness.
+/// Inputs and result of one call of find_forget(). Results are remembered, because a search takes
+/// milliseconds and many materials differ only in their stiffness.
 struct Known {
   SnapLaw law;
   SnapRule rule;
@@ -115,13 +117,13 @@ struct Known {
   }
 };
 
-/// Returns the result of find_forget(), from memory if possible. Each thread remembers its last 32 materials.
-/// That needs no lock (a fork could leave one locked), and plain data let the library be unloaded. A material
-/// with a table as law is not remembered.
+/// Returns the result of find_forget(), if possible from memory: each thread remembers its last 32 materials.
+/// Memory per thread needs no lock (a fork could leave one locked), and plain data let the library be
+/// unloaded. A material with a table as law is not remembered.
 double recall_forget(const Material& m) {
   thread_local Known known[32] = {};
   thread_local std::size_t next = 0;
-  // Searches each time for a law that is a table, because Known holds only two parameters of a law.
+  // Searches afresh for a law that is a table, because Known stores only two parameters of a law.
   if (m.snap_length.law() == SnapLaw::table) return find_forget(m);
   for (const Known& k : known)
     if (k.fits(m)) return k.forget;
@@ -138,8 +140,8 @@ RenewalLaw find_renewal_law(const Material& m) {
   const double mean = m.snap_length.mean();
   RenewalLaw law;
   law.forget = recall_forget(m);
-  // Averages 1 - S over the path, with S the survival function: the share of bristles that snap within it if
-  // they begin evenly along it.
+  // Averages 1 - S over the path, S being the survival function. The result is the share of bristles that
+  // snap within the path if they begin at even distances along it.
   constexpr int parts = 8;
   double sum = 0.0;
   for (int k = 1; k <= law.again_knots; ++k) {

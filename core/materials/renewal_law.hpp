@@ -12,12 +12,12 @@ struct RenewalLaw {
 
   static constexpr int again_knots = 16;
   static constexpr double again_reach = 0.25;
-  /// again[k]: share that snaps before the end of a path of k again_reach / again_knots, of the bristles
-  /// renewed at even distances along it.
+  /// again[k]: of the bristles renewed at even distances along a path of k again_reach / again_knots, the
+  /// share that snaps before the end of the path.
   double again[again_knots + 1] = {};
 };
 
-/// Finds the constants of a material with Material::shared_renewal > 0 (core/patches/RUBBING.md). Takes
+/// Calculates the constants of a material with Material::shared_renewal > 0 (core/patches/RUBBING.md). Takes
 /// milliseconds.
 RenewalLaw find_renewal_law(const Material& material);
 

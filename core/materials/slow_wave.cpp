@@ -10,8 +10,8 @@
 namespace bristle::detail {
 namespace {
 
-// A complex number. std::complex multiplies and divides by functions of the compiler's library, whose bits
-// differ between compilers.
+// A complex number. std::complex is not used, because it multiplies and divides by functions of the
+// compiler's library, whose bits differ between compilers.
 struct Complex {
   double re = 0.0, im = 0.0;
 };
@@ -22,8 +22,8 @@ Complex operator*(Complex a, Complex b) { return {a.re * b.re - a.im * b.im, a.r
 double squared(Complex a) { return a.re * a.re + a.im * a.im; }
 Complex operator/(Complex a, Complex b) { return (1.0 / squared(b)) * (a * Complex{b.re, -b.im}); }
 
-/// Values of 1 - p(s) and of its derivative, with p(s) the Laplace transform of the density p(x) of snap
-/// lengths. The derivative is the integral of x p(x) exp(-s x).
+/// Values by which roots of p(s) = 1 are found: 1 - p(s) and its derivative, with p(s) the Laplace transform
+/// of the density p(x) of snap lengths. The derivative is the integral of x p(x) exp(-s x).
 struct Transform {
   Complex missing, slope;
 };
@@ -108,8 +108,8 @@ SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean) {
       s = s - change;
       if (!(squared(change) > 1e-20 * squared(s))) break;
     }
-    // Rejects roots that are not decaying waves. Newton's method may end at one of these, such as s = 0
-    // (steady sliding).
+    // Rejects roots that are no decaying waves, such as s = 0 (steady sliding), at which Newton's method may
+    // end.
     if (s.re < 0.0 && magnitude(s.im) * mean > 1.0 && -s.re < slowest.decay)
       slowest = {-s.re, magnitude(s.im)};
   }

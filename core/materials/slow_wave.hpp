@@ -1,5 +1,5 @@
-// Finds how slowly the swings of the force decay after all bristles began to slide together. Pieces of path
-// and the length after which a slide is steady follow from it.
+// Finds how slowly the swings of the force decay after all bristles began to slide together. How finely a
+// path must be cut, and after what length a slide is steady, follow from it.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace bristle::detail {
 
-/// Wave in the rate of snaps, exp(-decay x) cos(frequency x) over the path x, in inverse units of the table's
-/// lengths.
+/// Decaying wave in the rate of snaps, exp(-decay x) cos(frequency x) over the path x, in inverse units of
+/// the table's lengths.
 struct SlowWave {
   double decay, frequency;
 };

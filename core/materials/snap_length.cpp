@@ -17,7 +17,7 @@ namespace {
 
 constexpr double shortest_allowed_m = 1e-12;
 constexpr double longest_allowed_m = 1e3;
-// Probability whose quantile is the longest length, longest().
+// Probability whose quantile longest() returns, for laws without an upper bound.
 constexpr double longest_share = 1.0 - 0x1p-24;
 constexpr double root_of_three = 1.7320508075688772;
 
@@ -37,14 +37,14 @@ double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   return (x - a) / (b - a) * sum / (k + 1);
 }
 
-/// Returns E[delta^k; delta < x] of one segment [a, b] of a table. Where a = b it is an atom: one length with
-/// a probability.
+/// Returns E[delta^k; delta < x] of one segment [a, b] of a table. A segment with a = b is an atom: one
+/// length that has a probability of its own.
 double segment_partial_moment(int k, double a, double b, double x) noexcept {
   if (a == b) return a < x ? whole_power(a, k) : 0.0;
   return uniform_partial_moment(k, a, b, x);
 }
 
-/// Normal law cut at 0: delta = mean + deviation z, given z > -mean / deviation.
+/// Normal law without negative lengths: delta = mean + deviation z, given z > -mean / deviation.
 struct CutNormal {
   double mean, deviation;
   double cut;   // place of the cut in standard deviations, -mean / deviation
@@ -66,8 +66,8 @@ struct CutNormal {
     const double below = (1.0 - kept) + u * kept;
     const double z = below < 0.5 ? detail::normal_quantile(detail::normal_cdf(cut) + u * kept)
                                  : -detail::normal_quantile((1.0 - u) * kept);
-    // Returns at least a smallest length above 0. Rounding could give 0 at the smallest u, and a bristle of
-    // length 0 would snap without end.
+    // Returns at least a tiny length. At the smallest u rounding could give 0, and a bristle of length 0
+    // would snap without end.
     return std::max(mean + deviation * z, mean * 0x1p-60);
   }
 
@@ -98,7 +98,7 @@ struct CutNormal {
   }
 };
 
-/// Returns log(x / reference) without loss of digits where the two are close.
+/// Returns log(x / reference). It loses no digits where the two are close.
 double log_ratio(double x, double reference) noexcept {
   if (x > 0.5 * reference && x < 2.0 * reference) return detail::log1p((x - reference) / reference);
   return detail::log(x / reference);
@@ -114,7 +114,7 @@ struct Lognormal {
   double quantile(double u) const noexcept {
     return mean * detail::exp(s * detail::normal_quantile(u) - 0.5 * s * s);
   }
-  /// Returns the z for which E[delta^k; delta < x] is moment(k) normal_cdf(z).
+  /// Returns the z with which E[delta^k; delta < x] is moment(k) normal_cdf(z).
   double standard(int k, double x) const noexcept { return standard_of(k, log_ratio(x, mean)); }
   double standard_of(int k, double log_x) const noexcept { return (log_x + (0.5 - k) * s * s) / s; }
   double moment(int k) const noexcept {
@@ -198,7 +198,8 @@ SnapLength SnapLength::uniform(double min_m, double max_m) {
 SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   require_within("SnapLength::normal", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
   require_within("SnapLength::normal", "deviation_m", deviation_m, 0.0, mean_m, "m (mean_m)");
-  // Returns the single length for a deviation so small that adding it does not change the mean in double.
+  // Returns the single length if the deviation is so small that adding it to the mean changes nothing in
+  // double.
   if (mean_m + deviation_m == mean_m) return single(mean_m);
   const CutNormal law(mean_m, deviation_m);
   SnapLength result;
@@ -243,7 +244,8 @@ SnapLength SnapLength::table(Span<const double> quantiles_m) {
   require_within(where, "number of quantiles_m", static_cast<double>(size), 2, max_table_size);
   for (std::size_t i = 0; i < size; ++i) {
     const std::string name = "quantiles_m[" + std::to_string(i) + "]";
-    // Allows 0 only as the first value: a share of bristles of length 0 would snap without end.
+    // Allows the length 0 only as the first value of a table: a share of bristles of length 0 would snap
+    // without end.
     const double low = i == 0 ? 0.0 : i == 1 ? shortest_allowed_m : quantiles_m[i - 1];
     require_within(where, name, quantiles_m[i], std::max(low, i > 0 ? quantiles_m[i - 1] : 0.0),
                    longest_allowed_m, "m, ascending");

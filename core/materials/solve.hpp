@@ -1,4 +1,4 @@
-// The solvers of the material code: a root in an interval, a root by Newton's method where the slope is
+// Numerical solvers for set-up code: a root in an interval, a root by Newton's method where the slope is
 // known, and a maximum.
 #pragma once
 
@@ -14,11 +14,11 @@ struct ZeroTolerance {
   double value = 0.0;  ///< value that counts as 0, where the values at both ends of the interval are larger
 };
 
-/// Finds where f changes its sign between `low` and `high`, at which f has the values `at_low` and `at_high`.
-/// Takes the zero of the line between both ends (false position), and halves the value at an end that stays
-/// (Illinois). Bisects where that does not halve the interval, and while an end counts as 0; of a function
-/// that is 0 from some point on, that point is found. Returns the end of the last interval at which f has the
-/// sign of `at_high`.
+/// Finds where f changes its sign between `low` and `high`, where its values are `at_low` and `at_high`.
+/// Takes the zero of the line through both ends (false position), and halves the value at an end that stays
+/// (Illinois method). Bisects where that does not halve the interval, and while an end counts as 0; of a
+/// function that is 0 from some point on, that point is found. Returns the end of the last interval at which
+/// f has the sign of `at_high`.
 template <class Function>
 double find_zero(const Function& f, double low, double high, double at_low, double at_high,
                  ZeroTolerance tolerance) {
@@ -64,7 +64,7 @@ struct Maximum {
   double place, value;
 };
 
-/// Finds the maximum of f between `low` and `high`, where it has one hump, by golden section. The error of
+/// Finds the maximum of a function with one hump between `low` and `high`, by golden section. The error of
 /// its position is (high - low) 1.618^-iterations.
 template <class Function>
 Maximum find_maximum(const Function& f, double low, double high, int iterations) {

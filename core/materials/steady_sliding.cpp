@@ -35,8 +35,8 @@ void add_panel(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Adds nodes over intervals whose end is at most twice their beginning, because the integrand varies with
-/// the logarithm of the length.
+/// Adds nodes over an interval in parts whose end is at most twice their beginning, because the integrand
+/// varies with the logarithm of the length.
 template <class Density>
 void add_range(std::vector<Node>& nodes, double low, double high, const Density& density) {
   double start = low;
@@ -47,8 +47,8 @@ void add_range(std::vector<Node>& nodes, double low, double high, const Density&
   }
 }
 
-/// Adds nodes of the trapezoidal rule in z, the standard normal variable of a lognormal law. The rule is
-/// exact to rounding for smooth integrands.
+/// Adds nodes for a lognormal law by the trapezoidal rule in z, its standard normal variable. For smooth
+/// integrands this rule is exact to rounding.
 void add_lognormal(std::vector<Node>& nodes, double cv) {
   constexpr double step = 0.125;
   const double s = square_root(log1p(cv * cv));
@@ -112,7 +112,7 @@ std::vector<Node> spread_nodes(const SnapLength& law) {
   return nodes;
 }
 
-/// Returns the expectation of a function of the length at which a bristle snaps.
+/// Returns the expectation, over the law, of a function of the length at which a bristle snaps.
 template <class Function>
 double expectation(Span<const Node> nodes, const Function& f) {
   double sum = 0.0;
@@ -120,8 +120,8 @@ double expectation(Span<const Node> nodes, const Function& f) {
   return sum;
 }
 
-/// Logarithm of the expectation E in the equation of steady sliding, and its derivative by `growth` (lambda),
-/// at one value of `growth`.
+/// Logarithm of the expectation E in the equation of steady sliding, and its derivative by `growth` (the rate
+/// lambda), at one value of `growth`.
 struct LogValue {
   double value, slope;
 };
@@ -148,7 +148,7 @@ LogValue log_revolutions(Span<const Node> nodes, double growth) {
   return {log(sum), slope / sum};
 }
 
-/// Solves the equation of steady sliding (core/MODEL.md, section 26) for lambda, the rate of renewal. `mean`:
+/// Solves the equation of steady sliding (core/MODEL.md, section 26) for the rate of renewal lambda. `mean`:
 /// mean length at which bristles snap.
 double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double mean) {
   // Solves by Newton's method. Both logarithms fall with lambda and are convex, and by Jensen's inequality
@@ -165,7 +165,8 @@ double solve_growth(Span<const Node> nodes, SnapRule rule, double kappa, double 
 /// weighted by renewal.
 double path_share(double growth, double d) { return growth == 0.0 ? d : -expm1(-growth * d) / growth; }
 
-/// Returns the integral of r exp(-growth r) over 0 to d, which is the deflection weighted in the same way.
+/// Returns the integral of r exp(-growth r) over 0 to d: the deflection r along the path on which a bristle
+/// of length d is bent, weighted by renewal.
 double deflection_share(double growth, double d) {
   const double t = growth * d;
   if (t < 0.35) return d * d * (1.0 - (1.0 + t) * exp_remainder(-t));
@@ -203,8 +204,8 @@ WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
 
 double aged_length(double length, const WayAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
-  // Starts Newton's method beyond the root. From there its iterates fall onto the root, since l - length g(l)
-  // is convex; from `length` they could diverge, because the slope can be 0 there. No allowed strength of
+  // Starts Newton's method beyond the root, from where its iterates fall onto the root, since l - length g(l)
+  // is convex. From `length` they could diverge, because the slope can be 0 there. No allowed strength of
   // ageing brings l to a thousand times the fresh length.
   constexpr double farthest = 1e3;
   const bool saturates = ageing.form == AgeingForm::saturating;
@@ -232,7 +233,7 @@ SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double s
 
 SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept {
-  // Largest shared renewal kappa that is computed as 0. So small a kappa does not change the number of
+  // Shared renewal kappa up to which it is computed as 0. So small a kappa does not change the number of
   // bristles in double, and 1 / kappa^2 would overflow.
   constexpr double least_renewal = 1e-16;
   const bool renews = shared_renewal > least_renewal;

@@ -18,21 +18,22 @@ struct WayAgeing {
   double strength = 0.0;  ///< beta or gain of ageing; 0 = none
   double path = 1.0;      ///< speed times ageing time, in mean snap lengths, > 0
 
-  /// Returns the factor g by which a snap length grows along the path `way`, in mean snap lengths; slope() is
-  /// its derivative.
+  /// Returns the factor g by which a snap length has grown after the path `way` since the last snap, in mean
+  /// snap lengths; slope() is its derivative.
   double factor(double way) const noexcept;
   double slope(double way) const noexcept;
 };
 
-/// Returns the ageing of a material in sliding at a speed. Speeds below slowest_sliding count as
-/// slowest_sliding.
+/// Returns the ageing of a material along the path of sliding at one speed. Speeds below slowest_sliding
+/// count as slowest_sliding.
 WayAgeing ageing_at(const Material& material, double speed_m_per_s);
 
 /// Returns the deflection beyond the residual at which a bristle of this fresh length snaps: the solution l
 /// of l = length g(l).
 double aged_length(double length, const WayAgeing& ageing) noexcept;
 
-/// Mean and spread of the lengths at which ageing bristles snap, in units of the mean fresh snap length.
+/// Mean and coefficient of variation of the lengths at which ageing bristles snap, in units of the mean fresh
+/// snap length.
 struct AgedMoments {
   double mean, cv;
 };
@@ -51,16 +52,16 @@ struct SteadySliding {
   double drawn;       ///< mean fresh snap length of the bristles in contact, in mean snap lengths
 };
 
-/// Computes steady sliding for `shared_renewal` >= 0. Takes longer with ageing, and for a table of many
-/// lengths.
+/// Computes mean deflection and rates of steady sliding for `shared_renewal` >= 0. Takes longer with ageing,
+/// and for a table of many lengths.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
                                   const WayAgeing& ageing = {});
 /// Computes steady sliding for a law given by nodes and by `mean`, the mean length at which its bristles
-/// snap; all in one unit of length. Allocates nothing.
+/// snap; all in one unit of length. Does not allocate, so a step may call it.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,
                                   double shared_renewal) noexcept;
-/// Returns snaps per bristle and mean snap length of path, without shared renewal: 1, or E[1/delta] (delta in
-/// mean lengths) with SnapRule::keep.
+/// Returns the snaps of a bristle on a path of one mean snap length, without shared renewal: 1, or E[1/delta]
+/// (delta in mean lengths) with SnapRule::keep.
 double snap_rate_without_renewal(const SnapLength& law, SnapRule rule);
 
 }  // namespace bristle::detail

@@ -12,8 +12,8 @@ namespace {
 /// ends of the law.
 double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
 
-/// Law that make_strata() divides, as cells between quantiles, with the integral of p^(1/2) up to each
-/// quantile, where p is the density.
+/// Law to be divided into strata, as cells between quantiles, with the integral of p^(1/2) up to each
+/// quantile, where p is the density. Strata of equal integrals give the least error.
 class Cells {
  public:
   Cells(const SnapLength& law, std::uint32_t count) : law_(law), length_(count + 1), integral_(count + 1) {
@@ -40,7 +40,7 @@ class Cells {
   double short_moment(double x) const { return law_.partial_moment(1, x); }  ///< Returns E[l; l < x].
   double long_moment(double x) const { return law_.mean() - short_moment(x); }
 
-  /// Finds the length at which a non-decreasing function reaches 0.
+  /// Finds the length at which a function of the length that does not fall reaches 0.
   template <class Function>
   double find_length(const Function& function) const {
     const double longest = law_.longest();
@@ -60,8 +60,8 @@ class Cells {
   std::vector<double> length_, integral_;
 };
 
-/// Inner ends of the first and the last stratum. At either the error of the mean deflection (Strata) is -e;
-/// at the length of the stratum it is +e.
+/// Inner ends of the first and the last stratum. The error of the mean deflection (see Strata) is -e at
+/// either of them and +e at the length of its stratum.
 struct Edges {
   double first, last;  ///< upper end of the first stratum, lower end of the last
   double error;        ///< e, largest error of the mean deflection in first loading, m
@@ -78,8 +78,8 @@ struct Edges {
   }
 };
 
-/// Finds the inner ends for which the error e of the first and the last stratum equals that of the n - 2
-/// inner strata.
+/// Finds the inner ends of the first and the last stratum with which their error e equals that of the n - 2
+/// strata between them.
 Edges find_edges(const SnapLength& law, const Cells& cells, std::uint32_t n) {
   double low = 0.0, high = law.mean();
   double e = cells.integral() / n;
@@ -113,7 +113,7 @@ Strata make_strata(const SnapLength& law, std::uint32_t n) {
     last = cells.integral_at(edges.last);
     error = edges.error;
   }
-  // Survival and partial moment of the law at the lower end of the stratum in progress.
+  // Share of lengths above the lower end of the stratum in progress, and partial moment of the law there.
   double low = 0.0, above = 1.0, first_moment = 0.0;
   for (std::uint32_t i = 0; i < n; ++i) {
     double high = law.longest(), beyond = 0.0, moment = law.mean();

@@ -10,15 +10,16 @@
 namespace bristle::detail {
 namespace {
 
-/// Share of a patch's bristles that is half a unit of mass, and is therefore rounded to none.
+/// Share of a patch's bristles that is half a unit of mass. Masses are whole numbers, so a smaller share is
+/// rounded to none.
 constexpr double negligible_share = 0x1p-47;
 
 constexpr double farthest_end = 2048.0;  // longest end of a table, mean snap lengths; less than unused_reach
 
 double node(std::size_t k) { return from_bits((survival_first + k) << survival_shift) - survival_offset; }
 
-/// Returns the end of the survival table: the longest length that representatives sample. For a lognormal law
-/// whose longer bristles carry more than 1e-5 of the force it is a longer one.
+/// Returns the length at which the survival table ends: the longest length that representatives sample. For a
+/// lognormal law whose longer bristles carry more than 1e-5 of the force it ends later.
 double find_end(const SnapLength& law) {
   double end = law.longest();
   if (law.law() != SnapLaw::lognormal) return end;
@@ -43,9 +44,8 @@ double find_tail(const SurvivalTable& table, double share) {
   return 0.0;
 }
 
-/// Waves of the force after bristles began to slide together and snap in step: the path after which the waves
-/// have decayed, and the longest piece of path that resolves them.
-///
+/// Waves of the force after bristles began to slide together and snap in step: the path after which they have
+/// decayed, and the longest piece of path that resolves them.
 /// Waves of lognormal, normal and exponential laws decay nearly as exp(-2 pi^2 cv^2 x / mean) or faster, and
 /// are followed until 1e-4 of them is left. A law whose density jumps, or that has several groups of lengths,
 /// may have slower and shorter waves than its spread suggests. Its slowest wave is computed, and followed
@@ -60,19 +60,20 @@ Waves find_waves(const SurvivalTable& table, const SnapLength& law) {
   const double narrow = table.mean / (19.7 * square(law.cv()));
   Waves waves{9.2 * narrow, std::min(1.0, law.cv() / 0.25)};
   if (table.smooth) return waves;
-  // Longest path, in mean snap lengths, that counts as the decay of waves, even for groups of bristles that
-  // snap in step for ever.
+  // Longest path, in mean snap lengths, after which waves count as decayed. Groups of bristles of equal
+  // length would snap in step for ever.
   constexpr double farthest = 1e5;
   const SlowWave slow = find_slow_wave(table.cells, table.mean);
   waves.path = std::min(std::max(25.0 * narrow, 12.0 / slow.decay), farthest * table.mean);
-  // Sets the longest piece of path for a table of lengths with slow waves of the force: the more slowly they
-  // decay, the shorter the piece (the square root is the spread of a lognormal law with equally slow waves).
-  // A piece must also resolve one wave.
+  // Shortens the longest piece of path for a table of lengths under which waves of the force decay slowly:
+  // the more slowly, the shorter. (The square root is the spread of a lognormal law whose waves decay as
+  // slowly.) A piece must also resolve one wave.
   if (law.law() == SnapLaw::table && slow.frequency > 0.0) {
     waves.finest = std::min(waves.finest, square_root(slow.decay * table.mean / per_square) / 0.34);
     waves.finest = std::min(waves.finest, 0.6 * full_turn / (slow.frequency * table.mean));
   }
-  // Keeps default pieces below half the length that the shortest tenth of the bristles do not exceed.
+  // Keeps default pieces shorter than half the length that a tenth of the bristles do not exceed. Otherwise
+  // many short bristles would snap within one piece.
   waves.finest = std::min(waves.finest, 3.75 * law.quantile(0.1) / law.mean());
   waves.finest = std::max(waves.finest, 1.0 / 16);
   return waves;
@@ -87,7 +88,8 @@ double find_forgetting_path(const SurvivalTable& table, double waves, double lit
   return std::max(tail + waves, 2.0 * tail);
 }
 
-/// Returns S at the nodes of the table. The last entry is 0, at the first node beyond the longest length.
+/// Returns the survival function S at the nodes of the table. The last entry is 0, at the first node beyond
+/// the longest length.
 std::vector<double> survival_at_nodes(const SnapLength& law, double metres, double longest) {
   std::vector<double> lengths;
   while (node(lengths.size() + 1) < longest) lengths.push_back(node(lengths.size() + 1) * metres);
@@ -122,7 +124,7 @@ std::vector<double> mean_survival_at_nodes(const SnapLength& law, double metres,
   return survival;
 }
 
-/// Returns the survival function S at the first start of a cell from `start` on.
+/// Returns the survival function S at the first cell that starts at `start` or later.
 double survival_from(const SurvivalTable& table, double start) {
   const auto cell = std::find_if(table.cells.begin(), table.cells.end(),
                                  [start](const SurvivalCell& c) { return c.start >= start; });
@@ -143,9 +145,9 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   if (tabulated) longest = node(survival_at_node.size() - 1);
   double survival = 1.0;
   for (std::size_t k = 0;; ++k) {
-    // Begins a cell at the shortest and at the longest length, where S has corners. The bits of a length
-    // still give its cell, because no length below the shortest (CohortLaw::sure) or above the longest is
-    // looked up.
+    // Begins a cell at the shortest and at the longest length, where S has corners that a line would cut. The
+    // cell of a length still follows from its bits, because no length below the shortest (CohortLaw::sure) or
+    // above the longest is looked up.
     const double start = shortest > node(k) && shortest < node(k + 1) ? shortest : node(k);
     const double next = std::min(node(k + 1), longest);
     double after = std::min(survival_at_node[k + 1], survival);
@@ -169,7 +171,7 @@ SurvivalTable make_survival_table(const SnapLength& law, double per_metre) {
   const Waves waves = find_waves(table, law);
   table.finest = waves.finest;
   table.forget = find_forgetting_path(table, waves.path, 3e-4);
-  // Uses a stricter tolerance than for `forget`, because the errors of to-and-fro strokes add up.
+  // Allows less error for `follow` than for `forget`, because the errors of to-and-fro strokes add up.
   table.follow = find_forgetting_path(table, waves.path, 1e-6);
   table.weak = survival_from(table, find_tail(table, 1e-4));
   return table;

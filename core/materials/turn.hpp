@@ -28,8 +28,8 @@ inline Turn normalized(const Turn& t) noexcept {
   return {t.cosine * correction, t.sine * correction};
 }
 
-/// Returns the rotation by an angle, rad, of moderate size. Halves the angle until series of sine and cosine
-/// are exact to rounding. The sine of a small angle keeps its relative accuracy.
+/// Returns the rotation by an angle, rad. Halves the angle until the series of sine and cosine are exact to
+/// rounding, so it must be of moderate size. The sine of a small angle keeps its relative accuracy.
 inline Turn turn_by(double angle) noexcept {
   int doublings = 0;
   for (; magnitude(angle) > 0.25 && doublings < 64; ++doublings) angle *= 0.5;

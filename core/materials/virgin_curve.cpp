@@ -32,7 +32,7 @@ namespace {
 
 double whole_part(double x) noexcept { return std::floor(x); }
 
-/// Snap-length law with lengths in units of its mean, as all functions here need it.
+/// Snap-length law with lengths in units of its mean, the unit of all functions in this file.
 struct UnitLaw {
   const SnapLength& law;
   double mean;
@@ -43,11 +43,11 @@ struct UnitLaw {
   double partial_moment(int k, double x) const {
     return law.partial_moment(k, x * mean) / (k == 0 ? 1.0 : k == 1 ? mean : mean * mean);
   }
-  /// Returns f(x), the mean deflection after the path x, as long as no bristle has snapped twice; for both
-  /// rules. At an atom (one length with a probability) it is the limit from the left.
+  /// Returns f(x), the mean deflection after the path x from rest, as long as no bristle has snapped twice;
+  /// for both rules. At an atom (one length with a probability) it is the limit from the left.
   double first_pass(double x) const { return x - partial_moment(1, x); }
-  /// Returns f(x), the mean deflection after the path x, as long as no bristle has snapped twice, with shared
-  /// renewal `renewal`.
+  /// Returns f(x), the mean deflection after the path x from rest, as long as no bristle has snapped twice,
+  /// with shared renewal `renewal`.
   double first_pass(double x, double renewal) const {
     if (renewal == 0.0) return first_pass(x);
     const double snapped = partial_moment(0, x);
@@ -65,7 +65,7 @@ double tail_of_inverse_squares(double n) noexcept {
     n += 1.0;
     sum += 1.0 / (n * n);
   }
-  // Uses the Euler-Maclaurin expansion of the remaining sum at n + 1/2; the first term left out is below
+  // Adds the remaining terms by the Euler-Maclaurin expansion at n + 1/2; the first term left out is below
   // 1e-15.
   const double w = 1.0 / (n + 0.5);
   const double w2 = w * w;
@@ -98,7 +98,8 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
   return x - k0 * 0.5 * (a + b) - (x * x * inverse_squares - atoms_below) / (2.0 * (b - a));
 }
 
-/// Finds the interval outside which a smooth law has less than 1e-18 of its mean.
+/// Finds the interval of lengths outside which a smooth law has less than 1e-18 of its mean, so that sums can
+/// leave the rest out.
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
@@ -165,7 +166,7 @@ struct Atom {
   double length, mass;
 };
 
-/// Finds the atoms of a table: runs of equal values.
+/// Finds the atoms of a table (lengths that have a probability of their own): runs of equal values.
 std::vector<Atom> find_atoms(const SnapLength& law) {
   std::vector<Atom> atoms;
   const Span<const double> q = law.table_values();
@@ -189,8 +190,8 @@ struct VirginGrid {
   std::vector<double> left, right;
 };
 
-/// Snap-length law on equidistant nodes: mass and first moment, up to each node, of the part without atoms,
-/// and the mass of the atoms at each node.
+/// Snap-length law on equidistant nodes, for the renewal equation: mass and first moment, up to each node, of
+/// the part without atoms, and the mass of the atoms at each node.
 struct LawOnGrid {
   double step = 0.0;
   std::vector<double> mass, first, survival, atom_mass;  ///< survival[i]: P(delta >= node i)
@@ -198,7 +199,7 @@ struct LawOnGrid {
   std::size_t last() const noexcept { return mass.size() - 1; }
 };
 
-/// Puts atoms (lengths that have a probability) on their nearest nodes, and recomputes `survival` with them.
+/// Moves atoms (lengths that have a probability) to their nearest nodes, and recomputes `survival` with them.
 void place_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
   law.atom_mass.assign(law.mass.size(), 0.0);
   if (atoms.empty()) return;
@@ -242,8 +243,8 @@ LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, doubl
   return law;
 }
 
-/// Reduces a law to a grid of twice the step, by leaving out every other node. Solutions on both grids are
-/// extrapolated.
+/// Makes the law on a grid of twice the step, by leaving out every other node. Extrapolating from the
+/// solutions on both grids raises the order of the error.
 LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms) {
   LawOnGrid law;
   law.step = 2.0 * fine.step;
@@ -261,14 +262,14 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
 /// the nodes (empty: by 1).
 struct RenewalKernel {
   std::vector<double> weight;  ///< weight of each node, from the cells on both sides
-  /// Part of the probability of cell j, between nodes j and j + 1, that counts at node j + 1.
+  /// For each cell j, between nodes j and j + 1, the part of its probability that counts at node j + 1.
   std::vector<double> far;
   std::vector<double> atom_mass;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
 
-  /// Whether this grid is too coarse to solve the equation, because too many bristles snap within the first
-  /// cell.
+  /// Whether the grid is too coarse for its equation to be solved, because too many bristles snap within the
+  /// first cell.
   bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
 };
 
@@ -303,8 +304,8 @@ struct Source {
   std::vector<double> left, jump;
 };
 
-/// Solves a renewal equation (see the beginning of this file) for a function f that is linear between nodes.
-/// The error is of order step^2.
+/// Solves a renewal equation (see the beginning of this file) for a function f that is taken as linear
+/// between nodes. The error is of order step^2.
 VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, double step) {
   const std::size_t n = kernel.weight.size() - 1;
   VirginGrid grid;
@@ -319,7 +320,7 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
   }
   const double implicit = 1.0 - kernel.weight[0] - kernel.atom_mass[0];
   for (std::size_t i = 1; i <= n; ++i) {
-    // Adds four sums side by side, because each addition waits for the previous one of its sum.
+    // Adds up four sums side by side. Within one sum each addition waits for the one before.
     const std::size_t stop = std::min(kernel.end, i);
     double part[4] = {0.0, 0.0, 0.0, 0.0};
     std::size_t j = kernel.begin;
@@ -350,8 +351,8 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
   return grid;
 }
 
-/// Renewal equations for a virgin curve. Their solution `deflections` is the curve or, with shared renewal,
-/// has to be divided by the solution `bristles`.
+/// Renewal equations for a virgin curve. The curve is the solution `deflections` or, with shared renewal,
+/// that solution divided by the solution `bristles`.
 struct RenewalProblem {
   RenewalKernel kernel;
   Source deflections, bristles;
@@ -385,8 +386,8 @@ RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vect
   return problem;
 }
 
-/// Extrapolates from solutions on two grids, which leaves an error of order step^4 where f is smooth.
-/// Overwrites the finer solution with the result.
+/// Extrapolates the solutions on two grids to step 0, which leaves an error of order step^4 where f is
+/// smooth. Overwrites the finer solution with the result.
 void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   const auto extrapolate = [](const std::vector<double>& rough, std::vector<double>& good) {
     double before = 0.0;
@@ -415,23 +416,23 @@ VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom
   return fine;
 }
 
-/// Returns the largest grid step for an error below 1e-6. It is in proportion to the width of the law, and
-/// finer where its density jumps.
+/// Returns the largest grid step for an error below 1e-6: in proportion to the width of the law, and finer
+/// where its density jumps.
 double resolving_step(const SnapLength& law) noexcept {
   const bool has_jumps = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
   return has_jumps ? std::min(1.0 / 1024, law.cv() / 256) : std::min(1.0 / 512, law.cv() / 32);
 }
 
-/// Returns a grid step, at most `largest`, for which all atoms lie close to nodes of the grid of twice that
-/// step.
+/// Returns a grid step, at most `largest`, for a law with atoms: all of them then lie close to nodes of the
+/// grid of twice that step, so that placing them on nodes shifts them little.
 double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
-  // Keeps the step if even the longest atom is shorter than half of it. A grid with nodes at such atoms may
-  // need millions of cells, so they lie up to half a step off a node.
+  // Keeps the step `largest` if even the longest atom is shorter than half of it. A grid with nodes at such
+  // atoms may need millions of cells, so they may lie up to half a step off a node.
   if (atoms.back().length < 0.5 * largest) return largest;
   double best = largest, best_misfit = detail::infinity;
   const int start = static_cast<int>(1.0 / largest);
   for (int i = 0; i < 2000; ++i) {
-    // Puts the longest atom on a node, and of 2000 such steps selects one with which the other atoms lie
+    // Puts the longest atom on a node. Of 2000 steps that do so, takes one with which the other atoms lie
     // close to nodes.
     const double count = whole_part(0.5 * atoms.back().length * (start + 0.5 * i)) + 1.0;
     const double step = 0.5 * atoms.back().length / count;
@@ -460,9 +461,9 @@ double redraw_deflection(const SnapLength& law, double x) {
     // this law has no memory.
     return -detail::expm1(-x);
 
-  // Returns the friction of steady sliding if the path is long. Under a law without atoms or heavy tail the
-  // force swings around that value, and the swings decay as exp(-2 pi^2 cv^2 x): beyond the path tested here
-  // they are below 3e-9.
+  // Returns the friction of steady sliding at the end of a long path. Under a law without atoms or heavy tail
+  // the force swings around that value, and the swings decay as exp(-2 pi^2 cv^2 x): beyond the path tested
+  // here they are below 3e-9.
   const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
                           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
   if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
@@ -489,8 +490,8 @@ double redraw_deflection(const SnapLength& law, double x) {
 
 // ----------------------------------------------------------------------------------------------- peaks
 
-/// Numbers of golden-section steps. An error in the place of the peak changes its value to second order where
-/// f is smooth, and to first order at a kink, which therefore needs more steps.
+/// Numbers of golden-section steps by which a peak is located. An error in its position changes its value to
+/// second order where f is smooth, but to first order at a kink, which therefore needs more steps.
 constexpr int smooth_iterations = 22, kink_iterations = 60;
 
 /// Finds the maximum of f over ascending points, then refines it in the two intervals beside the best point.
@@ -509,8 +510,8 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
   return std::max(peak, find_maximum(f, low, high, iterations).value);
 }
 
-/// Finds the peak of the virgin curve, and where it is, on the path on which no bristle has snapped twice.
-/// Narrow laws have their peak there.
+/// Finds the peak of the virgin curve, and at which path it lies, on the part of the path where no bristle
+/// has snapped twice. Narrow laws have their peak there.
 void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
   const SnapLength& law = unit.law;
   peak = place = 0.0;
@@ -524,7 +525,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
   if (law.law() == SnapLaw::uniform) {
     const double low = law.first_parameter() / unit.mean, high = law.second_parameter() / unit.mean;
     if (renewal == 0.0) {
-      // Uses that the slope of the curve is 1 up to the shortest length, then 1 - x / (max - min).
+      // Uses the slope of the curve under a uniform law, which is 1 up to the shortest length, then 1 - x /
+      // (max - min): the peak is where it is 0.
       consider(std::max(low, high - low));
     } else {
       consider(low);
@@ -547,7 +549,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = find_maximum([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40).value;
     place = high;
-    // Finds, to within 1/64 of the interval, the longest path at which the curve is within 1e-3 of its peak.
+    // Finds, to within 1/64 of the interval, the longest path at which the curve is still within 1e-3 of its
+    // peak.
     for (int i = 0; i < 64; ++i) {
       const double x = low + (high - low) * i / 64.0;
       if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
@@ -579,8 +582,8 @@ double keep_peak(const SnapLength& law) {
   return maximum_over(f, points, iterations);
 }
 
-/// Returns the largest value of f on a grid. Where f is smooth, that is the top of the parabola through the
-/// best three nodes.
+/// Returns the highest value of a curve on a grid. Where the curve is smooth, that is the top of the parabola
+/// through the best three nodes.
 double grid_peak(const VirginGrid& grid, bool smooth) {
   double peak = 0.0;
   std::size_t best = 0;
@@ -606,7 +609,7 @@ double redraw_peak(const SnapLength& law) {
     const int cells = 2 * (static_cast<int>(end / (2.0 * step)) + 2);
     return grid_peak(solve_redraw_extrapolated(unit, atoms, step, cells), law.law() != SnapLaw::table);
   };
-  // Searches the first two mean lengths, where all laws except tables have their only or highest hump.
+  // Searches the first two mean lengths. There all laws except tables have their only or highest hump.
   double peak = peak_up_to(2.0);
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5) peak = std::max(peak, peak_up_to(1.5 * longest));
@@ -622,7 +625,7 @@ double paper_peak(const SnapLength& law, SnapRule rule) {
     find_first_pass_peak(unit, 0.0, peak, place);
     if (unit.partial_moment(0, 0.5 * place) < 1e-10) return peak;
   }
-  // Takes the kinetic value for curves without a hump, which rise monotonically to it.
+  // Returns at least the kinetic value, which a curve without a hump approaches from below.
   const double peak = rule == SnapRule::keep ? keep_peak(law) : redraw_peak(law);
   return std::max(peak, paper_kinetic(law, rule));
 }
@@ -636,8 +639,8 @@ std::vector<double> damping_at_nodes(double growth, double step, int cells) {
   return damping;
 }
 
-/// Law of snap lengths, in cells of uniform density, for bristles that keep their lengths. Gives the number
-/// of their snaps up to a path x, and sums over these snaps: of their places on the path and of the
+/// Law of snap lengths, in cells of uniform density, for bristles that keep their lengths. Gives how often
+/// they snap up to a path x, and two sums over these snaps: of where on the path they happen, and of the
 /// deflections lost.
 class DividedLaw {
  public:
@@ -660,8 +663,8 @@ class DividedLaw {
       const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
       at_[i].rest = at_[i - 1].rest;
       if (x <= shortest_) continue;
-      // Integrates over a cell by Simpson's rule. The first 64 cells are divided into eight parts, because
-      // their width is not small beside u, so that 1/u^2 and 1/u^3 vary much within a cell.
+      // Integrates over a cell by Simpson's rule. The first 64 cells are divided into eight parts. Their
+      // width is not small beside u, so 1/u^2 and 1/u^3 vary much within a cell.
       const int parts = i < 64 ? 8 : 1;
       const double part = (x - start) / parts;
       Moments low = i < 64 ? moments(start) : at_[i - 1];
@@ -692,8 +695,8 @@ class DividedLaw {
     }
   };
   Snaps snaps_up_to(double x) const {
-    // Number of terms that are summed one by one. For larger k an integral over the length u = x / k replaces
-    // the sum.
+    // Number of terms that are summed one by one. For larger k the sum is replaced by an integral over the
+    // length u = x / k.
     constexpr double direct = 100.0;
     Snaps snaps;
     snaps.lost = x * few_;  // bristles too short to be counted add no deflection
@@ -763,7 +766,7 @@ RenewalProblem pose_keep(const DividedLaw& divided, double renewal, double step,
   return problem;
 }
 
-/// Data of a virgin curve under shared renewal, from which it can be solved on any grid.
+/// Data of a virgin curve under shared renewal, independent of the grid on which it is solved.
 struct RenewedCurve {
   const SnapLength& law;
   SnapRule rule;
@@ -780,8 +783,8 @@ struct RenewedCurve {
         atoms(find_atoms(snap_length)),
         steady(find_steady_sliding(snap_length, snap_rule, shared_renewal)) {}
 
-  /// Solves on a grid of an even number of cells. Returns an empty grid if so many bristles snap within a
-  /// cell that the curve has its kinetic value at once.
+  /// Solves the curve on a grid of an even number of cells. Returns an empty grid if so many bristles snap
+  /// within a cell that the curve has its kinetic value at once.
   VirginGrid solve_extrapolated(double step, int cells) const {
     const std::vector<double> damping = damping_at_nodes(steady.growth, step, cells);
     const std::vector<double> coarse_damping = damping_at_nodes(steady.growth, 2.0 * step, cells / 2);
@@ -813,8 +816,8 @@ struct RenewedCurve {
     return grid;
   }
 
-  /// Returns a grid step: for laws with atoms the step of curves without shared renewal, for other laws twice
-  /// that step, because extrapolation is more exact for smooth solutions.
+  /// Returns the grid step for this law: with atoms the step of curves without shared renewal, otherwise
+  /// twice that step, because extrapolation is more exact for smooth solutions.
   double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
   /// Returns a grid step with which the atoms, or otherwise the shortest length of a uniform law, lie on
   /// nodes.
@@ -826,8 +829,8 @@ struct RenewedCurve {
   }
 };
 
-/// Returns f at the top of a kink in the cell after node i, where the lines through the two nodes on either
-/// side cross; 0 if they do not cross within the cell.
+/// Estimates the top of a kink in the cell after node i: where the lines through the two nodes on either side
+/// cross; 0 if they do not cross within the cell.
 double kink_in_cell(const VirginGrid& grid, std::size_t i) {
   if (i < 1 || i + 2 >= grid.left.size()) return 0.0;
   for (std::size_t k = i - 1; k <= i + 2; ++k)
@@ -846,8 +849,7 @@ double table_peak(const VirginGrid& grid) {
   return peak;
 }
 
-/// Returns the highest value that the renewal equation gives up to the path `end`, with at most `most_cells`
-/// cells.
+/// Returns the highest value of the curve up to the path `end`, solved with at most `most_cells` cells.
 double renewed_peak_up_to(const RenewedCurve& curve, double end, int most_cells) {
   const double step = curve.fit_step(std::max(curve.usual_step(), end / most_cells));
   const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(end / (2.0 * step)) + 2));
@@ -870,15 +872,15 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5)
     peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
-  // Searches a longer path on a coarser grid, because a wide law with SnapRule::keep has a distant, flat
-  // peak.
+  // Searches a longer path on a coarser grid as well, because a wide law with SnapRule::keep has a distant,
+  // flat peak.
   if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
     peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
   return peak;
 }
 
 /// Returns whether the force with SnapRule::redraw is steady to its last digit after the path x (in mean
-/// lengths): bristles that began to slide together have ceased to snap in step.
+/// lengths), because bristles that began to slide together have ceased to snap in step.
 bool has_forgotten(const SnapLength& law, double x) {
   const SurvivalTable table = make_survival_table(law, 1.0 / law.mean());
   return x * find_slow_wave(table.cells, table.mean).decay > 40.0;
@@ -932,8 +934,8 @@ SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
     if (force > best.force) best = {force, length / mean * law.survival(length)};
     return force;
   };
-  // Also tries a path just below each length, because the force drops there if many bristles have that
-  // length.
+  // Tries a path just below each length as well, because the force drops at the length itself if many
+  // bristles have it.
   constexpr double before = 1.0 - 1e-12;
   constexpr int points = 256;
   const auto length_at = [&law](int k) {

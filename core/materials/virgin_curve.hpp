@@ -6,11 +6,12 @@
 
 namespace bristle::detail {
 
-/// Returns the mean deflection in slow steady sliding.
+/// Returns the mean deflection in slow steady sliding, from which kinetic friction follows.
 double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Returns the highest value of the virgin curve, which is the largest mean deflection in first loading.
+/// Returns the highest value of the virgin curve, from which the peak of friction follows: the largest mean
+/// deflection in first loading.
 double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal);
-/// Returns the mean deflection after a path x > 0 from zero deflections.
+/// Returns the mean deflection after a path x > 0 of first loading, from straight bristles.
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x);
 
 /// Returns the mean deflection with SnapRule::slide after a path x > 0 from rest. The bristles stick up to

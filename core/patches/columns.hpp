@@ -1,6 +1,6 @@
 // The columns (arrays) of a contact model's record, listed in one place: `Record::columns(record, visit)`
-// calls `visit(pointer, rule)` for each. Allocation and copy loop over this list, so a new column is one
-// line; for representatives so do reset, save, restore and hash.
+// calls `visit(pointer, rule)` for each. Allocation and copy loop over this list, for representatives also
+// reset, save, restore and hash, so that a new column needs one line and none of them can forget it.
 #pragma once
 
 #include <cstddef>
@@ -17,21 +17,20 @@
 
 namespace bristle::detail {
 
-/// Kind of a column of representatives. It says what the column holds for a bristle out of contact, and what
-/// reset, save and a change of material do to the column. Other models fill and save their columns
-/// themselves.
+/// Kind of a column of representatives: what it holds for a bristle out of contact, and what reset, save and
+/// a change of material do to it. Other contact models fill and save their columns themselves.
 enum class Filler : unsigned char {
   zero,  ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them
-  /// State, saved: ages in units of the ageing time, 0 for a bristle out of contact; converted to the ageing
-  /// time of a new material.
+  /// Ages, a saved state: in units of the ageing time, 0 for a bristle out of contact; converted to the
+  /// ageing time of a new material.
   age,
-  /// State, saved: snap lengths, for a bristle out of contact its first one; kept under a new material of the
-  /// same law.
+  /// Snap lengths, a saved state: a bristle out of contact has its first one; kept under a new material of
+  /// the same law.
   first_length,
-  /// State, saved: random-number state of each bristle, kept while it is out of contact; a reset computes it
-  /// from the seed.
+  /// States of the bristles' random numbers, saved, kept while a bristle is out of contact; a reset computes
+  /// them from the seed.
   draw_state,
-  /// Values computed from seed and material, such as first snap lengths; no step changes them, and they are
+  /// Values that follow from seed and material, such as first snap lengths. No step changes them, so they are
   /// not saved.
   from_seed,
   block,  ///< numbers of whole blocks of bristles, which other functions reset and save

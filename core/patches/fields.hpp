@@ -1,7 +1,7 @@
 // The scalars of a saved state, listed in one place. A function `..._fields(state, visit)` calls
 // `visit(value, rule)` for each, in the order of the saved bytes. Save, restore, the check of foreign bytes
-// and the hash are visitors of these lists, so they cannot disagree. Caches are in no list. Reset and copy
-// take the struct as a whole.
+// and the hash are visitors of these lists, so they cannot disagree. Caches are in no list; reset and copy
+// treat the struct as a whole.
 #pragma once
 
 #include <cmath>
@@ -37,7 +37,7 @@ constexpr FieldRule placed(int axis) noexcept { return {.hashed = Hashed::place,
 /// Returns whether a saved number is in its range; NaN never is.
 inline bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }
 
-/// Returns whether a saved value is in the range of its rule. Compares whole numbers exactly, without
+/// Returns whether a saved value is in the range that its rule names. Compares whole numbers exactly, without
 /// rounding to double; a rule with a name has finite limits for them.
 template <class Number>
 bool is_allowed(const Number& value, const FieldRule& rule) noexcept {
@@ -48,7 +48,7 @@ bool is_allowed(const Number& value, const FieldRule& rule) noexcept {
     return value >= static_cast<Int128>(rule.least) && value <= static_cast<Int128>(rule.most);
 }
 
-/// Visitor that reads saved values and keeps the name of the first one out of its range.
+/// Visitor that reads saved values and notes the name of the first one out of its range.
 struct FieldCheck {
   ByteReader& read;
   const char* fault = nullptr;
@@ -60,9 +60,9 @@ struct FieldCheck {
   }
 };
 
-/// Returns the latest time, s, that a value of a saved patch can hold. A step's end is the rounded sum of its
-/// start and its length, while the clock counts the length in whole units, cut off. The two differ by at most
-/// a unit and three roundings.
+/// Returns the latest time, s, that a value of a saved patch can have; a later one means damaged bytes. A
+/// step's end is the rounded sum of its start and its length, while the clock counts the length in whole
+/// units, cut off, so the two differ by at most a unit and three roundings.
 inline double latest_time_of(const Patch& contact) noexcept {
   return time_of(contact) * (1.0 + 0x1p-50) + 1.0 / clock_units_per_second;
 }

@@ -1,4 +1,5 @@
-// BRISTLE_INSTANTIATE(f, g, ...): instantiates function templates for a build's number types.
+// BRISTLE_INSTANTIATE(f, g, ...): instantiates function templates for each number type of the build (float,
+// double).
 #pragma once
 
 #include "bristle/config.hpp"
@@ -11,7 +12,8 @@
 #define BRISTLE_INSTANTIATE_ONE(f) template decltype(f<float>) f<float>;
 #endif
 
-// Expands one name of a list for each scan of the preprocessor, because a macro does not expand itself.
+// Defers the expansion of the next name in a list to another scan of the preprocessor, because a macro does
+// not expand itself.
 #define BRISTLE_NONE
 #define BRISTLE_NEXT() BRISTLE_EACH
 #define BRISTLE_EACH(f, ...) BRISTLE_INSTANTIATE_ONE(f) __VA_OPT__(BRISTLE_NEXT BRISTLE_NONE()(__VA_ARGS__))

@@ -12,8 +12,8 @@ bool operator==(const Lay& x, const Lay& y) noexcept { return detail::same_field
 namespace detail {
 namespace {
 
-/// Returns the largest distance from the origin to an ellipse of force limits. Its half axes are 1 along the
-/// lay and `limit` across, its centre is at (lean, 0).
+/// Returns the largest distance from the origin to the ellipse of force limits, which is the highest force in
+/// any direction. Its half axes are 1 along the lay and `limit` across, its centre is at (lean, 0).
 double find_strongest(double limit, double lean) noexcept {
   const double wide = limit * limit - 1.0, off = std::abs(lean);
   // Finds the point of the ellipse at the largest distance. The squared distance (x + off)^2 + limit^2 (1 -

@@ -14,11 +14,12 @@ namespace bristle::detail {
 /// every bristle's limit is a circle.
 struct LayMap {
   Turn along;  ///< direction of the lay (the grain of the surface) in the axes of the patch
-  /// Factor of a length across the lay when it is mapped to isotropic axes: stiffness ratio over limit ratio.
+  /// Factor by which a length across the lay is stretched when it is mapped to isotropic axes: stiffness
+  /// ratio over limit ratio.
   double stretch = 1.0;
   double limit = 1.0;  ///< force across the lay over the force in isotropic axes: Lay::limit_ratio
-  /// Elastic energy of a deflection across the lay over that in isotropic axes; 1 if the stiffness ratio is
-  /// the limit ratio squared.
+  /// Elastic energy of a deflection across the lay over the energy computed for it in isotropic axes; 1 if
+  /// the stiffness ratio is the limit ratio squared.
   double energy = 1.0;
   /// Asymmetry of the limit: (1 + lean) times the material's limit for motion along the lay, and (1 - lean)
   /// times for motion against it.
@@ -27,11 +28,11 @@ struct LayMap {
   double strongest = 1.0;  ///< largest limit of any direction, divided by the material's
 
   bool is_isotropic() const noexcept { return stretch == 1.0 && limit == 1.0 && lean == 0.0; }
-  /// Returns whether energies differ from those in isotropic axes. Then the dissipated energy of a step is
-  /// computed as its work less the change of stored energy.
+  /// Returns whether energies differ from those computed in isotropic axes. If so, the dissipated energy of a
+  /// step is computed as its work less the change of stored energy.
   bool books_work() const noexcept { return energy != 1.0 || lean != 0.0; }
-  /// Returns the least energy that a slide can dissipate, over all directions of motion, divided by the
-  /// energy computed in isotropic axes.
+  /// Returns the least energy that a slide can dissipate, over all directions of motion, as a factor of the
+  /// energy computed in isotropic axes. It is above 0, so every slide takes energy.
   double least_loss() const noexcept { return (energy < 1.0 ? energy : 1.0) * (1.0 - magnitude(lean)); }
 
   void to_isotropic(const double (&real)[2], double (&isotropic)[2]) const noexcept {
@@ -54,9 +55,10 @@ struct LayMap {
   }
 };
 
-/// Returns the map to isotropic axes for a lay that check_lay() has accepted.
+/// Calculates the map to isotropic axes for a lay that check_lay() has accepted.
 LayMap map_of(const Lay& lay) noexcept;
-/// Throws bristle::Error for a lay that a patch of this material and these options cannot have.
+/// Checks that a patch of this material and these options can have this lay, and throws bristle::Error if
+/// not.
 void check_lay(const Material& material, const PatchOptions& chosen);
 
 }  // namespace bristle::detail

@@ -1,4 +1,4 @@
-// Chooses the contact model of a patch, and names its kernel.
+// Chooses the contact model of a patch from its material and options, and names the kernel that steps it.
 #include <array>
 #include <string>
 

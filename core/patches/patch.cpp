@@ -14,7 +14,8 @@ Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept 
   record.lay = map_of(record.options.lay);
   p.laid = !record.lay.is_isotropic();
   p.lengths_per_metre = record.material->lengths_per_metre;
-  // Prefetches the first 40 cache lines of a record. Behind them the processor prefetches by itself.
+  // Limits prefetching to the first 40 cache lines of a record. What lies behind them the processor
+  // prefetches by itself.
   p.fetched_lines = static_cast<std::uint8_t>(std::min<std::size_t>(record.bytes / 64, 40));
   return p;
 }

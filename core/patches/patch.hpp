@@ -26,33 +26,35 @@ constexpr double highest_energy = 1e300;
 /// Base of every contact model's record: properties of a patch, and state that most steps do not need.
 struct PatchRecord {
   PatchOptions options;
-  /// Material of the patch, owned by the head in front of the record (record_memory.hpp).
+  /// Material of the patch. Its owner is the head in front of the record (record_memory.hpp), so that the
+  /// record can be copied as bytes.
   const CompiledMaterial* material = nullptr;
-  /// Seed with which the patch was added; a reset may have changed options.seed.
+  /// Seed with which the patch was added, by which saved states are recognised; a reset may have changed
+  /// options.seed.
   std::uint32_t first_seed = 0;
   std::uint32_t largest_work = 0;  ///< largest number of bristles that a step visits
-  /// Whether the population is infinite, so that read_bristles() gives as many bristles as the caller asks
+  /// Whether the population is infinite, so that read_bristles() can give as many bristles as the caller asks
   /// for.
   bool endless = false;
-  /// Physical bristles per representative when all representatives are in contact. A change of material does
-  /// not alter it.
+  /// Physical bristles per representative when all representatives are in contact. A change of material
+  /// leaves it as it is.
   double full_weight = 0.0;
   std::size_t bytes = 0;    ///< size of the record with its columns
   std::uint32_t group = 0;  ///< number of the group (PatchGroup) that the patch belongs to; 0 = none
 
   /// Rounding remainder of displacements so short that fixed point would lose them (creep), in units of the
-  /// position. Longer displacements leave it as it is.
+  /// position. It is added to the next short displacement; longer ones leave it as it is.
   double remainder[2] = {0.0, 0.0};
   /// Clock of the batch, which every step advances; null = time stands still at 0. A patch that ages counts
   /// its time from `epoch`. Both in units of 2^-64 s.
   const Int128* clock = nullptr;
   Int128 epoch = 0;
-  /// Bound on how long bristles of an ageing patch can have been stuck: none has been since before the time
-  /// `oldest`. Times in s of the patch's own clock (time_of()).
+  /// Bound on how long bristles of an ageing patch can have been stuck: no bristle has been stuck since
+  /// before the time `oldest`. Times in s of the patch's own clock (time_of()).
   struct Hold {
     double oldest = 0.0;
-    /// Last time at which the patch was near the place where it began to hold (its anchor); becomes the next
-    /// `oldest`.
+    /// Last time at which the patch was near the place where it began to hold (its anchor). After a slide
+    /// away from there it becomes the new `oldest`.
     double since = 0.0;
     std::int64_t way[2] = {0, 0};  ///< displacement of the patch since it began to hold, fixed point
   } hold;
@@ -67,7 +69,7 @@ constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64 uni
 /// patch is sum + whole (x - position) and, for bristles beyond full blocks, part_sum + part (x -
 /// part_position), rounded.
 struct alignas(64) Patch {
-  // --- cache line 1: all that a step of a patch at rest needs
+  // --- cache line 1: all that a step reads of a patch that stays at rest
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = the slot is empty
   bool rests : 1 = false;        ///< whether the numbers of this cache line answer a step without motion
   bool overloaded : 1 = false;
@@ -81,27 +83,28 @@ struct alignas(64) Patch {
   double rest_damping = 0.0;       ///< damping of the patch at rest, N s/m
   double force_limit = 0.0;        ///< highest elastic force, N (Response::force_limit)
 
-  // --- cache line 2: with the other lines, all that a step without snaps needs
+  // --- cache line 2: with the other three lines, all that a step reads in which no bristle snaps
   std::int64_t position[2] = {0, 0};  ///< position of the patch, in fixed-point units of 2^-44 scaled lengths
   /// Ball about a position of the patch: no bristle snaps while the patch stays within this ball.
   Reach bound{{0, 0}, -1.0};
   std::uint32_t whole = 0;  ///< number of bristles in full blocks, which all count fully
   bool skips : 1 = true;    ///< whether steps skip blocks whose bound shows that no bristle snaps
-  /// Whether bounds are recomputed, which pays only while a step rewrites few blocks (fewer than an eighth).
+  /// Whether bounds on snapping are recomputed after a step. That pays only while a step rewrites few blocks
+  /// (fewer than an eighth).
   bool tracks : 1 = true;
   bool damps : 1 = false;  ///< whether the damping depends on the velocity
   bool ages : 1 = false;   ///< whether limits change by holding or sliding (ageing, drop)
-  /// Whether even a trial step would change the patch, so that the trial is made on a copy.
+  /// Whether even a trial step (find_force) would change the patch, so that it must be made on a copy.
   bool renews : 1 = false;
   /// Whether friction depends on direction (a lay), so that motions and forces are mapped.
   bool laid : 1 = false;
-  /// Whether the patch's state is in a lane (lanes/lane_block.hpp); bound, position and sums of this struct
-  /// are then not used.
+  /// Whether the patch's state is in a lane of a block (lanes/lane_block.hpp), and bound, position and sums
+  /// of this struct are not used.
   bool in_lane : 1 = false;
   /// Number of the record's cache lines that are worth prefetching before a step.
   std::uint8_t fetched_lines = 0;
-  /// Weight of the bristles in contact beyond the `whole` ones; with representatives a real number of
-  /// bristles.
+  /// Weight of the bristles in contact that are not in full blocks (`whole`); with representatives a number
+  /// of bristles, not always whole.
   double part = 0.0;
   double newtons_per_unit = 0.0;  ///< elastic force, N, of one unit of the sum of deflections
 
@@ -110,70 +113,76 @@ struct alignas(64) Patch {
   std::int64_t part_sum[2] = {0, 0};
   std::int64_t part_position[2] = {0, 0};
 
-  // --- cache line 4: scale, load, results not yet reported, model and record
+  // --- cache line 4: scale, load, results that the next response reports, model and record
   double lengths_per_metre = 1.0;
   double zeta = 0.0;  ///< number of physical bristles in contact, in proportion to the load
   /// Number of physical bristles that the load asks for, divided by the largest number of the patch; at least
-  /// 1.
+  /// 1, and above 1 in overload.
   double overload = 1.0;
   /// Energy dissipated by a change of material, J, which the next step reports.
   double pending_dissipated = 0.0;
-  /// Energy lost by a change of material or of the number of representatives, J, which the next step reports.
+  /// Elastic energy lost by a change of material or of the number of representatives, J, which the next step
+  /// reports.
   double pending_loss = 0.0;
   std::uint64_t pending_snaps = 0;
   const ContactModel* model = nullptr;
   PatchRecord* record = nullptr;  ///< record of the contact model, owned by the batch
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
-  /// Returns the number of representatives in contact, counting one that is in contact only in part. A
-  /// contact in a lane counts 0, an infinite brush 256 at full load.
+  /// Returns the number of representatives in contact, counting one that is in contact only in part. It is
+  /// the work of a step: a contact in a lane counts 0, an infinite brush 256 at full load.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);
 
 /// Returns the patch's own time, s, at the start of the step in progress: the time since it was made or reset
-/// or, if restored, its saved time plus the time since.
+/// or, if it was restored, its saved time plus the time since.
 inline double time_of(const Patch& p) noexcept {
   const PatchRecord& r = *p.record;
   return r.clock == nullptr ? 0.0 : static_cast<double>(*r.clock - r.epoch) / clock_units_per_second;
 }
 
-/// Makes the part of a patch that all contact models share, from options and material. The patch is out of
-/// contact.
+/// Makes the part of a patch that all contact models share, from the options and the material in its record.
+/// The patch is out of contact.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
-/// Returns whether the energy that a step dissipates is computed as its work less the change of stored
-/// energy. A lay may need that (LayMap::books_work).
+/// Returns whether the dissipated energy of a step has to be computed as its work less the change of stored
+/// energy, which a lay may need (LayMap::books_work).
 inline bool books_work(const Patch& p) noexcept {
   return p.laid && has(p.outputs, Outputs::energy) && p.record->lay.books_work();
 }
-/// Updates stiffness, force limit and damping of a patch after a change of load or material.
+/// Updates stiffness, force limit and damping of a patch, which must be called after a change of load or
+/// material.
 void note_contact(Patch& patch) noexcept;
-/// Returns the damping of the whole patch at a speed, N s/m. Times the velocity it is the force of damper,
-/// lubricant and strengthening with speed.
+/// Returns the damping of the whole patch at a speed, N s/m: damper, lubricant and strengthening with speed
+/// together. Times the velocity it is their force.
 double damping_at(const Patch& patch, double speed) noexcept;
-/// Returns the damping of `zeta` bristles in contact under a load, N s/m. Without `damps` (Patch::damps) that
-/// is the lubricant's alone.
+/// Returns the damping of `zeta` bristles in contact under a load, N s/m. Without `damps` (Patch::damps) only
+/// the lubricant damps.
 double damping_of(const Material& material, bool damps, double zeta, double load, double speed) noexcept;
-/// Finds the slip velocity of a motion, m/s, limited so that its square is finite however short the step is.
+/// Finds the slip velocity of a motion, m/s, limited so that its square stays finite however short the step
+/// is.
 void find_velocity(const Motion& motion, double dt_s, double (&velocity)[2]) noexcept;
 /// Returns whether the damping of a material depends on load or speed.
 inline bool damps(const Material& m) noexcept {
   return m.bristle_damping != 0.0 || m.speed_strengthening != 0.0;
 }
 
-/// Returns the difference of two fixed-point positions, right even where a position has wrapped around.
+/// Returns the difference of two fixed-point positions. It is right even where a position has wrapped around,
+/// because integers wrap alike.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from));
 }
-/// Adds a fixed-point displacement to a position. The position wraps around, it does not overflow.
+/// Adds a fixed-point displacement to a position. A patch that slides very far makes the position wrap around
+/// instead of overflowing.
 inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + static_cast<std::uint64_t>(way));
 }
 inline double to_lengths(std::int64_t fixed) noexcept {
   return static_cast<double>(fixed) * length_per_fixed;
 }
-/// Converts to double as static_cast does, but avoids the slow conversion of 128 bits below 2^63.
+/// Converts a 128-bit integer to double as static_cast does, but without the slow 128-bit conversion for
+/// magnitudes below 2^63.
 inline double to_double(Int128 x) noexcept {
   const auto low = static_cast<std::int64_t>(x);
   return low == x ? static_cast<double>(low) : static_cast<double>(x);

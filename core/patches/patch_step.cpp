@@ -16,8 +16,8 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
   return damping_at(p, std::sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1]));
 }
 
-/// Returns the largest factor by which ageing can have increased a snap length of this patch by the end of a
-/// step.
+/// Returns the largest factor by which ageing can have lengthened a snap length of this patch by the end of a
+/// step, from the bound on how long bristles can have been stuck.
 double longest_growth(const Patch& p, const PatchStep& step) noexcept {
   return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
 }
@@ -37,13 +37,14 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
     hold = {step.begins, now, {0, 0}};
     return;
   }
-  // Sums the displacements of the steps, because a contact model may move the stored position of the patch.
+  // Adds up the displacements of the steps instead of comparing positions, because a contact model may move
+  // the stored position of the patch.
   for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
   const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
   const double way2 = x * x + y * y;
-  // Share of the distance `reach` within which the patch counts as still at the place where its bristles got
-  // stuck. A later slide beyond `reach` sets hold.oldest to the last time there, which is the end of a rest,
-  // not its start.
+  // Share of the distance `reach` within which the patch counts as still where its bristles got stuck. A
+  // later slide beyond `reach` sets hold.oldest to the last time there, which is the end of a rest, not its
+  // start.
   constexpr double near = 1.0 / 16;
   if (way2 < square(near * reach)) {
     hold.since = now;
@@ -52,7 +53,8 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   }
 }
 
-/// Finds Response::force_limit, the highest elastic force, for a patch whose bristles age.
+/// Calculates Response::force_limit, the highest elastic force, for a patch whose bristles age: the older
+/// they can be, the higher.
 double find_force_limit(const Patch& p, double growth) noexcept {
   const Material& m = p.material().material;
   const double residual = p.normal_load * m.bristles_in_contact(1.0) * m.bristle_stiffness *
@@ -66,8 +68,8 @@ double find_force_limit(const Patch& p, double growth) noexcept {
 /// patch's slot.
 constexpr double creep_length = 0x1p-24;
 
-/// Returns whether a displacement is of usual length: not so short that its rounding remainder is carried to
-/// the next one, nor so long that every bristle snaps.
+/// Returns whether a displacement has usual length. Rare cases are displacements so short that their rounding
+/// remainder is carried to the next one, and those so long that every bristle snaps.
 bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   bool usual = true;
   for (const double x : displacement) {
@@ -77,11 +79,12 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   return usual;
 }
 
-/// Reads into `step` a displacement of unusual length: very short (remainder carried) or long (all bristles
-/// snap).
+/// Converts a displacement of unusual length for `step`: a very short one, whose rounding remainder is
+/// carried, or a long one, in which all bristles snap.
 [[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
-  // Limit of a scaled displacement, far beyond any snap length, that keeps squares and sums finite.
+  // Largest scaled displacement that is used, far beyond any snap length. Longer ones could make squares and
+  // sums infinite.
   constexpr double farthest = 1e290;
   for (double& x : step.scaled) x = std::clamp(x, -farthest, farthest);
   const double largest = std::max(std::abs(step.scaled[0]), std::abs(step.scaled[1]));
@@ -108,13 +111,14 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   }
 }
 
-/// Returns whether a step of the patch needs neither time, velocity nor direction: the patch does not age or
-/// damp, has no lay (grain), and skips blocks within their bounds.
+/// Returns whether a step of the patch needs neither time, velocity nor direction, and can take the shortest
+/// path through this file: the patch does not age or damp, has no lay (grain), and skips blocks within their
+/// bounds.
 bool is_plain(const Patch& p) noexcept {
   return p.skips && !p.ages && !p.damps && !p.laid && p.rest_damping == 0.0;
 }
 
-/// Displacement of a step, m, in the axes in which friction does not depend on direction.
+/// Displacement of a step, m, along axes in which friction is the same in all directions (LayMap).
 struct Displacement {
   double by[2];
 };
@@ -125,8 +129,9 @@ template <bool plain, class Asked>
   return d;
 }
 
-/// Maps the sums of a patch with a lay (grain) from isotropic axes to its own. Where energies differ between
-/// the axes, finds the dissipated energy as the step's work less the change of stored energy.
+/// Maps the sums of a step from isotropic axes to those of the patch, for a patch with a lay (grain). Where
+/// energies differ between the axes, computes the dissipated energy as the step's work less the change of
+/// stored energy.
 [[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
                                 bool held, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
@@ -139,8 +144,8 @@ template <bool plain, class Asked>
   sums.dissipated = std::clamp(work + step.stored - p.model->stored_energy(p), 0.0, highest_energy);
 }
 
-/// Reads a motion into `step`; its load is applied already. `plain` and `usual` are is_plain() and
-/// is_usual(), known when compiling.
+/// Converts a motion to the input of a step; its load is applied already. `plain` and `usual` are the answers
+/// of is_plain() and is_usual(), as constants, so that the compiler drops the cases that do not occur.
 template <bool plain, bool usual>
 [[gnu::always_inline]] inline void read_motion(const Patch& p, const double (&displacement)[2], double dt_s,
                                                bool commit, PatchStep& step) noexcept {
@@ -151,8 +156,8 @@ template <bool plain, bool usual>
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
-    // Shortens a step beyond the longest time, at which the clock stops. Otherwise bristles would be younger
-    // at the start of the next step than at the end of this one.
+    // Shortens a step that is longer than the longest time, at which the clock stops. Otherwise bristles
+    // would be younger at the start of the next step than at the end of this one.
     a.duration = std::min(dt_s, longest_time);
     if (p.record->clock != nullptr && stands_still(*p.record->clock))
       a.duration = std::numeric_limits<double>::min();
@@ -172,7 +177,7 @@ template <bool plain, bool usual>
   step.moves = a.snaps_all || (step.units[0] | step.units[1]) != 0;
 }
 
-/// Fills the constants of a step except the displacement. Assigns field by field, because g++ clears a whole
+/// Sets the constants of a step, all but the displacement. Assigns field by field, because g++ clears a whole
 /// struct by `rep stos`, which takes longer.
 void begin_advance(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
@@ -185,8 +190,8 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
   if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
-/// Writes the response of a step (for a cell of an outline only its force). For a committed step also stores
-/// the numbers that answer a next step at rest.
+/// Writes the response of a step (for a cell of an outline only its force). After a committed step also
+/// stores the numbers that answer a next step at rest.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
                                                   const PatchStep& step, bool held, StepSums& sums,
@@ -239,7 +244,8 @@ template <bool plain, class Asked, class Answer>
   if (!plain && p.ages) note_slide(p, step, growth);
 }
 
-/// Takes a step that leaves Patch::bound, has no known bound, or is of unusual length.
+/// Steps a patch whose motion the bound on snapping does not answer: it leaves Patch::bound, has no known
+/// bound, or has unusual length. Bristles have to be visited.
 template <bool plain, class Asked, class Answer>
 [[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
                                             double contact_loss, Answer& out) noexcept {
@@ -271,8 +277,8 @@ template <bool plain, class Asked, class Answer>
   return sums.visited;
 }
 
-/// Takes a step under the present load. The usual step stays in the ball within which no bristle snaps, and
-/// needs no further call.
+/// Steps a patch under the present load. Usually its motion stays in the ball within which no bristle snaps,
+/// and the answer follows without a call of the contact model.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {
@@ -290,7 +296,7 @@ template <bool plain, class Asked, class Answer>
   return 0;
 }
 
-/// Writes a motion to the input columns `to` of its lane.
+/// Writes a motion to the input columns `to`, at the place of the patch's lane.
 template <class Asked>
 [[gnu::always_inline]] inline void place(const Patch& p, const Asked& motion, double load, double dt_s,
                                          std::uint32_t lane, LaneMotions& to) noexcept {
@@ -303,7 +309,7 @@ template <class Asked>
   }
 }
 
-/// Writes the response to a motion, under the load that was placed with it.
+/// Writes the response to a motion of a patch in a lane, under the load that was placed with the motion.
 template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline void answer(Patch& p, const Asked& motion, double dt_s, bool commit,
                                           const LaneAnswers& answers, Answer& out) noexcept {
@@ -338,7 +344,7 @@ bool is_good_motion(int axes, const Motion& motion) noexcept {
   const bool finite = std::isfinite(motion.displacement[0]) && std::isfinite(motion.displacement[1]) &&
                       motion.normal_load >= 0.0 && motion.normal_load <= highest_load;
   if (!finite) return false;
-  // Refuses motion along the second axis of a patch that has only one, as bad input.
+  // Refuses motion along the second axis of a patch that has only one axis, as bad input.
   const bool planar = axes == 1;
   if (planar && motion.displacement[1] != 0.0) return false;
   if (motion.has_velocity)

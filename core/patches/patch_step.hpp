@@ -1,5 +1,5 @@
 // One step of one patch, as far as it is the same for all contact models: reads the motion, answers without
-// visiting bristles if it can, and writes the response.
+// visiting bristles if none can snap, and writes the response.
 #pragma once
 
 #include "core/patches/contact_model.hpp"
@@ -7,20 +7,21 @@
 
 namespace bristle::detail {
 
-/// Motion of one cell of an outline (contact area) under an unchanged load. Asks for the elastic force only.
+/// Motion of one cell of an outline (contact area) in a light step: the load is unchanged and only the
+/// elastic force is asked for, which is cheaper than a Motion.
 struct CellMotion {
-  /// Id of the cell's patch; a step sets it to PatchId{} if the batch has no patch of this id.
+  /// Id of the cell's patch. A step sets it to PatchId{} if the batch has no patch of this id.
   PatchId id;
   double displacement[2];  ///< tangential displacement of the cell in the step, m
   double force[2];         ///< elastic force on the body at the end of the step, N
 };
 
-/// Returns whether a motion is finite, in range, and along axes that the patch has; otherwise it is bad
-/// input.
+/// Returns whether a motion can be stepped: finite, in range, and along axes that the patch has. Other
+/// motions are bad input.
 bool is_good_motion(int axes, const Motion& motion) noexcept;
 
-/// Returns whether a motion leaves a resting patch at rest, so that its last force is still right. Reads only
-/// the first of the patch's four cache lines.
+/// Returns Bound::rest if a motion leaves a resting patch at rest, so that its last force is still right.
+/// Reads only the first of the patch's four cache lines, which makes resting patches cheap.
 inline Bound find_bound(const Patch& p, const Motion& motion) noexcept {
   return p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
                  motion.normal_load == p.normal_load && !motion.has_velocity
@@ -31,8 +32,8 @@ inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
   const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
   return rests ? Bound::rest : Bound::none;
 }
-/// Finds which bound, if any, answers a step without a visit to the bristles. Never returns Bound::glide:
-/// only the contact model knows whether the patch glides.
+/// Finds which bound, if any, answers a step without a visit to the bristles. Does not look for a glide,
+/// which only the contact model can find.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
   const Travel& t = step.advance;
@@ -59,27 +60,28 @@ inline void answer_at_rest(const Patch& p, Response& out) noexcept {
   }
 }
 
-/// Steps a patch, from its motion to its response, on one thread. Returns the number of bristles visited.
+/// Steps a patch on one thread, from motion to response. Returns the number of bristles visited.
 std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Response& out) noexcept;
-/// Computes the response that step_patch() would give under the present load, without a change of state. Not
-/// for motions that needs_copy(). `contact_loss`: energy that applying the load took, for the response.
+/// Computes the response that step_patch() would give under the present load, without changing the patch.
+/// Motions for which needs_copy() is true must be tried on a copy. `contact_loss`: energy lost when the load
+/// was applied, for the response.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 
 // --- contacts in lanes (Patch::in_lane): a step places all motions, runs the blocks, then answers
 
-/// Writes a patch's motion to its lane of the block that the kernel steps.
+/// Writes a patch's motion into its lane of the block, from which the kernel reads the motions of all lanes.
 void place_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;
 void place_motion(const Patch& patch, const CellMotion& motion, double dt_s) noexcept;
-/// Writes the response to a motion from the answers of the patch's block.
+/// Writes the response to a motion from the answers of the patch's block, after the block has been stepped.
 void answer_motion(Patch& patch, const Motion& motion, double dt_s, const LaneAnswers& answers,
                    Response& out) noexcept;
 void answer_motion(Patch& patch, CellMotion& motion, double dt_s, const LaneAnswers& answers) noexcept;
-/// Steps the contact of one lane alone. `commit`: false for a trial, which changes neither block nor record,
-/// only `patch`, a copy.
+/// Steps the contact of one lane alone. `commit`: false for a trial, which changes neither block nor record
+/// but only `patch`, which is a copy.
 void step_lane(Patch& patch, const Motion& motion, double dt_s, bool commit, Response& out) noexcept;
 
-/// Begins a step that threads share. The caller then runs SharedStep::run for all blocks and calls
+/// Begins a step that is shared among threads. The caller then runs SharedStep::run for all blocks and calls
 /// end_step(). Returns the number of blocks; 0 = no bristle has to be stepped.
 std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, PatchStep& step) noexcept;
 /// Ends a step that begin_step() began, and writes its response. `totals`: sums over all blocks, or null if
@@ -87,18 +89,18 @@ std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, PatchS
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
-/// Returns whether trial steps of a patch need a copy. A trial that the bound on snapping does not answer
-/// would change the bristles of such a patch.
+/// Returns whether a trial step of the patch would change its bristles, if the bound on snapping does not
+/// answer it. Such a trial needs a copy of the patch.
 inline bool changes_in_trials(const Patch& p) noexcept { return p.renews || books_work(p); }
-/// Returns whether a trial of this motion under the present load needs a copy of the patch, because it would
-/// change bristles.
+/// Returns whether a trial of this motion under the present load must be made on a copy of the patch, because
+/// it would change bristles.
 bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 
-/// Copies the bounds on how long bristles have been stuck to a patch of another material, where bristles keep
-/// their ages.
+/// Copies to a patch of another material the bounds on how long its bristles have been stuck: bristles keep
+/// their ages when the material changes.
 void take_hold_over(Patch& to, const Patch& from) noexcept;
 
-/// Writes a response of zero force whose status says why the motion was refused. `computed`: outputs of the
+/// Writes the response to a refused motion: zero force, and the reason as status. `computed`: outputs of the
 /// patch, all if there is none.
 void write_refusal(Outputs computed, Status status, Response& out) noexcept;
 

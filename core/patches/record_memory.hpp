@@ -15,8 +15,8 @@ constexpr std::size_t aligned(std::size_t bytes) noexcept {
   return (bytes + column_alignment - 1) / column_alignment * column_alignment;
 }
 
-/// Owner of what a record shares with others. It stands in memory in front of the record, so that the record
-/// is plain data that can be copied as bytes.
+/// Owner of what a record shares with others (its material). It stands in memory in front of the record, so
+/// that the record itself is plain data that can be copied as bytes.
 struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
   std::shared_ptr<void> place = nullptr;  ///< lane of a contact in lanes (lanes/lane_block.hpp)

@@ -26,7 +26,7 @@ void head_fields(Io& io, Head& head) noexcept {
   io(head.key);
   io(head.seed);
 }
-/// Lists what every patch saves. `remainder`: PatchRecord::remainder.
+/// Lists the numbers that every patch saves, whatever its contact model. `remainder`: PatchRecord::remainder.
 template <class Contact, class Remainder, class Visit>
 void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
   visit(c.normal_load, FieldRule{"normal_load", 0.0, highest_load});
@@ -38,9 +38,9 @@ void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
   visit(c.pending_snaps, FieldRule{"pending_snaps", 0.0, 1e18});
   for (auto& part : remainder) visit(part, FieldRule{"remainder", -0.5, 0.5});
 }
-/// Lists what an ageing patch saves about time: its own time, which exceeds the longest time by at most a
-/// step; and times and displacement that bound how long a bristle can have been stuck (PatchRecord::Hold).
-/// The displacement is at most 2^62 units.
+/// Lists the times that an ageing patch saves: its own time, which exceeds the longest time by at most a
+/// step, and the times and the displacement that bound how long a bristle can have been stuck
+/// (PatchRecord::Hold). The displacement is at most 2^62 units.
 template <class Time, class Hold, class Visit>
 void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
   visit(time, FieldRule{"time", 0.0, 4.0 * longest_time * clock_units_per_second});
@@ -48,7 +48,7 @@ void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
   visit(hold.since, FieldRule{"time", 0.0});
   for (auto& way : hold.way) visit(way, FieldRule{"time", -0x1p62, 0x1p62});
 }
-/// Writes what follows the head of a saved patch.
+/// Writes the part of a saved patch behind its head.
 void write_state(const Patch& p, ByteWriter& write) noexcept {
   const PatchRecord& r = *p.record;
   contact_fields(p, r.remainder, write);
@@ -173,7 +173,8 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   const PatchRecord::Hold& hold = record.hold;
   if (p.ages) time_fields(time, record.hold, check);
   if (check.fault != nullptr) return check.fault;
-  // Allows exactly 0 bristles without load; the tolerance for rounding would also allow a negative number.
+  // Takes a relative tolerance, so that without load exactly 0 bristles are allowed; an absolute one would
+  // allow a negative number.
   const double zeta = p.material().material.bristles_in_contact(contact.normal_load);
   if (!(std::abs(contact.zeta - zeta) <= 1e-9 * zeta)) return "zeta";
   record.clock = &time;

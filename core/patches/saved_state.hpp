@@ -10,7 +10,7 @@
 
 namespace bristle::detail {
 
-/// Adds bytes to a checksum, eight at a time and those that remain one by one.
+/// Adds bytes to a checksum: eight at a time, those that remain one by one.
 void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept;
 
 /// Head of the saved state of a batch. The saved patches follow it in the order of their slots.
@@ -23,7 +23,7 @@ constexpr std::size_t saved_batch_size = 40;
 /// Head of one saved patch. The fields that all contact models share follow it, then the model's own.
 struct SavedPatch {
   std::uint32_t slot = 0, generation = 0;
-  /// Hash of contact model, options and material; a state is restored only to a patch with the same hash.
+  /// Hash of contact model, options and material. A state is restored only to a patch with the same hash.
   std::uint64_t signature = 0;
   std::uint64_t bytes = 0;  ///< size of the saved patch, with this head
   std::uint64_t key = 0;    ///< present key of the patch, the one that its last reset gave
@@ -31,14 +31,15 @@ struct SavedPatch {
 };
 constexpr std::size_t saved_patch_size = 36;
 
-/// Writes the head of a batch, with length and checksum, in front of patches that are already written.
+/// Writes the head of a saved batch, with length and checksum, in front of patches that are already written.
 /// `state`: all bytes of the saved state, head included.
 void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
-/// Reads the head of a saved batch. Checks magic number, version, length and checksum. Throws bristle::Error.
+/// Reads the head of a saved batch, and checks its magic number, version, length and checksum. Throws
+/// bristle::Error.
 SavedBatch open_batch(Span<const std::byte> state);
 
-/// Returns a hash of the patch's state: of the model's state and, if the patch has them, of its lay and of
-/// the rounding remainder of short displacements.
+/// Returns a hash of the patch's state: that of the contact model and, if the patch has them, its lay and the
+/// rounding remainder of short displacements.
 std::uint64_t hash_of(const Patch& patch) noexcept;
 
 std::uint64_t signature_of(const Patch& patch) noexcept;
@@ -48,11 +49,12 @@ std::size_t saved_size_of(const Patch& patch) noexcept;
 void save_patch(const Patch& patch, std::uint32_t slot, std::byte* to) noexcept;
 SavedPatch read_saved_patch(const std::byte* from) noexcept;
 /// Checks the values in a saved patch. Returns null, or the name of a value that no patch with these options
-/// can have. (A right checksum does not prove that bristle wrote the bytes.)
+/// can have. The checksum is no proof that bristle wrote the bytes, and a wrong value could crash a later
+/// step.
 const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
-/// Checks the present state of a patch, by saving it and calling find_fault_of(): ranges of values, counts,
-/// mass of cohorts. Returns null, or the name of a value that no patch can have. `room`: memory of
-/// saved_size_of(patch) bytes.
+/// Checks the present state of a patch, for asserts, by saving it and calling find_fault_of(): ranges of
+/// values, counts, mass of cohorts. Returns null, or the name of a value that no patch can have. `room`:
+/// memory of saved_size_of(patch) bytes.
 const char* find_present_fault(const Patch& patch, std::byte* room) noexcept;
 /// Restores a patch from bytes in which find_fault_of() has found nothing.
 void restore_patch(Patch& patch, const std::byte* from) noexcept;

@@ -1,5 +1,5 @@
 // The motion of a patch (Travel), the input and the output of a contact model's step, and the steps that need
-// no model because no bristle can snap.
+// no contact model because no bristle can snap.
 #pragma once
 
 #include <cmath>
@@ -8,11 +8,12 @@
 
 namespace bristle::detail {
 
-/// Returns the largest rounding error, s, of a time up to `end` that was computed by `sums` additions.
+/// Returns an upper bound on the rounding error, s, of a time up to `end` that was computed by `sums`
+/// additions.
 inline double rounding_of_times(double end, double sums) noexcept { return (sums + 1.0) * 0x1p-52 * end; }
 
-/// Longest time, s. The clock of a batch stops when it has counted this far, and a step that lasts longer
-/// ages a patch by this time only.
+/// Longest time, s, that a patch counts. The clock of a batch stops there, and a step that lasts longer ages
+/// a patch by this time only.
 constexpr double longest_time = 1e16;
 inline bool stands_still(const Int128& clock) noexcept {
   return !(clock < static_cast<Int128>(longest_time * clock_units_per_second));
@@ -26,7 +27,7 @@ struct PatchStep {
   Advance advance;
   double scaled[2];       ///< displacement in scaled lengths, which are near the mean snap length
   std::int64_t units[2];  ///< displacement in fixed-point units of the position; 0 in a far step
-  /// Time of the patch at the start and at the end of the step, s; 0 for a patch that does not age.
+  /// Times of the patch at the start and at the end of the step, s; 0 for a patch that does not age.
   double begins, ends;
   double remainder[2];  ///< rounding remainder of short displacements after this step
   bool moves;           ///< whether the patch moves; if it does not, nothing can snap
@@ -36,7 +37,7 @@ struct PatchStep {
   double stored = 0.0;        ///< elastic energy before the step, J; filled only if books_work()
 };
 
-/// Result of a contact model's step: sums over all bristles in contact.
+/// Result of a contact model's step: sums over all bristles in contact, from which the response follows.
 struct StepSums {
   double end[2] = {0.0, 0.0};         ///< sum of deflections at the end; times Patch::newtons_per_unit in N
   double twice_mean[2] = {0.0, 0.0};  ///< twice the mean, over the step, of the sum of deflections
@@ -45,23 +46,22 @@ struct StepSums {
   std::uint64_t visited = 0;  ///< number of bristles or cohorts that a kernel read
 };
 
-/// Reasons why a step needs no visit to the bristles, and `none`.
+/// Reasons why a step can be answered without visiting bristles; `none` = there is no reason.
 enum class Bound : unsigned char {
   none,  ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
   rest,  ///< the patch does not move, so no deflection changes
-  /// The motion ends in the ball Patch::bound, so no bristle snaps, and the sums of deflections follow from
-  /// the displacement.
+  /// The motion ends in the ball Patch::bound, in which no bristle snaps, so the sums of deflections follow
+  /// from the displacement.
   ball,
   glide,  ///< a steady slide goes on, so its force follows from means over the bristles (glide.hpp)
 };
 
-/// Values of Patch::bound.reach, the distance within which no bristle snaps, for patches without a known
-/// distance (no_reach) and in a glide, a steady slide (glide_reach).
+/// Special values of Patch::bound.reach, which is otherwise the distance within which no bristle snaps:
+/// no_reach if none is known, glide_reach in a glide (a steady slide).
 constexpr double no_reach = -1.0;
 constexpr double glide_reach = -2.0;
 
-/// Computes length and direction of a displacement. A far step, in which every bristle snaps, has them
-/// already.
+/// Computes length and direction of a displacement. A far step, in which every bristle snaps, came with both.
 inline void find_direction(Travel& t) noexcept {
   if (t.snaps_all) return;
   double moved[2];
@@ -71,7 +71,8 @@ inline void find_direction(Travel& t) noexcept {
   t.direction[1] = moved[1] / t.length;
 }
 
-/// Finds the sums of deflections of a step without snaps, with or without the mean over the step.
+/// Calculates the sums of deflections of a step without snaps, in which all bristles bend alike; `mean`: also
+/// averaged over the step.
 template <bool mean>
 inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
   for (int axis = 0; axis < 2; ++axis) {  // runs to a constant 2, so that the loop is unrolled
@@ -93,8 +94,8 @@ inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
     p.position[axis] = t.to[axis];
   }
 }
-/// Finds the sums of deflections of a step in which no bristle snaps. Moves the patch if the step is
-/// committed, which a trial step is not.
+/// Calculates the sums of deflections of a step in which no bristle snaps. Moves the patch if the step is
+/// committed; a trial step leaves it.
 inline void hold(Patch& p, const Travel& t, StepSums& sums) noexcept {
   if (has(p.outputs, Outputs::mean))
     carry<true>(p, t, sums);

@@ -53,8 +53,7 @@ void settle(Patch& p) noexcept {
 
 namespace {
 
-/// Writes those fields of a response that follow from the load alone: status, damping, force
-/// limit.
+/// Writes those fields of a response that depend on the load alone: status, damping, force limit.
 void answer_load(const LaneBlock& b, std::uint32_t lane, double load, double damping,
                  Response& out) noexcept {
   out.status = b.overload_status(lane, load);
@@ -111,7 +110,7 @@ void answer_lane(const LaneBlock& b, std::uint32_t lane, const Motion& motion, d
   }
 }
 
-/// Owner of a lane in a block, freed with the record.
+/// Owner of a lane in a block. It is freed with the patch's record, which frees the lane for another contact.
 struct LanePlaces::Place {
   std::shared_ptr<LanePlaces> places;
   LaneBlock* block;

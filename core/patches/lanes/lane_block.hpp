@@ -1,6 +1,7 @@
-// Blocks of sixteen contacts, one in each lane, and their places. Contacts of equal material and options
-// share blocks, whatever the order in which they were added; each is a patch of its own (Patch::in_lane). A
-// contact model with contacts in lanes derives its block from LaneBlock; slide_block.hpp is one.
+// Blocks of sixteen contacts, one in each lane, and the lists of free lanes. Contacts of equal material and
+// options share blocks, whatever the order in which they were added; each is a patch of its own
+// (Patch::in_lane). A contact model with contacts in lanes derives its block from LaneBlock; slide_block.hpp
+// is one.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@
 
 namespace bristle::detail {
 
-/// Forces, stiffness and energies of sixteen contacts, which a step of their block fills.
+/// Forces, stiffness and energies of sixteen contacts, written by a step of their block.
 struct LaneAnswers {
   LaneColumn<double> end[2], mean[2], stiffness, dissipated, contact_loss, slid;
 
@@ -28,7 +29,7 @@ struct LaneAnswers {
   }
 };
 
-/// The motions of a block's contacts in one step.
+/// The motions of a block's contacts in one step, as columns that the kernel reads.
 struct LaneMotions {
   std::uint32_t named = 0;              ///< bits of the lanes with a motion
   std::uint32_t item[lane_count] = {};  ///< number of each lane's motion in the step
@@ -46,8 +47,8 @@ struct LaneMotions {
   }
 };
 
-/// Whether a contact whose load asks for this number of bristles, over the number that it has, is overloaded.
-/// A rounding does not count.
+/// Whether a contact is overloaded. `excess` is the number of bristles that its load asks for over the number
+/// that it has; a rounding error above 1 does not count.
 inline bool is_overloaded(double excess) noexcept { return excess >= 1.0 + 1e-14; }
 
 /// Sixteen contacts in the lanes of a block. Only the stepping thread and its workers touch a block, except
@@ -90,19 +91,19 @@ struct LaneBlock {
   bool ages = false;   ///< whether the contacts age (Patch::ages); such contacts are never lent
   bool damps = false;  ///< Patch::damps
 
-  // Data of the thread that adds patches
+  // Data of the adding thread, which finds free lanes by them.
   std::uint64_t kind = 0;  ///< hash of what the contacts of the block share
   std::uint32_t free = (1u << lane_count) - 1;
 
-  /// Returns the columns of the block that the step runs next, null for the last.
+  /// Returns the columns of the block that the step runs next, for prefetching; null for the last block.
   const void* ahead() const noexcept { return next != nullptr ? next->columns_at : nullptr; }
-  /// Returns Status::overload for a contact that is overloaded by a load, else Status::ok.
+  /// Returns Status::overload if this load overloads the contact, otherwise Status::ok.
   Status overload_status(std::uint32_t lane, double load_n) const noexcept {
     if (load_n <= light.lane[lane]) return Status::ok;
     const double bristles = material->material.bristles_in_contact(load_n);
     return is_overloaded(bristles / full.lane[lane]) ? Status::overload : Status::ok;
   }
-  /// Records the lanes that a step names. Returns those that the same step has already named.
+  /// Records the lanes that a step names, and returns those that the same step has named before.
   std::uint32_t see(std::uint32_t lanes, std::uint64_t step_number) noexcept {
     if (step != step_number) seen = 0;
     step = step_number;
@@ -127,14 +128,14 @@ struct LaneRecord : PatchRecord {
 };
 inline LaneRecord& lane_of(const Patch& p) noexcept { return static_cast<LaneRecord&>(*p.record); }
 
-/// The blocks of lanes of a batch, as the thread that adds patches sees them. A block is freed with its last
-/// contact.
+/// All blocks of lanes of a batch, for the adding thread, which takes free lanes from them. A block is freed
+/// with its last contact.
 class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
  public:
   using Block = std::shared_ptr<LaneBlock>;
 
-  /// Takes a free lane for a patch in a block of its kind, or in a new one, which `make` makes. The lane is
-  /// free again when the record is released. Throws std::bad_alloc.
+  /// Takes a free lane for a patch in a block of its kind, or in a new block from `make`. The lane is free
+  /// again when the record is released. Throws std::bad_alloc.
   void take(LaneRecord& record, std::uint64_t kind, Block (*make)(const LaneRecord&));
 
  private:
@@ -149,30 +150,32 @@ class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
   std::unordered_map<std::uint64_t, Kind> kinds_;
 };
 
-/// Sets the load of a patch in a lane, and what follows from load and material alone.
+/// Sets the load of a patch in a lane, and the numbers that depend on load and material alone.
 void set_load(Patch& patch, double normal_load_n) noexcept;
 
-/// Resets a patch's lane, which may have held another contact before, for a new contact.
+/// Resets a patch's lane for a new contact, because it may hold numbers of an earlier one.
 void enter_lane(Patch& patch) noexcept;
 
-/// Lends load and force of a patch's last step to its block. Refuses if a response needs more of the patch:
-/// it ages, or has energies of a change of material to report. Returns whether they are lent.
+/// Moves load and force of a patch's last step to its block, so that steps need not touch the patch. Refuses,
+/// and returns false, if a response needs more of the patch: it ages, or has energies of a change of material
+/// to report.
 bool lend(const Patch& patch) noexcept;
-/// Returns load and force that are lent to the block of a patch in a lane.
+/// Moves load and force, if they are lent to the block, back to the patch in the lane.
 void settle(Patch& patch) noexcept;
 
-/// Whether a lent contact stays at rest under a motion, so that its last response can be repeated.
+/// Whether a contact lent to its block stays at rest under a motion, so that its last response can be
+/// repeated.
 inline bool stays_at_rest(const LaneBlock& b, std::uint32_t lane, const Motion& motion) noexcept {
   return (b.rests >> lane & 1u) != 0 && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
          motion.normal_load == b.load.lane[lane] && !motion.has_velocity;
 }
-/// Writes the response of a lent contact from the answers of its block.
+/// Writes the response of a contact lent to its block, from the answers of the block's step.
 void answer_lane(const LaneBlock& block, std::uint32_t lane, const Motion& motion, double dt_s,
                  const LaneAnswers& answers, Response& out) noexcept;
-/// Writes the response of a lent contact that stays at rest: its last force.
+/// Writes the response of a contact lent to its block that stays at rest: its last force.
 void answer_resting_lane(const LaneBlock& block, std::uint32_t lane, Response& out) noexcept;
-/// Stores load and force of a step in the block, for the contact's next step. The caller adds the lane to
-/// LaneBlock::rests.
+/// Stores load and force of a step in the block, where the contact's next step reads them. The caller adds
+/// the lane to LaneBlock::rests.
 inline void note_step(LaneBlock& b, std::uint32_t lane, double load, const LaneAnswers& answers) noexcept {
   b.load.lane[lane] = load;
   for (int axis = 0; axis < b.axes; ++axis) b.force[axis].lane[lane] = answers.end[axis].lane[lane];

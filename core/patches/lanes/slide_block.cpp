@@ -14,7 +14,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Record of a contact, with the data from which its block is made.
+/// Record of a sliding contact, with the data from which a block for it is made.
 struct SlideRecord : LaneRecord {
   const KernelTable* kernels = nullptr;
 
@@ -25,7 +25,7 @@ struct SlideRecord : LaneRecord {
 };
 SlideRecord& record_of(const Patch& p) noexcept { return static_cast<SlideRecord&>(*p.record); }
 
-/// A contact's own numbers in the columns of its block.
+/// Access to one contact's numbers, which lie spread over the columns of its block.
 template <class T>
 struct Lane {
   explicit Lane(const Patch& p) noexcept
@@ -51,7 +51,8 @@ struct Lane {
   double force(std::uint32_t i, int axis) const noexcept {
     return axis < axes() ? static_cast<double>(stored(i, axis)) + base(axis) : 0.0;
   }
-  /// Calls visit(number) for each number of a contact's saved state.
+  /// Calls visit(number) for each number of a contact's saved state. Saving, restoring and hashing share this
+  /// list.
   template <class Visit>
   void fields(Visit&& visit) const noexcept {
     visit(stiffness());
@@ -83,7 +84,7 @@ void clear(LaneBlock& block, std::uint32_t lane) noexcept {
   }
 }
 
-/// Makes a block for contacts of the record's kind.
+/// Makes a block for contacts that are of the same kind as the record's.
 template <class T>
 LanePlaces::Block make_block(const LaneRecord& like) {
   const auto& r = static_cast<const SlideRecord&>(like);
@@ -151,8 +152,8 @@ LanePlaces::Block make_block(const LaneRecord& like) {
 
   const bool all = r.options.outputs != Outputs::end;
   block->kernel = lane_kernels_of<T>(*r.kernels->lanes).slide[r.options.axes - 1][times ? 2 : all ? 1 : 0];
-  // Cost of a contact in bristles (Sharing): a bristle takes 0.3 ns, a contact some 12 ns, and each of its
-  // springs 1 ns.
+  // Cost of a contact as a number of bristles (Sharing): a bristle takes 0.3 ns, a contact some 12 ns, and
+  // each of its springs 1 ns.
   block->work = lane_count * (40 + 3 * n);
   block->columns_at = c.x;
   block->kernels = r.kernels->lanes;
@@ -170,8 +171,8 @@ LanePlaces::Block make_block(const LaneRecord& like) {
   return owner;
 }
 
-/// Takes a lane for the patch. Contacts share blocks if material, number of springs, axes, outputs and lay
-/// are equal; those of a group share them only with each other.
+/// Takes a lane for the patch in a block of like contacts: material, number of springs, axes, outputs and lay
+/// are equal. Contacts of a group share blocks only with each other.
 template <class T>
 void take_lane(Patch& p, LanePlaces& places) {
   SlideRecord& r = record_of(p);
@@ -213,7 +214,8 @@ double stored_energy(const Patch& p) noexcept {
   return 0.5 * sum / lane.stiffness() * lane.block.law.metres_per_length;
 }
 
-/// Moves a contact to another material: deflections stay, and tips beyond their new limits slip.
+/// Moves the state of a contact to another material. Deflections stay, and bristles bent beyond their new
+/// limits slip.
 template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   const Lane<T> now(to), before(from);
@@ -234,7 +236,7 @@ void take_over(Patch& to, Patch& from) noexcept {
     if (now.has_times()) now.since(i) = before.has_times() ? before.since(i) : 0.0;
   }
   now.phase() = before.phase();
-  // Counts the change of stored energy as lost: strata of another law weigh equal deflections differently.
+  // Counts the change of stored energy as lost. Strata of another law weigh equal deflections differently.
   const bool energy = has(to.outputs, Outputs::energy);
   const double stored = energy ? stored_energy<T>(to) : 0.0;
   if (energy) to.pending_loss += stored_energy<T>(from) - stored;
@@ -308,10 +310,11 @@ std::uint64_t signature(const Patch& p) noexcept {
 
 template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept {
-  // Saves the force at the end of the last step, because the stored forces give it only to rounding.
+  // Saves the force at the end of the last step as well, because the stored forces of the springs give it
+  // only to rounding.
   for (const double force : p.elastic) write(force);
   write(p.rests ? 1.0 : 0.0);
-  // Saves a patch that has no lane yet as a contact without load.
+  // Saves a patch that has not taken a lane yet as a contact without load.
   if (lane_of(p).block != nullptr) return Lane<T>(p).fields([&write](const auto& number) { write(number); });
   const SlideRecord& r = record_of(p);
   for (int k = 0; k < 2 + r.options.axes; ++k) write(0.0);

@@ -1,5 +1,5 @@
 // The contact model of springs that slide at their limit instead of snapping (SnapRule::slide; core/MODEL.md,
-// section 30), a contact in each lane. kernels/lane_slide.hpp moves the springs.
+// section 30). Each contact is in a lane of a block; kernels/lane_slide.hpp moves the springs.
 #pragma once
 
 #include <memory>
@@ -10,7 +10,8 @@
 namespace bristle::detail {
 
 constexpr std::uint32_t default_sliders = 32;
-/// Largest number of strata. More would not matter, because the error falls with the square of their number.
+/// Largest number of strata (springs) of a contact. More would gain nothing, because the error falls with the
+/// square of their number.
 constexpr std::uint32_t most_sliders = 4096;
 
 template <class T>
@@ -20,7 +21,7 @@ struct SlideBlock : LaneBlock {
   typename LaneKernels<T>::Slide kernel = nullptr;
 };
 
-/// Makes a patch of springs that slide at their limit, without a lane. Throws bristle::Error.
+/// Makes a patch of springs that slide at their limit; it has no lane yet. Throws bristle::Error.
 Patch make_sliders(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                    const KernelTable& kernels, double weight);
 

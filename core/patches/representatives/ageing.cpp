@@ -9,11 +9,11 @@
 namespace bristle::detail {
 namespace {
 
-/// Path after which ageing bristles of an exponential law slide steadily within 1e-3, in mean paths from snap
-/// to snap, by the renewal equation. Without ageing this law has no memory.
+/// Path after which bristles of an exponential law that age slide steadily within 1e-3, in mean paths from
+/// snap to snap, by the renewal equation. (Without ageing this law forgets at once.)
 constexpr double memory_of_aged_exponential = 7.0;
 
-/// Returns the ageing of a bristle, at one sliding speed, as a function of its path since it snapped, scaled.
+/// Returns how a bristle ages along its path since it snapped, scaled, at one sliding speed.
 WayAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
@@ -54,7 +54,8 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   aged.largest_growth = aged_length(m.longest, ageing) / m.longest * (1.0 + 1e-6);
 }
 
-/// Returns the length of a step, scaled, from which SnapRule::redraw needs constants of jumps over snaps.
+/// Returns the length of a step, scaled, from which on SnapRule::redraw jumps over snaps and needs constants
+/// for that.
 double jumps_from(const CompiledMaterial& m) noexcept {
   return m.law.kind == law_exponential ? memory_of_aged_exponential * m.law.mean : m.law.jump_from;
 }
@@ -111,8 +112,8 @@ void prepare_ageing(const Patch& p, Advance& a) noexcept {
   find_jumps(r, age_per_length(m, a));
   a.largest_growth = r.aged->largest_growth;
   if (!a.snaps_all) return;
-  // Takes double precision also where an old bristle, whose snap length has grown, may not snap in a far
-  // step.
+  // Takes double precision also for far steps after which an old bristle, whose snap length has grown, may
+  // not have snapped.
   const double longest = p.material().residual + p.material().longest * largest_ageing_factor(m);
   a.in_double =
       r.aged->law.stationary_from > far_length || a.length > 0x1p60 || 2.0 * longest > a.length ? 1 : 0;

@@ -5,7 +5,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the weight of the last block, which is partly filled: a number of bristles, not always whole.
+/// Returns the weight of the bristles in contact in the last block, which is partly filled: a number of
+/// bristles, not always whole.
 template <class T>
 double tail_weight(const Representatives<T>& r) noexcept {
   return static_cast<double>(r.whole - r.full_blocks() * block_size) +
@@ -27,8 +28,8 @@ void enter_block(const Patch& p, std::uint32_t b) noexcept {
   Block& block = r.blocks[b];
   block.zero = 1;
   if (r.since != nullptr) r.since[b] = time_of(p);
-  // Sets the bound of a block of straight bristles: none snaps before the patch has moved by the shortest of
-  // their snap lengths.
+  // Bounds the motion in which no bristle of a block of straight bristles snaps: the patch may move by the
+  // shortest of their snap lengths.
   block.reach = block.shortest * (1.0f - 1e-5f);
   for (int axis = 0; axis < 2; ++axis) {
     block.position[axis] = block.anchor[axis] = p.position[axis];

@@ -15,8 +15,8 @@ void scale_bristle(Representatives<T>& r, std::uint32_t i, double factor) noexce
   if (r.zy != nullptr) r.zy[i] = static_cast<T>(static_cast<double>(r.zy[i]) * factor);
 }
 
-/// Takes the last bristles out of contact, with their energy, when the load falls. The bristle that is then
-/// the last counts only in part.
+/// Takes the bristles that came last out of contact when the load falls, and returns their energy, J. The
+/// bristle that is then the last counts only in part.
 template <class T>
 double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -43,8 +43,8 @@ double shed_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Adds straight bristles when the load rises. The bristle that counted only in part is unbent as its weight
-/// grows, so that the force stays.
+/// Adds straight bristles when the load rises. The bristle that counted only in part straightens as its
+/// weight grows, so that the force does not jump.
 template <class T>
 double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -68,7 +68,8 @@ double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
   return squares;
 }
 
-/// Scales deflections down when the load rises above the maximum, or further above it. The force stays.
+/// Scales deflections down when the load rises above the maximum, or further above it: each bristle then
+/// carries more, but the force of a patch at rest must stay.
 template <class T>
 void scale_all(Patch& p, double factor) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -90,7 +91,7 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t bristles) 
   double active = zeta / weight;
   const double all = bristles;
   double overload = 1.0;
-  // Prevents rounding from turning the maximum load itself into an overload.
+  // Keeps rounding from turning the maximum load itself into an overload.
   if (active > all * (1.0 + 1e-14)) overload = active / all;
   active = std::min(active, all);
   const double whole = std::floor(active);

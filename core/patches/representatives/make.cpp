@@ -35,8 +35,8 @@ constexpr ContactModel representatives_model = {
     .find_fault = &find_fault<T>,
     .restore = &restore<T>};
 
-/// Returns the shortest first snap length in block b, scaled and rounded down, which serves as a bound on
-/// snapping.
+/// Returns the shortest first snap length in block b, scaled and rounded down. Straight bristles of the block
+/// cannot snap on a shorter path.
 template <class T>
 float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   const std::uint32_t end = std::min((b + 1) * block_size, r.bristles);
@@ -44,15 +44,15 @@ float shortest_first(const Representatives<T>& r, std::uint32_t b) noexcept {
   return static_cast<float>(least) * (1.0f - 1e-6f);
 }
 
-/// Returns the index of the kernel variant for a patch. Under shared renewal that is a variant with energies,
-/// because only these count snaps.
+/// Returns the index of the kernel variant for a patch. With shared renewal it is a variant with energies,
+/// because only these count snaps, which cause the renewals.
 int find_variant(const PatchOptions& options, bool redraws, bool residual, bool renews, bool ages) noexcept {
   if (ages) return aged_variant_index(options.axes, redraws);
   return variant_index(options.axes, redraws, has(options.outputs, Outputs::mean),
                        renews || has(options.outputs, Outputs::energy), residual);
 }
 
-/// Takes the patch out of contact: every bristle becomes straight and counts for nothing.
+/// Takes the patch out of contact: every bristle becomes straight and has no weight.
 template <class T>
 void leave_contact(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);

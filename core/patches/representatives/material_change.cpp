@@ -11,7 +11,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the deflection, in scaled units, at which a bristle with the snap length `length_m` (m) snaps.
+/// Returns the deflection at which a bristle with the snap length `length_m` (m) snaps, residual included, in
+/// scaled units.
 template <class T>
 T limit_of(const CompiledMaterial& material, double length_m) noexcept {
   const double scaled = length_m * material.lengths_per_metre;
@@ -19,11 +20,11 @@ T limit_of(const CompiledMaterial& material, double length_m) noexcept {
                         std::clamp(scaled, shortest_beyond_residual<T>(material), material.longest));
 }
 
-/// Copies the state of the bristles in contact to another material: lengths in its unit, snap lengths of
-/// equal quantile in its law, and random states unchanged.
+/// Copies the state of the bristles in contact to a patch of another material: lengths in its unit, snap
+/// lengths at equal quantile of its law, and random states unchanged.
 template <class T>
 void take_over_columns(Representatives<T>& to, const Representatives<T>& from) noexcept {
-  // Ratio of the two units of length, a power of two.
+  // Ratio of the old to the new unit of length, a power of two, so that conversion is exact.
   const double ratio = from.material->metres_per_length * to.material->lengths_per_metre;
   const SnapLength& law = to.material->material.snap_length;
   const SnapLength& old_law = from.material->material.snap_length;
@@ -58,7 +59,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
     if (both_draw && (rule.filler == Filler::draw_state || rule.filler == Filler::first_length))
       std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
   };
-  // Pairs the columns of the two records, which list them in the same order.
+  // Pairs the columns of the old and the new record, which list them in the same order.
   const void* columns_of_from[16];
   int count = 0;
   Representatives<T>::columns(
@@ -69,8 +70,8 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   });
 }
 
-/// Lets bristles snap that are bent beyond their new snap length; if they redraw, they sample another. The
-/// patch does not move, so they slip along their own deflection.
+/// Lets bristles snap that are bent beyond their new snap length; if they redraw, they sample another length.
+/// The patch does not move, so they slip along their own deflection.
 template <class T>
 void snap_beyond(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -103,7 +104,7 @@ template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   Representatives<T>& r = representatives<T>(to);
   const Representatives<T>& old = representatives<T>(from);
-  // Takes over the seed with which the last reset made the bristles.
+  // Makes the new patch with the seed of the last reset, which may differ from the seed in the options.
   if (r.options.seed != old.options.seed) {
     change_seed(r, old.options.seed);
     fill_columns(r);
@@ -123,8 +124,8 @@ void take_over(Patch& to, Patch& from) noexcept {
     rewrite_block<T>(to, b);
     if (b < r.full_blocks()) book_block<T>(to, b, +1);
   }
-  // Applies the load again, because under the new material it may bring another number of bristles into
-  // contact.
+  // Applies the present load again, because under the new material it may bring another number of bristles
+  // into contact.
   to.pending_loss += apply_load<T>(to, from.normal_load);
 }
 

@@ -22,8 +22,8 @@ double to_share(std::uint64_t x) noexcept { return (static_cast<double>(x >> 12)
 }  // namespace
 
 double stratified_share(std::uint32_t seed, std::uint32_t i) noexcept {
-  // Takes the fractional part of (i + 1) / golden ratio, so that the first bristles, however many, cover the
-  // law evenly. An integer product that wraps around gives this part.
+  // Takes the fractional part of (i + 1) / golden ratio as the share of bristle i. Then the first bristles,
+  // however many, cover the law evenly. An integer product that wraps around gives the fractional part.
   if (seed == plain_seed) return to_share(mix64(seed) + (std::uint64_t{i} + 1) * 0x9E3779B97F4A7C15u);
   // Reverses the bits of i to the binary fraction 0.b0 b1 b2 ..., which covers the law evenly too. Then
   // changes each group of four bits by four random bits, which depend on the seed and on the bits before
@@ -50,7 +50,7 @@ template double first_length<double>(const CompiledMaterial&, std::uint32_t, std
 void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept {
   const auto key = static_cast<std::uint32_t>(mix64(seed + 0x51ED270Bu));
   for (std::size_t i = 0; i < states.size(); ++i) {
-    // Mixes the bits by Murmur3's finaliser, which maps different numbers to different numbers.
+    // Mixes the bits by Murmur3's finaliser, which maps different bristle numbers to different states.
     std::uint32_t x = static_cast<std::uint32_t>(i) ^ key;
     x ^= x >> 16;
     x *= 0x85EBCA6Bu;

@@ -13,19 +13,19 @@ namespace {
 
 constexpr double straight = 0x1p-12;  // sine of the largest angle at which a slide counts as straight
 
-// Sine of the largest angle by which a slide may turn, within a mean snap length or a step, and still be the
-// same slide.
+// Sine of the largest angle by which a slide may turn, within a mean snap length or a step, and still count
+// as the same slide.
 constexpr double gentle = 0.4;
-// Largest share of young bristles (new in contact) that are stepped separately; if more are young, all
-// bristles are stepped together.
+// Largest share of young bristles (new in contact) for which they are stepped separately from the others. If
+// more are young, all bristles are stepped together.
 constexpr double most_young = 0.25;
-// Least path, as a share of a piece, on which young bristles are stepped separately.
+// Least path, as a share of a piece, on which stepping young bristles separately is worth its cost.
 constexpr double least_apart = 0.05;
-/// Number of bristles of a patch at which the error of the longest pieces equals the noise of its force.
-/// Patches with more bristles take shorter pieces.
+/// Number of bristles of a patch at which the error of the longest pieces equals the random noise of its
+/// force. Patches with more bristles have less noise and take shorter pieces.
 constexpr double even_bristles = 6000.0;
-/// Number of snaps expected on the path along which every bristle is stepped, in a step of a steady slide;
-/// along the rest bristles are carried. With 8, at most one step in 3000 has no snap there.
+/// Number of snaps expected on that part of a long step along which bristles are stepped; along the rest of a
+/// steady slide they are carried. With 8, at most one step in 3000 has no snap there.
 constexpr double snaps_followed = 8;
 
 /// Finds the number y of renewals per bristle in a piece in which a bristle would snap `snaps` times without
@@ -57,7 +57,8 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
   return hasher.value();
 }
 
-/// Counts the bristles that the next piece of path would bend beyond their snap length.
+/// Counts the bristles that the next piece of path would bend beyond their snap length, from which the
+/// renewals of the piece follow.
 template <class T>
 std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -71,7 +72,8 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
 /// a renewal adds at most twice that, which kernels/renew.hpp sums in coarse units of 2^40.
 double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
 
-/// Renews `draws` bristles selected at random, before the next piece of path is stepped.
+/// Renews `draws` bristles selected at random: each slips and starts afresh, before the next piece of path is
+/// stepped.
 template <class T>
 void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   if (!(draws > 0.0)) return;
@@ -131,8 +133,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
 }
 
 /// Returns `run`, the length of the present slide, shortened for a rest or a change of speed since its last
-/// step. Both change the friction of ageing bristles, so the patch is further from steady sliding than `run`
-/// says; the relative change of friction measures by how much (shortened_run()).
+/// step. Both change the friction of ageing bristles, so the patch is further from steady sliding than a
+/// slide of the length `run`; the relative change of friction tells by how much (shortened_run()).
 template <class T>
 double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -149,7 +151,7 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double way) noe
 
 /// Finds the length of the slide that a step continues (0 = a new slide begins), and whether the step turns
 /// off the line of the slide. A step on the line continues the slide even if the patch left the line in
-/// between without a snap. A turn must begin where the slide ended. With ageing every turn begins a new
+/// between without a snap; a turn must begin where the slide ended. With ageing every turn begins a new
 /// slide.
 template <class T>
 double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
@@ -171,7 +173,8 @@ double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
 }
 
-/// Stores length, direction and end of the slide, after a step in which a bristle snapped.
+/// Stores length, direction and end of the slide after a step in which a bristle snapped, for the next step
+/// to continue.
 template <class T>
 void note_run(Patch& p, const double (&direction)[2]) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -198,9 +201,9 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   note_tail<T>(p);
 }
 
-/// Carries the blocks [begin, end) round a corner of the path, without stepping them, and `length` along the
-/// step's direction, up to the step's last piece. `before`: direction before the corner. Adds to the sums by
-/// how much the deflections then differ from steady sliding.
+/// Carries the blocks [begin, end) round a corner of the path without stepping them, and then `length` along
+/// the step's direction, up to the step's last piece. `before`: direction before the corner. Adds to the sums
+/// by how much the deflections then differ from steady sliding.
 template <class T>
 void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
                  std::uint32_t begin, std::uint32_t end) noexcept {
@@ -250,13 +253,13 @@ void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
 }
 
 /// Returns the number of the first block that has a young bristle (one that came into contact during the
-/// present slide), or the number of blocks in contact if there is none.
+/// present slide). Returns the number of blocks in contact if there is none.
 template <class T>
 std::uint32_t first_young_block(const Representatives<T>& r) noexcept {
   return std::min(r.shared->young_from / block_size, r.active_blocks());
 }
 
-/// Runs the kernels of one piece of path.
+/// Runs the kernels over all blocks for one piece of path, on the calling thread.
 template <class T>
 Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
   Totals totals{};
@@ -264,8 +267,9 @@ Totals run_all_blocks(const Patch& p, const PatchStep& step) noexcept {
   return totals;
 }
 
-/// Makes a patch of the blocks of `p` from number `begin` on, which shares p's columns. `record` becomes its
-/// record: a copy of p's, with pointers moved to these blocks.
+/// Makes a patch that consists of the blocks of `p` from number `begin` on, and shares their columns, so that
+/// these blocks can be stepped alone. `record` becomes its record: a copy of p's, with pointers moved to
+/// these blocks.
 template <class T>
 Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record) noexcept {
   record = representatives<T>(p);
@@ -330,7 +334,7 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Carries the bristles along a part of a steady slide's path without stepping them, up to its last piece,
+/// Carries the bristles along the steady part of a slide's path without stepping them, up to its last piece,
 /// which ends at `way`. Turns them round a corner if the path turns, and steps young bristles as far as they
 /// need it.
 template <class T>
@@ -349,16 +353,17 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Returns the path of a step along which every bristle is stepped: the path that the slide lacks to be
-/// steady. It is at least so long that its end does not depend on its start, and that several snaps are
-/// expected on it (snaps_followed), which matters in a patch of few bristles.
+/// Returns the length of the part of a step's path along which every bristle must be stepped (along the rest
+/// they are carried): as much as the slide lacks to be steady. It is at least so long that its end does not
+/// depend on its start, and that several snaps are expected on it (snaps_followed), which matters in a patch
+/// of few bristles.
 template <class T>
 double way_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Steps the bristles along the whole path unless they could be carried for more than `goes_on`: carrying
-  // them round a corner costs as much as stepping them along that path.
+  // Steps the bristles along the whole path unless it pays to carry them. Carrying them round a corner costs
+  // as much as stepping them along the path `goes_on`.
   const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }
@@ -399,7 +404,8 @@ void plan_pieces(Representatives<T>& r) noexcept {
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   const RenewalLaw& law = m.renewal();
   r.shared->piece = longest_piece * std::min(1.0, 2.0 / m.material.shared_renewal) * mean;
-  // Adds twice the residual, by which bristles bent against the motion must unbend before they snap.
+  // Adds twice the residual, the path along which bristles that are bent against the motion must unbend
+  // before they snap.
   r.shared->forget = std::min((law.forget + 1.0) * mean + 2.0 * m.residual, far_length / 2.0);
   r.shared->goes_on = longest_piece * mean;
   r.shared->inverse_mean = 1.0 / mean;
@@ -431,9 +437,10 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.shared->walked.young_run =
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = way_followed(r, whole.length);
-  // Makes pieces shorter in patches of many bristles, because the error falls with the square of the piece
-  // and the noise with the root of the number of bristles. Pieces keep their full length if bristles are
-  // carried round a corner (carry_round()), because the last piece must follow the corner.
+  // Makes pieces shorter in patches of many bristles: the error falls with the square of the piece, and
+  // should not exceed the noise, which falls with the root of the number of bristles. Pieces keep their full
+  // length if bristles are carried round a corner (carry_round()), because the last piece must follow the
+  // corner.
   const bool bends = r.shared->walked.turns && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
   const double piece = r.shared->piece * square_root(square_root(even));
@@ -464,8 +471,8 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     if (k >= pieces && way < whole.length) carry_on<T>(p, step, k > 1.0, way);
     const std::uint64_t beyond = renew<T>(p, step);
-    // Carries the patch only if some bristle has snapped. Until the first snap the patch does not slide, and
-    // its bristles are bent further.
+    // Carries the patch only after a bristle has snapped. Until the first snap the patch does not slide, and
+    // its bristles still bend further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
       r.shared->walked.carried = whole.length - way;
       return;
@@ -477,9 +484,9 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
 
 namespace {
 
-/// Rewrites blocks whose stored position lies far behind the patch. A renewal does not move a block: where
-/// every bristle is renewed before it snaps, as with one bristle in contact, the block would fall behind
-/// without end. Ages stay.
+/// Rewrites blocks whose stored position lies far behind the patch, where precision would suffer. A renewal
+/// does not move a block: where every bristle is renewed before it snaps, as with one bristle in contact, the
+/// block would fall behind without end. Ages stay.
 template <class T>
 void bring_along(Patch& p) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -506,8 +513,8 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
 
 namespace {
 
-/// Returns twice the mean sum of deflections over a step without any snap, with the same bits as hold(), so
-/// that division into pieces changes none.
+/// Returns twice the mean sum of deflections over a step without any snap. It has the same bits as hold(), so
+/// that cutting a step into pieces changes none.
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
@@ -519,8 +526,8 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Returns the number of snaps along a path on which bristles are carried without being stepped: a whole
-/// number whose mean over many steps is exact.
+/// Returns the number of snaps to report for a path on which bristles are carried without being stepped: a
+/// whole number whose mean over many steps is exact.
 template <class T>
 std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
   const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
@@ -540,12 +547,13 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   if (r.ages() && walked.carried > 0.0) {
     find_steady_sliding(r, walked.per_length);
     steady_bend = r.aged->steady_bend;
-    // Advances the time of the blocks' last rewrite, so that bristles do not age while they are carried.
+    // Advances the time at which blocks were last rewritten by the time of the carried path, so that bristles
+    // do not age on it. In steady sliding their ages stay the same on average.
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
       r.since[b] += walked.duration * (walked.carried / walked.length);
   }
-  // Adds to the sums the part of the path on which bristles were carried along without being stepped; there
-  // they have the mean deflection of steady sliding.
+  // Adds the part of the path on which bristles were carried to the sums; on it they have the mean deflection
+  // of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
   const double share = (walked.carried - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
@@ -557,8 +565,8 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Shortens the carried path, for energy and snaps, where deflections lag behind a turn of the path.
-  // Bristles there are bent less along the motion, so they dissipate less and snap less often.
+  // Shortens the carried path, as far as energy and snaps are concerned, where deflections lag behind a turn
+  // of the path. Bristles are bent less along the motion there, so they dissipate less and snap less often.
   const double carried =
       walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
   const double squares = walked.squares + steady * carried;

@@ -12,34 +12,34 @@
 
 namespace bristle::detail {
 
-/// Numbers of representatives in contact under a load.
+/// Number of representatives in contact under a load, and how much the last of them counts.
 struct ContactCount {
   double active = 0.0;  ///< number of representatives in contact: zeta / w, but at most n
-  /// Factor by which the force is scaled under overload: physical bristles over the largest number, at least
-  /// 1.
+  /// Factor by which the load exceeds the largest number of bristles, and by which the force is scaled
+  /// (overload); at least 1.
   double overload = 1.0;
   double fraction = 0.0;  ///< share, below 1, by which the last bristle in contact counts
   std::uint32_t whole = 0;
 };
 ContactCount count_contacts(double zeta, double weight, std::uint32_t bristles) noexcept;
 
-/// Numbers that change with the load. All of them are saved.
+/// Numbers of a patch of representatives that change with its load. All of them are saved.
 struct RepresentativeCount {
   double active = 0.0;
   double fraction = 0.0;
   std::uint32_t whole = 0;
 };
 
-/// State of shared renewal, in which a snap makes other bristles start afresh. Saved and hashed.
+/// State of shared renewal, the effect by which a snap makes other bristles start afresh. Saved and hashed.
 struct RenewalState {
   double due = 0.0;         ///< renewals still owed: kappa for each snap so far, less the renewals made
   std::uint64_t draws = 0;  ///< number of draws for renewal so far, which is the number of the next draw
 
-  /// Length so far, at most `forget`, of the slide, straight or gently bent, that the last step with a snap
-  /// belongs to; 0 = none. Steps without a snap do not change it; a rising load that adds bristles shortens
-  /// it.
+  /// Length of the present slide so far, scaled, at most `forget`; 0 = none. A slide is straight or gently
+  /// bent, and was last continued by a step with a snap. Steps without a snap do not change the length; a
+  /// rising load that adds bristles shortens it.
   double run = 0.0;
-  /// Length that the slide counts as for young bristles, which are farther from steady sliding
+  /// Length of the slide as it counts for young bristles, which are farther from steady sliding
   /// (shortened_run()). Young are the few bristles that a rising load brought into contact during the slide:
   /// those from number `young_from` on.
   double young_run = 0.0;
@@ -54,15 +54,16 @@ struct RenewalState {
     run = 0.0;
     forget_young();
   }
-  // Straight slide in progress, `run` long. Only bristles that age use the first two fields.
+  // Data of the straight slide in progress, which is `run` long. Only bristles that age use the first two
+  // fields.
   double run_ageing = 0.0;           ///< age gained per length in the slide (AgedSliding::per_length)
   double run_until = 0.0;            ///< time of the patch at the end of the slide, s
   double direction[2] = {0.0, 0.0};  ///< direction of the slide after its last turn, a unit vector
   std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of the slide
 };
 
-/// Constants of long steps at one sliding speed for bristles that age (ageing.cpp). A cache: they follow from
-/// the material and the speed.
+/// Constants of long steps at one sliding speed, for bristles that age (ageing.cpp). A cache that is not
+/// saved: they follow from the material and the speed.
 struct AgedSliding {
   KernelLaw law{};              ///< law of fresh snap lengths, with the constants of jumps of aged bristles
   double per_length = -1.0;     ///< age gained per scaled length, in ageing times; < 0: not computed
@@ -72,7 +73,7 @@ struct AgedSliding {
   double steady_snaps = 0.0;    ///< snaps of a bristle per scaled length of steady sliding
 };
 
-/// Sums over the pieces into which a step is cut under shared renewal. Where the patch is carried, its
+/// Sums over the pieces into which a step with shared renewal is cut. Where the patch is carried, its
 /// bristles are not stepped: their |z| stay, as they do on average in steady sliding.
 struct PieceSums {
   double length = 0.0;                 ///< length of the step, scaled
@@ -82,11 +83,11 @@ struct PieceSums {
   double carried = 0.0;                ///< part of the step's path along which the patch is carried, scaled
   double run = 0.0;                    ///< length of the slide that this step continues, scaled
   double young_run = 0.0;              ///< length of slide that this step's young bristles continue, scaled
-  /// Path on which young bristles (new in contact) are stepped separately, times their share of the weight;
-  /// part of `carried`.
+  /// Path on which young bristles (new in contact) are stepped separately, times their share of the weight.
+  /// It is part of `carried`.
   double apart = 0.0;
-  /// Energy dissipated by bristles that are carried round a corner, less that in steady sliding (negative),
-  /// in the unit of `squares`.
+  /// Correction of the dissipated energy for bristles that are carried round a corner: their energy less that
+  /// in steady sliding (negative), in the unit of `squares`.
   double lag = 0.0;
   /// Twice the integral of the sum of deflections along the path, in the unit of StepSums times scaled
   /// length. The mean force follows from it.
@@ -98,13 +99,13 @@ struct PieceSums {
   bool turns = false;             ///< whether this step turns off the line of the slide that it continues
 };
 
-/// Shared renewal of a patch (each snap makes other bristles start afresh): state, constants of the material
-/// in scaled lengths, and sums of the step in progress.
+/// Shared renewal of a patch (each snap makes other bristles start afresh): its state, constants of the
+/// material in scaled lengths, and sums of the step in progress.
 struct SharedRenewal : RenewalState {
   double piece = 0.0;         ///< longest piece of path that is computed at once, scaled
   double inverse_mean = 0.0;  ///< one over the mean snap length, scaled
   double forget = 0.0;        ///< path after which a straight slide is steady, scaled
-  /// Least path, scaled, along which every bristle is stepped in each step of a steady slide.
+  /// Least path, scaled, along which every bristle is stepped, not carried, in each step of a steady slide.
   double goes_on = 0.0;
   double steady_bend = 0.0;   ///< mean deflection of steady sliding, scaled
   double steady_snaps = 0.0;  ///< snaps of a bristle per scaled length of steady sliding
@@ -137,7 +138,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
   std::uint32_t* draw = nullptr;    ///< states of the bristles' random numbers; null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< state of shared renewal, one entry; null for a material without it
 
-  // Ages of bristles and times of blocks (PatchView); null without ageing.
+  // Ages of bristles, and times at which blocks were last rewritten (PatchView); null without ageing.
   T* age = nullptr;
   double* since = nullptr;
   AgedSliding* aged = nullptr;  ///< constants of ageing bristles, one entry; null without ageing
@@ -154,14 +155,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
     visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
-    // Lists shared renewal as not saved and not hashed, because other functions save and hash its state.
+    // Lists shared renewal as neither saved nor hashed here, because other functions save and hash its state.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
     visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
     visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
-  /// Sets the pointer to the present snap lengths after the columns were placed. With SnapRule::keep these
-  /// are the first snap lengths, in one column.
+  /// Points to the present snap lengths, after the columns were placed. With SnapRule::keep the first snap
+  /// lengths are the present ones, so both share a column.
   void find_lengths() noexcept {
     if (!redraws()) delta = first;
   }
@@ -201,7 +202,8 @@ Representatives<T>& representatives(const Patch& p) noexcept {
 
 // ------------------------------------------------------------------------------- blocks (blocks.cpp)
 
-/// Rewrites the deflections of block b relative to the patch's present position.
+/// Rewrites the deflections of block b relative to the patch's present position, so that they are exact and
+/// the block's displacement is 0.
 template <class T>
 void rewrite_block(const Patch& p, std::uint32_t b) noexcept;
 /// Initialises block b, whose bristles are all straight: out of contact or just in contact.
@@ -218,22 +220,25 @@ double all_squares(const Patch& p) noexcept;
 /// Returns the elastic energy, J, of a bristle of weight 1 with a deflection of one scaled length.
 template <class T>
 double joules_per_square(const Patch& p) noexcept;
-/// Gives bristles [from, to) of one block, which are out of contact, their first snap lengths again.
+/// Gives bristles [from, to) of one block their first snap lengths again. They are out of contact, and bring
+/// no memory into their next contact.
 template <class T>
 void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to) noexcept;
-/// Marks the bounds of patch and groups as unknown. To be called after anything but a step kernel has changed
-/// blocks.
+/// Marks the bounds on snapping of patch and groups as unknown. Call it after anything but a step kernel has
+/// changed blocks, or a step might skip a bristle that snaps.
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept;
-/// Returns the displacement of the patch since the last rewrite of a block, scaled.
+/// Returns the displacement of the patch since a block was last rewritten, scaled. Present deflections are
+/// the stored ones plus this.
 inline double moved_since(const Patch& p, const Block& block, int axis) noexcept {
   return to_lengths(difference(p.position[axis], block.position[axis]));
 }
-/// Updates the part of a patch that all models share after a change of the number in contact or of the tail
-/// (the last block, partly filled): sums over the tail, unit of force, response at rest.
+/// Updates the part of a patch that all contact models share (sums over the tail, unit of force, response at
+/// rest). Call it after a change of the number in contact or of the tail, which is the last block, partly
+/// filled.
 template <class T>
 void note_count(Patch& p) noexcept;
-/// Updates the sums over the tail (the last block, partly filled) after a rewrite of the tail.
+/// Updates the sums over the tail (the last block, partly filled). Call it after a rewrite of the tail.
 template <class T>
 void note_tail(Patch& p) noexcept;
 
@@ -241,25 +246,27 @@ void note_tail(Patch& p) noexcept;
 
 constexpr double oldest_bristle = 1e30;  ///< largest age of a bristle, in units of the material's ageing time
 
-/// Returns the largest factor by which ageing can increase a snap length.
+/// Returns the largest factor by which ageing can lengthen a snap length: that of the longest time.
 double largest_ageing_factor(const Material& material) noexcept;
-/// Returns the largest deflection, scaled, that a bristle of the patch can have. Saved deflections are
-/// checked against it.
+/// Returns an upper bound on the deflection of a bristle of the patch, scaled, against which saved
+/// deflections are checked.
 template <class T>
 double longest_bend(const Representatives<T>& r) noexcept {
   const double growth = r.ages() ? largest_ageing_factor(r.material->material) : 1.0;
   return r.material->residual + r.material->longest * growth;
 }
-/// Returns by how much the bristles of block b have aged since its last rewrite, in ageing times.
+/// Returns by how much the bristles of block b have aged since the block was last rewritten, in ageing times.
 template <class T>
 double aged_since(const Patch& p, std::uint32_t b) noexcept;
-/// Rewrites the ages of the bristles in block b as of the present time. A bristle out of contact gets age 0.
+/// Brings the stored ages of the bristles in block b up to the present time. A bristle out of contact gets
+/// age 0.
 template <class T>
 void write_ages(const Patch& p, std::uint32_t b) noexcept;
-/// Returns the deflection at which bristle i snaps, scaled, from ages stored as of the present time.
+/// Returns the deflection at which bristle i snaps now, scaled. Requires that stored ages are those of the
+/// present time.
 template <class T>
 double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept;
-/// Initialises the constants of long steps (AgedSliding) as unknown, for a patch that has not slid yet.
+/// Marks the constants of long steps (AgedSliding) as unknown, for a patch that has not slid yet.
 template <class T>
 void begin_ageing(const Representatives<T>& r) noexcept;
 /// Fills the constants of ageing that the kernels of a step need.
@@ -267,17 +274,17 @@ template <class T>
 void prepare_ageing(const Patch& p, Advance& advance) noexcept;
 /// Returns the age that a bristle gains per scaled length of a step, in ageing times.
 double age_per_length(const Material& material, const Advance& advance) noexcept;
-/// Returns the factor by which ageing lengthens the mean path from snap to snap, in steady sliding at one
+/// Returns the factor by which ageing lengthens the mean path from snap to snap in steady sliding at one
 /// speed, without shared renewal.
 template <class T>
 double mean_growth(const Representatives<T>& r, double per_length) noexcept;
-/// Finds deflection and snap rate of steady sliding under shared renewal at one speed, with ageing.
+/// Calculates mean deflection and snap rate of steady sliding at one speed, for shared renewal with ageing.
 template <class T>
 void find_steady_sliding(const Representatives<T>& r, double per_length) noexcept;
 
 // ----------------------------------------------------- population, load, step, material, state
 
-/// Fills the first snap lengths that belong to the patch's seed, and the bounds of blocks that follow from
+/// Computes the first snap lengths that belong to the patch's seed, and the bounds of blocks that follow from
 /// them.
 template <class T>
 void fill_first(Representatives<T>& r) noexcept;
@@ -301,19 +308,19 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sums) noexcept;
 
-/// Updates state and sums of deflections after the kernels have made a step or a piece of one. Leaves energy,
-/// number of snaps and bounds to the caller.
+/// Updates positions and sums of deflections after the kernels have made a step or a piece of one. Energy,
+/// number of snaps and bounds are left to the caller.
 template <class T>
 void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
-/// Fills the kernels' constants for a step or for a piece of one.
+/// Sets the kernels' constants for a step or for a piece of one.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
-/// Finds, after a step that visited blocks, the bound of the patch: the distance within which it may move
+/// Computes, after a step that visited blocks, the bound of the patch: the distance within which it may move
 /// before a block must be visited again.
 template <class T>
 void renew_bound(Patch& p, const Totals& totals) noexcept;
 /// Returns whether the stored sum of deflections over full blocks equals the sum recomputed from these
-/// blocks.
+/// blocks, for asserts.
 template <class T>
 bool sums_agree(const Patch& p) noexcept;
 
@@ -324,13 +331,13 @@ template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
 void advance_pieces(Patch& p, PatchStep& step) noexcept;
-/// Returns the length that a slide of the length `run` counts as after a share of its deflections was
-/// disturbed. A disturbance decays exponentially along the path, to 1e-3 along `forget`, as does the
-/// difference from steady sliding at the beginning of a slide.
+/// Returns how long a slide of the length `run` would be whose bristles are as far from steady sliding, after
+/// a share of its deflections was disturbed. A disturbance decays exponentially along the path, to 1e-3 along
+/// `forget`, as does the difference from steady sliding at the beginning of a slide.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
 void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
-/// Updates which bristles count as young (in contact since the present slide began) after a change of load.
+/// Updates, after a change of load, which bristles count as young (in contact since the present slide began).
 /// `active`, `whole`: numbers in contact, and in contact with full weight, before the change.
 template <class T>
 void note_young(Representatives<T>& r, double active, std::uint32_t whole) noexcept;

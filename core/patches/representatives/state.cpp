@@ -18,8 +18,8 @@ void count_fields(Count& c, Visit&& visit) noexcept {
   visit(c.whole);
 }
 
-/// Places of a bristle's numbers in the saved columns: bytes from the first column to the column of each
-/// number. A column that the record lacks has the place `none`.
+/// Places of a bristle's numbers in the saved columns, as bytes from the first column to the column of each
+/// number. A column that the record does not have has the place `none`.
 struct SavedPlaces {
   static constexpr std::size_t none = ~std::size_t{0};
   std::size_t deflection[2] = {none, none}, length = none, age = none;
@@ -39,12 +39,12 @@ SavedPlaces saved_places(const Representatives<T>& r) noexcept {
   return places;
 }
 
-/// Largest number of snaps of a bristle in a piece of path. Bounds the saved number of draws that earlier
-/// snaps have caused and that are still to be made.
+/// Largest number of snaps of a bristle in a piece of path. It bounds a saved number: the renewals that
+/// earlier snaps have caused and that are still to be made.
 constexpr double most_snaps_of_piece = 64.0;
 
 // Lists the saved scalars of shared renewal. The hash leaves out those of young bristles if none is young,
-// and those of the slide if there is none.
+// and those of the slide if there is none, because they have no effect then.
 
 template <class T, class State, class Visit>
 void renewal_fields(State& s, const Representatives<T>& r, Visit&& visit) noexcept {
@@ -75,14 +75,14 @@ void all_renewal_fields(State& s, const Representatives<T>& r, Visit&& visit) no
   if (r.ages()) slide_age_fields(s, visit);
 }
 
-/// Returns the number of bytes saved for a block; where bristles age, with the time of its last rewrite.
+/// Returns the number of bytes saved for a block; with ageing they include the time of its last rewrite.
 template <class T>
 std::size_t block_size_of(const Representatives<T>& r) noexcept {
   return saved_block_size + (r.ages() ? 8 : 0);
 }
 
-/// Bristles of one block: the number of the first, how many they are, and how many of them have saved columns
-/// (in contact, not straight). The columns of the others are saved as their filler value.
+/// Bristles of one block, for saving: the number of the first, how many they are, and how many of them are in
+/// contact, not straight. Only these have their columns saved; the others have the filler value.
 struct Part {
   std::uint32_t first, size, bent;
 };
@@ -115,9 +115,9 @@ struct Reading {
 };
 
 /// Checks a saved block and names its first fault; null if there is none. A deflection is the stored value
-/// plus the displacement of its block. A bristle renewed in a displaced block stores its deflection less that
-/// displacement, which may be larger than any deflection. `longest` bounds the deflections, `farthest` the
-/// stored values.
+/// plus the displacement of the patch since the block was rewritten. A renewed bristle stores minus that
+/// displacement, which may be larger than any deflection, so `farthest` bounds stored values and `longest`
+/// deflections.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;
@@ -128,8 +128,8 @@ const char* find_block_fault(const Block& block, const double (&moved)[2], doubl
   return nullptr;
 }
 
-/// Refuses saved counts of bristles in contact that do not follow from the load: they would give a force
-/// without load, or an infinite one.
+/// Refuses saved counts of bristles in contact that contradict the load: they would give a force without
+/// load, or an infinite one.
 template <class T>
 const char* find_count_fault(const Representatives<T>& r, const Patch& contact,
                              const RepresentativeCount& c) noexcept {
@@ -316,7 +316,8 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       if (!within(length, shortest, longest)) return "a snap length";
       double grown = 1.0;
       if (places.age != SavedPlaces::none) {
-        // Allows a negative age, which offsets the time before a bristle's renewal in mid-step.
+        // Allows a negative age: a bristle renewed in mid-step stores one, which offsets the time before its
+        // renewal.
         const double age = number_at(places.age);
         if (!within(age, -oldest_bristle, oldest_bristle)) return "an age";
         const double held = std::max(age + std::max(now - since, 0.0) / m.ageing_time, 0.0);
@@ -349,7 +350,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
     using Entry = std::remove_pointer_t<decltype(column)>;
     if (rule.count == 0 || !is_saved(rule.filler)) return;
     read.column(column, r.bristles);
-    // Fills the columns of bristles out of contact with their filler value, whatever the bytes say.
+    // Gives bristles out of contact the filler value of each column, whatever the bytes say.
     if constexpr (std::is_same_v<Entry, T>)
       for (std::uint32_t i = r.in_contact(); i < r.bristles; ++i)
         column[i] = rule.filler == Filler::first_length ? r.first[i] : T(0);

@@ -11,9 +11,9 @@ namespace bristle::detail {
 namespace {
 
 /// Returns the fixed-point unit of energies: a power of two with which the sum of squared deflections over
-/// the snaps of a block fits 62 bits.
+/// all snaps of a block fits into 62 bits.
 double energy_unit(double length, double longest) noexcept {
-  // Bounds the sum over a block's snaps: each bristle adds at most path x longest snap length.
+  // Bounds the sum over a block's snaps, in which each bristle adds at most path x longest snap length.
   const double path = length + 2.0 * longest;
   const double most = 4.0 * block_size * path * longest;
   int exponent = 0;
@@ -21,8 +21,9 @@ double energy_unit(double length, double longest) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Returns the key of the random phases that place bristles between two snaps. It depends on the state, so
-/// that equal steps of one patch, and equal patches in different states, get different phases.
+/// Returns the key of the random numbers that place bristles between two snaps after a jump. It depends on
+/// the state, so that successive equal steps, and equal patches in different states, get different random
+/// numbers.
 template <class T>
 std::uint64_t phase_key(const Patch& p, const double (&scaled)[2]) noexcept {
   const Representatives<T>& r = representatives<T>(p);
@@ -54,8 +55,9 @@ bool sums_agree(const Patch& p) noexcept {
 template <class T>
 void renew_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  // Recomputes bounds on snapping while few blocks change. Bounds cost a square root per bristle. They save
-  // nearly all visits if a fortieth of the blocks is rewritten, and cost more than they save at a quarter.
+  // Recomputes bounds on snapping only while few blocks change. Bounds cost a square root per bristle. They
+  // save nearly all visits if a fortieth of the blocks is rewritten, and cost more than they save at a
+  // quarter.
   if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
   const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
@@ -88,7 +90,8 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
     a.in_double = 1;
   }
   if (p.ages) prepare_ageing<T>(p, a);
-  // Sets a unit of energy also where nobody asks for energies, because kernels with a residual compute them.
+  // Sets a unit of energy also if nobody asks for energies, because kernels with a residual compute them
+  // anyway.
   if (p.renews || p.ages || m.residual > 0.0 || has(p.outputs, Outputs::energy)) {
     const double longest = p.ages ? m.longest * largest_ageing_factor(m.material) : m.longest;
     a.energy_unit = energy_unit(a.length, longest + 2.0 * m.residual);
@@ -115,8 +118,8 @@ void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std:
 template <class T>
 void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
-  // Finds the sum of deflections at the end of the step, and twice its mean over the step, exactly in fixed
-  // point. Takes one axis at a time, so that 128-bit sums stay in registers.
+  // Computes the sum of deflections at the end of the step, and twice its mean over the step, exactly in
+  // fixed point. Takes one axis at a time, so that 128-bit sums stay in registers.
   for (int axis = 0; axis < p.axes; ++axis) {
     const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
     const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];
