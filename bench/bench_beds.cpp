@@ -1,9 +1,8 @@
 // Compares beds with what their users have otherwise (plain_beds.hpp, tools/libraries/rivals), in one run.
-//
 // Each row times a bed and one alternative (its rival). Both are stepped alternately in blocks, so that
 // whatever slows the machine slows both. `ratio` is the rival's time over the bed's, as the median over the
-// blocks. `error` and `rival_error` are the errors of force and torque, per cent of mu N and mu N R, where a
-// closed or converged answer exists.
+// blocks. `error` and `rival_error` are the errors of force and torque in per cent of mu N and mu N R, where
+// a closed or converged answer exists.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -60,8 +59,8 @@ struct Figures {
   double error = 0.0, rival_error = 0.0;  ///< errors of force and torque of both, per cent of the limits
 };
 
-/// Adds a benchmark of a bed beside its rival. `make` sets the functions that step the two, and returns their
-/// sizes and errors.
+/// Adds a benchmark that times a bed and its rival alternately. `make` sets the functions that step the two,
+/// and returns their sizes and errors.
 void add_pair(const std::string& name, const std::string& label,
               std::function<Figures(Step& ours, Step& rival)> make) {
   add_benchmark("beds/" + name, [=](benchmark::State& state) {
@@ -98,7 +97,7 @@ std::shared_ptr<Beds> disc_bed(int rings, int around) {
                                 BedShape::disc(disc_radius, BedPressure::uniform, rings, around), disc_load);
 }
 
-/// Sets a motion, about half slide and half spin, in which the rim of the disc moves by about `way` times
+/// Sets a motion of the disc, about half slide and half spin, in which its rim moves by about `way` times
 /// `disc_limit`, the deflection at which bristles slide.
 void move_disc(Beds& bed, double way) {
   bed.in[0].displacement[0] = 0.45 * way * disc_limit;

@@ -77,7 +77,7 @@ void register_cohorts() {
   for (const CohortMotion& motion : motions)
     for (std::uint32_t patches : {1u, 100u, 10000u})
       for (const Subject& subject : subjects) {
-        // Leaves out ten thousand patches of 10,000 bristles, which would take a gigabyte.
+        // Leaves out ten thousand patches of 10,000 representatives, because they would take a gigabyte.
         if (patches == 10000 && subject.bristles == 10000) continue;
         const std::string name =
             std::string(motion.name) + '/' + std::to_string(patches) + '/' + subject.name;

@@ -1,5 +1,5 @@
-// Measures some fifty thousand joints in a step (4,096 robots of 12 joints), a single joint, and a single
-// robot. Compares them with a user's plain loop, and with a mere copy of inputs to outputs.
+// Measures a step of some fifty thousand joints (4,096 robots of 12 joints), of a single joint, and of a
+// single robot. Compares them with a user's plain loop, and with a mere copy of inputs to outputs.
 #include <bristle/joint_friction.hpp>
 
 #include "bench/plain_loops.hpp"

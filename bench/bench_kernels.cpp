@@ -1,5 +1,5 @@
-// Measures one patch on one thread: the cost of a step by feature, by law of the snap length, by instruction
-// set.
+// Measures one patch on one thread: what a step costs with each feature, law of the snap length and
+// instruction set.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
@@ -9,7 +9,8 @@ namespace {
 
 constexpr Regime regimes[] = {stick, presliding, all_snap};
 
-/// Registers benchmarks of each feature with 4096 bristles, which fit the first-level cache.
+/// Registers a benchmark of each feature with 4096 bristles, which fit the first-level cache, so that memory
+/// does not hide the cost.
 void register_features() {
   for (SnapRule rule : rules()) {
     for (int axes : axes_counts()) {

@@ -1,5 +1,5 @@
-// Measures ten thousand contacts per step found by key, some of them new in every step, and the matching that
-// finds their keys.
+// Measures ten thousand contacts per step that are found by key, some of them new in every step, and the
+// matching of points that makes such keys.
 #include "measured_scene.hpp"
 #include "suites.hpp"
 

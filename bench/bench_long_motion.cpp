@@ -10,8 +10,8 @@ namespace bristle_bench {
 
 namespace {
 
-/// Registers the default material on every path of a hand (hand_scene.hpp), and the paper's material, with
-/// either snap rule, on the path that turns.
+/// Registers the default material on every path of a hand (hand_scene.hpp). On the path that turns, registers
+/// the paper's material as well, with either snap rule.
 void register_hand_paths() {
   const auto add = [](const std::string& subject, const Material& material, const HandPath& path) {
     for (const double mm_per_s : {0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0}) {

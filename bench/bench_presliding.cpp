@@ -1,6 +1,6 @@
-// Measures steps in presliding, in which few bristles snap: cost against the length of a step, and the share
-// of bristles that are visited. Steps go one way, after sliding. Below a snap length only blocks with a
-// bristle near its snap should be visited.
+// Measures steps in presliding, in which few bristles snap: their cost by the length of a step, and the share
+// of bristles that are visited. The patch moves one way, after sliding. In steps shorter than a snap length
+// only blocks with a bristle near its snap should be visited.
 #include <cstdio>
 
 #include "measured_scene.hpp"

@@ -1,7 +1,7 @@
 // Measures what sharing a step between threads costs and gains. Rows: waking a worker once a millisecond; the
 // number of bristles from which sharing pays; the size of the pieces shared; the gain of two threads, in
 // steps that follow each other at once and in a paced 1 kHz loop. Each row has the same number of steps,
-// timed one by one; p50 and p99 are counters.
+// timed one by one; p50 and p99 are in its counters.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
@@ -52,7 +52,7 @@ void add_timed_benchmark(const std::string& name, Function function) {
       ->Unit(benchmark::kMicrosecond);
 }
 
-/// Fork and join of tasks that do nothing or, with `wait`, wait 5 ms at most for a second thread to join.
+/// Fork and join of tasks that do nothing or, with `wait`, wait for at most 5 ms until a second thread joins.
 struct Meeting {
   bool wait = false;
   long number = 0;  ///< number of the present fork and join, counted from the start of the program
@@ -101,13 +101,14 @@ struct SharedStep {
   Regime regime = all_snap;
   std::uint32_t bristles = 200000;
   std::uint32_t patches = 1;
-  /// Smallest number of bristles that a thread takes; 0: the library decides, and shares large steps only.
+  /// Smallest number of bristles that a thread takes at a time; 0: the library decides, and shares large
+  /// steps only.
   std::uint32_t piece = 0;
 };
 
 void add_shared_step(const std::string& name, const SharedStep& what) {
   add_timed_benchmark(name, [what](benchmark::State& state) {
-    // Registers a step that is shared whatever its size, to find the size from which sharing pays.
+    // Shares steps of any size among threads, to find the size from which sharing pays.
     if (what.piece) setenv("BRISTLE_SHARING", ("0," + std::to_string(what.piece) + ",100").c_str(), 1);
     MeasuredScene scene(BatchOptions{}.with_threads(what.shared ? 2 : 1));
     unsetenv("BRISTLE_SHARING");
@@ -122,8 +123,8 @@ void add_shared_step(const std::string& name, const SharedStep& what) {
   });
 }
 
-/// Registers steps of growing size on one thread and shared, to find from how many bristles sharing pays, and
-/// how much.
+/// Registers steps of growing size on one thread and shared between two, to find from how many bristles
+/// sharing pays, and how much.
 void register_share() {
   for (Pacing pacing : {Pacing::back_to_back, Pacing::paced}) {
     for (std::uint32_t n : {10000u, 20000u, 40000u, 60000u, 100000u, 200000u, 400000u, 1000000u}) {
@@ -141,7 +142,8 @@ void register_share() {
   }
 }
 
-/// Registers 200,000 bristles, as one patch and as 2,000 patches, shared in pieces of different size.
+/// Registers a step of 200,000 bristles, as one patch and as 2,000 patches, shared in pieces of different
+/// size.
 void register_grain() {
   for (std::uint32_t patches : {1u, 2000u}) {
     for (std::uint32_t piece : {1024u, 4096u, 8192u, 16384u, 32768u, 65536u}) {

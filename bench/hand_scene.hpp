@@ -1,5 +1,5 @@
-// Patch that moves as a hand does (turns, strokes, a rippling load), for the benchmarks and `bristle
-// capacity`.
+// Scene of a patch that moves as a hand does (turns, strokes, a rippling load), for the benchmarks and
+// `bristle capacity`.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ constexpr HandPath hand_paths[] = {straight_path,
                                    {"strokes", 0.0, 0.0, 50, 0.0},
                                    {"ripple", 0.0, 0.0, 0, 0.1}};
 
-/// Scene of 10,000 representatives at 1 kHz that move as a hand.
+/// Patch of 10,000 representatives that moves as a hand does, at 1 kHz.
 class HandScene {
  public:
   HandScene(const bristle::Material& material, const HandPath& path, double mm_per_s,

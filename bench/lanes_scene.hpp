@@ -20,7 +20,7 @@ constexpr LanePath lane_paths[] = {LanePath::bend,   LanePath::corners, LanePath
                                    LanePath::tremor, LanePath::ripple,  LanePath::rest};
 
 /// Motions of the contacts, a tenth of a mean limit in each step. All contacts move along one path, each a
-/// step behind its neighbour, so a step reads a part of three long columns.
+/// step behind its neighbour, so a step reads a stretch of three long columns.
 class LaneMotions {
  public:
   static constexpr std::size_t contacts = 10000, period = 512;
@@ -54,8 +54,8 @@ class LaneMotions {
   std::size_t at_ = 0;
 };
 
-/// The material and options of the plain loop: limits evenly spread on 0.5 to 1.5 of the mean, a stiffness of
-/// 1 N/m per newton.
+/// The material and options that equal the plain loop: limits evenly spread on 0.5 to 1.5 of the mean, a
+/// stiffness of 1 N/m per newton.
 inline bristle::Material lane_material(double mean_limit_m) {
   bristle::Material m;
   m.bristle_stiffness = 1.0;
@@ -98,7 +98,7 @@ class LaneGroup {
   std::vector<double> fx_ = std::vector<double>(LaneMotions::contacts), fy_ = fx_;
 };
 
-/// Steps the contacts as patches. A step writes the motions, too.
+/// Steps the contacts as patches. The time includes writing the motions.
 class LanePatches {
  public:
   LanePatches(std::uint32_t springs, LanePath path, const bristle::BatchOptions& options)
@@ -126,7 +126,7 @@ class LanePatches {
   std::vector<bristle::Response> responses_ = std::vector<bristle::Response>(LaneMotions::contacts);
 };
 
-/// Steps the contacts by the plain loop.
+/// Steps the contacts by the plain loop, which stands for what a user would write.
 class LanePlain {
  public:
   LanePlain(std::uint32_t springs, LanePath path)

@@ -1,5 +1,5 @@
-// Runs bristle_bench, which is Google Benchmark with the data needed to judge a figure: commit, flags, CPU,
-// instruction set, and the state hash of a fixed scene. The hash shows a speed-up that changes the answer.
+// Runs bristle_bench: Google Benchmark with the data needed to judge a figure, which are commit, flags, CPU,
+// instruction set, and the state hash of a fixed scene. A speed-up that changes the answer changes the hash.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -41,8 +41,8 @@ std::string usable_instruction_sets() {
   return names;
 }
 
-/// Returns the hash of a short scene that uses every kernel variant of this build, in load steps, turns, and
-/// long and short motions.
+/// Returns the hash of a short scene that uses every kernel variant of this build: load steps, turns, long
+/// and short motions.
 std::string scene_hash() {
   PatchBatch batch;
   std::vector<Motion> motions;
@@ -74,7 +74,8 @@ std::string scene_hash() {
   return text;
 }
 
-/// Reporter that passes everything on to another reporter, and at the end prints the gain of shared steps.
+/// Reporter that passes everything on to another reporter, and at the end prints how much faster shared steps
+/// were.
 class WithShares : public benchmark::BenchmarkReporter {
  public:
   explicit WithShares(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
@@ -91,7 +92,7 @@ class WithShares : public benchmark::BenchmarkReporter {
       for (const char* key : {"p50_us", "p99_us"}) {
         const double time = run.counters.at(key);
         const auto [entry, fresh] = shared.try_emplace(name.substr(slash + 1) + key, time);
-        // Keeps the shortest time of a benchmark's repetitions.
+        // Keeps the shortest time among the repetitions of a benchmark, which the machine disturbed least.
         if (!fresh) entry->second = std::min(entry->second, time);
       }
     }

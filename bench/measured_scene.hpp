@@ -1,4 +1,4 @@
-// Helpers that the benchmarks share: regimes of motion, a batch in steady state, counters.
+// Helpers that the benchmarks share: kinds of motion, a batch in steady state, counters.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -20,7 +20,7 @@ namespace bristle_bench {
 
 using namespace bristle_test;
 
-/// Number of tangential axes in benchmarks that do not compare numbers of axes.
+/// Number of tangential axes in all benchmarks except those that compare one axis with two.
 constexpr int usual_axes = 2;
 
 struct Regime : SteadyMotion {
@@ -81,8 +81,8 @@ class MeasuredScene : public SteadyScene {
 };
 
 /// Returns the scene of this name, made on first use and kept until another name is asked for. Google
-/// Benchmark calls a function several times to find the number of iterations, and a population of millions
-/// takes long to make.
+/// Benchmark calls a function several times to find the number of iterations, and making a population of
+/// millions takes long.
 template <class T, class Make>
 T& keep_while_named(const std::string& name, Make make) {
   static std::string kept_name;
@@ -95,7 +95,7 @@ T& keep_while_named(const std::string& name, Make make) {
   return *kept;
 }
 
-/// Returns the fewest bytes that a step must read and write per bristle. It reads deflections and snap
+/// Returns the fewest bytes per bristle that a step must read and write. It reads deflections and snap
 /// length, and writes deflections if bristles snap. If all snap with redraw, it also writes the snap length,
 /// and reads and writes the random state.
 inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precision precision) {
@@ -133,7 +133,8 @@ void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_b
     state.SetBytesProcessed(static_cast<std::int64_t>(steps * n * bytes_per_bristle));
 }
 
-/// Registers a benchmark by name; it measures real time, because workers step too.
+/// Registers a benchmark by name. It measures real time, because CPU time of the caller would not show the
+/// work of other threads.
 template <class Function>
 void add_benchmark(const std::string& name, Function function) {
   benchmark::RegisterBenchmark(name.c_str(), std::move(function))

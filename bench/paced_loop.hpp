@@ -22,8 +22,8 @@ class PacedLoop {
     }
     clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &next_, nullptr);
     due_s_ = static_cast<double>(next_.tv_sec) + 1e-9 * static_cast<double>(next_.tv_nsec);
-    // Restarts the times of ticks from now if this tick is over a period late. Otherwise the loop would catch
-    // up by ticks without a pause.
+    // Counts the times of ticks from now on if this tick is over a period late. Otherwise the loop would
+    // catch up by ticks without a pause.
     timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     if ((now.tv_sec - next_.tv_sec) * second_ns + now.tv_nsec - next_.tv_nsec > period_ns_) next_ = now;

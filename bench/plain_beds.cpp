@@ -1,5 +1,6 @@
-// Implements the loops of plain_beds.hpp. Uses no standard containers, because it is compiled with flags for
-// this machine alone, as plain_loops.cpp is.
+// Implements the loops of plain_beds.hpp. Compiled with flags for this machine alone, as plain_loops.cpp is,
+// so it uses no standard containers: the linker might share their inline functions with code for other
+// machines.
 #include "plain_beds.hpp"
 
 #include <cmath>
@@ -38,7 +39,7 @@ Fastsim::Fastsim(int nx, int ny, double a_m, double b_m, const double (&flexibil
 Fastsim::~Fastsim() { give_back(memory_); }
 
 Wrench Fastsim::solve(double creep_x, double creep_y, double spin) noexcept {
-  // Makes the creepages dimensionless: tractions are in units of the friction bound at the middle, lengths
+  // Makes the creepages dimensionless. Tractions are in units of the friction bound at the middle, lengths
   // along the motion in units of the half width a, across in units of b.
   const float ux = static_cast<float>(a_ * creep_x / (flexibility_[0] * most_pressure_));
   const float uy = static_cast<float>(a_ * creep_y / (flexibility_[1] * most_pressure_));

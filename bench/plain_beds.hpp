@@ -1,4 +1,4 @@
-// The loop that users write in place of a bed (bed.hpp), FASTSIM, left to the compiler with the flags and
+// FASTSIM, the loop that users write in place of a bed (bed.hpp), left to the compiler with the flags and
 // rules of plain_loops.hpp.
 #pragma once
 
@@ -27,7 +27,8 @@ class Fastsim {
   Fastsim(const Fastsim&) = delete;
   Fastsim& operator=(const Fastsim&) = delete;
 
-  /// Returns force and torque at steady creepages (1) and spin (1/m), with the signs of BedResponse.
+  /// Returns force and torque at steady creepages (slip over distance rolled, 1) and spin (1/m), with the
+  /// signs of BedResponse.
   Wrench solve(double creep_x, double creep_y, double spin) noexcept;
 
  private:

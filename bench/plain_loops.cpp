@@ -1,6 +1,6 @@
-// Implements the plain loops. Compiled with -O3 -march=native -ffast-math (see bench/README.md). Uses no
-// standard containers: the linker might share their inline functions with code that must run on any machine
-// and round exactly.
+// Implements the loops of plain_loops.hpp. Compiled with -O3 -march=native -ffast-math (see bench/README.md).
+// Uses no standard containers: the linker might share their inline functions with code that must run on any
+// machine and round exactly.
 #include "plain_loops.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace bristle::plain {
 namespace {
 
 constexpr std::size_t cache_line = 64;
-// Number of bristles in a chunk. Its four columns are 16 KB, half of a small first-level cache.
+// Number of bristles in a chunk. Its four columns are 16 KB, which fit half of a small first-level cache.
 constexpr std::size_t chunk = 1024;
 
 void* take(std::size_t bytes) {
@@ -189,12 +189,13 @@ struct Draw {
     x ^= x >> 15;
     x *= 0x846CA68Bu;
     x ^= x >> 16;
-    // Converts through a signed integer, because no instruction set before AVX-512 converts unsigned ones.
+    // Converts through a signed integer. No instruction set before AVX-512 converts unsigned ones.
     return shortest + width * 0x1p-24f * static_cast<float>(static_cast<std::int32_t>(x >> 8));
   }
 };
 
-/// Returns the distance along the path to a bristle's first snap; 0 if it is bent beyond its length already.
+/// Returns the distance along the path to a bristle's first snap; 0 if it is bent beyond its snap length
+/// already.
 template <int Axes>
 inline float distance_to_snap(float zx, float zy, float delta, const Path& path) {
   if constexpr (Axes == 1) {
@@ -206,8 +207,8 @@ inline float distance_to_snap(float zx, float zy, float delta, const Path& path)
   }
 }
 
-/// Adds one bristle to the sums. z: its deflection before the step; `t`: its path up to the first snap or the
-/// end; `squares`: sum of squared paths between later snaps.
+/// Adds one bristle to the sums. `z`: its deflection before the step; `t`: its path up to the first snap or
+/// the end; `squares`: sum of squared paths between later snaps.
 template <int Axes, bool Mean>
 inline void add(Sums& sums, float zx, float zy, float t, float squares, float new_zx, float new_zy,
                 const Path& path) {
@@ -242,7 +243,8 @@ template <int Axes, bool Mean>
     const float tau = distance_to_snap<Axes>(zx, zy, delta, path);
     const bool snaps = tau <= path.h;
     const float t = smaller(tau, path.h);
-    // Path left after the bristle's first snap. It is 0 without a snap, so that nothing is added then.
+    // Path that is left to the bristle after its first snap. Without a snap it is 0, so that nothing is added
+    // then.
     const float rest = path.h - t;
     const float more = std::floor(rest / delta);
     const float r = smaller(larger(rest - more * delta, 0.0f), delta);
@@ -473,7 +475,8 @@ Step find_step(Rule rule, bool mean, Style style) {
 PlainLoop::PlainLoop(const PlainOptions& options) : options_(options) {
   if (options_.axes != 1) options_.axes = 2;
   const std::size_t n = options_.bristles;
-  // Puts an odd number of cache lines between columns, so that equal rows of two columns never share a set.
+  // Puts an odd number of cache lines between columns. Otherwise equal rows of two columns would compete for
+  // the same set of the cache.
   const std::size_t stride = (n + 15) / 32 * 32 + 16;
   memory_ = take(4 * stride * sizeof(float));
   auto* floats = static_cast<float*>(memory_);

@@ -11,7 +11,8 @@
 
 namespace bristle::plain {
 
-/// Returns whether this machine has the instructions that this file was compiled for.
+/// Returns whether this machine has the instructions that the loops were compiled for. If not, calling them
+/// would crash.
 bool plain_loops_run_here() noexcept;
 
 /// Elastic force of the bristles on the moving body, N: at the end of the step, and its mean (0 unless
@@ -94,7 +95,7 @@ class PlainLoop {
   PlainLoop(const PlainLoop&) = delete;
   PlainLoop& operator=(const PlainLoop&) = delete;
 
-  /// Moves the body by (dx, dy); dy is ignored with one axis.
+  /// Moves the body by (dx, dy) and returns the force; dy is ignored with one axis.
   Force step(double dx_m, double dy_m) noexcept { return step_(columns_, options_, dx_m, dy_m); }
 
   const PlainOptions& options() const noexcept { return options_; }
@@ -169,7 +170,8 @@ class StreamLoop {
   StreamLoop(const StreamLoop&) = delete;
   StreamLoop& operator=(const StreamLoop&) = delete;
 
-  /// Runs one pass. The returned value has no meaning; use it, so that the pass is not optimised away.
+  /// Runs one pass over the columns. The returned value has no meaning; use it, so that the compiler does not
+  /// remove the pass.
   double step() noexcept;
   std::size_t size() const noexcept { return n_; }
   /// Returns the number of bytes that one pass reads and writes.

@@ -1,4 +1,4 @@
-// Patches in steady motion, prepared for timing; shared by the benchmarks and `bristle capacity`.
+// Patches in steady motion, brought there before they are timed; for the benchmarks and `bristle capacity`.
 #pragma once
 
 #include <complex>
@@ -13,7 +13,7 @@
 
 namespace bristle_bench {
 
-/// Periodic motion that keeps the share of snapping bristles constant.
+/// Periodic motion in which the share of bristles that snap in a step stays the same.
 struct SteadyMotion {
   double step = 0.0;            ///< displacement per step, mean snap lengths
   bool there_and_back = false;  ///< whether every other step goes back, so that patches stay in place
@@ -35,7 +35,8 @@ void bring_to_steady_state(const Settling& settling, Slide slide, Move move) {
 
 class SteadyScene {
  public:
-  /// Makes an empty scene. `eager`: steps visit every bristle, also where none can snap.
+  /// Makes an empty scene. `eager`: steps visit every bristle, even where none can snap, to measure what
+  /// skipping saves.
   SteadyScene(const bristle::BatchOptions& options, double dt_s, const Settling& settling, bool eager = false)
       : batch_(options), dt_s_(dt_s), settling_(settling) {
     if (eager) bristle::detail::visit_all(batch_);
@@ -54,8 +55,8 @@ class SteadyScene {
       motion.displacement[1] = (options.axes == 1 ? 0.0 : 0.6) * (lengths * mean);
       return motion;
     };
-    // Lets patches slide by different lengths, so that afterwards they do not merge cohorts in the same
-    // steps.
+    // Lets each patch slide by another length. Otherwise all of them would merge cohorts in the same steps,
+    // and times would jump.
     sliding_.push_back(moved(settling_.slide * (1.0 + 0.05 * static_cast<double>(sliding_.size() % 8))));
     motions_[0].push_back(moved(steady.step));
     motions_[1].push_back(moved(steady.there_and_back ? -steady.step : steady.step));
@@ -87,7 +88,7 @@ class SteadyScene {
   /// Runs one step of the motion, which the caller times.
   bristle::StepReport step() { return batch_.step(dt_s_, next_motions(), responses_); }
 
-  /// Finds the force of each patch in the next step of the motion, one by one, and passes it to `use`.
+  /// Calls find_force for the next motion of each patch, one by one, and passes each response to `use`.
   template <class Use>
   void find_forces(const Use& use) {
     for (const bristle::Motion& motion : next_motions()) use(batch_.find_force(dt_s_, motion));
@@ -122,7 +123,7 @@ class SteadyScene {
   bristle::PatchBatch batch_;
   double dt_s_;
   Settling settling_;
-  /// Motions of all patches, one set for even steps and one for odd steps.
+  /// Motions of all patches; `motions_` has one set for even steps and one for odd steps.
   std::vector<bristle::Motion> sliding_, motions_[2];
   std::vector<bristle::Response> responses_;
   std::uint64_t bristles_ = 0;

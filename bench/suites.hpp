@@ -1,4 +1,5 @@
-// Functions that register one suite of benchmarks each, in the file of its name; main calls each once.
+// Functions that register one suite of benchmarks each. Each is in the file of its name; main calls each
+// once.
 #pragma once
 
 namespace bristle_bench {

@@ -17,8 +17,8 @@ double time_of(Step&& step, std::uint64_t steps) {
   return bristle::DeadlineMonitor::wall_now() - start;
 }
 
-/// Returns the median wall time, s, of a call of `step` after `first` calls, which wake threads and caches.
-/// Calls wait() before each.
+/// Returns the median wall time, s, of a call of `step`, after `first` calls that wake threads and fill
+/// caches. Calls wait() before each.
 template <class Step, class Wait>
 double median_time(Step&& step, int first, int count, Wait&& wait) {
   std::vector<double> seconds;

@@ -10,13 +10,14 @@
 
 namespace bristle::detail {
 
-/// Columns of a bed, with one number for each bristle. They lie in blocks: 16 bristles of each column, then
-/// the next 16; the count is a multiple of lane_count. Columns that a step reads come first, constants last.
+/// Columns of a bed, with one number for each bristle. They lie in blocks (16 bristles of each column, then
+/// the next 16), and their length is a multiple of lane_count. Columns that a step reads come first,
+/// constants last, to save memory traffic.
 enum BedColumn : std::uint32_t {
   bed_tip_x,  ///< x of the bristle's tip: place of its root less its deflection
   bed_tip_y,
-  /// Relative pressure at the bristle. Times BedStep::limit_of_pressure it is the bristle's kinetic friction
-  /// limit.
+  /// Relative pressure at the bristle. The bristle's kinetic friction limit is this number times
+  /// BedStep::limit_of_pressure.
   bed_pressure,
   bed_over_pressure2,  ///< inverse square of bed_pressure; 0 where there is no pressure
   bed_stiffness,       ///< stiffness of the part of the bristle's cell that is in contact
@@ -31,10 +32,10 @@ enum BedColumn : std::uint32_t {
 
   // Columns of constants:
   bed_own,  ///< stiffness of the bristle when its whole cell is in contact
-  /// Squared size of the contact at which the cell begins to touch. In a rolling bed: place of the cell's row
-  /// across the rows, -1 to 1.
+  /// Size of the contact, squared, at which the cell begins to touch. In a rolling bed: place of the cell's
+  /// row across the rows, -1 to 1.
   bed_inner,
-  /// Squared size of the contact from which the whole cell touches. In a rolling bed: half length of the
+  /// Size of the contact, squared, from which on the whole cell touches. In a rolling bed: half length of the
   /// cell's row at full load.
   bed_outer,
   bed_share,  ///< factor of the relative pressure at the cell; in a rolling bed the inverse of bed_outer
@@ -44,7 +45,7 @@ enum BedColumn : std::uint32_t {
   bed_state_columns = bed_own
 };
 
-/// Returns the index of bristle i in a column.
+/// Returns the index of bristle i in a column, for the order of blocks described above.
 constexpr std::size_t bed_place(BedColumn c, std::size_t i) noexcept {
   return ((i / lane_count) * bed_columns + c) * lane_count + i % lane_count;
 }
@@ -66,11 +67,11 @@ struct BedPlaces {
   float over_rolled;  ///< one over the distance rolled, without sign
   bool turned;        ///< Whether the rows have turned, so that rolling changes y too.
   float cell;         ///< h, width of a cell along its row, in half lengths of the row
-  /// Factors of a bristle's place along its row and across it: those of its x [0, 1] and of its y [2, 3]. x
-  /// is the difference of both terms, y their sum.
+  /// Factors that give a bristle's position from its place along its row and across it: [0, 1] for its x, [2,
+  /// 3] for its y. x is the difference of both terms, y their sum.
   float axes[4];
-  /// Displacement of the bristles' roots by translation along x and y [0, 1], then by turning along x and y
-  /// [2, 3].
+  /// Displacement of the bristles' roots by translation along x and y [0, 1], then by turning [2, 3], again
+  /// along x and y.
   float root[4];
 };
 
@@ -81,13 +82,14 @@ struct BedStep {
   /// Displacement of the bristles' roots in this step, in the same four parts as BedPlaces::root.
   float motion[4];
   bool torque;  ///< Whether the torque is computed also in a step without spin.
-  /// Whether every tip is rewritten relative to a root at zero, as after rolling or a long motion.
+  /// Whether every tip is rewritten relative to a root at displacement zero, as after rolling or a long
+  /// motion.
   bool rolled;
   bool rolls;            ///< Whether the bed rolled just before this step (bed_old_pressure).
   float half_rolled[2];  ///< half of the distance rolled in the step, as a vector; 0 without rolling
-  /// Whether the motion is very short. Recomputing a tip's place would then lose its path in rounding, so the
-  /// path is added to the place, with `spread` (-1/2 to 1/2 of a digit) before rounding. Only kernels with
-  /// all outputs read it.
+  /// Whether the motion is very short. Recomputing the position of a tip would then lose its path in
+  /// rounding, so the path is added to the stored position, with `spread` (-1/2 to 1/2 of a digit) added
+  /// before rounding. Only kernels with all outputs read it.
   bool creeps;
   float spread;
   float limit_of_pressure;
@@ -103,7 +105,7 @@ struct BedSums {
   /// the end of the step.
   double force[2], torque;
 
-  // Sums that only kernels with all outputs fill:
+  // Sums that only kernels with all outputs compute:
   double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;
   /// Sums of stiffness x squared deflection at the end of the step, along x and y.
@@ -112,22 +114,24 @@ struct BedSums {
   /// deflections; 0 without bed_carried.
   double start_energy;
   /// Force and torque at the beginning of the step, after bed_kept has reduced the deflections; 0 without
-  /// bed_carried. Rolling compares them with those of the last step.
+  /// bed_carried. Rolling compares them with the force of the last step to find what the entering bristles
+  /// lack.
   double start[2], start_torque;
-  /// Stiffness of the bristles that entered the contact in this step: the whole, and each bristle's times the
-  /// share of its path on which it sticks. Both are 0 without rolling.
+  /// Stiffness of the bristles that entered the contact in this step: all of it, and the same with each
+  /// bristle weighted by the share of its path on which it sticks. Both are 0 without rolling.
   double entered, entered_stuck;
-  /// Energy dissipated by sliding, and by deflections that drop to a limit.
+  /// Energy dissipated by bristles that slide, or whose deflection drops to a lower limit.
   double dissipated;
-  /// Sums over the bristles that did not slide: of their stiffness, and of stiffness times x, y, x^2 and y^2.
+  /// Sums over the bristles that did not slide, for the tangent: of their stiffness, and of stiffness times
+  /// x, y, x^2 and y^2.
   double stuck, stuck_x, stuck_y, stuck_xx, stuck_yy;
 };
 
 /// Bits of an index into BedKernels::step.
 enum BedVariant : std::uint32_t {
   bed_spins = 1,
-  /// Set if the contact rolled or changed its size, a limit fell, or the motion is long. Only then are
-  /// bed_kept and bed_moved read.
+  /// Flag of a step in which the contact rolled or changed its size, a limit fell, or the motion is long.
+  /// Only then are bed_kept and bed_moved read.
   bed_carried = 2,
   bed_all_outputs = 4,
   bed_drops = 8,
@@ -136,16 +140,17 @@ enum BedVariant : std::uint32_t {
 
 struct BedKernels {
   void (*step[bed_variants])(const BedStep&, float* columns, BedSums&);
-  /// Fills bed_kept and the columns of stiffness and pressure for a new size of the contact. Returns the sum
-  /// of stiffness x pressure.
+  /// Fills the columns of stiffness and pressure, and bed_kept, for a new size of the contact. Returns the
+  /// sum of stiffness x pressure.
   double (*place)(const BedPlaces&, float* columns);
-  /// Fills the columns of place(), and places and tips, for a bed that can roll but did not in this step.
+  /// Fills the columns that place() fills, and the positions of bristles and tips, for a bed that can roll
+  /// but does not in this step.
   double (*place_rows)(const BedPlaces&, float* columns);
-  /// Moves the cells along their rows by BedPlaces::rolled, which is not 0. Fills the columns of place(),
-  /// places and bed_moved, but not the tips, which must be relative to roots at zero.
+  /// Moves the cells along their rows by BedPlaces::rolled, which is not 0. Fills the columns that place()
+  /// fills, positions and bed_moved, but not the tips, which must be relative to roots at displacement zero.
   double (*roll)(const BedPlaces&, float* columns);
-  /// Subtracts the displacement of its root, BedPlaces::root, from each tip. The caller resets that
-  /// displacement to zero, so deflections are unchanged.
+  /// Subtracts the displacement of its root, BedPlaces::root, from each tip. The caller sets that
+  /// displacement to zero, so deflections stay as they are.
   void (*rebase)(const BedPlaces&, float* columns);
 };
 

@@ -29,8 +29,7 @@ enum CohortColumn : std::uint32_t {
   cohort_fresh,
   cohort_left,    ///< S(R), the share of fresh snap lengths that are longer than R
   cohort_moment,  ///< E[delta; delta < R], scaled: part of the mean snap length from lengths below R
-  /// Lower end of the cohort's ranks, which are uniform over [low, high). The rank of a bristle is the mass
-  /// that came into contact before it.
+  /// Mass u that the cohort would have if none of its bristles had snapped. Its mass is floor(u S(R)).
   cohort_low,
   cohort_high,
   cohort_columns
@@ -38,9 +37,9 @@ enum CohortColumn : std::uint32_t {
 /// Number of doubles in a row of eight cohorts.
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;
 
-/// Margin, in scaled units, by which a stored reach R exceeds the deflection that set it. Thanks to it a
-/// patch that trembles can return to its farthest position, and to that of its newest cohort, without a visit
-/// to its cohorts.
+/// Margin, in scaled units, by which a stored reach R exceeds the deflection that set it. Without it a patch
+/// that trembles would visit its cohorts at every return to its farthest position, or to that of its newest
+/// cohort.
 constexpr double reach_margin = 0x1p-32;
 constexpr double unused_reach = 8192.0;  ///< reach R of an unused lane, so long that no deflection exceeds it
 
@@ -53,19 +52,21 @@ struct alignas(32) SurvivalCell {
   double start;     ///< x, snap length at the beginning of the cell, scaled
 };
 constexpr double survival_offset = 0.0625;
-/// Shift of the bits of x + 1/16 that leaves exponent and 7 mantissa bits: 128 cells for each octave.
+/// Shift that leaves exponent and 7 mantissa bits of x + 1/16, which number the cell: 128 cells for each
+/// octave.
 constexpr int survival_shift = 52 - 7;
-/// Number of the first cell: the upper bits of survival_offset.
+/// Number of the first cell: the upper bits of the offset 1/16 (survival_offset).
 constexpr std::uint64_t survival_first = 1019u << 7;
 
-/// Longest planned piece of path, as a share of the longest snap length. The last piece of a move may be a
-/// fifth longer.
+/// Longest planned piece of path, as a share of the longest snap length, so that bristles that snap early in
+/// a piece can survive to its end. The last piece of a move may be a fifth longer.
 constexpr double longest_piece_share = 0.6;
 
 struct CohortLaw {
   const SurvivalCell* cells;
   double end;  ///< snap length from which S is 0; longer deflections count as this one
-  /// Snap length up to which S is 1 to the last unit of mass. A cohort's R is at least this.
+  /// Snap length up to which the survival S is 1 to the last unit of mass, so that no bristle snaps. A
+  /// cohort's R is at least this.
   double sure;
   double mean;  ///< mean snap length, scaled
   /// Usual length, scaled, of a piece of path that is computed at once. Pieces in the middle of long moves
@@ -79,8 +80,8 @@ struct CohortLaw {
   /// distance.
   double slow;
   double longest_growth;  ///< largest factor by which pieces grow in the middle of a move
-  /// Largest factor by which close_open() may raise the squared distance of two cohorts, to match the
-  /// variance of their bristles' places. 1: it moves none.
+  /// Largest factor by which close_open() may raise the squared distance of two cohorts, so that they have
+  /// the variance of their bristles' places. 1: it moves none.
   double most_apart;
   double residual;   ///< l_r, scaled: deflection left after a snap; the reach R counts from it
   double renewal;    ///< kappa, number of bristles that a snap renews
@@ -88,7 +89,8 @@ struct CohortLaw {
 };
 
 /// Times of a patch that ages, in s from the patch's base of time. Bristles snap at l_r + delta g(age), and
-/// the reach R is (deflection - l_r) / g. Null and 0 for kernels without ageing.
+/// the reach R is (deflection - l_r) / g. For kernels without ageing the pointer is null and all numbers are
+/// 0.
 struct CohortTimes {
   double* births;     ///< times at which the bristles of each cohort were last straight
   double now;         ///< present time: the end of a piece of a move; in CohortMove the beginning of the move
@@ -109,24 +111,25 @@ struct CohortState {
   double direction[2] = {0.0, 0.0};  ///< direction of the present straight slide of the patch
   double run = 0.0;                  ///< length of the present straight slide so far, scaled
 
-  /// Places of the patch at which the first bristles of the cohorts open[0] and open[1] were straight. An
-  /// open cohort absorbs bristles that become straight within a piece of path from there.
+  /// Position of the patch at which the first bristles of the cohorts open[0] and open[1] were straight. An
+  /// open cohort absorbs bristles that become straight within a piece of path from there, so that not every
+  /// bristle needs a cohort.
   double begin[2][2] = {{0.0, 0.0}, {0.0, 0.0}};
   /// Indices of cohorts: [0] absorbs bristles that snap, [1] those that come into contact. [2] is the closed
   /// cohort from which [0] is moved apart when [0] closes.
   std::uint32_t open[3] = {no_cohort, no_cohort, no_cohort};
-  /// Sum, over the bristles of cohorts open[0] and open[2], of mass x squared distance between the places of
-  /// bristle and cohort.
+  /// Sum over the bristles of the cohorts open[0] and open[2] of mass x squared distance between the place of
+  /// the bristle and that of its cohort.
   double spread = 0.0;
 
-  /// 1 if the load has risen since first contact. 0: all bristles came into contact together, and every
-  /// cohort has all ranks, [0, mass).
+  /// 1 if the load has risen since first contact. With 0, all bristles came into contact together, and every
+  /// cohort has bristles of all ranks, [0, mass).
   std::uint32_t layered = 0;
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;  ///< most cohorts that the rows can hold, at least 8
 
   /// Distance from the middle of the last move within which no bristle snaps; below 0 = unknown, as after a
-  /// move in which bristles snapped. Not part of the saved state.
+  /// move in which bristles snapped. A cache, not part of the saved state.
   double slack = -1.0;
 };
 
@@ -141,8 +144,8 @@ inline double entry(const double* rows, std::uint32_t i, CohortColumn column) no
 inline double mass_of(const double* rows, std::uint32_t i) noexcept {
   return __builtin_floor(entry(rows, i, cohort_fresh) * entry(rows, i, cohort_left));
 }
-/// Returns u, the mass without snaps, of a cohort with the whole mass m of which the share S is left. Adds
-/// half a unit to m, so that floor(u S) gives m again.
+/// Returns u, the mass without snaps, of a cohort that has the mass m (a whole number) of which the share S
+/// is left. Adds half a unit to m, so that floor(u S) gives m again.
 inline double fresh_mass(double mass, double left) noexcept { return (mass + 0.5) / left; }
 
 /// Empties the lane of cohort i: no mass, and a reach that no deflection exceeds.
@@ -168,13 +171,13 @@ inline void remove_cohort(CohortState& s, double* rows, double* births, std::uin
 
 }  // namespace
 
-/// A straight move of a patch. Positions are relative to the base of the places.
+/// A straight move of a patch, the input of a kernel. Positions are relative to the base of the places.
 struct CohortMove {
   double from[2], to[2];
   double direction[2];
   double length;      ///< length of the move, scaled, > 0
   CohortTimes times;  ///< times of the move; `now` is its beginning
-  /// Whether the caller needs CohortTotals::integral and lost; if not, their values are undefined.
+  /// Whether the caller needs the outputs CohortTotals::integral and lost; if not, they are not computed.
   bool books = true;
 };
 
@@ -192,20 +195,20 @@ struct CohortKernels {
   /// renewal, or plus 4 for laws that age. Changes rows, births and state except CohortState::base, direction
   /// and run.
   void (*move[6])(const CohortLaw&, CohortState&, double* rows, const CohortMove&, CohortTotals&);
-  /// Returns the smallest distance, scaled, by which deflections of cohorts stay below l_r + R (R the reach),
-  /// with the patch at `at`. Within it no bristle snaps; below 0 a cohort is bent beyond its reach. For laws
+  /// Returns the distance, scaled, that the patch at `at` may move before a cohort is bent beyond l_r + R (R
+  /// its reach). Within it no bristle snaps; below 0 a cohort is bent beyond its reach already. For laws
   /// without ageing.
   double (*find_slack)(const CohortLaw&, const CohortState&, const double* rows, const double at[2]);
-  /// Merges the pairs of cohorts whose merging costs least (Partner, kernels/cohort_parts.hpp), to make room
-  /// for more. Returns twice the energy that merging loses. Index: 1 for laws that age.
+  /// Merges the pairs of cohorts that cost the least energy to merge (Partner, kernels/cohort_parts.hpp), to
+  /// make room for new cohorts. Returns twice the energy that merging loses. Index: 1 for laws that age.
   double (*make_room[2])(const CohortLaw&, CohortState&, double* rows, const double at[2],
                          const CohortTimes&);
-  /// Computes the mass whose rank is above `cut`, and the mass per rank at `cut`. A falling load removes the
-  /// mass above a cut.
+  /// Computes the mass whose rank is above `cut`, and the mass per rank there. When the load falls, the mass
+  /// above a cut leaves contact.
   void (*mass_above)(const CohortState&, const double* rows, double cut, double* mass, double* density);
-  /// Adds straight bristles of ranks [low, high) that come into contact with the patch at `at`, to the cohort
-  /// open[1] (`joins`) or to a new one. Returns twice the energy that is lost if they join. Index: 1 for laws
-  /// that age.
+  /// Adds straight bristles of ranks [low, high) that come into contact with the patch at `at`. They form a
+  /// new cohort or join the cohort open[1] (`joins`), which loses some energy. Returns twice that energy.
+  /// Index: 1 for laws that age.
   double (*enter[2])(const CohortLaw&, CohortState&, double* rows, const double at[2], double mass,
                      double low, double high, bool joins, const CohortTimes&);
   /// Gives the bristles of cohort i, of mass floor(u), fresh snap lengths. Sets its reach to `bent` (at least

@@ -1,5 +1,5 @@
-// Random numbers of bristles, from a state that draw_stride (kernel_table.hpp) advances. Kernels include this
-// header, so its functions have internal linkage.
+// Random numbers of bristles. A bristle's state is advanced by draw_stride (kernel_table.hpp) and mixed to
+// give a number. Kernels include this header, so its functions have internal linkage.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Mixes 32 bits by two multiplications, a bijection. Only its high bits are random; share_of() takes 23 of
-/// them, so the usual last shift, which would mix the low ones, is left out.
+/// Mixes 32 bits by two multiplications, a bijection whose low bits are poor. share_of() takes the 23 high
+/// bits, so the usual last shift, which would mix the low ones, is left out.
 inline std::uint32_t mix(std::uint32_t x) {
   x ^= x >> 16;
   x *= 0x21F0AAADu;

@@ -21,24 +21,25 @@ enum JointVariant : std::uint32_t {
 /// Indices of the first column of each quantity of a block of 16 joints. A kernel variant has no columns for
 /// quantities that it does not use.
 struct JointLayout {
-  // Columns of constants, which blocks of joints with equal materials share.
-  /// Columns of the material's parameters; in place of the Stribeck speed its inverse square, or 0.
+  // Columns of constants, which blocks of joints with equal materials share: first those of the material's
+  // parameters, with the inverse square of the Stribeck speed, or 0, in its place.
   std::uint32_t parameter[joint_parameters] = {};
-  /// Column of the least exponent (speed / Stribeck speed)^2: 0, or 80 for a Stribeck speed of 0, so that the
-  /// static part vanishes.
+  /// Column of the least exponent (speed / Stribeck speed)^2, usually 0. For a Stribeck speed of 0 it is 80,
+  /// so that the exponential, and with it the static part, vanishes in sliding.
   std::uint32_t least_decay = 0;
   std::uint32_t constants = 0;  ///< number of columns of constants
 
   // Columns of state, 16 joints each.
   std::uint32_t before = 0;  ///< column of the last angle, rad; NaN = none since reset
   std::uint32_t tips = 1;    ///< columns of the angles at which each bristle would be straight, rad
-  /// Columns of flags, one for each bristle. 1: it slid in the last step, so the kinetic limit holds for it
-  /// instead of the static one.
+  /// Columns of flags, one for each bristle: 1 if it slid in the last step and keeps the kinetic limit, 0 if
+  /// the static limit holds for it.
   std::uint32_t slid = 0;
   std::uint32_t gradients = 0;  ///< columns of the derivatives of each bristle's tip angle by each parameter
   std::uint32_t columns = 0;    ///< number of columns of state
 
-  // Always inlined, because objects of different instruction sets must not share a function.
+  // Returns whether a variant needs the parameter p. Always inlined, because objects of different instruction
+  // sets must not share a function.
   [[gnu::always_inline]] static constexpr bool uses(std::uint32_t p, std::uint32_t variant) {
     const bool of_static = p >= joint_static_base;
     const bool of_load = p != joint_stiffness && p != joint_viscous && p != joint_base &&
@@ -68,12 +69,13 @@ enum JointOutputRow : std::uint32_t {
   joint_outputs = out_gradient + joint_parameters
 };
 
-/// A step of 16 joints. All rows are aligned to 64 bytes.
+/// Input and output of a step of 16 joints. All rows are aligned to 64 bytes.
 struct JointStep {
   std::uint32_t bristles;
   const double* share;   ///< share of each bristle in the joint's stiffness
   const double* length;  ///< friction limit of each bristle, relative to the mean limit
-  /// Rows of input, joint_inputs of them. The row in_writes is 1 for joints whose state changes, otherwise 0.
+  /// Rows of input, joint_inputs of them. The row in_writes is 1 for joints whose state may change and 0 for
+  /// the others.
   const double* in;
   double* out;  ///< joint_outputs rows; only kernels with gradients fill those from out_gradient on
   const double* constants;

@@ -26,7 +26,8 @@ struct SlideLaw {
   double stiffness_per_newton;  ///< stiffness of a contact per newton of its load, N per scaled length
   double whole;                 ///< sum of the weights, 1 but for roundings
   double metres_per_length;     ///< m per scaled length
-  /// Map of a displacement, m, to isotropic axes, in scaled lengths. Rows: along the lay, across it.
+  /// Matrix that maps a displacement, m, to isotropic axes, in scaled lengths. Rows: along the lay, across
+  /// it.
   double to[2][2];
   double from[2][2];          ///< map of a force from isotropic axes to the axes of the contact
   double energy;              ///< LayMap::energy
@@ -39,12 +40,14 @@ struct SlideLaw {
   std::uint32_t springs;
 };
 
-/// Numbers of a contact that belong to no single spring. The force of a spring is its column x + `base`.
+/// Numbers of a contact that its springs have in common. The force of a spring is its column x (or y) +
+/// `base`.
 struct LaneState {
-  /// Force that every spring has gained since its stored force was last written, N.
+  /// Force that every spring that sticks has gained since the stored forces were last written, N. Steps of
+  /// sticking springs change only this number.
   LaneColumn<double> base[2];
-  /// Stiffness, N per scaled length; 0 = no contact. It belongs to the present load. After a fall of the load
-  /// it belongs to the higher one until sliding has lowered it.
+  /// Stiffness, N per scaled length; 0 = no contact. It belongs to the present load; after a fall of the load
+  /// it belongs to the earlier, higher one until sliding has lowered it.
   LaneColumn<double> stiffness;
   LaneColumn<double> phase;  ///< position in the sequence that spreads rounding evenly over steps, in [0, 1)
 };
@@ -55,11 +58,11 @@ struct SlideColumns {
   LaneState* state;
   LaneColumn<T>* x;  ///< stored force along x over the spring's weight, N
   LaneColumn<T>* y;  ///< stored force along y; null with one axis
-  /// End of the spring's last slide, s of the contact's time; null without drop and ageing.
+  /// Time at which the spring last slid, s of the contact's time; null without drop and ageing.
   LaneColumn<double>* since;
 };
 
-/// Input of a step: columns, which may be a caller's own arrays.
+/// Input of a step of a block: columns of sixteen numbers, which may lie in a caller's own arrays.
 struct LaneInput {
   const double* displacement[2];  ///< displacement, m, in the contact's axes; with one axis y is not read
   const double* load;             ///< normal load, N, 0 to 1e15
@@ -70,8 +73,8 @@ struct LaneInput {
   const void* ahead = nullptr;  ///< columns of the block that is stepped next, to be prefetched; may be null
 };
 
-/// Output of a step: columns, which may be a caller's own arrays, null with a kernel that does not compute
-/// them. Numbers of contacts that the step does not name are invalid.
+/// Output of a step of a block: columns of sixteen numbers, which may lie in a caller's own arrays; null with
+/// a kernel that does not compute them. Numbers of contacts that the step does not name are invalid.
 struct LaneOutput {
   double* end[2];        ///< elastic force on the body at the end of the step, N
   double* mean[2];       ///< elastic force on the body, mean over the step, N
@@ -84,12 +87,13 @@ struct LaneOutput {
 template <class T>
 struct LaneKernels {
   using Slide = void (*)(const SlideLaw<T>&, const SlideColumns<T>&, const LaneInput&, const LaneOutput&);
-  /// Step functions. First index: axes - 1; second: 0 end force and stiffness, 1 all outputs, 2 with drop or
-  /// ageing.
+  /// Step functions by what they compute. First index: axes - 1; second: 0 end force and stiffness, 1 all
+  /// outputs, 2 with drop or ageing.
   Slide slide[2][3];
 };
 
-/// Findings on the motions of sixteen contacts, named or not.
+/// Findings on the motions of sixteen contacts, by which a step skips what none needs. They cover contacts
+/// that the step does not name, too.
 struct LaneChecks {
   bool any_bad;    ///< A number is not finite, or a load not within 0 to the highest.
   bool any_still;  ///< A contact has no displacement, under the load that it had.
@@ -98,8 +102,8 @@ struct LaneChecks {
 };
 
 struct LaneTable {
-  /// Checks motions. Unlike those of a step all columns have to be given, but for velocities, which may be
-  /// null. `loads`: loads of the last step. `light`: load up to which no contact is overloaded.
+  /// Checks the motions of a block. All columns have to be given, unlike those of a step, except velocities,
+  /// which may be null. `loads`: loads of the last step. `light`: load up to which no contact is overloaded.
   LaneChecks (*check)(const LaneInput&, const double* const (&velocity)[2], const LaneColumn<double>& loads,
                       double light, double highest_load);
   LaneKernels<float> f32;

@@ -27,8 +27,8 @@ struct AgeingLaw {
   bool saturates;
 };
 
-/// Growth factor g(a) of a snap length, its derivative g', and the rate -g'' / g' at which the derivative
-/// falls.
+/// Growth factor g(a) of a snap length at an age a, its derivative g', and the rate -g'' / g' at which the
+/// derivative falls.
 template <class V>
 struct Growth {
   V factor, rate, turn;
@@ -57,8 +57,8 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T, P>& law, V age) {
 
 constexpr int most_newton_steps = 60;
 
-/// Returns whether Newton's method needs another iteration, which is where the error left after a correction
-/// by `fall` exceeds rounding. With the limit's derivatives before the correction, that error is half curve
+/// Returns whether Newton's method needs another iteration: whether the error left after a correction by
+/// `fall` exceeds rounding. With the limit's derivatives before the correction, that error is half curve
 /// fall^2 / (1 - slope). Where the path only just touches the limit, each correction halves the error, which
 /// is then at most `fall`.
 template <class T, class V>
@@ -71,15 +71,15 @@ inline auto goes_on(V fall, V slope, V curve, V limit) {
   return left > V(accuracy) * (limit * rise);
 }
 
-/// Deflection of a bristle at the start of a step: its part along the motion, and the square of its part
-/// across.
+/// Deflection of a bristle at the start of a step, split by the direction of motion: its part along, and the
+/// square of its part across.
 template <class V>
 struct Bent {
   V along, aside2;
 };
 
-/// Returns the path along the motion after which the deflection has grown to `radius`; 0 if it is that long
-/// at the start.
+/// Returns the path along the motion after which the deflection has grown to the length `radius`; 0 if it is
+/// that long at the start.
 template <class T, int axes, class V>
 inline V way_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
@@ -87,9 +87,9 @@ inline V way_to_circle(const Bent<V>& bent, V radius) {
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
-/// Returns the path after which an ageing bristle snaps, for the lanes of `open`, by Newton's method. `way`
-/// is the path to begin from, at or beyond the snap, `delta` the fresh snap length, `age` the age at the
-/// start of the step.
+/// Returns the path after which an ageing bristle snaps, for the lanes of `open`, by Newton's method from the
+/// path `way`, which must be at or beyond the snap. `delta`: fresh snap length; `age`: age at the start of
+/// the step.
 template <class T, int axes, class V, class M, class P>
 inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V delta, V age, V way,
                   M open) {
@@ -117,8 +117,8 @@ inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V
   return way;
 }
 
-/// Returns the path between two snaps of a bristle that ages, from its fresh snap length. A path longer than
-/// `rest`, the path left in the step, need not be exact: the result is then any path of at least `rest`.
+/// Returns the path between two snaps of a bristle that ages, from its fresh snap length. If that path
+/// exceeds `rest`, the path left in the step, any value of at least `rest` serves, and is returned.
 template <class T, class V>
 inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   const V none(T(0));
@@ -129,7 +129,7 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
     // Limits the slope of the limit to 0.75, so that the divisor stays positive in lanes without a bristle.
-    // Bristles never reach that slope: theirs is below 0.33 at and beyond the root, for every allowed
+    // Slopes of bristles never come near: they are below 0.33 at and beyond the root, for every allowed
     // strength of ageing.
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
@@ -139,8 +139,8 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
   return length;
 }
 
-/// Largest number of trials in sampling the bristle at the end of a long slide. At least one trial in five is
-/// accepted on average, so the bound only ensures that the loop ends.
+/// Largest number of trials in sampling the bristle at the end of a long slide. On average at least one trial
+/// in five is accepted, so the limit only ensures that the loop ends.
 constexpr int most_trials = 1000;
 
 template <class A>
@@ -149,14 +149,15 @@ inline double age_per_length(const A& step) {
   return least(span / step.length, oldest);
 }
 
-/// Returns the constants of ageing of a step or a renewal as an ageing law.
+/// Returns the constants of ageing, taken from a step or a renewal, in the form in which the functions of
+/// this file need them.
 template <class T, class A>
 inline AgeingLaw<T> ageing_of(const A& step) {
   return {static_cast<T>(step.ageing_strength), static_cast<T>(age_per_length(step)), step.ageing_form == 1};
 }
 
-/// Returns the age, in ageing times, that bristles have gained between the last rewrite of their block
-/// (`since`) and `time`.
+/// Returns the age, in ageing times, that bristles have gained from the last rewrite of their block (at
+/// `since`) until `time`.
 template <class A>
 inline double age_at(const A& step, double time, double since) {
   return least(most((time - since) * step.ageing_rate, 0.0), oldest);
@@ -171,7 +172,7 @@ inline BlockAge age_since(const A& step, double since) {
   return {age_at(step, step.start, since), age_at(step, step.start + step.duration, since)};
 }
 /// Returns a lower bound of the age gained since `since`, valid in every later step. A snap limit computed
-/// from it cannot be too high.
+/// from it cannot be too high, so no snap is missed.
 template <class A>
 inline double least_later_age(const A& step, double since) {
   return age_at(step, step.start + step.duration - step.rounding, since);

@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Result of a slide: the deflection z becomes keep z + push d, where d is the motion.
+/// Result of a slide as two factors: the deflection z becomes keep z + push d, where d is the motion.
 template <class V>
 struct Dragged {
   V keep, push;
@@ -63,7 +63,7 @@ inline Dragged<V> drag(V t, V q2, V gap) {
   return {(one - square) * scale, (above * (two + ahead)) * scale};
 }
 
-/// Motion (x, y) along which a bristle of equal stiffness in all directions would slide to the same end.
+/// Motion (x, y) by which a bristle of equal stiffness in all directions would slide to the same end.
 template <class V>
 struct Course {
   V x, y;
@@ -111,8 +111,8 @@ inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
     const V c = (one - t * t) * inverse, s = (t + t) * inverse;
     x = most(x - divide(at_end * x - way - lack * (cos2 * c + sin2 * s), slope_at(c, s)), none);
   }
-  // Takes the slope at the start for a short path: single precision would lose the differences, and D hardly
-  // changes.
+  // Takes the slope D at the start for a short path. Single precision would lose the differences, and D
+  // hardly changes.
   x = select_lanes(V(1e-3f) > over_limit, divide(over_limit, slope_at(cosine, sine)), x);
   const V to = x * limit;
   return {ex * to, ey * to};

@@ -1,5 +1,5 @@
-// Kernels of beds (the bristles under an elastic body, core/beds/BEDS.md): a step of all bristles, and the
-// places of bristles when load or rolling change the contact. E::V is a vector of any width.
+// Kernels of beds, the bristles under an elastic body (core/beds/BEDS.md): a step of all bristles, and the
+// positions of bristles when load or rolling change the contact. E::V is a vector of any width.
 #pragma once
 
 #include <limits>
@@ -14,7 +14,8 @@ namespace {
 
 using BedEngine = Engine<float>;
 
-/// Pointer to the columns of a bed, at the entries of one vector of bristles.
+/// Access to the columns of a bed for one vector of bristles: at[column] loads the column's entries for these
+/// bristles.
 template <class E>
 struct BedAt {
   float* block;
@@ -48,8 +49,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const bool askew = step.gain != 1.0f;
   const bool creeps = all && !carried && step.creeps;
   [[maybe_unused]] constexpr float eps = std::numeric_limits<float>::epsilon();
-  // Factor of the stored tip positions: 0 if the step recomputes all tips, relative to roots at zero
-  // (BedStep::rolled), otherwise 1.
+  // Factor of the stored tip positions: 1, or 0 if the step recomputes all tips relative to roots at
+  // displacement zero (BedStep::rolled).
   const V stands(carried && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
@@ -70,7 +71,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       kept = at[bed_kept];
     }
 
-    // Reads the deflections of the bristles at the start of the step and the motion of their roots in it.
+    // Loads the deflections of the bristles at the start of the step, and computes the motion of their roots
+    // in it.
     const V tip_x = at[bed_tip_x];
     const V tip_y = at[bed_tip_y];
     V zx, zy, dx(step.motion[0]), dy(step.motion[1]);
@@ -88,7 +90,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = V(step.root[0]) - tip_x;
       zy = V(step.root[1]) - tip_y;
     }
-    // Position of a bristle's tip with which the bristle would be straight at the end of the step.
+    // Position that a bristle's tip would need for the bristle to be straight at the end of the step.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
     if constexpr (carried) {
@@ -102,7 +104,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V hold = limit;
     V limit_over_hold = one;
     if constexpr (drops) {
-      // Gives a bristle that slid its static friction limit again when the motion turns back, because it
+      // Gives a bristle that slid its static friction limit back when the motion turns back, because it
       // sticks then.
       const auto held_less = (at[bed_slid] * kept > none) & (zx * dx + zy * dy >= none);
       hold = select_lanes(held_less, limit, limit * V(step.hold_over_limit));
@@ -122,7 +124,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     [[maybe_unused]] V way_x = none, way_y = none;  // path of the tip, in a step that creeps
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
-      // Sets the deflections of bristles out of contact to 0: what they hold is rounding error.
+      // Sets the deflections of bristles out of contact to 0. What their columns hold is rounding error.
       const auto presses = (carried ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
@@ -130,9 +132,9 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       over_length = divide(one, most(length, smallest));
       const V ex = dx * over_length;
       const V ey = dy * over_length;
-      // Handles bristles that are bent beyond their limit because the limit fell in this step. They slide at
-      // the mean of their deflection and the new limit, as the limit falls along the step, and end at the new
-      // limit.
+      // Handles bristles that are bent beyond their limit because the limit fell in this step: they slide at
+      // the mean of their deflection and the new limit, since the limit falls along the step, and end at the
+      // new limit.
       V reach = hold;
       V slide_limit = limit;
       if constexpr (carried) {
@@ -145,7 +147,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
       V path = least(way_to_slide<float, 2>(start, reach), length);
       if (creeps) {
-        // Lets a bristle that is within rounding of its limit slide at once.
+        // Lets a bristle that is within rounding of its limit slide at once. Otherwise rounding would decide
+        // whether it sticks for a while.
         const V nearly = reach * V(1.0f - 32.0f * eps);
         path = select_lanes((start.along >= none) & (z2 >= nearly * nearly), none, path);
       }
@@ -179,7 +182,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
                                                                  reach, slide_limit, px, py, way);
           end.x = select_lanes(slides, slid.x, end.x);
           end.y = select_lanes(slides, slid.y, end.y);
-          // Takes the mean deflection over the isotropic motion in place of that over the true displacement.
+          // Weights the mean deflection by the isotropic motion instead of the true displacement, along which
+          // it is known.
           const V half_path2 = V(0.5f) * path * path, share = left * per_way;
           end.integral_x =
               select_lanes(slides, zx * path + ex * half_path2 + slid.integral_x * share, end.integral_x);
@@ -189,7 +193,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       }
       if constexpr (carried) {
         if (step.rolls) {
-          // Lets a friction limit that rises because the bed rolls grow evenly along the motion.
+          // Lets the friction limit of a bristle grow evenly along the motion if it rises because the bed
+          // rolls.
           const V old = at[bed_old_pressure] * limit_of_pressure;
           const V grown = select_lanes((old > none) & (old < limit),
                                        V(0.5f) * divide(old + limit, most(limit, smallest)), one);
@@ -208,8 +213,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       integral_y = end.integral_y;
       lost = end.dissipated;
     } else {
-      // Bristles without a limit have 0 for the inverse of the limit and for the stiffness, so they never
-      // count as sliding.
+      // Relies on zeros: bristles without a limit have 0 for the inverse of the limit and for the stiffness,
+      // so they never count as sliding.
       const V over_limit2 = at[bed_over_pressure2] * V(step.pressure_of_limit2);
       V over_both = over_limit2, over_hold2 = over_limit2;
       if constexpr (drops) {
@@ -227,9 +232,9 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
         V to_keep = limit_over_hold, to_push = one;
-        // Selects the bristles that need the slow branch: those that unload, and those whose deflection
-        // differs from the limit by more than 2e-6 of the bed's unit of deflection, four times what rounding
-        // may cause.
+        // Selects the bristles that need the slow branch. These are bristles that unload, and bristles whose
+        // deflection differs from the limit by more than 2e-6 of the bed's unit of deflection, four times
+        // what rounding may cause.
         const auto unloads = none > zd;
         const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
@@ -244,7 +249,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V ud = (ux * dx + uy * dy) * left;
           const V ud2 = ud + ud;
           q2 = select_lanes(rough, ud2 * over_both, q2);
-          // Lets a bristle whose limit fell below its deflection slide at the mean of the two.
+          // Lets a bristle whose limit fell below its deflection slide at the mean of the two, since the
+          // limit falls along the step.
           const auto outside = rough & (none > gap);
           if (any_lane(outside)) {
             const V n = root(z2);
@@ -284,8 +290,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       const V n2 = end_x * end_x + end_y * end_y;
       const auto beyond = (n2 > bound * bound * V(1.000001f)) & (k > none);
       if (any_lane(beyond)) {
-        // Shortens a deflection beyond its limit to the limit. Such a bristle has slid, so its limit is the
-        // kinetic one.
+        // Shortens a deflection that exceeds its limit to the limit. Such a bristle has slid, so its limit is
+        // the kinetic one.
         const V n = root(n2);
         const V back = select_lanes(beyond, divide(limit, most(n, smallest)), one);
         end_x = end_x * back;
@@ -356,8 +362,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   }
 }
 
-/// Returns the pressure of a profile relative to that at its centre. `inside` is 1 at the centre and 0 at the
-/// edge.
+/// Returns the pressure at a place, relative to that at the centre, for this profile. `inside` is 1 at the
+/// centre and 0 at the edge.
 template <class V>
 inline V pressure_at(BedProfile profile, V inside) {
   if (profile == BedProfile::uniform) return V(1.0f);
@@ -366,7 +372,7 @@ inline V pressure_at(BedProfile profile, V inside) {
 }
 
 /// Writes stiffness and pressure of a vector of bristles: both 0 where the pressure is too small for contact.
-/// Returns the product of stiffness and pressure.
+/// Returns the product of the two, for the sum over the bed.
 template <class E>
 inline typename E::V put_contact(const BedAt<E>& at, typename E::V k, typename E::V pressure) {
   using V = typename E::V;
@@ -420,8 +426,8 @@ double roll_bed(const BedPlaces& given, float* columns) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // Half length of the part of a row in contact, relative to the whole row. Places along the row are
-    // counted towards the leading edge; `sign` swaps the ends of the row.
+    // Half length of the part of a row that is in contact, relative to the whole row. Places along the row
+    // are counted towards the leading edge; `sign` swaps the ends of the row.
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
     V place = at[bed_along] * sign;

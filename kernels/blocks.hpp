@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Returns the number of bristles in contact. The last one counts, though it may be in contact only in part.
+/// Returns the number of bristles in contact, counting the last one even if it is in contact only in part.
 template <class T>
 inline std::uint32_t in_contact(const PatchView<T>& patch) {
   return patch.whole + (patch.fraction > T(0) ? 1u : 0u);
@@ -24,8 +24,8 @@ inline std::uint32_t end_of_columns(const PatchView<T>& patch, std::uint32_t sta
   return start + block_size < padded ? start + block_size : padded;
 }
 
-/// Fills the columns of a block whose bristles came into contact straight and that no kernel has visited
-/// since.
+/// Writes the columns of a block whose bristles came into contact straight. Until a kernel first visits the
+/// block, it is only marked as straight.
 template <class T, int axes, bool redraw, bool ages>
 inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   if (!patch.blocks[b].zero) return;
@@ -39,7 +39,7 @@ inline void write_zero_block(const PatchView<T>& patch, std::uint32_t b) {
   patch.blocks[b].zero = 0;
 }
 
-/// Stores the deflections of a block relative to the patch's position `at` (see KernelSet::rewrite).
+/// Rewrites the deflections of a block relative to the patch's position `at` (KernelSet::rewrite).
 template <class T>
 void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   Block& block = patch.blocks[b];
@@ -66,8 +66,8 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
   block.reach = -1.0f;
 }
 
-/// Returns the sum of weight x squared deflection, scaled, over the bristles of block b that are in contact
-/// when the patch is at `at`. All instruction sets add in the same order (see KernelSet::squares).
+/// Returns the sum of weight x squared deflection, scaled, over the bristles of block b in contact, with the
+/// patch at `at`. All instruction sets add in the same order (KernelSet::squares).
 template <class T>
 double block_squares(const PatchView<T>& patch, std::uint32_t b, const std::int64_t at[2]) {
   const Block& block = patch.blocks[b];

@@ -1,7 +1,7 @@
-// Bundles of eight vectors that are processed together, to hide latency. In a chain of dependent operations
-// (log, polynomial, exp) each operation waits for the one before; eight chains side by side fill the waiting
-// time. (Four vectors take a quarter longer.) In a build without vectors a bundle is a single number, because
-// single numbers can branch on what a bristle does.
+// Bundles of eight vectors that are processed side by side, to hide latency. In a chain of dependent
+// operations (log, polynomial, exp) each operation waits for the one before; eight chains side by side fill
+// the waiting time. (Four vectors take a quarter longer.) In a build without vectors a bundle is a single
+// number, because single numbers can branch on what a bristle does.
 #pragma once
 
 #include "lanes.hpp"

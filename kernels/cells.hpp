@@ -25,7 +25,8 @@ template <class T>
 struct CellBits;
 template <>
 struct CellBits<float> {
-  /// Right shift that leaves the exponent and four bits of the mantissa, which together number the cell.
+  /// Shift to the right that leaves the exponent and four bits of the mantissa, which together number the
+  /// cell.
   static constexpr int shift = 19;
   static constexpr std::uint32_t first = (127 - 24) * 16;
 };
@@ -35,7 +36,8 @@ struct CellBits<double> {
   static constexpr std::uint64_t first = (1023 - 24) * 16;
 };
 
-/// Returns the snap length below which `share` of the law lies (0 < share < 1, in steps of 2^-24).
+/// Returns the snap length below which `share` of the law lies (0 < share < 1, in steps of 2^-24), from the
+/// table.
 template <class T>
 inline T length_of_cell(const double* table, T share) {
   const T other = T(1) - share;
@@ -48,14 +50,14 @@ inline T length_of_cell(const double* table, T share) {
 }
 
 #if defined(BRISTLE_KERNEL_ISA)
-/// Coefficients a and b of the lines a + b w for a vector of shares, with w the distance of a share from its
-/// nearer end.
+/// Coefficients a and b of the table's lines for a vector of shares: the length is a + b w, with w the
+/// distance of a share from its nearer end.
 template <class T>
 struct CellLines {
   Lanes<T> a, b;
 };
 
-// Builds vectors from single loads, because gather instructions are slower on many processors.
+// Builds vectors from single loads. Gather instructions are slower on many processors.
 typedef double Pairs [[gnu::vector_size(4 * Lanes<float>::size)]];
 typedef float HalfLines [[gnu::vector_size(4 * Lanes<float>::size)]];
 typedef double Numbers [[gnu::vector_size(8 * Lanes<double>::size)]];
@@ -70,7 +72,7 @@ inline CellLines<float> read_lines(const double* table, const std::uint32_t* at)
   const HalfLines b =
       __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
 #elif defined(BRISTLE_ISA_AVX2)
-  // Orders the pairs so that shuffles stay within 128-bit halves, which is faster.
+  // Orders the pairs so that the shuffles below stay within 128-bit halves, which is faster.
   const auto low = (HalfLines)(Pairs{p(0), p(1), p(4), p(5)});
   const auto high = (HalfLines)(Pairs{p(2), p(3), p(6), p(7)});
   const HalfLines a = __builtin_shufflevector(low, high, 0, 2, 8, 10, 4, 6, 12, 14);

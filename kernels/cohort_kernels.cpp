@@ -1,6 +1,6 @@
-// The infinite brush's kernel table of one instruction set, compiled once for each set (CMakeLists.txt).
-// Everything but the table has internal linkage, so that the linker cannot use code of one instruction set in
-// another.
+// The infinite brush's kernel table of one instruction set. This file is compiled once for each set
+// (CMakeLists.txt). Everything but the table has internal linkage, so that the linker cannot use code of one
+// instruction set in another.
 #include "cohort_step.hpp"
 #include "tables.hpp"
 

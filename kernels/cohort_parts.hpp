@@ -12,10 +12,10 @@ namespace bristle::detail {
 namespace {
 
 constexpr double unlimited_cost = 1e300;
-/// Limit on the cost of a merge, as a multiple of that of the cheapest pair. A search for the cheapest pair
-/// is expensive, so it also merges other pairs up to this cost.
+/// Largest cost of a merge, as a multiple of that of the cheapest pair. Searching the cheapest pair is
+/// expensive, so one search also merges other pairs up to this cost.
 constexpr double merge_margin = 3.0;
-/// Cohorts per merged pair: a search merges at most count / merged_at_once pairs.
+/// Cohorts per merged pair. A search merges at most count / merged_at_once pairs.
 constexpr std::uint32_t merged_at_once = 4;
 
 /// Values of a law of snap lengths at a length x: the share S(x) of bristles with a longer snap length, and
@@ -31,15 +31,15 @@ inline Survival survival_at(const CohortLaw& law, double x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * 0.5)};
 }
 
-/// As survival_at(x), but skips the table if x is too short for any bristle to snap, as for cohorts just
-/// born.
+/// Looks up what survival_at(x) gives, but skips the table if x is too short for any bristle to snap, as it
+/// is for cohorts just born.
 inline Survival young_survival_at(const CohortLaw& law, double x) {
   return x <= law.sure ? Survival{1.0, 0.0} : survival_at(law, x);
 }
 
 inline double square_of(double a) { return a * a; }
 
-// Growth factor g of snap lengths by ageing (see Material::ageing_factor), at one age or at a vector of ages.
+// Growth factor g of snap lengths by ageing (Material::ageing_factor), for one age or a vector of ages.
 
 /// Growth factor g of a snap length at an age in s. Its slope g', 1/s, is the fraction rise / run, so that a
 /// caller may choose not to divide.
@@ -56,7 +56,8 @@ inline StrengthOf<V> strength_at(const CohortTimes& t, V age) {
   const V rate(t.rate);
   const V scaled = age * rate;
   if (t.saturates != 0) {
-    // Limits the exponent: exp(-40) is below the rounding error of 1.
+    // Limits the exponent, because exp(-40) is below the rounding error of 1 and exponential() serves only
+    // arguments above -80.
     const V weak = exponential<double>(V(0.0) - least(scaled, V(40.0)));
     return {one + strength * (one - weak), strength * weak * rate, one};
   }
@@ -84,8 +85,8 @@ template <class V>
 inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, double per_length, V square,
                   V along) {
   const V length = V(law.residual) + delta * strength.factor;
-  // Multiplies all terms by `run`, which saves a division. The snap length grows along the path by growth /
-  // run.
+  // Multiplies all terms of the equation by `run`, which saves a division. The snap length grows along the
+  // path by growth / run.
   const V run = strength.run;
   const V growth = delta * (strength.rise * V(per_length));
   const V half = along * run - growth * length;
@@ -94,8 +95,8 @@ inline V aged_gap(const CohortLaw& law, const StrengthOf<V>& strength, V delta, 
   return divide(over * run, most(half + root_of, V(1e-300)));
 }
 
-/// Returns the reach R of bristles that were bent from straight to `bent` at constant speed, that is the
-/// fresh snap length up to which they have snapped. Returns `bent` itself if that is too short for any snap.
+/// Returns the reach R of bristles that were bent from straight to `bent` at constant speed: the fresh snap
+/// length up to which they have snapped. Returns `bent` itself if that is too short for any snap.
 template <bool ages>
 inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double bent) {
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
@@ -107,13 +108,12 @@ struct CohortBits {
 
   void set(std::uint32_t i) { word[i / 64] |= std::uint64_t{1} << i % 64; }
   bool has(std::uint32_t i) const { return (word[i / 64] >> i % 64 & 1) != 0; }
-  /// Clears the bits of lanes beyond the last cohort. Their filler places are far away, so that they look
-  /// like cohorts bent beyond their reach.
+  /// Clears the bits of lanes behind the last cohort. Their filler places are so far away that they look like
+  /// cohorts bent beyond their reach.
   void forget_lanes_from(std::uint32_t count) {
     if (count % 64 != 0) word[count / 64] &= (std::uint64_t{1} << count % 64) - 1;
   }
-  /// Removes the highest cohort number below `count` from the set and returns it; returns no_cohort if there
-  /// is none.
+  /// Takes the highest cohort number below `count` out of the set and returns it; no_cohort if there is none.
   std::uint32_t take_last(std::uint32_t count) {
     for (std::uint32_t w = (count + 63) / 64; w-- > 0;)
       if (word[w] != 0) {
@@ -125,8 +125,8 @@ struct CohortBits {
   }
 };
 
-/// Removes cohorts that have lost all their mass. Begins with the last one, so that the cohort that moves
-/// into a gap is never an empty one.
+/// Removes cohorts that have lost all their mass. Begins with the last of them, so that the cohort that moves
+/// into a gap never is an empty one.
 template <bool ages>
 inline void remove_empty(CohortState& s, double* rows, double* births, CohortBits& empty) {
   for (std::uint32_t i = empty.take_last(s.count); i != no_cohort; i = empty.take_last(i))
@@ -139,7 +139,7 @@ inline void remove_empty(CohortState& s, double* rows, double* births, CohortBit
 struct Ranks {
   double low, high;
 };
-/// Returns the interval of ranks with the mean `mean` and the mean square `square`, clipped to [0, all).
+/// Returns the interval of ranks that has the mean `mean` and the mean square `square`, clipped to [0, all).
 inline Ranks ranks_of(double mean, double square, double all) {
   const double half = root(most(3.0 * (square - mean * mean), 0.25));
   return {most(mean - half, 0.0), least(mean + half, all)};
@@ -149,14 +149,14 @@ inline double rank_square(double low, double high) {
   return (low * low + low * high + high * high) * (1.0 / 3.0);
 }
 
-/// Cohort that is not yet stored in the columns of the patch.
+/// A new cohort that is not yet stored in the columns of the patch.
 struct Newborn {
   double mass, x, y, reach;
   double rank_mean, rank_square;
   double birth = 0.0;
 };
 
-/// Returns the time of birth of a cohort merged from bristles of different age: the time for which the growth
+/// Returns the time of birth for a cohort merged from bristles of different age: one for which the growth
 /// factor g of snap lengths is the mean of theirs.
 inline double mean_birth(const CohortTimes& t, double birth, double other, double share) {
   const double g = ageing_at(t, most(t.now - birth, 0.0));
@@ -195,7 +195,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_fresh) = fresh_mass(all, at.left);
   entry(rows, i, cohort_left) = at.left;
   entry(rows, i, cohort_moment) = at.moment;
-  // Skips the ranks while every cohort has bristles of all ranks. That is so until the load rises on a
+  // Leaves out the ranks while every cohort has bristles of all ranks, which ends when the load rises on a
   // contact that has cohorts already.
   if (s.layered == 0) return m * share * (dx * dx + dy * dy);
   double& low = entry(rows, i, cohort_low);
@@ -209,7 +209,7 @@ inline double join(const CohortLaw& law, const CohortState& s, double* rows, std
   return m * share * (dx * dx + dy * dy);
 }
 
-/// Stores a newborn cohort as cohort i, in a lane that became free or in the one behind the last cohort.
+/// Stores a new cohort as cohort i, in a lane that became free or in the one behind the last cohort.
 template <bool ages>
 inline void append(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                    const Newborn& n, const CohortTimes& times) {
@@ -227,9 +227,9 @@ inline void append(const CohortLaw& law, const CohortState& s, double* rows, std
   entry(rows, i, cohort_high) = ranks.high;
 }
 
-/// Values of a cohort whose place of birth is moved while the patch stays: the new place, the reach R from
-/// there to the patch, the survival S(R) and the moment M(R) at that reach, and the time of birth. The mass
-/// is unchanged.
+/// Cohort whose place of birth is moved while the patch stays and the mass is unchanged: the new place, the
+/// reach R from there to the patch, the survival S(R) and the moment M(R) at that reach, and the time of
+/// birth.
 struct Moved {
   double x, y, reach;
   Survival at;
@@ -268,10 +268,10 @@ inline void put_moved(double* rows, std::uint32_t i, const Moved& moved, const C
 }
 
 /// Closes the open cohort, the one that newborns join, once it covers a full piece of path. A single place
-/// would stand for the bristles of a whole piece and lose the spread of their places. At every second call
-/// the function therefore moves this cohort and the one before it apart, until their two places have that
-/// variance: Gauss points, for a straight path. Conserves mass, first and second moment. Returns twice the
-/// energy that the pair cannot store.
+/// would then stand for the bristles of a whole piece and lose the spread of their places. At every second
+/// call the function therefore moves this cohort and the one before it apart, until their two places have
+/// that variance: Gauss points, for a straight path. Conserves mass, first and second moment. Returns twice
+/// the energy that the pair cannot store.
 template <bool ages>
 inline double close_open(const CohortLaw& law, CohortState& s, double* rows, const double to[2],
                          const CohortTimes& times) {
@@ -323,8 +323,8 @@ struct PieceSums {
   double ranks, rank_squares;
   double x, y;  ///< sum of mass x place over the mass that did not snap
 
-  /// Mass that did not snap, times the share of the piece along which it could be renewed. Only for laws with
-  /// shared renewal.
+  /// Mass that did not snap, times the share of the piece along which it can be renewed. Used with shared
+  /// renewal only.
   double renewable;
   CohortBits emptied;  ///< cohorts that lost all of their mass
 };
@@ -337,8 +337,8 @@ struct Draws {
   double hazard;
   double snapped;  ///< mass that snapped, without second snaps of newborn bristles
 };
-// Largest hazard 4 v, at v = 1. The kernels replace exp(-4 v) by (1 - v + v^2 / 2)^4, which falls only up to
-// v = 1, where it leaves 1/16 of the bristles.
+// Largest hazard 4 v that is used, at v = 1. The kernels replace exp(-4 v) by (1 - v + v^2 / 2)^4, which
+// falls only up to v = 1, where it leaves 1/16 of the bristles.
 constexpr double highest_hazard = 4.0;
 
 template <bool ages>
@@ -351,8 +351,8 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
   return {hazard, p.lost * most(1.0 - 0.5 * hazard, 0.0)};
 }
 
-/// Adds the sums over renewed bristles to `p`, because renewed and snapped bristles restart together as one
-/// newborn cohort. Replaces x and y, which the pass of renewals has summed over all mass that remains.
+/// Adds the sums over renewed bristles to `p`: renewed and snapped bristles restart together as one newborn
+/// cohort. Replaces x and y, which the pass of renewals has summed over all mass that remains.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;
@@ -381,8 +381,8 @@ template <bool rubs, bool ages>
                                            double renewed_rate, const CohortTimes& times, CohortTotals& t,
                                            double& spread) {
   const double gap = p.gap / p.lost;
-  // Adds the variance of the gap within each cohort, because the sums count all bristles that a cohort lost
-  // with one mean gap.
+  // Adds the variance of the gap within each cohort, which the sums lack because they count all bristles that
+  // a cohort lost with one mean gap.
   p.gap_gap += p.lost * (square_of(least(gap, piece - gap)) * (1.0 / 3.0));
   const Survival s = young_survival_at(law, fresh_length<ages>(law, times, gap));
   const double again = p.lost * (1.0 - s.left);
@@ -405,11 +405,11 @@ template <bool rubs, bool ages>
     gap_gap_left -= again * (gap * gap - left * left);
   }
   if (rubs && renewed_rate > 0.0) {
-    // Renews newborn bristles as well, in proportion to the path since their birth, and on average halfway
-    // along this path.
+    // Renews newborn bristles as well: in proportion to the path since their birth, and on average halfway
+    // along it.
     const double drawn = least(renewed_rate * p.gap, 0.5 * p.lost);
     double half = 0.5 * least(p.gap_gap / most(p.gap, 1e-300), piece);
-    // Takes half of the mean path where `half` would make the mean path since the last slip, or its variance,
+    // Takes half of the mean path if `half` would make the mean path since the last slip, or its variance,
     // negative. That happens in pieces as long as a snap length, in which many newborn bristles are renewed.
     const double drawn_share = drawn / p.lost;
     const double halved = mean_gap - drawn_share * half;
@@ -422,8 +422,8 @@ template <bool rubs, bool ages>
   }
   spread = most(gap_gap_left - p.lost * (mean_gap * mean_gap), 0.0);
   if (a.books) {
-    // Corrects the path integral of the deflection, which the caller computes as if no bristle snapped:
-    // subtracts the part of the lost bristles after their snap and adds that of the newborn cohort.
+    // Corrects the path integral of the deflection, which the caller computes as if no bristle snapped.
+    // Subtracts the part of the lost bristles after their snap and adds that of the newborn cohort.
     double of_newborn = 0.5 * (p.gap_gap + gap_gap);
     if (rubs) of_newborn += law.residual * p.gap;
     t.integral[0] += a.direction[0] * of_newborn - p.gap_x;
@@ -450,7 +450,7 @@ template <bool rubs, bool ages>
 inline double next_piece(const CohortLaw& law, double done, double length) {
   const double left = length - done;
   const double wide = least(done, left);
-  // Lengthens a piece only as far as bristles that snapped early in it can survive to its end: within the
+  // Lengthens a piece at most so far that bristles which snap early in it can survive to its end: within the
   // longest snap length.
   const double piece = wide > law.slow ? least(law.piece * least(wide / law.slow, law.longest_growth),
                                                longest_piece_share * law.end)
@@ -461,16 +461,16 @@ inline double next_piece(const CohortLaw& law, double done, double length) {
   return left > 1.2 * piece ? 0.5 * left : left;
 }
 
-/// Pair of cohorts to merge and the cost of the merge, m1 m2 / (m1 + m2) (dX^2 + dR^2), with the masses m1
-/// and m2 and the differences dX of their places and dR of their reaches. Ageing adds (2 mean dg)^2 to the
-/// bracket, with dg the difference of their growth factors.
+/// Pair of cohorts to merge, with the cost of the merge in energy, m1 m2 / (m1 + m2) (dX^2 + dR^2): m1 and m2
+/// are the masses, dX and dR the differences of their places and of their reaches. Ageing adds (2 mean dg)^2
+/// to the bracket, with dg the difference of their growth factors.
 struct Partner {
   double cost;
   std::uint32_t i, j;
 };
 
-/// Merges two cohorts into the first. Conserves mass, first moment, mean reach R, and mean and variance of
-/// rank. Returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2.
+/// Merges two cohorts into the first, and returns twice the energy lost, m1 m2 / (m1 + m2) |dX|^2. Conserves
+/// mass, first moment, mean reach R, and mean and variance of rank.
 template <bool ages>
 inline double merge(const CohortLaw& law, const CohortState& s, double* rows, std::uint32_t i,
                     std::uint32_t j, const double at[2], const CohortTimes& times) {
@@ -516,13 +516,14 @@ double enter(const CohortLaw& law, CohortState& s, double* rows, const double at
   return 0.0;
 }
 
-/// Samples new snap lengths for cohort i and keeps the bristles whose length exceeds `bent`. Returns the mass
+/// Gives cohort i new snap lengths, and keeps the bristles whose length exceeds `bent`. Returns the mass
 /// left.
 inline double renew(const CohortLaw& law, double* rows, std::uint32_t i, double bent) {
   const double reach = most(bent, law.sure);
   const Survival at = survival_at(law, reach);
   const double mass = whole_part(entry(rows, i, cohort_fresh));
-  // Clamps the mass at 0: at the longest snap length the survival S may be negative by a rounding error.
+  // Clamps the mass at 0, because at the longest snap length the survival S may be negative by a rounding
+  // error.
   const double kept = most(least(whole_part((mass + 0.5) * at.left), mass), 0.0);
   entry(rows, i, cohort_reach) = reach;
   entry(rows, i, cohort_left) = at.left;

@@ -12,8 +12,8 @@ using Vector = Lanes<double>;
 constexpr std::uint32_t vector_size = static_cast<std::uint32_t>(Vector::size);
 constexpr std::uint32_t row_parts = cohort_lanes / vector_size;
 
-/// Sum over cohorts, stored as one partial sum for each of the eight logical lanes of a row, so that every
-/// vector width adds in the same order.
+/// Sum over cohorts, kept as one partial sum for each of the eight logical lanes of a row. Vectors of every
+/// width then add in the same order and give the same bits.
 struct LaneSum {
   Vector part[row_parts];
 
@@ -29,7 +29,7 @@ struct LaneSum {
   }
 };
 
-/// Coefficients of the survival table for a vector of lengths, each of which lies in a cell of its own.
+/// Coefficients of the survival table for a vector of lengths, each of which lies in another cell.
 struct Cells {
   Vector survival, slope, moment, start;
 };
@@ -46,7 +46,7 @@ struct FourCells {
 /// Loads four cells of the survival table and transposes them into vectors of columns.
 inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
   Four cell[4];
-  // Casts the pointer, because memcpy would go through the stack and take 40 more instructions.
+  // Casts the pointer to load a cell. A memcpy would go through the stack and take 40 more instructions.
   for (int k = 0; k < 4; ++k) cell[k] = *reinterpret_cast<const CellAsFour*>(cells + number[k]);
   const Four a = __builtin_shufflevector(cell[0], cell[1], 0, 4, 2, 6);
   const Four b = __builtin_shufflevector(cell[0], cell[1], 1, 5, 3, 7);
@@ -98,7 +98,7 @@ inline SurvivalLanes survival_at(const CohortLaw& law, Vector x) {
   return {left, cell.moment + (cell.survival - left) * ((cell.start + x) * Vector(0.5))};
 }
 
-/// Place in memory of a vector of cohorts: its part of the columns of a row of eight.
+/// Columns of a vector of cohorts, as a part of a row of eight.
 struct VectorPlace {
   double* columns;
   Vector get(CohortColumn column) const { return load<double>(columns + column * cohort_lanes); }
@@ -128,8 +128,7 @@ inline std::uint64_t lane_bits(Mask<double> which) {
 
 struct CohortSums {
   LaneSum lost, gap, gap_gap, gap_x, gap_y, squares, ranks, rank_squares, x, y, renewable;
-  /// Whether the caller wants the sums for energy (`books`) and for ranks (`ranked`). Sums that it does not
-  /// want stay 0.
+  /// Whether the caller wants the sums for energy (`books`) and for ranks (`ranked`). Unwanted sums stay 0.
   bool books, ranked;
 
   /// Bits of cohorts that lost all their mass. Set in the caller's memory, because a copy just written would
@@ -144,8 +143,8 @@ struct CohortSums {
     emptied.word[first / 64] |= lane_bits(which) << (first % 64 + k * vector_size);
   }
 
-  /// Adds the losses of the cohorts at `place` to the sums of a piece. At its end the cohorts would be bent
-  /// by z. Of their mass, `kept` is left; `left_behind` was lost at a path `g` before the end.
+  /// Adds what the cohorts at `place` have lost to the sums of a piece, at whose end they would be bent by z.
+  /// Of their mass, `kept` is left; `left_behind` was lost at a path `g` before the end.
   template <int axes>
   void add(const VectorPlace& place, std::uint32_t k, Vector zx, Vector zy, Vector square, Vector kept,
            Vector left_behind, Vector g) {
@@ -195,8 +194,8 @@ inline Vector length_of(Vector zx, Vector square) {
   return axes == 2 ? root<double>(square) : magnitude<double>(zx);
 }
 
-/// Returns the share of a piece along which bristles are bent by more than the residual length l_r, so that
-/// they can be renewed. `along` is their deflection along the motion at the end of the piece.
+/// Returns the share of a piece along which bristles are bent by more than the residual length l_r; only
+/// there can they be renewed. `along` is their deflection along the motion at the end of the piece.
 inline Vector renewable_path(const CohortLaw& law, Vector along, double length) {
   const Vector path = least<double>(most<double>(along - Vector(law.residual), Vector(0.0)), Vector(length));
   return divide<double>(path, Vector(length));
@@ -225,7 +224,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   const Vector renewable = rubs ? renewable_path(law, along, length) : zero;
   Mask<double> beyond = bent > reach;
   StrengthOf<Vector> strength{};
-  // Skips ageing if no deflection exceeds its fresh reach, because ageing only lengthens snap lengths.
+  // Leaves out ageing if no deflection exceeds its fresh reach, because ageing only lengthens snap lengths.
   if (ages && any_lane<double>(beyond)) {
     strength = strength_at(times, most<double>(Vector(times.now) - load<double>(births), zero));
     bent = divide<double>(bent, strength.factor);
@@ -244,7 +243,7 @@ inline bool bend(const CohortLaw& law, double least_mass, const VectorPlace& pla
   kept = select_lanes<double>(beyond, kept, mass);
   const Vector lost = mass - kept;
 
-  // Mean snap length of the bristles that snapped, from which the path left after their snaps follows.
+  // Mean snap length of the bristles that snapped; from it follows the path that was left after their snaps.
   const Vector share = left - now.left;
   const Mask<double> some = share > zero;
   Vector snapped_at = divide<double>(now.moment - moment, select_lanes<double>(some, share, Vector(1.0)));
@@ -311,7 +310,7 @@ inline void renew_share(const CohortLaw& law, double least_mass, const VectorPla
 }
 
 /// Advances all cohorts by one piece of the patch's path, which ends with the patch at `at`. Returns whether
-/// a cohort is bent further than ever before; only then does it write the sums `p`.
+/// a cohort is bent further than ever before; if none is, nothing snaps and the sums `p` are not written.
 template <int axes, bool rubs, bool ages>
 bool bend_cohorts(const CohortLaw& law, const CohortState& s, double* rows, const CohortMove& a,
                   double length, const double at[2], const CohortTimes& times, PieceSums& p) {
@@ -341,7 +340,7 @@ PieceSums renew_cohorts(const CohortLaw& law, const CohortState& s, double* rows
   return p;
 }
 
-/// Returns the path from `at` within which no cohort is bent further than ever before, so that no bristle
+/// Returns the path from `at` along which no cohort is bent further than ever before, so that no bristle
 /// snaps.
 template <int axes, bool ages>
 double find_slack(const CohortLaw& law, const CohortState& s, const double* rows, const double at[2],
@@ -371,7 +370,8 @@ double find_slack(const CohortLaw& law, const CohortState& s, const double* rows
   return nearest;
 }
 
-/// Finds the cohort after i that is cheapest to merge with i. May miss one that costs more than `limit`.
+/// Finds the cohort after i that is cheapest to merge with i. A partner that costs more than `limit` may be
+/// missed.
 template <bool ages>
 Partner find_partner(const double* rows, const double* masses, const double* grown, std::uint32_t count,
                      std::uint32_t i, double limit) {
@@ -399,8 +399,8 @@ Partner find_partner(const double* rows, const double* masses, const double* gro
     }
     const Vector number = load<double>(first_numbers) + Vector(static_cast<double>(j));
     const Mask<double> after = (number > self) & (number < last);
-    // Skips vectors by a lower bound on the cost: the reduced mass m1 m2 / (m1 + m2) is at least half of the
-    // smaller mass.
+    // Skips a vector of cohorts if a lower bound on its costs exceeds the limit. The reduced mass m1 m2 / (m1
+    // + m2) is at least half of the smaller mass.
     if (!any_lane<double>(after & (least<double>(mass, other) * apart <= twice_limit))) continue;
     found = true;
     const Vector reduced = divide<double>(mass * other, mass + other);

@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Makes room in the list of cohorts: merges the cheapest pair, and others that cost little more, because the
-/// search takes most of the time.
+/// Makes room in the list of cohorts by merging the cheapest pair. Merges other pairs that cost little more
+/// as well, because the search takes most of the time.
 template <bool ages>
 double make_room(const CohortLaw& law, CohortState& s, double* rows, const double at[2],
                  const CohortTimes& times) {
@@ -24,8 +24,8 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
       grown[i] = 2.0 * law.mean * ageing_at(times, most(times.now - times.births[i], 0.0));
   double limit = unlimited_cost;  // cost above which no pair is merged
 
-  // Begins with the newest cohorts, which are close to each other: they give a low limit, with which the
-  // search skips most others.
+  // Begins the search with the newest cohorts, which are close to each other. They give a low limit, with
+  // which the search skips most others.
   for (std::uint32_t i = s.count - 1; i-- > 0;) {
     partners[i] = find_partner<ages>(rows, masses, grown, s.count, i, limit);
     limit = least(limit, merge_margin * partners[i].cost);
@@ -61,10 +61,10 @@ double make_room(const CohortLaw& law, CohortState& s, double* rows, const doubl
 template <int axes, bool rubs, bool ages>
 void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const CohortMove& a, CohortTotals& t) {
   // Checks for snaps at the end of the move alone. Deflections are convex along a line, so a cohort within
-  // its reach at the end does not exceed it on the way.
+  // its reach at the end (and at the start) does not exceed it on the way.
   const double middle[2] = {0.5 * (a.from[0] + a.to[0]), 0.5 * (a.from[1] + a.to[1])};
-  // Checks ageing cohorts at the end alone too: deflection over the growth factor g is quasi-convex, and
-  // falls as g grows, so waiting carries no cohort past its reach.
+  // Checks ageing cohorts at the end alone, too. Their deflection over the growth factor g is quasi-convex,
+  // and falls as g grows, so waiting carries no cohort past its reach.
   CohortTimes times{};
   if (ages) {
     times = a.times;
@@ -125,8 +125,8 @@ void move_cohorts(const CohortLaw& law, CohortState& s, double* rows, const Coho
         s.spread += join<ages>(law, s, rows, s.open[0], newborn, at, times, true);
       } else {
         t.lost += close_open<ages>(law, s, rows, at, times);
-        // Puts the newborn cohort into the lane of a cohort that lost its mass. In a slide the oldest cohort
-        // ends as a newborn begins, so no cohort has to be moved.
+        // Puts the newborn cohort into the lane of a cohort that lost all its mass. In a slide the oldest
+        // cohort ends as a newborn begins, so usually no cohort has to be moved.
         std::uint32_t free = sums.emptied.take_last(s.count);
         if (free == no_cohort && s.count == s.capacity) {
           t.lost += make_room<ages>(law, s, rows, at, times);

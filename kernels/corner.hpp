@@ -13,12 +13,12 @@
 namespace bristle::detail {
 namespace {
 
-/// Sums over the bristles of a block, kept apart for each of the 16 lanes of a row.
+/// Sums over the bristles of a block, as one partial sum for each of the 16 lanes of a row.
 template <class T>
 struct CornerLanes {
   T stored[2][lane_count] = {};
-  /// Path integral of weight x (deflection along the motion less |z|): what carried bristles lack against
-  /// steady sliding.
+  /// Path integral of weight x (deflection along the motion less |z|), by which the force of carried bristles
+  /// falls short of steady sliding.
   T lag[2][lane_count] = {};
 };
 
@@ -32,7 +32,7 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
   const T length = static_cast<T>(corner.length), residual = static_cast<T>(corner.residual);
   const T shift_x = shift[0], shift_y = shift[1];
-  // Copies the row into local arrays. The compiler then knows that other pointers do not alias them, and
+  // Copies the row into local arrays, so that the compiler knows that no other pointer refers to them, and
   // vectorises the loop.
   T row_x[lane_count], row_y[lane_count], lag_x[lane_count], lag_y[lane_count];
   for (std::uint32_t k = 0; k < lane_count; ++k) {

@@ -34,7 +34,7 @@ inline V exponential(V y) {
   constexpr int terms = sizeof(T) == 4 ? 7 : 13;
   constexpr T offset = T(1024);  // makes the argument of whole_part() positive, as it must be
   const V k = whole_part(y * V(T(1.4426950408889634)) + V(offset + T(0.5))) - V(offset);
-  // Subtracts k ln 2 with ln 2 in two parts, because k times the first part is exact.
+  // Subtracts k ln 2 with ln 2 in two parts, so that no digit is lost: k times the first part is exact.
   const V r = (y - k * V(T(0.693145751953125))) - k * V(T(1.4286068203094173e-06));
   constexpr double inverse_factorial[] = {1.0,
                                           1.0,

@@ -1,5 +1,5 @@
-// Number type of a loop over many equal items: Lanes<T>, a vector of the instruction set or, in "scalar", one
-// number.
+// Number type of a loop over many equal items: Lanes<T> is a vector of the instruction set or, in "scalar",
+// one number.
 #pragma once
 
 #include "lanes.hpp"

@@ -1,7 +1,6 @@
-// Steps computed in double precision, for patches whose state may be float. They are needed for steps above
-// far_length, along which float cannot hold the remainder after many snaps, and for laws with a single snap
+// Steps computed in double precision, for patches whose state may be float. Two cases need them: steps above
+// far_length, along which float cannot represent the remainder after many snaps, and laws with a single snap
 // length, whose bristles must stay in phase for ever.
-//
 // SnapRule::keep without ageing processes rows of 16 bristles, far_width at once; all others process one
 // bristle at a time.
 #pragma once
@@ -14,8 +13,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Length (scaled) of a step beyond which double precision does not resolve the phase of a bristle between
-/// two snaps. The phase is then random.
+/// Length (scaled) of a step beyond which even double precision loses the place of a bristle between two
+/// snaps. The place is then random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
 /// State of one bristle at the end of a step in double precision in which it snapped.
@@ -23,12 +22,13 @@ struct AfterFarStep {
   double deflection;  ///< deflection along the motion at the end
   double squares;     ///< sum of squared snap lengths over the bristle's snaps after the first
   double count;       ///< number of the bristle's snaps after the first
-  /// Variance of `squares` caused by jumps, which add only the mean of the sum over the snaps that they skip.
+  /// Variance of `squares` that is missing after jumps, because a jump adds only the mean of the sum over the
+  /// snaps that it skips.
   double variance;
 };
 
-/// Jumps at once over nearly as many snaps of a bristle as fit into `rest`, the path left. Returns the path
-/// up to the last of these snaps.
+/// Jumps at once over nearly as many snaps of a bristle as fit into `rest`, the path left, and adds their
+/// energy. Returns the path up to the last of these snaps.
 inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
   const double k = whole_part((rest - pad) * law.inverse_mean);
@@ -47,7 +47,7 @@ inline double jump_renewals(const KernelLaw& law, double rest, double share, Aft
   return jumped;
 }
 
-/// Constants of ageing for a block's bristles in a step that is computed in double precision.
+/// Constants of ageing for the bristles of one block, in a step computed in double precision.
 struct FarAge {
   BlockAge block;
   AgeingLaw<double> ageing;
@@ -179,7 +179,7 @@ inline double jump_noise(double sum, double variance, std::uint32_t key) {
   return sum * (exponential<double>(root(s2) * z - 0.5 * s2) - 1.0);
 }
 
-/// Sums over the bristles of one block in a step that is computed in double precision.
+/// Sums over the bristles of one block, from a step computed in double precision.
 struct FarSums {
   double stored[2];
   double twice_mean[2];
@@ -187,7 +187,8 @@ struct FarSums {
   double snaps;
 };
 
-/// Partial sums over a block's bristles in double precision, one for each of 16 logical lanes.
+/// Partial sums over a block's bristles in double precision, one for each of 16 logical lanes, so that the
+/// order of adding is the same on every instruction set.
 struct FarLanes {
   alignas(64) double stored[2][lane_count] = {};
   alignas(64) double mean[2][lane_count] = {};
@@ -210,15 +211,16 @@ constexpr std::uint32_t far_width = Lanes<double>::size;
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
   alignas(64) double end[2][lane_count];    ///< deflections at the end, first without snaps, then final
-  /// Deflection at which each bristle snaps, residual + snap length.
+  /// Deflection at which each bristle snaps: residual + snap length.
   alignas(64) double limit[lane_count];
   alignas(64) double weight[lane_count];
-  /// Random place between two snaps, as a share of the snap length, for steps so long that the place cannot
-  /// be computed.
+  /// Random place of a bristle between two snaps, as a share of the snap length, for steps so long that the
+  /// place cannot be computed.
   alignas(64) double phase[lane_count];
 };
 
-/// Steps a vector of the row's bristles, from bristle k of the row on. `left` is the deflection after a snap.
+/// Steps a vector of the row's bristles, beginning with bristle k of the row, under SnapRule::keep. `left` is
+/// the deflection after a snap.
 template <int axes, bool residual>
 inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarRow& row, FarLanes& lanes) {
   using V = Lanes<double>;
@@ -239,7 +241,7 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   if (motion.length > phase_is_lost) r = load(row.phase + k) * delta;
 
   V further = more * (delta * delta);
-  // Divides paths by the length of the step, so that their squares do not overflow.
+  // Divides paths by the length of the step, because the squares of paths in a very long step would overflow.
   const V part = tau * inverse;
   V integral = part * tau + further * inverse + (r * inverse) * r;
   if constexpr (residual) {
@@ -315,8 +317,8 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
   double tau = way_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
-    // Moves the deflection itself, because in a step beyond far_length the position of the patch does not
-    // move.
+    // Changes the stored deflection itself. Elsewhere the patch's position moves and carries it, but in a
+    // step beyond far_length the position stays.
     if (ages && advance.snaps_all) {
       x = static_cast<T>(sx + motion.ex * motion.length);
       if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);

@@ -8,23 +8,23 @@
 namespace bristle::detail {
 namespace {
 
-/// Largest displacement, scaled, since a block's last rewrite. It is far below the 2^19 lengths at which
-/// fixed-point positions wrap: a bristle bent so far would have snapped, and its snap would have rewritten
-/// the block.
+/// Largest displacement, scaled, that a block may have moved since it was last rewritten. It is far below the
+/// 2^19 lengths at which fixed-point positions wrap: a bristle bent so far would have snapped, and its snap
+/// would have rewritten the block.
 constexpr double farthest_displacement = 262144.0;  // 2^18
 
 inline bool is_near(double displacement_since) {
   return displacement_since > -farthest_displacement && displacement_since < farthest_displacement;
 }
 
-/// Asserts the preconditions of a step over the blocks [first, last) of a patch.
+/// Asserts what the kernels of a step over the blocks [first, last) of a patch rely on.
 template <class T>
 inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
                         std::uint32_t last, int axes, bool redraw) {
   BRISTLE_ASSERT(first <= last);
   BRISTLE_ASSERT(first % blocks_per_group == 0);
   BRISTLE_ASSERT(patch.whole <= patch.bristles);
-  // 1 is allowed, because a double below 1 may round to a float of 1.
+  // Allows a fraction of 1, because a double below 1 may round to a float of 1.
   BRISTLE_ASSERT(patch.fraction >= T(0) && patch.fraction <= T(1));
   BRISTLE_ASSERT(patch.fraction == T(0) || patch.whole < patch.bristles);
   BRISTLE_ASSERT(last * std::uint64_t{block_size} <

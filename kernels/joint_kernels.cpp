@@ -8,7 +8,7 @@ namespace {
 
 template <int variant = 0>
 constexpr void fill_variants(JointKernels& kernels) {
-  // Serves all steps with gradients by one kernel, which computes every output, and derivatives by all
+  // Serves all steps with gradients by one kernel, which computes every output and the derivatives by all
   // parameters.
   constexpr bool gradients = (variant & joint_gradients) != 0;
   constexpr int computed = gradients ? joint_variants - 1 : variant;

@@ -45,8 +45,8 @@ void step_joints(const JointStep& step) {
     const V e = select_lanes(way < none, none - one, one);
     const V length = way * e;
 
-    // Allows for the rounding of a bristle's place, so that a bristle at its limit does not count as beyond
-    // it.
+    // Allows for rounding in a bristle's position. Otherwise a bristle at its limit could count as beyond it
+    // and slide in a joint that rests.
     const V slack = most(before, none - before) * V(0x1p-50);
 
     // Computes the limits of the friction torque of the whole joint, for forward and for backward motion.
@@ -85,7 +85,7 @@ void step_joints(const JointStep& step) {
                    slides_at.backward + left * static_part.backward};
     }
 
-    // Derivatives of `slides_at`, the limit at which bristles slide, by the parameters of the material.
+    // Derivatives of `slides_at`, the limit at which bristles slide, by each parameter of the material.
     BothWays<V> limit_by[rows];
     if constexpr (gradients) {
       for (BothWays<V>& x : limit_by) x = {none, none};
@@ -126,7 +126,7 @@ void step_joints(const JointStep& step) {
         reach = {select_lanes(slid, limit.forward, holds_at.forward * scale),
                  select_lanes(slid, limit.backward, holds_at.backward * scale)};
       }
-      // Lets a bristle whose limit fell below its deflection slide, even if the joint does not move.
+      // Lets a bristle slide whose limit fell below its deflection, even in a joint that does not move.
       const V bent = before - tip;
       const auto beyond_forward = bent > reach.forward + slack;
       const auto beyond_backward = none - bent > reach.backward + slack;
@@ -136,8 +136,7 @@ void step_joints(const JointStep& step) {
       const SlideStart<V> start = slide_start<double, 1>(z, none, e, none);
       V holds = limit_ahead;
       if constexpr (drops) {
-        // Gives a bristle that slid its static limit again when the motion turns back, because it sticks
-        // then.
+        // Gives a bristle that slid its static limit back when the motion turns back, because it sticks then.
         const auto turns_back = start.along < none;
         holds = select_lanes(e > none, select_lanes(turns_back, holds_at.forward * scale, reach.forward),
                              select_lanes(turns_back, holds_at.backward * scale, reach.backward));
@@ -157,8 +156,8 @@ void step_joints(const JointStep& step) {
       if constexpr (all) {
         mean = mean + share * select_lanes(length > none, end.integral_x, end.x);
         stuck = stuck + select_lanes(slides, none, share);
-        // Direction in which the bristle slides: 1 forward, -1 backward, 0 if it sticks. The deflection of a
-        // sliding bristle follows its limit in that direction.
+        // Direction in which the bristle slides: 1 forward, -1 backward, 0 if it sticks. While it slides, its
+        // deflection is the limit in that direction.
         const V side = select_lanes(
             slides, e, select_lanes(beyond_forward, one, select_lanes(beyond_backward, none - one, none)));
         const V part = share * relative;

@@ -1,6 +1,6 @@
-// The kernel table of one instruction set, compiled once for each set (CMakeLists.txt), "scalar" among them.
-// Everything but the table has internal linkage, so that the linker cannot use code of one instruction set in
-// another.
+// The kernel table of one instruction set ("scalar" is one of them). This file is compiled once for each set
+// (CMakeLists.txt). Everything but the table has internal linkage, so that the linker cannot use code of one
+// instruction set in another.
 #include "renew.hpp"
 #include "step.hpp"
 

@@ -1,5 +1,5 @@
-// The part of a step of sixteen contacts in lanes that is computed once for each contact after its springs
-// (lane_slide.hpp): forces, energies and state.
+// The last part of a step of sixteen contacts in lanes, computed once for each contact after its springs have
+// moved (lane_slide.hpp): forces, energies and state.
 #pragma once
 
 #include "lane_soften.hpp"
@@ -18,7 +18,7 @@ void straighten_lane(const SlideLaw<T>& law, const SlideColumns<T>& columns, std
   for (LaneColumn<double>& base : columns.state->base) base.lane[lane] = 0.0;
 }
 
-/// Writes forces and energies of the contacts, and the state that belongs to no single spring.
+/// Writes forces and energies of the contacts, and the part of their state that the springs have in common.
 template <class T, int axes, bool all>
 void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
                   const LaneOutput& out, LaneMotion<T>& m, LanePieces& pieces, const LaneSums<T>& sums) {
@@ -38,7 +38,7 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     const auto loaded = load > none, is_named = m.all_named ? none == none : get(named) > none;
     const D x = sum(sum_force_x) + get(m.base_after[0]) * whole;
     const D y = axes == 2 ? sum(sum_force_y) + get(m.base_after[1]) * whole : none;
-    // Writes the force on the body, against the deflection. A straight contact gets +0, not -0.
+    // Writes the force on the body, which points against the deflection. A straight contact gets +0, not -0.
     const auto write = [&](double* const(&to)[2], D along, D across) {
       const auto turned = [&](const double(&row)[2]) {
         return select_lanes(loaded, none - (D(row[0]) * along + D(row[1]) * across), none);
@@ -48,9 +48,9 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     };
     write(out.end, x, y);
 
-    // Softens a contact that is stiffer than its load after a fall. Forces stay, so its stored energy grows,
-    // by the least energy that sliding dissipates. On a path longer than the computed one every spring slides
-    // along the motion.
+    // Softens a contact that is stiffer than its load because the load fell. Its forces stay, so its stored
+    // energy grows, by the least energy that sliding dissipates. If the path is longer than the one that was
+    // computed, every spring slides along the motion.
     D soft = load, beyond = none;
     const auto cut = pieces.any_cut ? get(pieces.cut) > none : none > none;
     if (all || m.any_softens) {
@@ -69,8 +69,8 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     if (out.stiffness != nullptr) Wide::put_any(out.stiffness + i, soft * D(1.0 / law.metres_per_length));
     if constexpr (all) {
       const D per_way = select_lanes(way > none, divide(used, most(way, tiny)), none);
-      // Computes the mean force as the middle of start and end while all springs stick, which avoids the
-      // rounding of sums in single precision.
+      // Takes the middle of the forces at start and end as the mean force while all springs stick, which
+      // avoids the rounding of sums in single precision.
       const auto sticks = sum(sum_slid) == none;
       const auto mean_of = [&](D end, const Lane16<double>& gain, LaneSum missing) {
         return end - select_lanes(sticks, half * get(gain) * whole, sum(missing) * per_way);
@@ -82,8 +82,8 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
         mean_y = select_lanes(cut, get(pieces.mean[1]), mean_y);
       }
       write(out.mean, mean_x, mean_y);
-      // Computes energies as half the squared force over the stiffness. Scaled forces use the stiffness
-      // `used`.
+      // Computes energies as half the squared force over the stiffness. Scaled forces are divided by the
+      // stiffness `used`.
       const D joules = used * used * metres, squares = half * sum(sum_squares_end);
       const auto over = [&](D stiff) {
         return select_lanes(stiff > none, divide(joules, most(stiff, tiny)), none);

@@ -1,4 +1,5 @@
-// The kernels of contacts in lanes for one instruction set. Everything but the table has internal linkage.
+// The kernels of contacts in lanes for one instruction set. Everything but the table has internal linkage, so
+// that the linker cannot use code of one instruction set in another.
 #include "lane_slide.hpp"
 #include "tables.hpp"
 

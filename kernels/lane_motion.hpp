@@ -1,5 +1,5 @@
-// The part of a step of sixteen contacts in lanes that is computed once for each contact before its springs
-// (lane_slide.hpp): checks, directions, scales and the place of `base`.
+// The first part of a step of sixteen contacts in lanes, computed once for each contact before its springs
+// move (lane_slide.hpp): checks, directions, scales and how `base` changes.
 #pragma once
 
 #include "ageing.hpp"
@@ -9,12 +9,12 @@
 namespace bristle::detail {
 namespace {
 
-/// Longest step, in scaled lengths, whose path is computed in full. A longer one ends in the same state:
-/// every spring lies along the motion.
+/// Longest step, in scaled lengths, whose path is computed in full. A longer one is shortened, because it
+/// ends in the same state: every spring lies along the motion.
 constexpr double longest_slide = 1048576.0;  // 2^20
 
 /// Size of `base` along an axis, in scaled lengths, above which it is added to the stored force of every
-/// spring and set to 0. `base` is the force that sticking springs gained since they were stored.
+/// spring and set to 0. `base` is the force that sticking springs have gained since their forces were stored.
 constexpr double farthest_base = 0.25;
 
 /// Path per step, in scaled lengths, below which slow sliding would be lost in the rounding of stored forces;
@@ -23,7 +23,7 @@ constexpr double creep = 0x1p-6;
 
 using Wide = Engine<double>;
 
-/// One number for each of the sixteen contacts, alive for one step.
+/// One number for each of the sixteen contacts, needed only during one step.
 template <class Number>
 struct alignas(64) Lane16 {
   Number lane[lane_count];
@@ -37,7 +37,7 @@ struct alignas(64) Lane16 {
   }
 };
 
-/// Numbers of the contacts in a step. Columns of T are read by the springs.
+/// Numbers of the sixteen contacts in a step. Columns of T are read in the loop over the springs.
 template <class T>
 struct LaneMotion {
   using D = Wide::V;
@@ -70,7 +70,7 @@ struct LaneMotion {
       const D dy = axes == 2 ? Wide::get_any(in.displacement[1] + i) : none;
       const D along = least(most(D(law.to[0][0]) * dx + D(law.to[0][1]) * dy, none - longest), longest);
       const D across = least(most(D(law.to[1][0]) * dx + D(law.to[1][1]) * dy, none - longest), longest);
-      // Finds the direction in T. A power of two first brings the displacement near 1, so that its square
+      // Computes the direction in T. A power of two first brings the displacement near 1, so that its square
       // neither overflows nor vanishes.
       const D exponent = exponent_of(most(most(magnitude(along), magnitude(across)), D(1e-300)));
       const D down = power_of_two(none - exponent);
@@ -125,8 +125,8 @@ struct LaneMotion {
     }
   }
 
-  /// Computes the columns that depend on `way` and `gain`. `per_length` is left out, because springs age
-  /// alike in all trials of a step (lane_soften.hpp), whose pieces then fit together.
+  /// Computes the columns that depend on `way` and `gain`. Leaves out `per_length`: springs age alike in all
+  /// trials of a step (lane_soften.hpp), so that the pieces of its path fit together.
   void place_base(const LaneState& state) {
     const D none(0.0);
     Lane16<double> short_way, shift[2];
@@ -159,8 +159,8 @@ struct LaneMotion {
   }
 };
 
-/// Sums over the springs of a contact: weight x a quantity, in scaled lengths except the forces. A step that
-/// is asked only for force and stiffness fills those before lane_sums_of_end.
+/// Indices of the sums over the springs of a contact, each of weight x a quantity, in scaled lengths except
+/// the forces. A step that is asked only for force and stiffness fills those before lane_sums_of_end.
 enum LaneSum : std::uint32_t {
   sum_force_x,  ///< stored forces after the step, N: a force is what the springs store, to the last bit
   sum_force_y,
@@ -180,11 +180,12 @@ struct LaneSums {
   Lane16<double> of[lane_sums];
 
   double at(LaneSum sum, std::uint32_t lane) const { return of[sum].lane[lane]; }
-  /// Returns the force of a contact's springs along an isotropic axis, N.
+  /// Returns the force of all springs of a contact along an isotropic axis, N.
   double force(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
     return at(axis == 0 ? sum_force_x : sum_force_y, lane) + m.base_after[axis].lane[lane] * law.whole;
   }
-  /// Returns the integral of the deflection over the path `way` of the step.
+  /// Returns the integral of the deflection over the path `way` of the step, from which the mean force
+  /// follows.
   double integral(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
     return force(law, m, axis, lane) / m.used.lane[lane] * m.way.lane[lane] -
            at(axis == 0 ? sum_missing_x : sum_missing_y, lane);

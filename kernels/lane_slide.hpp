@@ -19,7 +19,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Tips that slide in a step: where each begins to slide, and at which lengths of its deflection.
+/// Start of the slide of each tip in a vector: whether it slides in the step, where it begins, and at which
+/// lengths of its deflection.
 template <class V, class Which>
 struct LaneStart {
   Which slides;
@@ -29,15 +30,15 @@ struct LaneStart {
   V limit;        ///< |z| at which the tip slides
 };
 
-/// Steps the contacts of one vector, one contact in each lane, from the lane `first` on.
+/// Steps the contacts of one vector from the lane `first` on, one contact in each lane, spring by spring.
 template <class E, class T, int axes, bool all, bool timed>
 class LaneSlider {
   using V = typename E::V;
   using Which = decltype(V() < V());
 
  public:
-  /// Steps the springs. Makes the object as a local variable whose address is not taken, so that its vectors
-  /// may stay in registers.
+  /// Runs the step. Makes the object as a local variable whose address is not taken, so that its vectors may
+  /// stay in registers.
   [[gnu::noinline]] static void run(const SlideLaw<T>& law, const SlideColumns<T>& columns,
                                     const LaneInput& input, const LaneMotion<T>& motion, std::uint32_t first,
                                     LaneSums<T>& sums) {
@@ -51,8 +52,8 @@ class LaneSlider {
       : law(the_law), columns(the_columns), input(the_input), motion(the_motion), first(the_first) {}
 
   [[gnu::always_inline]] void run(LaneSums<T>& sums) {
-    // Sums over sixteen springs in T, then adds these sums in double. Springs that are alike have equal
-    // roundings, which would add up in a longer sum in single precision.
+    // Adds up sixteen springs in T, then these sums in double. Springs that are alike have equal roundings,
+    // which would add up in a longer sum in single precision.
     for (std::uint32_t i = 0; i < law.springs;) {
       const bool is_first = i == 0;
       for (V& x : part) x = none;
@@ -89,7 +90,7 @@ class LaneSlider {
   [[gnu::always_inline]] void add(LaneSum to, V x) { part[to] = part[to] + x; }
 
   /// Returns limit / deflection, sqrt(limit^2 / bent2), by which a deflection beyond its limit is scaled.
-  /// Uses a series if a load has fallen by little.
+  /// Uses a series if the load has fallen by little.
   [[gnu::always_inline]] V share_kept(V bent2, V limit, V per_limit) const {
     const V one(T(1)), over = bent2 * (per_limit * per_limit) - one;
     const Which little = over < V(T(sizeof(T) == 4 ? 0x1p-5 : 0.0));
@@ -123,8 +124,8 @@ class LaneSlider {
     V y = axes == 2 ? stored_y * per_unit + base_y : none;
     if constexpr (all) add(sum_squares_before, weight * square_of(x, y, centre));
 
-    // Slides tips beyond their limits, which a fall of the load has lowered, although the contact does not
-    // move. All springs then stay within their limits up to a few roundings.
+    // Slides tips whose limits have fallen below their deflection with the load, although the contact does
+    // not move. Afterwards all springs are within their limits up to a few roundings.
     V kinetic = full * V(T(1) - 4 * eps);
     V most_held = full * V(T(1) - eps);
     V held = kinetic, age = none;
@@ -151,8 +152,8 @@ class LaneSlider {
     const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
     if constexpr (timed) goes_on = (goes_on | beyond) & (start.along >= none) & moves;
     const LaneStart<V, Which> way = start_of(start, bent2, full, kinetic, goes_on, held, age);
-    // Changes of the deflection by sliding, along the motion and across it. Excludes the path over which the
-    // tip sticks, whose effect `base` has.
+    // Changes of the deflection by sliding, along the motion and across it. The path over which the tip
+    // sticks is not in them, because `base` has its effect.
     V along = none, aside = none, slide = none;
     Turn turned;
     if (any_lane(way.slides)) {
@@ -176,7 +177,8 @@ class LaneSlider {
       }
       turned.work = select_lanes(way.slides, way.limit * slide, none);
       if constexpr (axes == 2) {
-        // Takes an angle up to 4 eps s / l, at most 4 eps, as 0.
+        // Takes an angle up to 4 eps s / l, at most 4 eps, as 0, because it is only rounding (s: path of the
+        // slide, l: limit).
         const V rounds = least(slide, way.limit) * V(4 * eps);
         const Which turns = way.slides & (b * b > rounds * rounds);
         if (any_lane(turns)) turn(turns, a, b, slide, way.limit, per_kinetic, turned);
@@ -196,7 +198,8 @@ class LaneSlider {
       add(sum_squares_end, weight * square_of(now_x, now_y, centre));
     }
     if constexpr (all) add_integrals(weight, way, gain, aside, turned);
-    // Computes the tip's path: `slide` less what the turn added to the deflection, backwards in these units.
+    // Computes the tip's path: `slide` less the change of the deflection by the turn, which points backwards
+    // in these units.
     const V tip = along - slide;
     V after_x = stored_after(stored_x, axes == 2 ? tip * ex + aside * ey : tip * ex, way.slides) + taken_x;
     V after_y = axes == 2 ? stored_after(stored_y, tip * ey - aside * ex, way.slides) + taken_y : none;
@@ -217,9 +220,9 @@ class LaneSlider {
     if constexpr (timed) note_time(i, way.slides | goes_on, beyond);
   }
 
-  /// Effects of sliding, apart from the path over which the tip sticks: changes of the deflection along the
-  /// motion and across it, the integral of the deflection along the motion over the path of the slide, and
-  /// the integral of what the deflection still changes.
+  /// Effects of sliding, without those of the path over which the tip sticks: changes of the deflection along
+  /// the motion and across it, the integral of the deflection along the motion over the path of the slide,
+  /// and the integral of what the deflection still changes.
   struct Turn {
     V along = V(T(0)), aside = V(T(0)), work = V(T(0));
     V missing_along = V(T(0)), missing_aside = V(T(0));
@@ -234,7 +237,8 @@ class LaneSlider {
     const V work = limit * (slide - limit * tip.template log_of_turn<T>());
     turned.work = select_lanes(turns, work, turned.work);
     if constexpr (all) {
-      // On a short way both integrals would be differences of nearly equal numbers, and the path is a line.
+      // Takes the path as a line if the way is short: both integrals would be differences of nearly equal
+      // numbers.
       const Which is_short = slide < limit * V(T(sizeof(T) == 4 ? 0x1p-10 : 0x1p-25));
       const V half_way = V(T(0.5)) * slide;
       const V along = (a + turned.along) * slide - work;
@@ -299,7 +303,7 @@ class LaneSlider {
   }
 
   [[gnu::always_inline]] Which named() const { return get(motion.named) > none; }
-  /// Returns the stored force after the tip has moved.
+  /// Returns the force that the spring stores after its tip has moved by `moved`.
   [[gnu::always_inline]] V stored_after(V before, V moved, Which slides) const {
     V change = moved * unit;
     if (motion.creeps)
@@ -315,7 +319,7 @@ class LaneSlider {
     return {static_cast<T>(law.ageing_strength), get(motion.per_length), law.ageing_form == 1};
   }
   /// Computes how long each tip has stuck at the start of the step, in ageing times. Sets `goes_on` for tips
-  /// that were sliding then.
+  /// that were sliding at the end of the last step.
   [[gnu::always_inline]] void find_age(std::uint32_t i, V& age, Which& goes_on) const {
     alignas(64) T ages[E::size], held[E::size];
     for (std::uint32_t k = 0; k < E::size; ++k) {

@@ -1,6 +1,6 @@
-// The path of a contact in a lane whose load has fallen. It stays stiffer than its load until sliding softens
-// it, and so moves by a longer path than the displacement (core/MODEL.md, section 30). A step finds this path
-// by trials.
+// The path of a contact in a lane whose load has fallen. The contact stays stiffer than its load until
+// sliding softens it, so its springs move by a longer path than the displacement (core/MODEL.md, section 30).
+// A step finds this path by trials.
 #pragma once
 
 #include "lane_motion.hpp"
@@ -30,25 +30,25 @@ struct LanePiece {
   }
 };
 
-/// Contacts that sliding softens in a step, with the pieces of their paths.
+/// Contacts that sliding softens in a step, with the pieces into which their paths are cut.
 struct LanePieces {
   LanePiece of[lane_count];
   bool any_cut = false;
-  // Of contacts with pieces, at the end of the step:
+  // Numbers at the end of the step, of contacts whose path has pieces:
   Lane16<double> cut;        ///< 1 for a contact with pieces, else 0
   Lane16<double> stiffness;  ///< N per scaled length
   Lane16<double> mean[2];    ///< mean force of the springs, N
 };
 
-/// Length of a piece of the path `way`, scaled, and the number of pieces after which the rest of the step is
-/// one piece.
+/// Length of a piece of the path `way`, scaled, and the largest number of pieces; the rest of a longer step
+/// is one more piece.
 constexpr double soft_piece = 0.125;
 constexpr int most_soft_pieces = 128;
-/// Largest excess of the path over the displacement, path x (1 - ease), at which a step is one piece. The
-/// error of the path is then below this length.
+/// Largest excess of the path over the displacement, path x (1 - ease), for which a step is taken as one
+/// piece. The error of the path is then below this length.
 constexpr double least_cut = 0x1p-7;
 
-/// Finds the stiffness and the mean force of contacts with pieces from their last piece.
+/// Computes stiffness and mean force of contacts whose path has pieces, from the last piece.
 template <class T>
 void finish_pieces(const SlideLaw<T>& law, const LaneMotion<T>& m, const LaneSums<T>& sums, bool all,
                    LanePieces& pieces) {
@@ -72,8 +72,8 @@ void finish_pieces(const SlideLaw<T>& law, const LaneMotion<T>& m, const LaneSum
   }
 }
 
-/// Finds the paths of contacts that sliding softens in a step, by trials from its start to the ends of
-/// pieces. Sets them in `motion`, and the start of each contact's last piece in `pieces`. run(input, lanes,
+/// Finds the paths of contacts that sliding softens, by trial steps from the start to the ends of pieces.
+/// Sets the paths in `motion`, and the start of each contact's last piece in `pieces`. run(input, lanes,
 /// sums) steps the springs of some contacts.
 template <class T, int axes, bool all, class Run>
 void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
@@ -116,8 +116,8 @@ void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
       const double mean_ease = 0.5 * (at.ease + ease), left = motion.moved.lane[i] - at.moved;
       double last = 0.0;  // path of the last piece
       if (mean_ease * step[i] >= left * (1.0 - 1e-12)) {
-        // Takes the displacement as quadratic, because the ease grows in proportion to the path within a
-        // piece.
+        // Takes the displacement as quadratic in the path, because the ease grows in proportion to the path
+        // within a piece.
         const double grown = (ease - at.ease) / step[i];
         last = 2.0 * left / (at.ease + root(at.ease * at.ease + 2.0 * grown * left));
       } else {

@@ -30,7 +30,8 @@ struct BitsOf<float> {
   using Type = std::uint32_t;
   static constexpr int mantissa = 23;
   static constexpr std::uint32_t exponent_bias = 127;
-  // Number 2^23: added to a float, it moves the float's whole part into the low bits.
+  // The number 2^23. Added to a float, it moves the float's whole part into the low bits, where it can be
+  // read as an integer.
   static constexpr float integer_bit = 8388608.0f;
 };
 template <>
@@ -68,7 +69,7 @@ inline Lanes<T> root(Lanes<T> a) {
   return xsimd::sqrt(a);
 }
 #if defined(BRISTLE_ISA_NEON64)
-// Divides and takes roots exactly, because xsimd 8.1 approximates both for float on NEON.
+// Divides and takes roots exactly on NEON, where xsimd 8.1 approximates both for float and bits would differ.
 template <>
 inline Lanes<float> divide(Lanes<float> a, Lanes<float> b) {
   return vdivq_f32(a, b);
@@ -129,8 +130,8 @@ inline Lanes<To> same_bits(Lanes<From> x) {
     return xsimd::bitwise_cast<To>(x);
 }
 
-/// Returns v with the upper half of its first `count` lanes copied to the lower half, as sums of lanes need
-/// it.
+/// Returns v with the upper half of its first `count` lanes copied to the lower half, a step in adding up all
+/// lanes.
 template <std::uint32_t count, class T>
 inline Lanes<T> upper_half(Lanes<T> v) {
   const auto x = v.data;
@@ -219,8 +220,8 @@ inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) 
   return load<T>(lane);
 }
 
-/// Sum over bristles, stored as one partial sum for each of 16 logical lanes. The 16 lanes are the same on
-/// every instruction set, whatever the width of its vectors.
+/// Sum over bristles, kept as one partial sum for each of 16 logical lanes. The 16 lanes are the same on
+/// every instruction set, whatever the width of its vectors, and so are the bits of the sum.
 template <class T>
 struct Row {
   static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
@@ -246,7 +247,7 @@ inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) 
   // Compiles to one masked AVX-512 instruction.
   return xsimd::select(xsimd::batch_bool<std::uint32_t, Arch>(which.data), a, b);
 #else
-  // Selects as floats, which moves the bits of integers unchanged.
+  // Selects integers as if they were floats, which moves their bits unchanged.
   return bits_of<float>(xsimd::select(which, from_bits<float>(a), from_bits<float>(b)));
 #endif
 }
@@ -280,7 +281,7 @@ struct DrawStates<float> {
 };
 
 /// Stores a 32-bit random state in the lower half of a 64-bit lane whose upper half is 0, so that shifts and
-/// products of 32-bit lanes can be used.
+/// products of 32-bit lanes can be used on it.
 template <>
 struct DrawStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;

@@ -1,5 +1,5 @@
-// Snap lengths from uniform random numbers, by the quantile functions of the laws. V is a vector or a plain
-// number.
+// Computes snap lengths from uniform random numbers, by the quantile functions of the laws. V is a vector or
+// a plain number.
 #pragma once
 
 #include "cells.hpp"

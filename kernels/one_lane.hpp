@@ -1,5 +1,5 @@
-// The operations of lanes.hpp for a vector of one number. Compiled with these, the kernels' source becomes
-// the instruction set "scalar".
+// The operations of lanes.hpp for a vector of one number. The kernels' source compiled with these operations
+// is the instruction set "scalar", the reference for all others.
 #pragma once
 
 #include <cstdint>
@@ -129,7 +129,7 @@ inline T fold_lanes(Lanes<T> v) {
 }
 
 /// Random state of one bristle. `next` advances it if the mask is set, and gives a number strictly between 0
-/// and 1 (share_of).
+/// and 1 (see share_of).
 template <class T>
 struct DrawStates {
   std::uint32_t state;

@@ -20,8 +20,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Offset just behind the bristles of a block, which stands for a missing vector in a bundle that is not
-/// full.
+/// Offset just behind the bristles of a block. It stands for a missing vector in a bundle that is not full.
 constexpr std::uint32_t nowhere = block_size;
 
 /// State of a block's bristles after their first snap, while they have path left. For bristles that do not
@@ -30,15 +29,16 @@ template <class T>
 struct Walk {
   static constexpr bool ages = false;
   static constexpr std::uint32_t size = block_size + lane_count;
-  /// Path of the bristle up to its first snap, or the length of the step if it does not snap.
+  /// Path of the bristle up to its first snap. For a bristle that does not snap, the length of the step.
   alignas(64) T path[size];
   alignas(64) T landed[size];   ///< deflection along the motion at the end of the step
   alignas(64) T squares[size];  ///< sum of squared snap lengths over the bristle's snaps after the first
   alignas(64) T count[size];    ///< number of the bristle's snaps after the first
-  /// Variance of `squares` caused by jumps, which add only the mean of the sum over the snaps that they skip.
+  /// Variance of `squares` that is missing after jumps, because a jump adds only the mean of the sum over the
+  /// snaps that it skips.
   alignas(64) T variance[size];
 
-  // Working memory for paths that are not finished vector by vector:
+  // Working memory of the methods that do not finish a path vector by vector:
   alignas(64) T rest[size];    ///< path left to the bristle; negative once it has arrived at the path's end
   alignas(64) T length[size];  ///< snap length that the bristle has at the end of the path
   alignas(64) std::uint32_t state[size];
@@ -55,7 +55,7 @@ struct Walk {
   }
 };
 
-/// State of ageing bristles after their first snap. `length` is the fresh snap length; `squares` sums the
+/// State of ageing bristles after their first snap. `length` is the fresh snap length. `squares` adds up the
 /// squared paths from snap to snap.
 template <class T>
 struct AgedWalk : Walk<T> {
@@ -71,7 +71,7 @@ struct PlaceList {
   std::uint32_t place[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
-  /// Appends the offset w of a vector of bristles to the list if `wanted`: if one of the bristles snaps. Has
+  /// Appends the offset w of a vector of bristles to the list if `wanted`, that is, if one of them snaps. Has
   /// no branch, because branches on snaps cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
     place[size] = w;
@@ -101,7 +101,7 @@ struct Places {
   void store_to(T* column, Bundle<T> x) const {
     for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
-  /// Makes the next random number in each masked lane.
+  /// Samples the next random number for each masked lane.
   Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
     Bundle<T> share;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
@@ -140,8 +140,8 @@ Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> ope
   return way;
 }
 
-/// Shortens long paths: samples the state of their bristles at the end, or close to it. Returns the paths
-/// left.
+/// Shortens long paths by jumps over many snaps: samples the state of their bristles at the end, or close to
+/// it. Returns the paths left.
 template <class T, bool sums, class AnyWalk>
 [[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
@@ -153,8 +153,8 @@ template <class T, bool sums, class AnyWalk>
 
   const BundleMask<T> far = rest > constant(law.stationary_from);
   if (any_lane(far)) {
-    // Samples steady sliding at the end of the path: the bristle there has a length-biased snap length, and a
-    // uniformly distributed share of it is behind the bristle.
+    // Samples a bristle of steady sliding at the end of the path. Its snap length has the length-biased law,
+    // and the path since its last snap is a uniformly distributed share of that length.
     const bool memoryless = law.kind == law_exponential;
     Bundle<T> met;
     Bundle<T> age;
@@ -181,8 +181,8 @@ template <class T, bool sums, class AnyWalk>
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless && !AnyWalk::ages) {
-        // Computes mean and variance of the sum of squared exponential snap lengths exactly, for any
-        // distance.
+        // Computes mean and variance of the sum of squared exponential snap lengths exactly, which is
+        // possible for any distance.
         const Bundle<T> x = jumped * constant(law.inverse_mean);
         const Bundle<T> e = exponential<T>(none - least(x, constant(80.0)));
         const Bundle<T> m2 = constant(law.mean * law.mean);
@@ -239,7 +239,7 @@ template <class T, bool sums, class AnyWalk>
   return rest;
 }
 
-/// State at the end of a step for one vector of bristles that snapped in it.
+/// State, at the end of a step, of a vector of bristles that snapped in it.
 template <class T>
 struct AfterSnaps {
   Lanes<T> deflection;  ///< deflection r along the motion at the end of the step
@@ -247,7 +247,7 @@ struct AfterSnaps {
   Lanes<T> count;       ///< number of the bristle's snaps after the first
 };
 
-/// State of a vector of bristles with path left, kept in registers.
+/// State of a vector of bristles that have path left, kept in registers.
 template <class T>
 struct Walker {
   Mask<T> open;

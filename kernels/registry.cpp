@@ -1,9 +1,10 @@
-// Lists the instruction sets of this build, best first.
+// Lists the instruction sets for which this build has kernels, best first, and says which of them this
+// machine supports.
 #include "core/kernel_table.hpp"
 
 namespace bristle::detail {
 
-// Declares the tables of this build. Each kernel object exports its table and nothing else.
+// Declares the kernel tables of this build. Each kernel object exports its table and nothing else.
 #if BRISTLE_HAS_AVX512
 extern const KernelTable kernels_avx512;
 #endif
@@ -22,7 +23,7 @@ namespace {
 
 [[maybe_unused]] bool always() { return true; }
 
-// Relies on the compiler's CPU test to ask also whether the operating system saves the wide registers.
+// Asks the compiler's CPU test, which also checks that the operating system saves the wide registers.
 #if BRISTLE_HAS_AVX512
 bool has_avx512() {
   return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512cd") &&

@@ -26,8 +26,8 @@ namespace {
 constexpr std::uint32_t draws_together = 64;  ///< number of draws processed together, column by column
 constexpr std::uint32_t marks = 8192;  ///< size of the table that finds bristles drawn twice, a power of two
 
-/// Number of fine units (1 / Renewal::unit) in a coarse unit. Sums over draws take each draw rounded to
-/// coarse units first, then the remainders in fine units.
+/// Number of fine units (1 / Renewal::unit) in a coarse unit. Sums over draws first add up each draw rounded
+/// to coarse units, then the remainders in fine units, so that no digit is lost.
 constexpr double finer = 0x1p40;
 
 template <class T, int axes, bool redraw, bool ages, class Lengths>
@@ -55,20 +55,21 @@ class Renewer {
   }
 
  private:
-  /// Whether draws are processed in columns. That gains nothing with vectors of two or four doubles.
+  /// Whether draws are processed in columns. With vectors of two or four doubles that would gain nothing.
   static constexpr bool by_columns = Lengths::by_columns && !ages;
 
   const PatchView<T>& patch;
   const Renewal& renewal;
   RenewalTotals& totals;
-  /// First bristle of the range and number of bristles in it. The last block may extend beyond the contact.
+  /// First bristle of the range and number of bristles in it. The last block may contain bristles out of
+  /// contact.
   const std::uint32_t first, size;
   const double left;  ///< residual deflection that a snap leaves
   const double part;  ///< length of that part of the piece which belongs to each draw
   const std::uint32_t contact;
   const AgeingLaw<double> ageing;
-  /// Table of drawn bristles, indexed by the last bits of a bristle's number: the entry is `mark` if a
-  /// bristle with these bits was drawn.
+  /// Table of the bristles drawn in this group, indexed by the last bits of a bristle's number: the entry is
+  /// `mark` if a bristle with these bits was drawn. It tells possible repeats.
   std::uint8_t marked[by_columns ? marks : 1];
   std::uint8_t mark = 0;
 
@@ -82,12 +83,12 @@ class Renewer {
     double way[2 * draws_together];
     std::uint32_t count = 0;
   };
-  /// Contributions of draws to the totals of the patch; 0 for a draw that has no effect.
+  /// Contributions of draws to the totals of the patch. A draw that has no effect contributes 0.
   struct Gains {
     alignas(64) double twice_integral[axes][draws_together];
     alignas(64) double squares[draws_together];
   };
-  /// Columns with an entry for each draw: state of the selected bristle before and after it.
+  /// Columns with an entry for each draw: state of the selected bristle before and after its renewal.
   struct Columns {
     /// Displacement of the bristle from the last rewrite of its block to the start of the piece.
     alignas(64) double shift[axes][draws_together];
@@ -116,7 +117,8 @@ class Renewer {
     double aside2;   ///< square of the bristle's deflection across the motion
     double to_snap;  ///< path to the bristle's snap, if it ages and snaps before its renewal point
   };
-  /// Energy and path integral of a bristle up to its renewal point, the place of its draw.
+  /// Energy and path integral of a bristle up to its renewal point, which is the place of its draw on the
+  /// path.
   struct Passed {
     double bent2 = 0.0;    ///< squared deflection |z|^2 at the renewal point
     double squares = 0.0;  ///< sum of squared snap lengths over the snaps before the renewal point
@@ -140,7 +142,8 @@ class Renewer {
     }
   }
 
-  /// Makes those draws, in their order, that select a bristle of this renewer's range.
+  /// Makes those draws, in their order, that select a bristle of this renewer's range. Draws of other
+  /// bristles are another renewer's.
   void renew_range() {
     Draws drawn, ready;
     Waiting waiting;
@@ -294,12 +297,12 @@ class Renewer {
     mark = 0;
   }
 
-  /// Reads the bristles of the draws. Sets `alone` for draws that must be handled one by one: bristles that
+  /// Loads the bristles of the draws. Sets `alone` for draws that must be handled one by one: bristles that
   /// may be drawn twice, bristles of unwritten blocks, and the bristle in contact only in part.
   void read(const Draws& draws, std::uint32_t count, Columns& columns) {
     if (mark == 255) clear_marks();
     const std::uint8_t now = ++mark;
-    // Copies pointers first, because the compiler must assume that the bytes written below alias any member.
+    // Copies the pointers first. The compiler must assume that the bytes written below may change any member.
     const T* const z[2] = {patch.zx, patch.zy};
     const T* const limit = patch.delta;
     const Block* const blocks = patch.blocks;
@@ -411,8 +414,8 @@ class Renewer {
     totals.renewed += list.size;
   }
 
-  /// Renews the bristle of one draw. Its snap length has been sampled ahead, unless the bristle is drawn
-  /// twice.
+  /// Renews the bristle of one draw, which slips to the residual. Its snap length has been sampled ahead,
+  /// unless the bristle is drawn twice.
   void slip(const Draws& draws, std::uint32_t k, const Columns& columns, Gains& gains) {
     const std::uint32_t i = draws.bristle[k];
     const double way = draws.way[k];
@@ -506,8 +509,8 @@ class Renewer {
     const auto weight = static_cast<double>(weight_of(patch, i));
     const bool tail = patch.whole < (i / block_size + 1) * block_size;
     T* const columns[2] = {patch.zx, patch.zy};
-    // Computes twice the integral of the deflection that the step kernels will count along `way`, to subtract
-    // it.
+    // Computes twice the integral of the deflection that the step kernels will wrongly count along `way`, in
+    // order to subtract it.
     const double written = (2.0 * left - way) * way;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];

@@ -79,7 +79,7 @@ inline double power_of_two(double k) {
   return number_from(static_cast<std::uint64_t>(static_cast<std::int64_t>(k) + 1023) << 52);
 }
 
-/// Returns the value at `share` of a table over [0, 1]; linear between the entries.
+/// Returns the value of a table over [0, 1] at `share`, linear between the entries.
 template <class T>
 inline T look_up(const double* table, std::int32_t last, T share) {
   BRISTLE_ASSERT(last >= 1);
@@ -112,7 +112,7 @@ inline double displacement(std::int64_t to, std::int64_t from) {
   return static_cast<double>(difference(to, from)) * length_per_fixed;
 }
 
-/// Converts a count to an integer; a count that is too large becomes 9e18.
+/// Converts a number of snaps to an integer. A number that is too large becomes 9e18.
 inline std::uint64_t to_count(double x) {
   BRISTLE_ASSERT(x >= 0.0);
   return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};

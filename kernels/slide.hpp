@@ -17,8 +17,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Evaluates a polynomial, lowest power first, as two of half the degree. That halves the chain of dependent
-/// operations.
+/// Evaluates a polynomial, lowest power first, as two of half the degree. The chain of dependent operations,
+/// each waiting for the one before, is then half as long.
 template <class T, class V, std::size_t n>
 [[gnu::always_inline]] inline V polynomial_in_halves(const double (&coefficients)[n], V x) {
   constexpr int last = static_cast<int>(n) - 1;
@@ -30,7 +30,7 @@ template <class T, class V, std::size_t n>
   return even + x * odd;
 }
 
-/// exp(-y) and 1 - exp(-y) for y >= 0, both to a few ulp. A y above 80 counts as 80.
+/// The pair exp(-y) and 1 - exp(-y) for y >= 0, both to a few ulp. A y above 80 counts as 80.
 template <class V>
 struct Decay {
   V left, lost;
@@ -76,15 +76,15 @@ template <class T, class V>
     return polynomial_in_halves<T>(taylor, t2);
 }
 
-/// Returns ln(1 + part / whole) for 0 <= part <= whole, accurate relative to the result: 2 artanh(t) with t =
-/// part / (2 whole + part).
+/// Returns ln(1 + part / whole) for 0 <= part <= whole, accurate even where the result is small: 2 artanh(t)
+/// with t = part / (2 whole + part).
 template <class T, class V>
 [[gnu::always_inline]] inline V log_of_one_plus(V part, V whole) {
   const V t = divide(part, (whole + whole) + part);
   return (t + t) * log_series<T>(t * t);
 }
 
-/// Returns arctan(u) for |u| <= 1, accurate relative to a small u. In double precision halves the angle twice
+/// Returns arctan(u) for |u| <= 1, accurate even where u is small. In double precision halves the angle twice
 /// first.
 template <class T, class V>
 [[gnu::always_inline]] inline V arc_tangent(V u) {
@@ -111,8 +111,7 @@ template <class T, int axes, class V>
 }
 
 /// Returns the distance along the motion after which a deflection grows beyond the length `limit`; 0 if it is
-/// that long already and does not shrink. The form of the root used here cannot pick the wrong one of the
-/// two.
+/// that long already and does not shrink. The equation has two roots; this form cannot give the wrong one.
 template <class T, int axes, class V>
 [[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
@@ -183,15 +182,15 @@ template <class T, int axes, bool mean, bool energy, class V>
   V along_integral = limit * s;
   V aside_integral = none;
   if constexpr (axes == 2) {
-    // Treats an angle up to 4 eps s / l, at most 4 eps, as 0. Neglected angles then add up to 4 eps at most
-    // along a path l, whatever the length of the steps.
+    // Treats an angle up to 4 eps s / l, at most 4 eps, as 0 (s: distance of the slide, l: limit). Neglected
+    // angles then add up to 4 eps at most along a path l, whatever the length of the steps.
     constexpr T few = 4 * std::numeric_limits<T>::epsilon();
     const V a = start.aside;
     const V rounds = least(s, limit) * V(few);
     const auto turns = slides & (a * a > rounds * rounds);
     if (any_lane(turns)) {
-      // Starts the tractrix where the deflection along the motion is l cos(theta). Needs no quotient until
-      // the end.
+      // Starts the tractrix where the deflection along the motion is l cos(theta). In this form no quotient
+      // is needed until the end.
       const Tractrix<V> path_of_tip(a, most(holds + (start.along + path), V(T(1e-15))),
                                     decay<T>(divide(s, most(limit, V(T(1e-30))))));
       const V p = path_of_tip.p, p2 = path_of_tip.p2, w = path_of_tip.w;
@@ -223,8 +222,8 @@ template <class T, int axes, bool mean, bool energy, class V>
   return end;
 }
 
-/// Returns the share (0 to 1) of the motion d over which the tip sticks before it slides: the root of |z +
-/// share d| = reach. `gap` is reach^2 - |z|^2, at least 0; b is z . d; d2 is |d|^2.
+/// Returns the share (0 to 1) of the motion d over which the tip sticks before it slides, which is the root
+/// of |z + share d| = reach. `gap` is reach^2 - |z|^2, at least 0; b is z . d; d2 is |d|^2.
 template <class V>
 [[gnu::always_inline]] inline V share_that_sticks(V gap, V b, V d2) {
   const V none(0.0f);

@@ -24,7 +24,7 @@ struct FirstPass {
   Mask<T> snaps;
 };
 
-/// Formulas for snaps, with a residual deflection or without. `limit` is an entry of the column `delta`:
+/// Formulas for a snap, with a residual deflection or without. `limit` is an entry of the column `delta`:
 /// residual + snap length.
 template <class T, bool has_residual>
 struct Residual {
@@ -43,19 +43,19 @@ struct Residual<T, true> {
   explicit Residual(Lanes<T> residual) : left(residual) {}
   Lanes<T> length_of(Lanes<T> limit) const { return limit - left; }
   Lanes<T> limit_of(Lanes<T> length) const { return left + length; }
-  /// Returns twice the energy that a snap loses, divided by the stiffness.
+  /// Returns twice the energy that a snap dissipates, divided by the stiffness.
   Lanes<T> squares_of(Lanes<T> limit) const { return (limit - left) * (limit + left); }
-  /// Returns twice the energy lost by many snaps, divided by the stiffness, from their sums of delta^2 and
-  /// delta.
+  /// Returns twice the energy that many snaps dissipate, divided by the stiffness, from their sums of delta^2
+  /// and delta.
   Lanes<T> squares_over(Lanes<T> squares, Lanes<T> lengths) const {
     return squares + (left + left) * lengths;
   }
-  /// Returns twice the integral of the deflection along `path`, from its value without a residual.
+  /// Returns twice the integral of the deflection along `path` with a residual, from its value without one.
   Lanes<T> passed_over(Lanes<T> integral, Lanes<T> path) const { return integral + (left + left) * path; }
 };
 
 /// Data that all bristles of a block share in a step: columns, direction, and displacement since the block's
-/// last rewrite at the start (p0) and at the end (p1) of the step. Copied into a local variable, they stay in
+/// last rewrite at the start (p0) and at the end (p1) of the step. As a local variable they stay in
 /// registers.
 template <class T, int axes, bool has_residual>
 struct BlockMotion {
@@ -66,8 +66,8 @@ struct BlockMotion {
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
   Residual<T, has_residual> residual;
 
-  /// Returns a mask of the bristles from i on that would end the step beyond their snap length. A block
-  /// without any is not written.
+  /// Returns a mask of the bristles from i on that would end the step beyond their snap length. If a block
+  /// has none, nothing of it is written.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i);
@@ -79,8 +79,8 @@ struct BlockMotion {
     }
   }
 
-  /// Returns how far the deflection at the end of the step is from the snap, less the rounding error of
-  /// beyond_at().
+  /// Returns how much deflection each bristle has left before its snap at the end of the step, less the
+  /// rounding error of beyond_at().
   Lanes<T> margin_at(std::uint32_t i) const {
     const Lanes<T> x = load(zx + i) + p1x;
     const Lanes<T> limit = load(delta + i) * Lanes<T>(T(1) - 4 * std::numeric_limits<T>::epsilon());
@@ -92,8 +92,8 @@ struct BlockMotion {
     }
   }
 
-  /// Returns tau, the path along the motion after which the deflection is as long as `limit`. The form of the
-  /// root used here cannot pick the wrong one of the two.
+  /// Returns tau, the path along the motion after which the deflection is as long as `limit`. The equation
+  /// has two roots; this form cannot give the wrong one.
   Lanes<T> way_to_snap(Lanes<T> start_x, Lanes<T> start_y, Lanes<T> limit) const {
     if constexpr (axes == 1) {
       return positive_part(limit - start_x * ex);
@@ -102,7 +102,8 @@ struct BlockMotion {
       const Lanes<T> aside = start_x * ey - start_y * ex;
       const Lanes<T> limit2 = limit * limit;
       const Lanes<T> chord2 = limit2 - aside * aside;
-      // Skips the root for bristles bent exactly along the motion, for which it is `limit` to the last bit.
+      // Skips the square root if all bristles are bent exactly along the motion, for which it is `limit` to
+      // the last bit.
       const Lanes<T> chord = any_lane(chord2 != limit2) ? root(positive_part(chord2)) : limit;
       return positive_part(chord - along);
     }
@@ -121,7 +122,7 @@ struct BlockMotion {
   }
 };
 
-/// Destination of a block's rewritten bristles: its columns, or scratch memory in a trial step.
+/// Destination of the rewritten deflections of a block: its own columns or, in a trial step, scratch memory.
 template <class T>
 struct BlockOutput {
   T* zx;
@@ -130,7 +131,7 @@ struct BlockOutput {
   std::uint32_t* draw;
 };
 
-/// Sums over the bristles of a block, for each lane, up to the first snap of each bristle.
+/// Sums over the bristles of a block, one for each lane, up to the first snap of each bristle.
 template <class T>
 struct PassSums {
   Lanes<T> passed[2];  ///< sum over bristles of path x deflection at the start
@@ -148,7 +149,7 @@ struct PassSums {
   }
 };
 
-/// Sums over the bristles of a block, for each lane, over the whole step.
+/// Sums over the bristles of a block, one for each lane, over the whole step.
 template <class T>
 struct RowSums : PassSums<T> {
   Lanes<T> stored[2];  ///< sum of the bristles' deflections at the end of the step
@@ -168,7 +169,7 @@ struct RowSums : PassSums<T> {
   }
 };
 
-/// Weights of a vector of bristles: one each, except in the last row of the contact.
+/// Weights of a vector of bristles: all 1, except in the last row of the contact.
 template <class T, bool partial>
 struct Weights {
   Lanes<T> weight;
@@ -225,7 +226,7 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  // Uses r = 0 for bristles that did not snap, because their path left is 0.
+  // Uses that the path left, r, is 0 for bristles that did not snap.
   const Lanes<T> left = motion.length - path;
   if constexpr (mean)
     weights.add(sums.along, motion.residual.passed_over((path * path + land.squares) + r * r, left));
@@ -300,7 +301,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   }
 }
 
-/// Finds the paths up to the first snap, before the rounds of redraw.hpp. Returns whether any bristle snaps.
+/// Finds the paths up to the first snap for a block that is then moved by the rounds of redraw.hpp. Returns
+/// whether any bristle snaps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial>
 [[gnu::always_inline]] inline bool begin_redraw(const BlockMotion<T, axes, residual>& motion, std::uint32_t i,
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
@@ -320,7 +322,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   const std::uint32_t w = i % block_size;
   const Lanes<T> path = load(walk.path + w);
   const Mask<T> snapped = path < motion.length;
-  // Takes 0 for bristles without a snap, whose entries of `walk` are not set.
+  // Takes 0 for bristles without a snap, because their entries of `walk` are not set.
   const auto walked = [&](const T* column) { return select_lanes(snapped, load(column + w), none); };
   AfterSnaps<T> land{walked(walk.landed), none, none};
   if constexpr (mean || energy) land.squares = walked(walk.squares);
@@ -329,8 +331,8 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                      sums);
 }
 
-/// Adds, for a vector of bristles, the sum of delta^2 over snaps after the first, and the variance of this
-/// sum that jumps over many snaps leave.
+/// Adds, for a vector of bristles, the sum of delta^2 over the snaps after the first, and the variance of
+/// this sum that is missing after jumps over many snaps.
 template <class T, bool partial>
 inline void add_jumped(std::uint32_t i, const T* row_weights, const Walk<T>& walk, Lanes<T> length,
                        Lanes<T>& squares, Lanes<T>& variance) {

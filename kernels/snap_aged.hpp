@@ -1,5 +1,5 @@
-// The snap of a bristle that ages, in vectors: as snap.hpp, with a limit that grows with the age (ageing.hpp,
-// core/patches/AGEING.md).
+// The snap of a bristle that ages, in vectors: like snap.hpp, but with a limit that grows with the age
+// (ageing.hpp, core/patches/AGEING.md).
 #pragma once
 
 #include "ageing.hpp"
@@ -8,7 +8,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Data that all bristles of a block share in a step (as BlockMotion), and their ages.
+/// Data that all bristles of a block share in a step (see BlockMotion), with the constants of their ages.
 template <class T, int axes>
 struct AgedMotion : BlockMotion<T, axes, true> {
   T* age;
@@ -18,7 +18,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   AgeingLaw<T> ageing;
 
   Lanes<T> end_age(std::uint32_t i) const { return load(age + i) + after; }
-  /// Returns the deflections at which bristles with these fresh snap lengths and ages snap.
+  /// Returns the deflections at which bristles of these fresh snap lengths and ages snap.
   Lanes<T> limit_of(Lanes<T> fresh, Lanes<T> aged) const {
     return this->residual.left + fresh * growth<T>(ageing, positive_part(aged));
   }
@@ -26,7 +26,7 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   Lanes<T> end_limit(std::uint32_t i, Lanes<T> fresh) const { return limit_of(fresh, end_age(i)); }
 
   /// Returns a mask of the bristles from i on that are beyond their limit at the end of the step. Tests the
-  /// fresh limit first, without a logarithm: a bristle within it is within the aged limit too.
+  /// fresh limit first, which needs no logarithm: a bristle within it is within the longer aged limit too.
   Mask<T> beyond_at(std::uint32_t i) const {
     const Mask<T> beyond = BlockMotion<T, axes, true>::beyond_at(i);
     if (!any_lane(beyond)) return beyond;
@@ -79,8 +79,8 @@ struct AgedStart {
   }
 };
 
-/// First of three passes over a block: finds, for each bristle, a path at or beyond its first snap. Returns
-/// whether any bristle snaps.
+/// First of three passes over a block of ageing bristles: finds, for each bristle, a path at or beyond its
+/// first snap. Returns whether any bristle snaps.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline bool begin_aged(const AgedMotion<T, axes>& motion, std::uint32_t i,
                                               const T* row_weights, T* path) {
@@ -93,8 +93,8 @@ template <class T, int axes, bool partial>
   return any_lane(first < motion.length);
 }
 
-/// Second of three passes over a block: finds the snaps, by Newton's method from the paths of the first pass.
-/// Takes eight vectors at once, because each iteration waits for the one before.
+/// Second of three passes over a block of ageing bristles: finds the snaps, by Newton's method from the paths
+/// of the first pass. Takes eight vectors at once, because each iteration waits for the one before.
 template <class T, int axes, bool keep>
 [[gnu::noinline]] void find_snaps(const AgedMotion<T, axes>& motion, std::uint32_t start,
                                   const PlaceList<T>& places, bool again, T* path, T* ways) {
@@ -126,7 +126,7 @@ template <class T, int axes, bool keep>
   }
 }
 
-/// Third of three passes over a block: adds the path up to the first snap to the sums.
+/// Third of three passes over a block of ageing bristles: adds the path up to the first snap to the sums.
 template <class T, int axes, bool partial>
 inline void add_aged_pass(const AgedMotion<T, axes>& motion, std::uint32_t i, Lanes<T> path,
                           const Weights<T, partial>& weights, RowSums<T>& sums) {
@@ -152,8 +152,8 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
   age.store_aligned(new_age + i % block_size);
 }
 
-/// Adds the bristles at i to the sums and writes them, under SnapRule::keep: paths from snap to snap are
-/// equal.
+/// Adds the bristles at i to the sums and writes them, under SnapRule::keep, where the paths from snap to
+/// snap are equal.
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,

@@ -26,7 +26,7 @@ class Stepper {
       : patch(the_patch), advance(the_advance), totals(the_totals), rounds(foreseen_rounds()) {}
 
   /// Counts the bristles of blocks [first, last) that are beyond their snap length at the end of the step,
-  /// without changing any. Shared renewal needs that count in advance.
+  /// without changing any. Shared renewal needs the count before the step.
   std::uint64_t foresee(std::uint32_t first, std::uint32_t last) const {
     std::uint64_t count = 0;
     for (std::uint32_t b = first; b < last; ++b) {
@@ -44,7 +44,7 @@ class Stepper {
     return count;
   }
 
-  /// Steps blocks [first, last), where `first` begins a group of blocks with a common bound.
+  /// Steps blocks [first, last). `first` must begin a group of blocks with a common bound.
   void run(std::uint32_t first, std::uint32_t last) {
     assert_step(patch, advance, first, last, axes, redraw);
     for (std::uint32_t b = first; b < last; b += blocks_per_group) {
@@ -66,16 +66,17 @@ class Stepper {
   static constexpr std::uint32_t width = Lanes<T>::size;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
-  /// Share of bristles that snap in a step below which vectors without a snap are skipped; for uniform laws
-  /// under SnapRule::redraw.
+  /// Share of bristles that snap in a step below which vectors without a snap are skipped, under uniform laws
+  /// and SnapRule::redraw. Above it, testing each vector costs more than it saves.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // Thresholds for laws whose snap lengths are looked up, as step lengths in mean snap lengths. They hold up
-  // to where jumps begin. Below few_looked_up, and with vectors narrower than a row, vectors without a snap
-  // are skipped.
+  // Step lengths, in mean snap lengths, that select the method for laws whose snap lengths are looked up in a
+  // table; valid up to where jumps begin. Below few_looked_up, and with vectors narrower than a row, vectors
+  // without a snap are skipped.
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
-  /// Step length from which two random lengths are sampled before either is known to be needed; below it one.
+  /// Step length, in mean snap lengths, from which on two random lengths are sampled before either is known
+  /// to be needed; below it one.
   static constexpr double two_looked_up = 1.0;
 
   template <bool is>
@@ -86,25 +87,26 @@ class Stepper {
   const PatchView<T>& patch;
   const Advance& advance;
   Totals& totals;
-  /// For SnapRule::redraw, the number of random lengths that most vectors need, if that number is small;
-  /// otherwise, and for single numbers, 0.
+  /// Number of random lengths that most vectors need under SnapRule::redraw, if it is small; otherwise, and
+  /// for single numbers, 0.
   const std::uint32_t rounds;
 
-  /// Part of a block that is in contact: whole rows of 16 bristles, then a row in which weights differ.
+  /// Part of a block that is in contact: whole rows of 16 bristles, then a row whose bristles have different
+  /// weights.
   struct Extent {
     std::uint32_t start, active, full_rows;
     bool partial;
     alignas(64) T weights[lane_count];
   };
 
-  /// Sums over the bristles of a block whose deflections were rewritten.
+  /// Sums over the bristles of a block that was rewritten.
   struct BlockSums {
     double stored[2] = {0.0, 0.0};
     double twice_mean[2] = {0.0, 0.0};
     double squares = 0.0;
   };
 
-  /// Steps every block of a group, also those whose bound says that nothing snaps.
+  /// Steps every block of a group, even those whose bound says that nothing snaps.
   double run_all(std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t b = first; b < last; ++b) visit(b);
     return -1.0;
@@ -274,8 +276,8 @@ class Stepper {
   void keep_bound(Block& block, T margin, T p1x, T p1y) const {
     constexpr double ulp = std::numeric_limits<T>::epsilon();
     const auto path = static_cast<double>(margin);
-    // Allows for rounding errors: of the displacement since the last rewrite, here and at the patch's later
-    // position, and (by the factor) of `reach`, a float.
+    // Reduces the bound by rounding errors: of the displacement since the last rewrite, here and at the
+    // patch's later position, and (by the factor) of `reach`, a float.
     const double shift = static_cast<double>((p1x < 0 ? -p1x : p1x) + (p1y < 0 ? -p1y : p1y));
     const double reach = path * (1.0 - 2e-7) - 2.0 * ulp * (shift + 2.0 * path);
     block.reach = reach > 0.0 ? static_cast<float>(reach) : 0.0f;
@@ -283,7 +285,7 @@ class Stepper {
     block.anchor[1] = advance.to[1];
   }
 
-  /// Columns of one block into which a trial step writes, so that the patch's state is unchanged.
+  /// Columns of one block into which a trial step writes, so that the patch's state stays as it is.
   struct Scratch {
     alignas(64) T zx[block_size];
     alignas(64) T zy[axes == 2 ? block_size : 1];
@@ -291,7 +293,7 @@ class Stepper {
     alignas(64) std::uint32_t draw[redraw ? block_size : 1];
   };
 
-  /// Calls `advance_row(partial, i, weights)` for the vector of bristles that begins at lane k of every row.
+  /// Calls `advance_row(partial, i, weights)` for the vector of bristles that begins at lane k, in every row.
   template <class F>
   [[gnu::always_inline]] static void for_rows(const Extent& extent, std::uint32_t k, F&& advance_row) {
     const std::uint32_t at = extent.start + k;
@@ -353,9 +355,9 @@ class Stepper {
   template <bool again>
   static void rewrite_keep(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
-    // Splits the work into two passes for narrow vectors. The operations on one vector form a long chain, and
-    // their registers hold only three chains at a time, too few to fill the pipes; the first pass therefore
-    // runs over all rows before the second begins.
+    // Splits the work into two passes if vectors are narrow. The operations on one vector form a long chain,
+    // and the registers have room for only three chains at a time, too few to keep the processor busy; the
+    // first pass therefore runs over all rows before the second begins.
     constexpr bool two_passes = width < lane_count;
     alignas(64) T path[two_passes ? block_size : 1];
     for (std::uint32_t part = 0; part < parts; ++part) {
@@ -441,8 +443,8 @@ class Stepper {
     }
   }
 
-  /// Samples the random part of a block's sum of delta^2. Of snaps that were jumped over only its mean is
-  /// known.
+  /// Samples the random part of a block's sum of delta^2. Only the mean is known of snaps that were jumped
+  /// over.
   static double open_noise(const Extent& extent, const Walk<T>& walk, Lanes<T> length, std::uint32_t key) {
     Row<T> squares, variance;
     for (std::uint32_t part = 0; part < parts; ++part)
@@ -533,7 +535,8 @@ class Stepper {
       for (std::uint32_t part = 0; part < parts; ++part) stored.part[part] = sums[part].stored[axis];
       block.stored[axis] = tree_sum(stored);
       if constexpr (mean) {
-        // Twice the integral of the bristles' deflections along the path of the step, for the mean force.
+        // Twice the integral of the bristles' deflections along the path of the step, from which the mean
+        // force follows.
         Row<T> integral;
         for (std::uint32_t part = 0; part < parts; ++part)
           integral.part[part] = Lanes<T>(T(2)) * sums[part].passed[axis] + direction[axis] * sums[part].along;

@@ -1,6 +1,5 @@
-// The kernel table of one instruction set: the one list of the variants of a step that a build has. A feature
-// is left out of a build here and nowhere else.
-//
+// The kernel table of one instruction set, and with it the one list of the variants of a step that a build
+// has. To leave a feature out of a build, change this list only.
 // Included last by kernels.cpp, because the table lists step_blocks, foresee_blocks and FreshLengths from
 // there.
 #pragma once
@@ -26,7 +25,7 @@ constexpr void fill_steps(KernelSet<T>& set) {
   at(true, false, false) = &step_blocks<T, axes, redraw, true, false, false, false>;
   at(false, true, false) = &step_blocks<T, axes, redraw, false, true, false, false>;
   at(true, true, false) = &step_blocks<T, axes, redraw, true, true, false, false>;
-  // Uses variants with energy for patches without energy too: a residual comes with shared renewal, which
+  // Uses variants with energy also for patches without energy: a residual comes with shared renewal, which
   // counts snaps.
   at(false, false, true) = at(false, true, true) = &step_blocks<T, axes, redraw, false, true, true, false>;
   at(true, false, true) = at(true, true, true) = &step_blocks<T, axes, redraw, true, true, true, false>;

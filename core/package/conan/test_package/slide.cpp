@@ -1,4 +1,5 @@
-// Pulls a pressed patch and prints its friction.
+// Pulls a patch that is pressed down and prints its friction, which shows that the installed package can be
+// compiled, linked and run.
 #include <bristle/bristle.hpp>
 #include <cstdio>
 
