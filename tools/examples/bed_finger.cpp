@@ -1,4 +1,4 @@
-// Example of a soft fingertip that pushes a plate and twists: it slips from the rim inwards.
+// Example of a bed: a soft fingertip pushes a plate and twists, and the contact slips from its rim inwards.
 #include <bristle/bed.hpp>
 
 #include <cstdio>

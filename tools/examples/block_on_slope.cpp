@@ -1,6 +1,7 @@
-// Example of a block on a slope in a small physics engine, which lists contacts in every step without memory;
-// friction is solved implicitly. The block holds still, is tapped, is rolled back and tapped again, and holds
-// still. Exits with 1 when it creeps, or when the second taps end at another place than the first.
+// Example of a block on a slope in a small physics engine that lists its contacts in every step without
+// memory; friction is solved implicitly. The block holds still and is tapped; then the state is rolled back,
+// the block is tapped again, and holds still. Exits with 1 when it creeps, or when the second taps end at
+// another place than the first.
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -10,8 +11,8 @@
 
 constexpr double dt = 1e-3, mass = 2.0, slope = 0.3, half = 0.05;  // s, kg, rad, m
 
-// The engine's part: positions and loads of the contacts, in any order. How it finds the loads does not
-// matter here.
+// The engine's part: positions and loads of the contacts, in any order. How an engine finds the loads does
+// not matter here.
 struct EngineContact {
   double x, y, load;  // position from the centre of mass in the plane of the slope, m; load, N
 };
@@ -61,7 +62,8 @@ struct Engine {
     for (int a = 0; a < 3; ++a) position[a] += dt * block.velocity[a];
   }
 
-  // Snapshot for rollback: the batch, then pool and matcher. The engine saves its bodies itself.
+  // Snapshot for a rollback: the states of the batch, the pool and the matcher. The engine saves its bodies
+  // itself.
   std::vector<std::byte> saved[3];
   void save() {
     const auto keep = [](const auto& what, std::vector<std::byte>& bytes) {

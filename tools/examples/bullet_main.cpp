@@ -1,4 +1,5 @@
-// Runs bristle_bullet: compares Bullet's own friction with bristles, as a table and as CSV.
+// Runs bristle_bullet, which compares Bullet's own friction with bristles and prints a table and, on request,
+// CSV.
 #include "tools/examples/bullet_scenes.hpp"
 #include "tools/examples/compare_scenes.hpp"
 

@@ -19,7 +19,7 @@ btVector3 gravity_on_slope(double degrees) {
   return vector(9.81 * std::sin(angle), 0.0, -9.81 * std::cos(angle));
 }
 
-/// Adds a floor whose upper side is z = 0.
+/// Adds a floor, a wide box whose upper side is z = 0.
 void add_floor(World& world, double coefficient) {
   world.add_box(vector(5.0, 5.0, 0.5), vector(0.0, 0.0, -0.5), 0.0, coefficient);
 }
@@ -119,8 +119,8 @@ btRigidBody& World::add(std::unique_ptr<btCollisionShape> shape, const btVector3
       btRigidBody::btRigidBodyConstructionInfo(scalar(mass_kg), made.place.get(), shape.get(), inertia));
   made.shape = std::move(shape);
   btRigidBody& body = *made.body;
-  // Sets the root of the wanted friction coefficient, because Bullet multiplies the coefficients of both
-  // bodies.
+  // Sets the root of the wanted friction coefficient on each body, because Bullet multiplies the coefficients
+  // of both bodies.
   body.setFriction(scalar(std::sqrt(coefficient)));
   body.setActivationState(DISABLE_DEACTIVATION);
   if (friction_ == Friction::anchored)
@@ -250,7 +250,8 @@ Scene pushed_box() {
     const double t = world.time() + 1e-9;
     if (t < push_begin || t >= push_end) return;
     world.body(1).applyCentralForce(vector(push_force, 0.0, 0.0));
-    // Torque that the push along x causes about the vertical, since it acts at y = push_arm.
+    // Adds the torque of the push about the vertical: its force along x acts at y = push_arm, not at the
+    // centre.
     world.body(1).applyTorque(vector(0.0, 0.0, -push_arm * push_force));
   };
   return scene;

@@ -1,5 +1,5 @@
-// Runs Bullet scenes that compare Bullet's friction with that of bristles; all kinds of friction take turns
-// in one run.
+// Runs scenes in Bullet that compare Bullet's friction with that of bristles. All kinds of friction take
+// turns in one run, so that their times compare.
 #pragma once
 
 #include <functional>
@@ -11,13 +11,14 @@
 
 namespace bullet_example {
 
-/// Kind of friction in a scene. stock: Bullet's by default. anchored: Bullet's with the options that hold
-/// best (friction anchors, two directions, 50 iterations). bristle: patches of bristles, other settings at
-/// Bullet's defaults.
+/// Kind of friction in a scene. stock: Bullet's, with default options. anchored: Bullet's, with the options
+/// that hold best (friction anchors, two directions, 50 iterations). bristle: patches of bristles, with
+/// Bullet's other settings at their defaults.
 enum class Friction { stock, anchored, bristle };
 const char* to_string(Friction friction);
 
-/// World of Bullet that owns its objects. No body may sleep, so that only friction holds a body at rest.
+/// World of Bullet that owns its objects. No body may sleep; otherwise sleeping, not friction, would hold a
+/// body at rest.
 class World {
  public:
   World(Friction friction, const btVector3& gravity, const bristle::Coefficients& law,
@@ -40,7 +41,7 @@ class World {
   btDiscreteDynamicsWorld& world() { return *world_; }
   btRigidBody& body(std::size_t i) { return *bodies_[i].body; }
   std::size_t bodies() const { return bodies_.size(); }
-  /// Returns the solver with bristles; null with Bullet's own friction.
+  /// Returns the solver with bristles, or null in a world with Bullet's own friction.
   const BristleSolver* bristles() const { return bristles_; }
 
  private:
@@ -81,25 +82,27 @@ struct Scene {
   std::function<void(World&)> drive = [](World&) {};  ///< function that applies forces before each step
 };
 
-/// Makes a scene with a block of 200 g on a slope, half way to sliding, tapped five times a second for the
-/// first two seconds.
+/// Makes a scene with a block of 200 g on a slope of 15 degrees, where it needs about half of its friction;
+/// it is tapped five times a second for the first two seconds. Taps show whether friction lets it creep.
 Scene tapped_block(double dt_s = 1.0 / 240.0);
-/// Makes a scene with a stack of boxes at rest on a tilted plane, and observes the top one.
+/// Makes a scene with a stack of boxes at rest on a tilted plane. The top box is observed, because errors of
+/// all boxes add up there.
 Scene stack(int boxes = 5, double dt_s = 1.0 / 240.0, double seconds = 60.0);
 /// Makes a scene with a flat box pushed at a corner for 0.2 s: it slides, turns and comes to rest.
 Scene pushed_box();
-/// Makes a scene as pushed_box() does, with a plate on three feet in place of the box.
+/// Makes the scene of pushed_box() with a plate on three feet, whose loads are known from statics, in place
+/// of the box.
 Scene pushed_plate(double dt_s = 1.0 / 240.0);
 inline constexpr double pushed_mass = 0.5, pushed_half = 0.1, plate_height = 0.004, feet_radius = 0.1,
                         pushed_coefficient = 0.4;  // kg, m (radius, height of the plate, and of its feet)
 
 // Push of the box in pushed_box(): force (N), lever arm about the centre (m), beginning and end (s).
 inline constexpr double push_force = 4.0, push_arm = 0.1, push_begin = 0.1, push_end = 0.3;
-/// Makes a scene with a cylinder that stands on a slope of 10 degrees, and one with a box on a slope made of
-/// triangles. Bullet lists other points of their faces from step to step.
+/// Make a scene with a cylinder that stands on a slope of 10 degrees, and one with a box on a slope made of
+/// triangles. Bullet lists other points of their faces from step to step, so patches must be carried over.
 Scene cylinder_on_slope();
 Scene box_on_triangles();
-/// Makes a scene with sixteen boxes side by side on a slope: 64 contact points.
+/// Makes a scene with sixteen boxes side by side on a slope, to time 64 contact points.
 Scene many_boxes();
 std::vector<Scene> all_scenes();
 
@@ -117,8 +120,8 @@ struct Run {
   double contacts = 0.0;        ///< mean number of contact points per step
 };
 
-/// Runs a scene with all kinds of friction from one start, a tenth of a simulated second each in turn, so
-/// that times compare.
+/// Runs a scene with all kinds of friction from one start. The kinds take turns, a tenth of a simulated
+/// second each, so that their times compare.
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds);
 
 }  // namespace bullet_example

@@ -43,11 +43,11 @@ struct BrushProxyOptions {
   double dt_s = 1e-3;                                            ///< period of the servo thread, s
   double force_limit = std::numeric_limits<double>::infinity();  ///< N, cHapticDeviceInfo::m_maxLinearForce
 
-  /// Motion of the tool per count of the encoders, m: the count times the workspace scale. The damper smooths
-  /// its velocity over it (HapticOptions::resolution).
+  /// Motion of the tool, m, that one count of the encoders makes: the count times the workspace scale. The
+  /// damper's velocity is smoothed by it (HapticOptions::resolution).
   double resolution = 0.0;
-  /// Sends the mean friction of the tick, instead of the friction at its end. This halves ripple with few
-  /// representatives, but acts half a tick later, so the device must damp K T instead of K T / 2 (K
+  /// Whether to send the mean friction of the tick instead of the friction at its end. This halves ripple
+  /// with few representatives, but acts half a tick later, so the device must damp K T instead of K T / 2 (K
   /// stiffness, T tick).
   bool mean = false;
 
@@ -92,8 +92,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   const bristle::HapticPoint& point() const { return point_; }
   const bristle::Response& response() const { return response_; }
 
-  /// Copies the settings of the proxy that this one replaces: radius, dynamic mode, collision settings,
-  /// tolerances. install_brush() calls this.
+  /// Copies the settings of the finger proxy that this one replaces: radius, dynamic mode, collision
+  /// settings, tolerances. install_brush() calls it.
   void take_settings(cAlgorithmFingerProxy& from) {
     setEpsilonBaseValue(from.getEpsilonBaseValue());
     m_collisionSettings = from.m_collisionSettings;
@@ -103,8 +103,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     m_frictionDynHysteresisMultiplier = from.m_frictionDynHysteresisMultiplier;
   }
 
-  /// Resets the bristles. Call it after a jump that the hand did not make: the device was indexed, the tool's
-  /// frame or the scene moved, an object was replaced.
+  /// Straightens the bristles. Call it after a jump that the hand did not make, which would be felt as
+  /// friction: the device was indexed, the tool's frame or the scene moved, an object was replaced.
   void restart() {
     point_.restart();
     object_ = nullptr;
@@ -130,7 +130,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   }
 
  protected:
-  /// Moves the proxy as if the surface had no friction, because the patch supplies the friction.
+  /// Moves the proxy as on a surface without friction, in place of CHAI3D's rule, because the patch supplies
+  /// the friction.
   void testFrictionAndMoveProxy(const chai3d::cVector3d& a_goal, const chai3d::cVector3d&, chai3d::cVector3d&,
                                 chai3d::cGenericObject*) override {
     m_nextBestProxyGlobalPos = a_goal;
@@ -139,8 +140,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
   void updateForce() override {
     cAlgorithmFingerProxy::updateForce();
     follow_object();
-    // Takes the load from the spring force. On a face that is its part along the normal (the rest comes from
-    // a proxy that lags behind), in an edge or corner the whole force.
+    // Takes the load from the spring force. On a face the load is the part along the normal (the rest comes
+    // from a proxy that lags behind), in an edge or corner the whole force.
     const Eigen::Vector3d wall = from(m_numCollisionEvents == 1 ? m_normalForce : m_lastGlobalForce);
     bool rough = m_numCollisionEvents > 0 && wall.squaredNorm() > 0.0;
     for (unsigned int i = 0; rough && i < m_numCollisionEvents; ++i)
@@ -170,8 +171,9 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
     return pose;
   }
 
-  /// Moves the contact's frame with the touched object. Reads only objects touched in this tick, since others
-  /// may be deleted. A new object at an old address is recognised by its material.
+  /// Moves the contact's frame with the touched object, so that a moving object carries the bristles along.
+  /// Reads only objects touched in this tick, since others may be deleted. A new object at an old address is
+  /// recognised by its material.
   void follow_object() {
     bool held = false;
     for (unsigned int i = 0; i < m_numCollisionEvents; ++i)
@@ -185,7 +187,8 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
         on_object_ = pose_of(*object_).inverse() * surface_;
       }
     }
-    // Makes the rotation matrix orthonormal again, because rounding errors of the products add up.
+    // Makes the rotation matrix orthonormal again, since rounding errors of the products of many ticks add
+    // up.
     surface_.linear() = Eigen::Quaterniond(surface_.linear()).normalized().toRotationMatrix();
   }
 
@@ -206,8 +209,9 @@ class BrushFingerProxy : public chai3d::cAlgorithmFingerProxy {
        on_object_ = Pose::Identity();  // poses of the contact in the world, and on object_
 };
 
-/// Replaces the finger proxy of a haptic point; radius, dynamic mode and tolerances stay. The point owns the
-/// new one. Call it once the tool is in its world, before the servo thread runs. Throws bristle::Error.
+/// Replaces the finger proxy of a haptic point by one with bristles. The new one takes over radius, dynamic
+/// mode and tolerances, and belongs to the point. Call it once the tool is in its world, before the servo
+/// thread runs. Throws bristle::Error.
 inline BrushFingerProxy* install_brush(chai3d::cHapticPoint& point, const bristle::Material& material,
                                        const BrushProxyOptions& options = {}) {
   auto* brush = new BrushFingerProxy(material, options);

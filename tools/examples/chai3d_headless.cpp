@@ -1,6 +1,6 @@
-// Tests BrushFingerProxy without a device or a window: a point is pushed into a CHAI3D mesh, pulled within
-// the stick range, slid over it and lifted; a falling block is pinched by two points, held and lifted. Runs
-// both beside CHAI3D's own friction cone. Exits with 1 when a result is wrong.
+// Tests BrushFingerProxy without a device or a window. A point is pushed into a CHAI3D mesh, pulled within
+// the stick range, slid over it and lifted; a falling block is pinched by two points, held and lifted. Both
+// run with CHAI3D's own friction cone as well. Exits with 1 when a result is wrong.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -17,8 +17,8 @@ constexpr double dt = 1e-3;
 constexpr double stiffness = 500.0;  // N/m
 constexpr double kinetic = 0.5;
 
-/// Makes a floor of 0.4 m by 0.4 m at z = 0. It has 800 triangles, so that a finger that slides crosses their
-/// edges.
+/// Makes a floor of 0.4 m by 0.4 m at z = 0. It has 800 triangles, so that a sliding finger crosses their
+/// edges, where friction must not jump.
 chai3d::cMesh* make_floor() {
   auto* mesh = new chai3d::cMesh();
   constexpr int n = 20;
@@ -96,8 +96,8 @@ struct Pinch {
 };
 constexpr double lift_m = 0.05;
 
-/// Holds a cube of 40 mm and 0.1 kg between two points, which press 4 mm into it for 2.7 s and then go up at
-/// 0.1 m/s. The cube can move only vertically.
+/// Holds a cube of 40 mm and 0.1 kg between two points, which press 4 mm into it for 2.7 s and then lift it
+/// at 0.1 m/s. The cube can move only vertically.
 template <class MakeProxy>
 Pinch pinch(const MakeProxy& make_proxy) {
   constexpr double mass = 0.1, side = 0.04, radius = 0.005;
@@ -166,11 +166,11 @@ int main() {
   const Outcome ours = run(brush, world), theirs = run(cone, world);
   print("brush", ours);
   print("CHAI3D's cone", theirs);
-  // Requires a wall force of about 1 N and, after a pull of 4 um, some friction that two seconds do not
-  // change. The stiffness is about 1.95 x kinetic x load / presliding length, 1 / 103 um per newton of load.
+  // Requires a wall force of about 1 N and, after a pull of 4 um, some friction that does not change in two
+  // seconds. The stiffness is about 1.95 x kinetic x load / presliding length, 1 / 103 um per newton of load.
   const bool right = ours.wall > 0.9 && ours.held_first > 0.0 && ours.held_last == ours.held_first &&
                      std::fabs(ours.lean - kinetic) < 0.02 * kinetic && ours.lifted == 0.0;
-  // Adds damping that does not fade with speed, without which the block swings on its bristles.
+  // Adds damping that does not fade with speed. Without it the block would swing on its bristles.
   const auto skin = bristle::Material::from_coefficients(bristle::Coefficients{}
                                                              .with_kinetic(kinetic)
                                                              .with_peak(0.55)
@@ -180,7 +180,7 @@ int main() {
   const Pinch held = pinch([&] { return std::make_unique<BrushFingerProxy>(skin); });
   print("brush", held);
   print("CHAI3D's cone", pinch([] { return std::make_unique<chai3d::cAlgorithmFingerProxy>(); }));
-  // Allows the block to slide by 0.2 mm until it is held, because the points start at 0.1 m/s.
+  // Allows the block to slide by 0.2 mm before it is held, because the points start at 0.1 m/s at once.
   const bool stays =
       held.drop < 0.2e-3 && std::fabs(held.creep) < 1e-9 && std::fabs(held.lift - lift_m) < 1e-3;
   if (!right || !stays) std::printf("not as it should be\n");

@@ -1,4 +1,5 @@
-// Program that runs scenes of an engine with its own friction and with bristles: a table, and on request CSV.
+// The common part of bristle_bullet and bristle_mujoco: runs scenes of an engine with its own friction and
+// with bristles, and prints a table and, on request, CSV.
 #pragma once
 
 #include <cstdio>
@@ -15,14 +16,14 @@
 
 namespace bristle_example {
 
-/// Words and columns in which the programs of MuJoCo and Bullet differ.
+/// Words and columns in which the two programs differ.
 struct ComparingProgram {
   const char *name, *about, *csv_help;
   std::vector<std::string> table_columns;
   const char* csv_columns;  ///< headers of the columns after `scene` and `friction`
 };
 
-/// Runs the program. `run(scene)` returns a Run per kind of friction; `cells(run, first)` and
+/// Runs the whole program. `run(scene)` returns a Run per kind of friction; `cells(run, first)` and
 /// `numbers(sample)` return the rest of a table's row and of a CSV line, where `first` is the scene's first
 /// run.
 template <class Scene, class RunScene, class Cells, class Numbers>

@@ -1,4 +1,5 @@
-// Runs bristle_mujoco: compares MuJoCo's own friction with bristles, as a table, as CSV and as a picture.
+// Runs bristle_mujoco, which compares MuJoCo's own friction with bristles and prints a table or, on request,
+// CSV and a picture.
 #include <algorithm>
 
 #include "tools/examples/compare_scenes.hpp"

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// MuJoCo's best options for friction that holds: elliptic cones, and friction ten times as stiff as the
-/// normal force.
+/// The options with which MuJoCo's own friction holds best: elliptic cones, and friction ten times as stiff
+/// as the normal force.
 constexpr const char* option = R"(<option timestep="0.002" cone="elliptic" impratio="10" {}/>)";
 
 std::string gravity_on_slope(double degrees) {
@@ -37,7 +37,7 @@ double heading(const mjtNum* quaternion) {
                     1.0 - 2.0 * (quaternion[2] * quaternion[2] + quaternion[3] * quaternion[3]));
 }
 
-/// Runs a scene with one kind of friction, and records the observed body.
+/// One scene with one kind of friction; runs it and records the observed body.
 class Stepper {
  public:
   Stepper(const Scene& scene, Friction kind)
@@ -84,7 +84,7 @@ class Stepper {
   double timestep() const { return model_->opt.timestep; }
   void finish() {
     const Sample& end = result.samples.back();
-    // State of the body at the start of the last quarter of the run, from which creep is measured.
+    // State of the body when the last quarter of the run begins, from which on its creep is measured.
     const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];
     result.creep = (end.travel - from.travel) / (end.t - from.t);
     result.contacts = contacts_ / static_cast<double>(steps_);
@@ -333,7 +333,8 @@ Scene held_off_centre(double grip_n) {
 </worldbody>
 <actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)",
                           fmt::format(option, R"(gravity="-9.81 0 0")"), mass);
-  // Simulates in the frame of the hand, where its shaking adds an inertial force to the weight.
+  // Simulates in the frame of the shaken hand. There the shaking is an inertial force, which is added to the
+  // weight.
   scene.drive = [=](const mjModel& model, mjData& data) {
     data.ctrl[0] = data.ctrl[1] = grip_n;
     double* force = data.xfrc_applied + 6 * mj_name2id(&model, mjOBJ_BODY, "body");

@@ -1,6 +1,6 @@
-// Example of a haptic servo callback with brush friction, in the shape of an OpenHaptics program. A simulated
-// hand presses a floor at z = 0, pulls at it without sliding, slides over it, and leaves. Prints forces and
-// the times of the callback; exits with 1 when a force or a position is wrong.
+// Example of a haptic servo callback with brush friction, written as for OpenHaptics. A simulated hand
+// presses a floor at z = 0, pulls at it without sliding, slides over it, and leaves. Prints forces and the
+// times of the callback; exits with 1 when a force or a position is wrong.
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -30,7 +30,8 @@ struct Sample {
   double wall;      // N
 };
 
-/// State of the servo callback, allocated before the servo thread starts.
+/// State of the servo callback. It is allocated before the servo thread starts, because the callback must not
+/// allocate.
 struct Servo {
   bristle::PatchBatch batch;
   bristle::Motion motion;

@@ -24,7 +24,8 @@ struct Simulation {
   std::thread servo;
   bristle::DeadlineMonitor times{tick};
 
-  /// Integrates the motion of stylus and hand over a tick, under the force set by the callback.
+  /// Integrates the motion of stylus and hand over a tick. The force set by the callback stays the same
+  /// during the tick, as a device holds it.
   void move() {
     const double h = tick / pieces;
     for (int i = 0; i < pieces; ++i) {
@@ -50,7 +51,7 @@ struct Simulation {
       times.record(times.wall_now() - wall, times.cpu_now() - cpu);
       move();
       next += std::chrono::microseconds(1000);
-      // Goes on from the present time after a delay, because a burst of ticks to catch up would not be
+      // Continues from the present time after a delay. Catching up by a burst of ticks would not be
       // realistic.
       if (next < Clock::now()) next = Clock::now();
       std::this_thread::sleep_until(next);

@@ -1,7 +1,6 @@
-// A haptic device that exists only in memory, with an interface in the shape of OpenHaptics' HDAPI, so that
-// the callback of servo_callback.cpp reads as it would there. Each function names the call it stands for.
-//
-// Behind it: a stylus of 50 g held by a hand (a spring and a damper towards where the hand aims),
+// A haptic device that exists only in memory. Its interface has the shape of OpenHaptics' HDAPI, so that the
+// callback of servo_callback.cpp reads as it would there; each function names the call that it stands for.
+// Behind the interface: a stylus of 50 g held by a hand (a spring and a damper towards where the hand aims),
 // three encoders, a force that is held for a tick, a servo thread at 1 kHz.
 #pragma once
 
@@ -31,7 +30,8 @@ void stop_scheduler();  // as hdStopScheduler: waits until the callback has ende
 // Sets where the simulated hand aims. (The functions below serve tests; a real device lacks them.)
 void set_hand(void (*where)(double time_s, double (&metres)[3]));  // place that the hand aims at, m
 
-// Returns the position without encoder error, m. Call it in the callback, or once the scheduler has stopped.
+// Returns the position of the stylus without encoder error, m, for tests. Call it in the callback, or once
+// the scheduler has stopped.
 double true_position(int axis);
 // Returns the run times of the callback. Call it once the scheduler has stopped.
 const bristle::DeadlineMonitor& servo_times();

@@ -1,6 +1,6 @@
-// A small engine to read: boxes on a plane and on each other, sequential impulses (PGS), and friction by
-// Coulomb's clamp or by a patch of bristles at each corner. What bristles need is marked "bristles:". A box
-// is tapped, a stack stands on a slope that moves, a push is held, a box is thrown. Exits with 1 unless
+// A small physics engine to read: boxes on a plane and on each other, sequential impulses (PGS), and friction
+// by Coulomb's clamp or by a patch of bristles at each corner. What bristles need is marked "bristles:". A
+// box is tapped, a stack stands on a slope that moves, a push is held, a box is thrown. Exits with 1 unless
 // bristles hold where Coulomb's clamp creeps or lets go, and slide as far as they should.
 #include <algorithm>
 #include <cmath>
@@ -43,22 +43,23 @@ struct Box {
     spin += inverse_inertia * arm.cross(impulse);
   }
   Vector3d velocity_at(const Vector3d& arm) const { return velocity + spin.cross(arm); }
-  /// Returns velocity along `a` at `arm` (m from the centre), per unit impulse along `b` there, 1/kg.
+  /// Returns the velocity along `a` that a unit impulse along `b` causes at the same point `arm` (m from the
+  /// centre), 1/kg.
   double mobility(const Vector3d& arm, const Vector3d& a, const Vector3d& b) const {
     return a.dot(b) / mass + arm.cross(a).dot(inverse_inertia * arm.cross(b));
   }
-  // Inverse inertia in the world's axes, for this step, 1/(kg m^2).
+  // Inverse of the inertia in the world's axes, recomputed in every step because the box turns, 1/(kg m^2).
   Matrix3d inverse_inertia = Matrix3d::Zero();
 };
 
-/// Corner of a box that touches the plane or the top of another box.
+/// Contact of a corner of a box with the plane or with the top of another box.
 struct Contact {
   std::uint64_t key = 0;     // number made of both bodies and the corner, the same in every step
   int box = 0;               // box with the corner
   int below = -1;            // box whose top it touches; -1: the plane
   Vector3d corner{0, 0, 0};  // corner from the box's centre, in the box's axes, m
-  // Place of the corner at the beginning of the step, m: seen from the box below, in its axes, or from the
-  // plane.
+  // Place of the corner at the beginning of the step, m, seen from what is below: in the axes of the box
+  // below, or from the plane. The slip of the step is measured from it.
   Vector3d under{0, 0, 0};
   Vector3d arm{0, 0, 0};        // corner from the box's centre, in the world's axes
   Vector3d arm_below{0, 0, 0};  // corner from the centre of the box below, in the world's axes
@@ -69,7 +70,7 @@ struct Contact {
   bristle::ContactFrame frame;
   Matrix2d mobility = Matrix2d::Zero();  // change of slip per unit friction impulse, 1/kg
 
-  // The friction of the corner: its patch, a linear model of the patch's force that PGS uses, and the patch's
+  // Friction of the corner: its patch, a linear model of the patch's force that PGS uses, and the patch's
   // elastic force (N) without slip, under the load of the model.
   bristle::PatchId patch;
   double load = 0.0;  // normal load in the step before, N
@@ -85,7 +86,7 @@ class World {
       : boxes(std::move(all)),
         gravity_(g * std::sin(slope_rad), 0.0, -g * std::cos(slope_rad)),
         kind_(kind),
-        // bristles: one batch, and a pool that gives each key (box and corner) its patch. All memory is
+        // bristles: makes one batch, and a pool that gives each key (box and corner) its patch. All memory is
         // allocated here.
         patches_(batch_, bristle::Material::from_coefficients(law),
                  bristle::PatchOptions{}.with_max_normal_load(highest_load),
@@ -101,13 +102,14 @@ class World {
     find_contacts(h);
     int iterations = 20;
     if (kind_ == Friction::coulomb)
-      // Starts the iterations with the impulses of the step before (warm start).
+      // Starts the iterations with the impulses of the step before (warm start), which are nearly right.
       for (const Contact& c : contacts) push(c, c.normal_impulse, c.impulse);
     else
       iterations = solve_bodies(h) ? 4 : 20;
     for (int i = 0; i < iterations; ++i) {
       for (Contact& c : contacts) solve_normal(c, h);
-      // bristles: in the later half of the iterations forces come from the patches themselves.
+      // bristles: takes forces from the patches themselves in the later half of the iterations, because the
+      // linear models may not hold.
       if (kind_ == Friction::bristles && i >= iterations / 2 && i % 2 == 0)
         for (Contact& c : contacts) ask(c, h);
       for (int sweep = 0; sweep < sweeps; ++sweep)
@@ -123,7 +125,8 @@ class World {
     if (kind_ == Friction::bristles) step_patches(h);
   }
 
-  /// Returns how far a box stands down the plane from the plane's origin, m.
+  /// Returns the distance of a box from the plane's origin, down the plane, m. It shows how far the box has
+  /// crept or slid.
   double place(int box) const { return boxes[box].position[0] - plane[0]; }
 
   std::vector<Box> boxes;
@@ -132,7 +135,8 @@ class World {
 
  private:
   static constexpr int sweeps = 2;
-  // Softness of normal impulses in solve_bodies(), over their mobility.
+  // Softness of normal impulses in solve_bodies(), relative to their mobility. It lets four corners share the
+  // load that three could carry.
   static constexpr double softness = 3e-3;
   static constexpr double highest_load = 50.0;  // highest load of one corner, N
 
@@ -159,7 +163,8 @@ class World {
           c.arm = boxes[b].turn * c.corner;
           if (below == b || !touches(c)) continue;
           if (!known) c.frame = bristle::ContactFrame(c.up);
-          // Turns the axes of a contact with the mean rotation of both bodies.
+          // Turns the axes of the friction with the mean rotation of both bodies, so that bristles keep their
+          // direction on them.
           c.frame.carry(c.up, h * boxes[b].spin,
                         below < 0 ? Vector3d(0, 0, 0) : Vector3d(h * other(c)->spin));
           const Vector3d axes[2] = {c.frame.along(), c.frame.aside()};
@@ -173,7 +178,8 @@ class World {
     patches_.end_step();  // bristles: returns the patches of corners that do not touch to the pool
   }
 
-  /// Finds the height of a corner over the surface below. Returns whether it is near.
+  /// Computes the height of a corner over the surface below. Returns whether the corner is so near that it
+  /// may touch.
   bool touches(Contact& c) {
     const Vector3d corner = boxes[c.box].position + c.arm;
     const Box* box = other(c);
@@ -199,7 +205,7 @@ class World {
     boxes[c.box].add(impulse, c.arm);
     if (other(c)) other(c)->add(-impulse, c.arm_below);
   }
-  /// Returns the velocity of the corner relative to the surface below, m/s.
+  /// Returns the velocity of the corner against the surface below, m/s.
   Vector3d velocity(const Contact& c) {
     return boxes[c.box].velocity_at(c.arm) - (other(c) ? other(c)->velocity_at(c.arm_below) : plane_velocity);
   }
@@ -207,10 +213,10 @@ class World {
     const Vector3d v = velocity(c);
     return {c.frame.along().dot(v), c.frame.aside().dot(v)};
   }
-  /// Returns the normal speed that just closes the gap in this step, or pushes a corner that is too deep out
-  /// over several steps, m/s.
+  /// Returns the normal speed, m/s, that a contact aims at: one that just closes the gap in this step, or one
+  /// that pushes a corner that is too deep out over several steps.
   static double wanted_speed(const Contact& c, double h) {
-    // Accepted depth of overlap, m; share of the excess that each step removes.
+    // Accepted depth of overlap, m, and the share of the excess that each step removes.
     constexpr double allowed = 1e-4, share = 0.1;
     return c.gap > 0.0 ? -c.gap / h : share * std::max(-c.gap - allowed, 0.0) / h;
   }
@@ -231,20 +237,21 @@ class World {
     c.impulse = impulse;
   }
 
-  /// bristles: makes the linear model of the patch's force from its force without slip. The patch does not
-  /// change.
+  /// bristles: makes the linear model of the patch's force, from its force without slip. The patch itself
+  /// does not change.
   void begin(Contact& c, double h) {
     c.patch = patches_.find_or_add(c.key);
-    // Finds the force of a new contact, whose load is unknown, at the highest load; it is scaled later.
+    // Evaluates the patch of a new contact, whose load is not known yet, at the highest load; the force is
+    // scaled later.
     const double load = c.load > 0.0 ? c.load : highest_load;
     c.model = {batch_.find_force(h, {c.patch, {0.0, 0.0}, load}), h, load};
     c.elastic = c.model.steady;
   }
 
   /// bristles: solves all boxes at once, with soft normal impulses and the linear models, because in a stack
-  /// iterations come too slowly from box to box. Returns whether few iterations are enough after that: no
-  /// contact pulls, and loads are nearly those of the linear models. (bristle::BodySystem does the same for
-  /// many bodies, and LinearFriction::release finds contacts that slip.)
+  /// iterations carry changes too slowly from box to box. Returns whether few iterations are enough after
+  /// that: no contact pulls, and loads are nearly those of the linear models. (bristle::BodySystem does the
+  /// same for many bodies, and LinearFriction::release finds contacts that slip.)
   bool solve_bodies(double h) {
     const int size = 6 * static_cast<int>(boxes.size());
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
@@ -286,8 +293,8 @@ class World {
     return nearly;
   }
 
-  /// bristles: corrects the linear model by the patch's force at the present slip and load. The patch does
-  /// not change.
+  /// bristles: corrects the linear model by the patch's force at the present slip and load. The patch itself
+  /// does not change.
   void ask(Contact& c, double h) {
     if (c.normal_impulse == 0.0) return;
     const Vector2d s = slip(c), d = h * s;
@@ -305,13 +312,14 @@ class World {
     c.impulse = impulse;
   }
 
-  /// bristles: steps all patches once, under the final loads, by how far each corner has moved along what is
-  /// below. By velocities a box that turns would drift outwards.
+  /// bristles: steps all patches once, under the final loads, by the distance that each corner has moved over
+  /// what is below. By velocity times time step a box that turns would drift outwards.
   void step_patches(double h) {
     std::vector<bristle::Motion> motions;
     for (Contact& c : contacts) {
       const double load = c.normal_impulse / h;
-      // Ignores load changes in the solver's last digits, so that patches at rest stay exactly at rest.
+      // Ignores changes of the load in the solver's last digits, so that patches at rest stay exactly at
+      // rest.
       if (std::abs(load - c.load) > 1e-6 * load) c.load = load;
       const Box& box = boxes[c.box];
       const Vector3d from = other(c) ? other(c)->position + other(c)->turn * c.under : plane + c.under;
@@ -331,8 +339,8 @@ class World {
 constexpr double h = 1.0 / 240.0;  // s
 const Box block{0.2, {0.05, 0.05, 0.02}, {0.0, 0.0, 0.02}};
 
-/// Returns how far ten taps move a block down a slope of 20 degrees, m. Each asks for 12 ms for more than
-/// kinetic friction and less than the peak.
+/// Returns how far ten taps move a block down a slope of 20 degrees, m. During each tap, 12 ms, the block
+/// needs more than kinetic friction and less than the peak, so it should not creep.
 double tapped(Friction kind) {
   World world(kind, 20.0 * M_PI / 180.0, {block});
   double before = 0.0;
@@ -344,8 +352,9 @@ double tapped(Friction kind) {
   return world.place(0) - before;
 }
 
-/// Returns how fast the top of a stack of five blocks creeps down a slope of 10 degrees that moves to and fro
-/// along itself, 4 times a second with 2 m/s^2, m/s. All friction needed is below kinetic friction.
+/// Returns how fast the top of a stack of five blocks creeps, m/s. The stack stands on a slope of 10 degrees
+/// that moves to and fro along itself, 4 times a second with 2 m/s^2. The friction needed stays below kinetic
+/// friction.
 double stacked(Friction kind) {
   std::vector<Box> boxes(5, block);
   for (int i = 0; i < 5; ++i) {
@@ -364,8 +373,8 @@ double stacked(Friction kind) {
   return (world.place(4) - before) / (480.0 * h);
 }
 
-/// Returns how far a block on the level moves under a push that grows to 1.04 times kinetic friction in a
-/// second and is held there for another, m.
+/// Returns how far a block on a level plane moves, m, under a push that grows to 1.04 times kinetic friction
+/// in a second and is held there for another.
 double held(Friction kind) {
   World world(kind, 0.0, {block});
   for (int k = 0; k < 480; ++k) {
@@ -375,8 +384,8 @@ double held(Friction kind) {
   return world.place(0);
 }
 
-/// Returns how far a block thrown at 2 m/s slides, over v^2 / (2 mu g). Semi-implicit steps of time h shorten
-/// the path by h v / 2.
+/// Returns how far a block thrown at 2 m/s slides, over the exact v^2 / (2 mu g). Semi-implicit steps of time
+/// h shorten the path by h v / 2.
 double thrown(Friction kind) {
   World world(kind, 0.0, {block});
   for (int k = 0; k < 240; ++k) world.step(h);

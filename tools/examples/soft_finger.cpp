@@ -1,5 +1,5 @@
-// Example of a soft fingertip on a device of six degrees of freedom: a pad that grows with the load presses,
-// twists and slides, and answers with force and torque. Exits with 1 when these are wrong.
+// Example of a soft fingertip on a haptic device of six degrees of freedom: a pad that grows with the load
+// presses, twists and slides, and answers with force and torque. Exits with 1 when these are wrong.
 #include <cmath>
 #include <cstdio>
 
@@ -28,8 +28,8 @@ struct SoftFinger {
     batch.warm_up();  // nothing allocates after this
   }
 
-  // The servo callback. `moved` (m) and `turned` (rad): differences of the device's poses since the last
-  // tick, in the world; `load` (N): of the wall. Returns force (N) and torque (N m) for the device.
+  // Servo callback of the example. `moved` (m) and `turned` (rad): differences of the device's poses since
+  // the last tick, in the world; `load` (N): of the wall. Returns force (N) and torque (N m) for the device.
   bristle::ContactFrame::Wrench tick(const Eigen::Vector3d& moved, const Eigen::Vector3d& turned,
                                      double load) {
     const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // the surface's normal where it is touched
@@ -59,23 +59,25 @@ int main() {
     right = right && std::abs(value - expected) <= share * std::abs(expected);
   };
   constexpr double pi = 3.141592653589793, slip = SoftFinger::friction * 2.0;
-  // Returns the torque of a Hertz pad of radius a that spins on the spot under load N: 3 pi / 16 mu N a.
+  // Expected torque of a Hertz pad of radius a that spins on the spot under load N: 3 pi / 16 mu N a.
   const double spinning = 3.0 * pi / 16.0 * slip * SoftFinger::radius;
 
   run("pressed with 2 N", 100, 0.0, 0.0, 2.0);
-  // Returns the torque per radian of a Hertz pad that sticks: 2/5 K a^2, K stiffness, a radius.
+  // Expects the torque of a Hertz pad that is twisted and sticks: 2/5 K a^2 per radian, K stiffness, a
+  // radius.
   expect(run("twisted by half a degree", 100, 0.0, 0.087, 2.0)[5],
          -0.4 * finger.response.stiffness[0][0] * SoftFinger::radius * SoftFinger::radius * 0.0087, 0.01);
   expect(run("twisted on, the pad spins", 900, 0.0, 1.0, 2.0)[5], -spinning, 0.02);
-  // Slides and spins with v = omega a, so that the centre moves as fast as the spin moves the rim.
+  // Slides and spins with v = omega a, so that the centre moves as fast as the spin moves the rim. Sliding
+  // then needs less force.
   const auto both = run("slides at 6 mm/s and still spins", 500, 6e-3, 1.0, 2.0);
   expect(both[0], -0.884 * slip, 0.03);
   expect(both[5], -0.2209 * slip * SoftFinger::radius, 0.05);
   const auto slides = run("slides, spins no more", 900, 6e-3, 0.0, 2.0);
   expect(slides[0], -slip, 0.01);
   right = right && std::abs(slides[5]) < 0.02 * spinning;
-  // At a quarter of the load the pad's radius is 4^(-1/3) = 0.63 of the full one, so its torque is 0.25 *
-  // 0.63 = 0.16 of the full one.
+  // Expects a torque of 0.25 * 0.63 = 0.16 of the full one at a quarter of the load, since the pad's radius
+  // is then 4^(-1/3) = 0.63 of the full one.
   run("0.5 N, slides back", 500, -6e-3, 0.0, 0.5);
   expect(run("0.5 N, spins", 900, 0.0, -1.0, 0.5)[5], spinning * std::pow(0.25, 4.0 / 3.0), 0.02);
   const auto before = last;
