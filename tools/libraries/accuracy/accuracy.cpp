@@ -25,7 +25,8 @@ bool uses_mean(const Scene& scene) {
                      [](const ScenePatch& p) { return has(p.options.outputs, bristle::Outputs::mean); });
 }
 
-// Throws if ten runs of the whole scene, the least that a study needs, exceed its time (`seconds`).
+// Refuses a study whose scene is too long: throws if ten runs of the whole scene, the least that a study
+// needs, exceed its time (`seconds`).
 void check_size(const AccuracyStudy& study, double seconds) {
   Setting as_scene;
   as_scene.as_scene = true;
@@ -41,8 +42,8 @@ void check_size(const AccuracyStudy& study, double seconds) {
 void check_record(const AccuracyStudy& study) {
   const double rows = static_cast<double>(step_count(study.cut)) * study.result.scene_parts *
                       static_cast<double>(study.cut.patch_count());
-  // Bytes of the recorded forces. A row (a step of one patch) has two forces and a position, of two numbers
-  // each. Seven records exist at once: three references, two pairs, one run, one copy.
+  // Bytes of memory for the recorded forces. A row (a step of one patch) has two forces and a position, of
+  // two numbers each. Seven records exist at once: three references, two pairs, one run, one copy.
   const double bytes = rows * 6.0 * 8.0 * 7.0;
   if (bytes > 4e9)
     throw UserError(

@@ -1,5 +1,5 @@
-// Measures error against run time, and finds the cheapest setting for a wanted error: the command `bristle
-// accuracy`.
+// Measures how the error of forces depends on run time, and finds the cheapest setting for a wanted error:
+// the command `bristle accuracy`.
 #pragma once
 
 #include <cstdint>
@@ -17,32 +17,34 @@ struct AccuracyOptions {
   std::string scene;
   bool quick = false;
   double seconds = 0.0;  ///< wall time that a study may take, s; 0: 40 s with `quick`, else 220 s
-  /// Wanted rms error of the forces, relative to the forces. None: the first of 1, 2, 5, 10 % that a setting
-  /// meets.
+  /// Wanted rms error of the forces, relative to the forces. Not given: the smallest of 1, 2, 5, 10 % that a
+  /// setting meets.
   std::optional<double> error;
   std::string json, csv;  ///< names of report files; empty: no report, "-": stdout
   std::string isa;        ///< instruction set, such as "avx2"; empty: the library's choice
 };
 
-/// Number of copies of a patch whose forces are compared with the reference. Further copies are only timed.
+/// Number of copies of a patch whose forces are compared with the reference. Further copies are only timed,
+/// because comparing more would not change the error.
 constexpr std::uint32_t compared_copies = 64;
 
 /// Setting of the patches (number of bristles, time step, ...), with its errors and run times.
 struct SettingResult {
   Setting setting;
-  /// Whether this setting was also compared with a run of the same bristles in double precision at the finest
-  /// step, which has every snap.
+  /// Whether this setting was compared, besides with the reference, with a run of the same bristles in double
+  /// precision at the finest step, in which no snap is missed. The difference shows the error of step and
+  /// precision alone.
   bool paired = false;
   double predicted_s = 0.0;                     ///< predicted time of one run with this setting, s
   std::vector<RunTime> times;                   ///< run times with all copies of patches, one per round
   std::vector<std::vector<PatchError>> errors;  ///< [run][patch], force error against the reference run
-  /// Force error against a reference that has the scene's own time step, as [run][patch]. It shows what is
-  /// not due to the step.
+  /// Error of the forces against a reference with the scene's own time step, as [run][patch]: what is not due
+  /// to the length of the step.
   std::vector<std::vector<PatchError>> same_steps;
-  /// Force error against a run of the same bristles with the finest time step, as [run][patch]. It shows what
+  /// Error of the forces against a run of the same bristles with the finest time step, as [run][patch]: what
   /// is due to step and precision alone.
   std::vector<std::vector<PatchError>> pairs;
-  /// Force error of the first run against a closed form, by patch, where one exists.
+  /// Error of the forces of the first run against a closed form, by patch; unset where no closed form exists.
   std::vector<std::optional<double>> closed_form;
   bool on_front = false;
 
@@ -53,8 +55,8 @@ struct SettingResult {
   PatchError worst() const;
   /// Returns the standard error, over seeds, of the rms force error of the worst patch; 0 for a single run.
   double rms_spread() const;
-  /// Returns a quantile, over repeated runs, of the CPU time (s) of one step under this setting; `share` is
-  /// the quantile's level, 0.5 for the median.
+  /// Returns a quantile, over repeated runs, of the CPU time (s) of one step with this setting; `share` is
+  /// the level of the quantile, 0.5 for the median.
   double step_s(double share = 0.5) const;
 };
 
@@ -70,7 +72,8 @@ struct Recommendation {
   double wanted = 0.0;
   PatchError promised;  ///< error of the chosen setting as first measured, when it was chosen
   double promised_step_s = 0.0;
-  /// Error of the chosen setting with seeds that the search did not use. It may exceed the wanted error.
+  /// Error of the chosen setting with seeds that the search did not use. The search prefers lucky seeds, so
+  /// this error may exceed the wanted one.
   PatchError confirmed;
   double confirmed_step_s = 0.0;
   double p99_s = 0.0, max_s = 0.0;  ///< wall time of single steps, s: 99th percentile and maximum
@@ -78,8 +81,8 @@ struct Recommendation {
   double least_error = 0.0;  ///< least error of all settings tried, where none met the wanted error
 };
 
-/// Cheapest setting with representatives (or with the infinite brush) in all patches whose error is at most
-/// the one that the user wants.
+/// Cheapest setting of one population (representatives, or the infinite brush) in all patches that has at
+/// most the error that the user wants.
 struct CheapestOf {
   bool infinite = false;
   bool found = false;
@@ -108,8 +111,8 @@ struct AccuracyResult {
   std::vector<std::string> not_run;  ///< names of settings left out as too slow for the given time
   std::vector<SlopeResult> slopes;
   Recommendation recommendation;
-  /// Reason why the paper's loop (snapped bristles lose their overshoot) is not among the settings; empty if
-  /// it is.
+  /// Reason why the paper's loop is not among the settings tried; empty if it is. (In that loop a snapped
+  /// bristle loses the path left in the step.)
   std::string no_paper_loop;
   /// Reason why the infinite brush is not among the settings; empty if it is.
   std::string no_infinite;
@@ -117,13 +120,13 @@ struct AccuracyResult {
   double seconds = 0.0;              ///< wall time that the study took, s
 };
 
-/// CPU time of a step of the scene, s: a fixed part, plus a part times the number of bristles of a patch.
-/// Predicts the time of settings not yet run.
+/// CPU time of a step of the scene, s, as a fixed part plus a part times the number of bristles of a patch.
+/// It predicts the times of settings that have not been run.
 struct StepCost {
   double fixed_s = 0.0, bristle_s = 0.0;
 };
 
-/// Scene, reference run and results, shared by the functions that make up a study of accuracy.
+/// Scene, reference run and results of a study of accuracy, passed between the functions that make it up.
 struct AccuracyStudy {
   AccuracyStudy(const AccuracyOptions& its_options, const Scene& its_scene)
       : options(its_options), scene(its_scene), cut(cut_copies(its_scene, compared_copies)) {}
@@ -141,12 +144,12 @@ struct AccuracyStudy {
   AccuracyResult result;
 
   double dt(std::uint32_t parts) const { return result.reference_dt_s * parts; }
-  /// Returns the predicted time, s, of one run of the scene under a setting, with few copies of patches.
+  /// Returns the predicted time, s, of one run of the scene with a setting, in which patches have few copies.
   double predict(const Setting& setting) const;
   std::uint32_t scene_bristles() const;  ///< returns the number of bristles of the scene's largest patch
 };
 
-/// Wall time, in seconds, that each part of a study of accuracy may take.
+/// Wall time, s, that each part of a study of accuracy may take.
 struct AccuracyBudget {
   double reference, ladder, confirm;
 };
@@ -159,12 +162,12 @@ void run_ladder(AccuracyStudy& study, double seconds);
 void measure(AccuracyStudy& study, SettingResult& result, std::uint32_t round, double most_s);
 void find_slopes(AccuracyStudy& study);
 void mark_front(AccuracyStudy& study);
-/// Returns the Pareto front of time and error, ordered by time: the points to which no other is better in
-/// both. A slower point counts only if its error is less by the share `gain`.
+/// Returns the Pareto front of time and error, ordered by time: the points of which no other is better in
+/// both. A slower point belongs to it only if its error is less by the share `gain`.
 std::vector<std::size_t> pareto_front(const std::vector<double>& time, const std::vector<double>& error,
                                       double gain = 0.0);
 void recommend(AccuracyStudy& study, double seconds);
-/// Finds the cheapest setting of each population that meets the error found by recommend(), called before.
+/// Finds the cheapest setting of each population that meets the error which recommend() has found.
 void compare_populations(AccuracyResult& result);
 
 /// Runs the whole study of error against time. Throws UserError.
@@ -172,8 +175,9 @@ AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options
 
 /// Returns the CPU seconds that a setting takes for one step of the scene.
 double scene_step_s(const AccuracyResult& result, const SettingResult& setting);
-/// Returns whether the scene could use this setting: its time step divides the scene's, it records the force
-/// that the scene uses (mean over a step, or at its end), and the library steps the patches.
+/// Returns whether the scene could use this setting: the setting's time step divides the scene's, its run
+/// recorded the force that the scene uses (mean over a step, or at its end), and the library steps the
+/// patches.
 bool is_usable(const AccuracyResult& result, const Setting& setting);
 /// Returns the number of representatives in all patches under a setting; an infinite patch has none.
 std::uint64_t total_bristles(const Scene& scene, const Setting& setting);

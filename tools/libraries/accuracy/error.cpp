@@ -143,7 +143,7 @@ ClosedForm::ClosedForm(const Scene& scene, double dt_s, std::uint32_t most_parts
       const double speed = std::hypot(motion.velocity[0], motion.velocity[1]);
       const double ex = (std::cos(turn) * motion.velocity[0] - std::sin(turn) * motion.velocity[1]) / speed;
       const double ey = (std::sin(turn) * motion.velocity[0] + std::cos(turn) * motion.velocity[1]) / speed;
-      // Spaces the compared times evenly in log time, because first loading bends the curve early.
+      // Spaces the compared times evenly on a log scale, because the loading curve bends early.
       std::size_t last = 0;
       for (std::size_t k = 1; k <= closed_form_times; ++k) {
         const auto row = static_cast<std::size_t>(

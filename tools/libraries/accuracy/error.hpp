@@ -1,4 +1,4 @@
-// Computes errors of a scene's forces: against a converged reference run, and against closed forms.
+// Computes errors of a scene's forces, against a converged reference run and against closed forms.
 #pragma once
 
 #include <cstddef>
@@ -19,19 +19,21 @@ struct PatchError {
   double path = 0.0;    ///< largest difference of a body's position from the reference, m
 };
 
-/// Reference run that errors are measured against: the mean of finely resolved runs with several seeds, with
+/// Reference run against which errors are measured: the mean of finely resolved runs with several seeds, with
 /// the standard error of that mean.
 class Reference {
  public:
-  /// Adds a run. Alternate runs go to two halves, whose difference gives the standard error of the mean.
+  /// Adds a run to the reference. Runs go alternately to two halves, whose difference gives the standard
+  /// error of the mean.
   void add(const ForceRecord& record);
-  /// Computes the means of all runs that were added. Call it after the last add().
+  /// Computes the mean of all runs that were added. Call it after the last add().
   void finish();
 
   const ForceRecord& mean() const noexcept { return mean_; }
   int runs() const noexcept { return runs_; }
-  /// Returns the standard error of the mean force, by patch, over the rms force: half the difference between
-  /// the mean forces of the two halves of runs.
+  /// Returns the standard error of the reference's mean force, by patch, over the rms force: half the
+  /// difference between the mean forces of the two halves of runs. Smaller errors than this cannot be
+  /// measured.
   const std::vector<double>& floor() const noexcept { return floor_; }
 
  private:
@@ -46,10 +48,10 @@ class Reference {
 std::vector<PatchError> compare(const ForceRecord& record, const ForceRecord& reference, std::uint32_t parts,
                                 bool mean);
 
-/// Comparison of forces with a closed form, which exists for a patch that moves as a ramp under constant
-/// load: the loading curve of straight bristles, plus dampers and lubricant. Gives the relative rms
-/// difference for each patch; unset without a closed form. `most_parts`, the longest step in steps of the
-/// reference, makes the compared times the same for every step length.
+/// Compares forces with a closed form. It exists for a patch that moves as a ramp under constant load: the
+/// loading curve of straight bristles, plus dampers and lubricant. Gives the relative rms difference for each
+/// patch; unset without a closed form. `most_parts`, the longest step in steps of the reference, makes the
+/// compared times the same for every step length.
 class ClosedForm {
  public:
   ClosedForm(const Scene& cut_scene, double reference_dt_s, std::uint32_t most_parts);

@@ -1,4 +1,5 @@
-// Runs the reference of a study of accuracy, chooses the settings to try (the ladder), and runs those.
+// Runs the reference of a study of accuracy, and chooses and runs the settings that are compared with it (the
+// ladder, from cheap to expensive).
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -20,16 +21,18 @@ namespace {
 constexpr std::uint32_t pilot_few = 300, pilot_many = 3000;
 constexpr double first_round_share = 0.4;  // share of the time for all rounds that the first may take
 constexpr std::uint64_t pilot_steps = 20'000;
-// Run time of a setting, s, above which disturbances by other programs are negligible.
+// Run time, s, above which a single run times a setting well enough, because disturbances by other programs
+// are negligible.
 constexpr double enough_timed_s = 0.2;
 constexpr std::uint32_t most_reference_bristles = 1'000'000;
 // Estimated ratio of the time of a step in double precision to one in single precision. Only single precision
 // is timed in advance, so the estimate is on the high side.
 constexpr double double_costs = 2.0;
-// Estimated ratio of the time of a step of the paper's loop (plain arrays) to one of as many representatives.
+// Estimated ratio of the time of a step of the paper's loop (plain arrays) to that of as many
+// representatives.
 constexpr double paper_loop_costs = 5.0;
 // Number of representatives whose step takes as long as that of an infinite patch with one piece of path per
-// mean snap length. An infinite patch of resolution r costs r times as much. For planning only.
+// mean snap length. An infinite patch of resolution r costs r times as much. For planning the study only.
 constexpr double bristles_a_piece = 150.0;
 constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
 // Smallest relative spread (standard deviation over mean) of snap lengths that the infinite brush accepts.
@@ -49,8 +52,8 @@ Setting reference_setting(std::uint32_t bristles) {
   return setting;
 }
 
-// Measures the wall time of a step of the scene with few copies, as a fixed part and a part per bristle. It
-// is wall time because the study as a whole has a limit in wall time. A short scene is run in full.
+// Measures the wall time of a step of the scene with few copies, as a fixed part and a part per bristle. Wall
+// time, not CPU time, because the study as a whole has a limit in wall time. A short scene is run in full.
 StepCost step_cost(const AccuracyStudy& study, Setting setting, std::uint32_t parts) {
   double cost[2];
   for (const int i : {0, 1}) {
@@ -87,8 +90,8 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
       const auto& d = stepper.motions()[c].displacement;
       const double length = std::hypot(d[0], d[1]);
       way[c] += length;
-      // Counts a step as moving only if it is longer than a thousandth of a mean snap length, since a
-      // creeping body moves a little in every step.
+      // Counts a step as moving only if it is longer than a thousandth of a mean snap length. A creeping body
+      // moves a little in every step.
       const double snap =
           fine.materials[fine.patches[stepper.copies()[c].patch].material].material.snap_length.mean();
       if (length > 1e-3 * snap) moved[c] += 1.0;
@@ -105,7 +108,7 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
   }
 }
 
-/// Returns the reason why a scene cannot run with the infinite brush; empty if it can.
+/// Returns the reason why a scene cannot run with the infinite brush, for the report; empty if it can.
 std::string infinite_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -118,7 +121,8 @@ std::string infinite_obstacle(const Scene& scene) {
   return {};
 }
 
-/// Returns the reason why a scene cannot run with the paper's loop (a snap loses its overshoot), or "".
+/// Returns the reason why a scene cannot run with the paper's loop, in which a snap loses the path left in
+/// the step; empty if it can.
 std::string paper_loop_obstacle(const Scene& scene) {
   for (const ScenePatch& patch : scene.patches) {
     const bristle::Material& m = scene.materials[patch.material].material;
@@ -134,7 +138,8 @@ std::string paper_loop_obstacle(const Scene& scene) {
   return {};
 }
 
-// Drops the most expensive settings from the ladder (the list to try) until the others fit into `seconds`.
+// Removes the most expensive settings from the ladder (the settings to try) until the rest can be run in
+// `seconds`.
 void fit_into(std::vector<SettingResult>& ladder, double seconds, int rounds, AccuracyStudy& study) {
   const auto total = [&] {
     double sum = 0.0;
@@ -165,7 +170,7 @@ double AccuracyStudy::predict(const Setting& setting) const {
   const double factor = setting.paper_loop                                 ? paper_loop_costs
                         : setting.precision == bristle::Precision::double_ ? double_costs
                                                                            : 1.0;
-  // Adds as second term the time for making the patches, about 60 ns for the snap length of each bristle.
+  // Adds the time for making the patches as the second term: about 60 ns for the snap length of each bristle.
   return steps * (cost.fixed_s + n * factor * cost.bristle_s) +
          60e-9 * n * static_cast<double>(cut.patch_count());
 }
@@ -204,12 +209,12 @@ void make_reference(AccuracyStudy& study, double seconds) {
   r.reference_bristles =
       rounded(std::clamp(affordable, 1000.0, static_cast<double>(most_reference_bristles)));
   for (int i = 0; i < runs; ++i) {
-    // Stops the reference runs only after an even number, since their error is computed from two equal
-    // halves.
+    // Stops the reference runs only after an even number, because their error is computed from two halves of
+    // equal size.
     const double now = bristle::DeadlineMonitor::wall_now();
     if (i > 0 && i % 2 == 0 && now + 2.0 * each > until && now > until - pair_share * seconds) break;
     const Setting setting = reference_setting(r.reference_bristles);
-    // Uses seeds for the reference that no run of the settings to try uses; those count their rounds from 0.
+    // Uses seeds for the reference that no setting uses: the settings count their rounds from 0.
     const auto round = static_cast<std::uint32_t>(1'000'000 + i);
     for (const std::uint32_t parts : {1u, r.scene_parts}) {
       const SettingRun run =
@@ -304,7 +309,7 @@ std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {
       add(s);
     }
   }
-  // Plans at least three rounds of runs of each setting, because run times are reported as medians.
+  // Plans at least three rounds of runs of each setting, so that medians of run times mean something.
   fit_into(ladder, seconds, 3, study);
   return ladder;
 }
@@ -322,7 +327,7 @@ void measure(AccuracyStudy& study, SettingResult& to, std::uint32_t round, doubl
     to.closed_form = study.closed_form->compare(run.record, s.parts);
   if (study.is_cut) {
     // Measures times on a part of the run with all copies of each patch, and errors on the whole run with few
-    // copies.
+    // copies, because all copies over the whole run would take too long.
     const double whole_s = to.predicted_s * study.full_over_cut;
     const Scene full = apply(study.scene, s, study.dt(s.parts), round);
     const auto steps = static_cast<double>(step_count(full));
@@ -354,7 +359,7 @@ void run_ladder(AccuracyStudy& study, double seconds) {
         study.result.not_run.push_back(setting_name(s.setting, study.dt(s.setting.parts)));
         continue;
       }
-      // Runs cheap settings in every round of seeds, but expensive ones in the first three rounds only.
+      // Runs cheap settings in every round of seeds, but expensive ones only in the first three rounds.
       const bool dear = round >= 3 && s.predicted_s > share / rounds;
       if (round > 0 && (s.times.empty() || dear || spent > seconds)) continue;
       measure(study, s, static_cast<std::uint32_t>(round), 0.3 * share);

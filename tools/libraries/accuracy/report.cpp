@@ -14,10 +14,11 @@
 namespace cli {
 namespace {
 
-// Relative change of friction that people just notice by touch: a lower and an upper estimate.
+// Relative change of friction that people just notice by touch, a lower and an upper estimate. The report
+// compares errors with it.
 constexpr double discrimination_low = 0.07, discrimination_high = 0.10;
 
-// Pieces per mean snap length into which an infinite patch cuts its path if the option `resolution` is 0.
+// Pieces per mean snap length into which an infinite patch cuts its path when the option `resolution` is 0.
 constexpr double default_resolution = 8.0;
 
 std::string percent(double share) { return fmt::format("{:.3g}", 100.0 * share); }
@@ -26,7 +27,8 @@ std::string microseconds(double seconds) { return fmt::format("{:.3g}", 1e6 * se
 
 const char* output_name(const Setting& s) { return s.mean ? "mean" : "end"; }
 
-// Names of a setting's options in the report. The row of the unchanged scene shows its first patch.
+// Names of a setting's options as the report shows them. The row of the unchanged scene shows the options of
+// its first patch.
 struct Shown {
   const char *population, *rule, *precision;
   double resolution;  // pieces of path per mean snap length, for an infinite patch
@@ -61,7 +63,7 @@ std::string cheapest_text(const AccuracyResult& r, const CheapestOf& c) {
                      microseconds(c.scene_step_s));
 }
 
-// Returns the reports' sentence on whether representatives or the infinite brush are cheaper.
+// Returns the sentence of the report that says whether representatives or the infinite brush are cheaper.
 std::string populations_text(const AccuracyResult& r) {
   const CheapestOf &bristles = r.cheapest[0], &infinite = r.cheapest[1];
   const std::string wanted = percent(r.recommendation.wanted);

@@ -12,8 +12,8 @@ namespace {
 
 using bristle::DeadlineMonitor;
 
-// Number of steps timed together in scenes of few patches, where reading the CPU clock after each step would
-// cost as much as the step itself.
+// Number of steps that are timed together in scenes of few patches. Reading the CPU clock after each step
+// would cost as much as the step itself.
 constexpr std::uint64_t steps_per_chunk = 64;
 constexpr std::size_t few_copies = 64;
 
@@ -137,7 +137,7 @@ class RecordedRun {
     }
   }
 
-  /// Steps the paper's loops in place of the stepper's patches.
+  /// Steps the paper's loops, which stand in for the library's patches in this run.
   void step_loops() {
     for (std::size_t c = 0; c < copies_; ++c) {
       const bristle::Motion& motion = stepper_.motions()[c];
@@ -157,7 +157,7 @@ class RecordedRun {
 
   const Scene& scene_;
   SceneStepper stepper_;
-  /// The paper's loops, one for each copy of a patch; empty: the library steps.
+  /// The paper's loops, one for each copy of a patch. Empty in a run of the library's own patches.
   std::vector<rivals::PaperLoop> loops_;
   bool keep_;
   std::uint64_t steps_;
@@ -178,8 +178,8 @@ Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32
   changed.dt = dt_s;
   for (ScenePatch& p : changed.patches) {
     bristle::PatchOptions& o = p.options;
-    // Offsets the seeds of each round of runs by a large stride (modulo 2^32). Copies of a patch have
-    // successive seeds, which a small stride would use again.
+    // Offsets the seeds of each round by a large stride (modulo 2^32). Copies of a patch have successive
+    // seeds, so a small stride would use the same seeds again.
     o.seed += round * 0x9E3779B9u;
     if (setting.as_scene) continue;
     const bool energy = has(o.outputs, Outputs::energy);

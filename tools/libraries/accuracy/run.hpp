@@ -17,7 +17,7 @@ struct Setting {
   bool as_scene = false;       ///< whether the scene's own options are kept and the members below ignored
   std::uint32_t bristles = 0;  ///< number of representatives in each patch
 
-  /// Pieces of path per mean snap length of the infinite brush. Above 0 the infinite brush replaces
+  /// Pieces of path per mean snap length of the infinite brush. If above 0, the infinite brush replaces
   /// representatives.
   double resolution = 0.0;
   std::uint32_t parts = 1;  ///< length of a time step, in steps of the reference run
@@ -33,8 +33,8 @@ struct Setting {
 /// 0 keeps the scene's own.
 Scene apply(const Scene& scene, const Setting& setting, double dt_s, std::uint32_t round);
 
-/// Returns the scene with at most `most` copies of each patch on a prescribed motion, spread evenly over the
-/// original ones.
+/// Returns the scene with at most `most` copies of each patch on a prescribed motion, taken at even distances
+/// from the original ones. Fewer copies run faster.
 Scene cut_copies(const Scene& scene, std::uint32_t most);
 
 /// Recorded forces on the moving body, N, along the scene's axes, for each step and copy of a patch.

@@ -1,5 +1,5 @@
-// Draws conclusions from the measured settings of a scene: slopes of error against bristles and step, the
-// Pareto front, and the cheapest setting for a wanted error.
+// Draws conclusions from the measured settings of a scene: how error falls with bristles and step, the Pareto
+// front, and the cheapest setting for a wanted error.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -21,19 +21,22 @@ namespace {
 
 // Relative force errors wanted by default, tried in this order; the first that a setting can meet is used.
 constexpr double default_errors[] = {0.01, 0.02, 0.05, 0.1};
-// Least relative gain in error for which a slower setting joins the Pareto front. Less is noise of the seeds.
+// Least relative gain in error for which a slower setting joins the Pareto front. A smaller gain is noise of
+// the seeds.
 constexpr double front_gain = 0.02;
-// Factor by which the error of a point must exceed the reference's own error to be fitted.
+// Factor by which the error of a point must exceed the error of the reference itself for the point to be used
+// in fits.
 constexpr double above_floor = 3.0;
 constexpr double single_rounding = 1e-6;  // relative error of forces in single precision
 // Step, in mean snap lengths, up to which the error of the paper's loop is a power of the step. Longer steps
-// are left out of the fit.
+// are left out of the fit of that power.
 constexpr double paper_limit = 0.7;
 
-// Numbers of the first rounds of seeds for the search and for its reported errors; earlier runs count from 0.
+// Numbers of the first rounds of seeds for the search and for the errors that it reports; earlier runs count
+// from 0. Different rounds keep the reported errors independent of the choice.
 constexpr std::uint32_t search_rounds = 100'000, report_rounds = 200'000;
 
-// Returns, by theory, the order at which the error falls with the number of bristles. Stratified snap lengths
+// Returns the order at which theory lets the error fall with the number of bristles. Stratified snap lengths
 // raise the order until the bristles have redrawn their lengths.
 std::string count_theory(const bristle::Material& m, double snaps_slid) {
   if (m.snap_rule == bristle::SnapRule::slide) return "-2: strata, each with the mean length of its part";
@@ -94,11 +97,12 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
     const Setting& set = s.setting;
     const double reach = r.step_over_snap[p] * set.parts / r.scene_parts;
     if (set.paper_loop && set.bristles == r.pair_bristles && reach < paper_limit) {
-      // Fits the error of the friction work for the paper's loop, which loses the overshoot of a snap and so
-      // friction. Force errors would add the scatter between different bristles.
+      // Fits the error of the friction work for the paper's loop, because that loop loses the path behind a
+      // snap, and so friction. Errors of forces would add the scatter between different bristles.
       paper.add(study.dt(set.parts), SettingResult::over_runs(s.errors, p).energy, 0.0);
     }
-    // Leaves out the finest time step: it is compared with an equal step, so its error is rounding.
+    // Leaves out the finest time step. It is compared with a run of the same step, so its error is only
+    // rounding.
     if (s.paired && set.precision == bristle::Precision::single && set.parts > 1)
       exact.add(study.dt(set.parts), SettingResult::over_runs(s.pairs, p).rms, rounding);
   }
@@ -130,10 +134,10 @@ SettingResult try_setting(AccuracyStudy& study, const Setting& setting, std::uin
   return result;
 }
 
-// Searches for a smaller number of bristles that still has the wanted error, above the next lower number
-// tried. Assumes that the error falls as n^-1/2, and measures every guess.
+// Searches for a smaller number of bristles that still meets the wanted error, between the one found and the
+// next lower number tried. Guesses that the error falls as n^-1/2, and measures every guess.
 Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, double seconds) {
-  // Factor on the wanted error at which the search aims. It is below 1, so that other seeds have the wanted
+  // Factor on the wanted error at which the search aims. It is below 1, so that other seeds meet the wanted
   // error too.
   constexpr double aim = 0.93;
   Setting best = found.setting;
@@ -161,7 +165,8 @@ Setting refine(AccuracyStudy& study, const SettingResult& found, double wanted, 
   return best;
 }
 
-// Measures wall times of single steps under the recommended setting, with the scene's own number of threads.
+// Measures wall times of single steps with the recommended setting and the scene's own number of threads, as
+// the user will run it.
 void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   const Scene scene = apply(study.scene, to.setting, study.dt(to.setting.parts), 0);
   RunOptions options;
@@ -179,7 +184,7 @@ void run_as_scene(AccuracyStudy& study, Recommendation& to, double seconds) {
   to.steps = run.steps;
 }
 
-// Accepts a setting if it has the wanted error with seeds that the search did not use, since the search
+// Accepts a setting if it meets the wanted error with seeds that the search did not use, since the search
 // favours settings that were lucky. The reported error comes from yet other seeds, since acceptance favours
 // luck too; it may exceed the wanted one.
 bool accept(AccuracyStudy& study, const Setting& setting, double seconds) {
@@ -239,7 +244,8 @@ double SettingResult::rms_spread() const {
     for (const PatchError& e : run) most = std::max(most, e.rms);
     values.push_back(most);
   }
-  // Returns a spread of exactly 0, free of rounding, if all runs gave one value (no random seeds).
+  // Returns a spread of exactly 0 if all runs gave one value, as without random seeds; rounding would give a
+  // little more.
   if (std::equal(std::next(values.begin()), values.end(), values.begin())) return 0.0;
   const auto n = static_cast<double>(values.size());
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;

@@ -1,4 +1,4 @@
-// Names what bounds the time of each speed target (instructions, latency, loads or bytes), and so what a
+// Says for each speed target what bounds its time (instructions, latency, loads or bytes), and so what a
 // faster version would have to change. The texts rest on counts by callgrind and llvm-mca.
 #include <string_view>
 
@@ -12,7 +12,7 @@ struct Bound {
   const char* by;
 };
 
-// Limits of the speed targets. The first entry whose name begins the target's name applies to the target.
+// Bounds of the speed targets. The first entry whose name begins the name of a target applies to that target.
 constexpr Bound bounds[] = {
     {"in_cache/few_snap",
      "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},

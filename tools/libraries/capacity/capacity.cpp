@@ -28,8 +28,8 @@ std::vector<CapacityCase> cases_of(int threads, bool first_thread_count, bool qu
                        Precision precision = Precision::single, std::uint32_t patch_bristles = 0) {
     cases.push_back({regime, rule, outputs, axes, precision, patch_bristles, threads});
   };
-  // Leaves out patches at rest in quick runs: any number of bristles fits the deadline, and making so many
-  // takes longest.
+  // Leaves patches at rest out of quick runs. Any number of them fits the deadline, and making so many takes
+  // longest.
   if (!quick) add(Regime::rest, SnapRule::keep, Outputs::end);
   if (first_thread_count || !quick) add(Regime::presliding, SnapRule::keep, Outputs::end);
   if (!quick) add(Regime::tremor, SnapRule::keep, Outputs::end);
@@ -142,7 +142,7 @@ void capacity_command(const CapacityOptions& options) {
     Progress progress("capacity");
     progress.update(0.0, "comparing loops");
     if (result.plain_loops_run && everything) result.comparisons = compare_loops(options);
-    // Share of the study that is done, 0 to 1, for the progress line.
+    // Share of the study that is done, 0 to 1, as the progress line shows it.
     double done = 0.05;
     const Report report = [&](const std::string& what) { progress.update(done += 0.005, what.c_str()); };
     if (everything) {

@@ -21,7 +21,8 @@ struct CapacityOptions {
   std::string isa;           ///< instruction set, as "avx2"; empty: the library's choice
   std::string json;          ///< JSON report to write; empty: none, "-": stdout
 
-  /// CSV file of step time against number of bristles, which tools/plots/capacity.gp plots; empty: no file.
+  /// Path of a CSV file of step time against number of bristles, which tools/plots/capacity.gp plots; empty:
+  /// no file.
   std::string csv;
 };
 
@@ -45,7 +46,7 @@ const RegimeFacts& facts_of(Regime regime) noexcept;
 inline const char* to_string(Regime regime) noexcept { return facts_of(regime).name; }
 inline double step_length(Regime regime) noexcept { return facts_of(regime).step; }
 
-/// Case whose step is timed: a variant of the kernel, a motion, and a number of bristles per patch.
+/// Case whose step is timed: a kind of motion, a variant of the kernel, and a number of bristles per patch.
 struct CapacityCase {
   Regime regime = Regime::sliding;
   bristle::SnapRule rule = bristle::SnapRule::keep;
@@ -54,7 +55,7 @@ struct CapacityCase {
   bristle::Precision precision = bristle::Precision::single;
   std::uint32_t patch_bristles = 0;  ///< number of bristles of each patch; 0: one patch has all bristles
   int threads = 1;
-  /// Displacement per step in mean snap lengths; none: that of the motion `regime`.
+  /// Displacement per step in mean snap lengths; not given: that of the motion `regime`.
   std::optional<double> step = {};
   std::optional<bristle::SnapLength> law = {};  ///< law of the snap lengths; none: uniform
 
@@ -88,17 +89,17 @@ struct CapacityRow {
   std::vector<StepTimes> curve;  ///< step times for each number of bristles tried, ascending
   StepTimes in_cache;            ///< step times of 14,400 bristles, which fit the CPU cache
 
-  /// Largest number of bristles whose 99th percentile of step time met the deadline in a longer, confirming
-  /// run.
+  /// Largest number of bristles that fits the deadline: in a longer, confirming run the 99th percentile of
+  /// step time met it.
   StepTimes fits;
   /// Whether even the largest number tried met the deadline, so that more may fit.
   bool capped = false;
 
-  /// Whether only short runs met the deadline and no confirming one; `fits` then holds the last number tried.
+  /// Whether no confirming run met the deadline, only short ones; `fits` then has the last number tried.
   bool unconfirmed = false;
 };
 
-/// Time of another friction loop, measured in turns with the library's on an equal motion.
+/// Time of another friction loop, measured alternately with the library's on an equal motion.
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
@@ -108,7 +109,7 @@ struct ComparisonRow {
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;
 };
 
-/// Speed target of the library, and the value measured on this machine.
+/// Speed target that the library promises, and the value measured on this machine.
 struct TargetRow {
   std::string name, what;
   /// Measured value: median and quartiles (none for a 99th percentile).
@@ -117,12 +118,13 @@ struct TargetRow {
   bool at_least = false;  ///< whether the target is reached at `limit` or above; if not, at `limit` or below
   std::string unit;
   bool met() const noexcept { return at_least ? measured >= limit : measured <= limit; }
-  /// Returns the share of the limit by which the measured value misses it; 0 if the target is met.
+  /// Returns by what share of its limit the measured value misses a target; 0 if the target is met.
   double missed_by() const noexcept {
     return met() ? 0.0 : at_least ? 1.0 - measured / limit : measured / limit - 1.0;
   }
 };
-/// Returns what limits the time of a speed target (instructions, latency, memory); "" if unknown.
+/// Returns what bounds the time of a speed target (instructions, latency, memory), for the report; "" if
+/// unknown.
 const char* bound_of(std::string_view target) noexcept;
 
 /// Step times of patches of infinitely many bristles, in one motion.
@@ -135,8 +137,8 @@ struct InfiniteRow {
   double p99_s = 0.0;  ///< 99th percentile of the time of a step of all patches, reading the clock included
 };
 
-/// Memory of a contact of the default material, and the time to save and restore its state, of 100 in a
-/// batch.
+/// Memory of a contact of the default material, and the time to save and to restore its state, averaged over
+/// a batch of 100.
 struct SnapshotRow {
   std::string what;
   std::uint64_t memory_bytes = 0;          ///< PatchInfo::memory_bytes
@@ -153,26 +155,27 @@ struct CapacityResult {
   std::vector<CapacityRow> rows;
   std::vector<TargetRow> targets;
   std::vector<InfiniteRow> infinite;
-  /// Numbers of infinite patches that meet the deadline, in rows like those for bristles.
+  /// Numbers of infinite patches that meet the deadline, in rows of the same form as those for bristles.
   std::vector<CapacityRow> contacts;
   std::vector<SnapshotRow> snapshots;
 };
 
-/// Friction loop whose time is compared with others. The loops run in turns, so that disturbances by other
-/// programs affect all alike.
+/// Friction loop whose time is compared with that of others. The loops run alternately, so that disturbances
+/// by other programs affect all alike.
 struct Contestant {
   std::string name;
   std::function<double()> step;  ///< runs a step; its result keeps the compiler from removing the loop
   std::vector<double> ns;        ///< measured times per bristle and step, a value per round
 };
-/// Times the loops in turns. Returns for each its time, and the ratio of that time to the first loop's.
+/// Times the loops alternately. Returns for each its time, and the ratio of that time to the first loop's.
 /// Defined in compare.cpp.
 std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const std::string& regime,
                                    std::uint64_t bristles, std::uint64_t rounds);
-/// Makes a contestant that steps the library's own patches; `bristles` counts patches if they are infinite.
+/// Makes a contestant that steps the library's own patches; if they are infinite, `bristles` counts patches.
 Contestant bristle_kernel(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
-/// Makes a contestant that runs the paper's plain loop steadily. Compiled for <double, 3>, <float, 2>.
+/// Makes a contestant that steps the paper's plain loop in steady motion. Compiled for <double, 3>, <float,
+/// 2>.
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
@@ -184,10 +187,10 @@ std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Rep
 /// Makes a case of infinite patches of the default material that move in this regime. Defined in
 /// infinite.cpp.
 CapacityCase infinite_case(Regime regime, std::optional<double> step = {});
-/// Makes the cases of sliding infinite patches, in steps of 0.003 to 100 mean snap lengths, straight and in a
-/// zigzag. Steps of 0.1 also go round bends with radii of 10 and 1 mean snap lengths, under a load that
+/// Makes the cases of sliding infinite patches. Straight slides and zigzags have steps of 0.003 to 100 mean
+/// snap lengths. Steps of 0.1 also go round bends with radii of 10 and 1 mean snap lengths, under a load that
 /// ripples, and round right angles, always to the left or to either side. Only in steady straight sliding are
-/// the patch's cohorts shifted along; otherwise they are recomputed.
+/// the patch's cohorts shifted along, which is cheap; otherwise they are recomputed.
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
 /// Measures memory, saved state and times of contacts of the default material. Defined in snapshots.cpp.
@@ -201,14 +204,15 @@ CapacityCase contacts(double resolution, int threads);
 std::vector<CapacityRow> measure_contacts(const CapacityOptions& options, const std::vector<int>& threads,
                                           const Report& report);
 
-/// Function that runs this many steps with this many bristles, and returns their times.
+/// Function that runs this many steps with this many bristles and returns their times; tests supply another
+/// one.
 using MeasureSteps = std::function<StepTimes(std::uint64_t bristles, std::uint64_t steps)>;
-/// Finds the largest number of bristles whose steps meet the deadline. Defined in search.cpp.
+/// Finds the largest number of bristles whose steps meet the deadline, by timing them. Defined in search.cpp.
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options);
 /// Finds the largest number of bristles that meets the deadline, with step times supplied by a test.
 CapacityRow find_capacity(const CapacityCase& what, const CapacityOptions& options,
                           const MeasureSteps& measure);
-/// Times the library and plain loops in turns, in each regime. Defined in compare.cpp.
+/// Times the library and plain loops alternately, in each kind of motion. Defined in compare.cpp.
 std::vector<ComparisonRow> compare_loops(const CapacityOptions& options);
 /// Formats the result of the study of capacity as text. Defined in report.cpp.
 std::string capacity_table(const CapacityOptions& options, const CapacityResult& result);

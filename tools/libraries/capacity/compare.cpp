@@ -1,4 +1,4 @@
-// Times the library and plain friction loops in turns, so that other programs slow all of them alike.
+// Times the library and plain friction loops alternately, so that other programs slow all of them alike.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -33,7 +33,8 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
   }
   for (std::uint64_t round = 0; round < rounds; ++round) {
     for (std::size_t i = 0; i < contestants.size(); ++i) {
-      // Begins each round with another loop, so that no loop always runs after the same neighbour.
+      // Begins each round with another loop, so that no loop always runs after the same one and finds its
+      // data in the cache.
       const std::size_t c = (i + round) % contestants.size();
       contestants[c].ns.push_back(1e9 * seconds_of(contestants[c], steps[c]) /
                                   static_cast<double>(steps[c] * bristles));
@@ -63,12 +64,13 @@ Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
   auto loop = std::make_shared<bristle::plain::PaperLoop<Real, Dimensions>>(n, mean_snap_length_m);
-  // Spreads the bristles' deflections evenly between straight and about to snap, as after long sliding in
-  // short steps. Settling by steps of 1.6 mean snap lengths, which suits the other loops, would leave all
-  // bristles straight here, because in the paper's rule a snap loses the path left in the step.
+  // Spreads the bristles' deflections evenly between straight and about to snap, as they are after long
+  // sliding in short steps. Settling by steps of 1.6 mean snap lengths, which suits the other loops, would
+  // leave all bristles of this one straight, because in the paper's rule a snap loses the path left in the
+  // step.
   for (std::uint64_t i = 0; i < n; ++i) {
     bristle::plain::Bristle b = loop->get(i);
-    // Multiplies a bristle's number by an irrational factor, which makes its deflection independent of its
+    // Multiplies a bristle's number by an irrational factor, so that its deflection does not depend on its
     // snap length.
     const double place = static_cast<double>(i) * 1.4142135623730951;
     const double bend = b.delta * (place - std::floor(place));

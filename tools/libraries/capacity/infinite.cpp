@@ -1,5 +1,5 @@
-// Measures the step time of infinite patches: one alone, 100 together, 10,000 together; and how many fit a
-// deadline.
+// Measures the step time of patches of infinitely many bristles (one alone, 100 together, 10,000 together),
+// and how many of them meet a deadline.
 #include <numbers>
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@ namespace cli {
 namespace {
 
 constexpr double right_angle = std::numbers::pi / 2.0;
-// The library's default resolution, in pieces of path per mean snap length.
+// Default resolution of the library, in pieces of path per mean snap length.
 constexpr double default_resolution = 8.0;
 
 InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {

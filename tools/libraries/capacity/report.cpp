@@ -128,7 +128,7 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   return report;
 }
 
-/// Returns a line for each missed target, which says by how much and what bounds the time.
+/// Returns a line for each missed target, which says by how much it is missed and what bounds the time.
 std::string missed_lines(const std::vector<TargetRow>& targets) {
   std::string text;
   for (const TargetRow& row : targets) {

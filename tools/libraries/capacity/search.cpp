@@ -1,4 +1,4 @@
-// Searches the largest number of bristles whose 99th percentile of step time is inside a deadline.
+// Searches the largest number of bristles for which the 99th percentile of step time is within a deadline.
 #include <algorithm>
 #include <memory>
 
@@ -34,8 +34,8 @@ class Search {
 
  private:
   std::uint64_t confirming_steps() const { return options_.quick ? 500 : 2000; }
-  // Returns the ratio of the smallest failing to the largest fitting number of bristles at which the search
-  // ends.
+  // Returns the precision of the search: it ends when the smallest number that fails is at most this many
+  // times the largest that fits.
   double resolution() const { return options_.quick ? 1.1 : 1.02; }
 
   // Rounds a number of bristles down to whole patches, at least one.
@@ -47,8 +47,8 @@ class Search {
 
   bool fits(const StepTimes& times) const { return times.p99_s <= options_.deadline_s; }
 
-  // Repeats a measurement whose 99th percentile misses the deadline although its median is well inside. Such
-  // outliers are other programs at work.
+  // Repeats a measurement whose 99th percentile misses the deadline although its median is well inside. Other
+  // programs cause such outliers.
   StepTimes measure_with_patience(std::uint64_t bristles, std::uint64_t steps, int tries) const {
     StepTimes best = measure_(bristles, steps);
     for (int i = 1; i < tries && !fits(best) && best.p50_s < 0.9 * options_.deadline_s; ++i) {
@@ -79,8 +79,8 @@ class Search {
         row_.capped = true;
         return;
       }
-      // Tries four times as many bristles, so that the points of the curve are well spaced, but at most twice
-      // the number that is expected to fit.
+      // Tries four times as many bristles, so that the points of the curve are well spaced, but no more than
+      // twice the number that is expected to fit.
       const double per_bristle = row_.curve.back().p99_s / static_cast<double>(n);
       const double should_fit = options_.deadline_s / per_bristle;
       const double next =
@@ -92,9 +92,9 @@ class Search {
   void narrow() {
     for (int i = 0; i < 12 && static_cast<double>(too_many_) > resolution() * static_cast<double>(fits_);
          ++i) {
-      // Tries the number at which the line through both measured times meets the deadline, because step time
-      // grows almost in proportion to the number of bristles. Moves each end of the interval by at least a
-      // tenth of it.
+      // Tries the number at which the line through the two times next to the deadline meets it, because step
+      // time grows almost in proportion to the number of bristles. Moves each end of the interval by at least
+      // a tenth of it, so that the search ends.
       const double low = static_cast<double>(fits_), high = static_cast<double>(too_many_);
       const double along = (options_.deadline_s - fits_p99_s_) / (too_many_p99_s_ - fits_p99_s_);
       const std::uint64_t next = whole(low + std::clamp(along, 0.1, 0.9) * (high - low));

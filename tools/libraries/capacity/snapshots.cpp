@@ -1,4 +1,5 @@
-// Measures what a contact takes in memory and in a saved state, and how long its saving and restoring takes.
+// Measures how much memory a contact takes, how large its saved state is, and how long saving and restoring
+// take.
 #include <cstddef>
 #include <vector>
 

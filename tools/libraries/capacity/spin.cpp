@@ -15,7 +15,7 @@ constexpr double load_n = 900.0;
 constexpr double kinetic_coefficient = 0.4;
 constexpr int settling_steps = 100;
 
-/// Motion in a step: of the disc's centre along x (m), and turn of the disc (rad).
+/// Motion of a disc in a step: displacement of its centre along x (m), and turn (rad).
 struct Motion {
   double slide, turn;
 };
@@ -62,8 +62,8 @@ class LuGreDisc {
   double step(Motion by) { return grid_.step({by.slide, 0.0}, by.turn, capacity_dt_s, load_n).end.torque; }
 
  private:
-  /// Returns a surface without lubricant or Stribeck curve, which saves each cell of the LuGre disc (a rival)
-  /// an exponential function.
+  /// Returns a surface without lubricant or Stribeck curve. This saves each cell of the LuGre disc, a rival,
+  /// an exponential function, so that the comparison favours the rival.
   static rivals::Surface surface() {
     rivals::Surface s;
     s.kinetic_coefficient = s.static_coefficient = kinetic_coefficient;

@@ -1,4 +1,4 @@
-// Patches in steady motion whose steps `bristle capacity` times.
+// Patches in steady motion, whose steps the command `bristle capacity` times.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +33,9 @@ class CapacitySubject {
   bristle_bench::SteadyScene scene_;
 };
 
-/// Times successive steps, without pauses between them, at most `steps`. From `at_least` on it ends as soon
-/// as so many exceeded the deadline (s) that the 99th percentile of `steps` steps would exceed it too.
+/// Times at most `steps` successive steps, without pauses between them. From the step `at_least` on it stops
+/// as soon as so many steps exceeded the deadline (s) that the 99th percentile of all `steps` would exceed it
+/// too.
 StepTimes time_steps(CapacitySubject& subject, std::uint64_t steps, std::uint64_t at_least = UINT64_MAX,
                      double deadline_s = 1e-3);
 

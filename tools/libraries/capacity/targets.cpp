@@ -1,5 +1,5 @@
-// Measures the library's speed targets, each in a short run of its own. Loops that form a ratio run in
-// turns.
+// Measures the library's speed targets, each in a short run of its own. Loops whose ratio is a target run
+// alternately.
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -70,7 +70,7 @@ class Targets {
     return what;
   }
 
-  /// Adds the step time of a case to the list of speed targets: ns per bristle, or us per step.
+  /// Adds the step time of a case to the list of speed targets, as ns per bristle or us per step.
   void add_time(const char* name, const CapacityCase& what, std::uint64_t bristles, double limit,
                 const char* unit, std::string text) {
     report_(name);
@@ -116,7 +116,8 @@ class Targets {
               "a million bristles, tremor of 0.05 after sliding: time over that of visiting all");
   }
 
-  /// Makes a loop that only copies the motions and responses that the caller of a step writes and reads.
+  /// Makes a loop that only copies motions and responses, the least that any caller of a step has to read and
+  /// write.
   static Contestant copy_of_messages(std::uint64_t patches) {
     struct Messages {
       explicit Messages(std::uint64_t count) : motions(count), responses(count) {}
@@ -168,8 +169,8 @@ class Targets {
     return {name, [scene] { return scene->step(); }, {}};
   }
 
-  /// Compares a group of contacts in lanes with a plain loop of the same physics. Contacts at rest that are
-  /// named one by one are compared with a copy of their messages.
+  /// Compares a group of contacts in lanes with a plain loop of the same physics. Compares contacts at rest,
+  /// which are named one by one, with a copy of their motions and responses.
   void lanes() {
     using namespace bristle_bench;
     for (const std::uint32_t springs : {8u, 16u, 32u})
@@ -265,8 +266,8 @@ class Targets {
               "the same disc, rim to and fro by 0.003: time over 21 x 21 LuGre elements");
   }
 
-  /// Returns a trembling patch after 200 steps, when all bristles that the first strokes could snap have
-  /// snapped.
+  /// Returns a patch that has trembled for 200 steps. All bristles that the first strokes could snap have
+  /// snapped by then.
   Contestant settled(const CapacityCase& what) const {
     Contestant contestant = bristle_kernel(what, a_million, options_.isa);
     for (int i = 0; i < 200; ++i) contestant.step();
@@ -307,8 +308,8 @@ class Targets {
   }
 
   /// Measures the default material on recorded paths of hands. Takes the ratio of its time to that on a
-  /// straight path of equal speed and, where path and speed cost most, to that of the rule `keep` on the same
-  /// path.
+  /// straight path of equal speed. Where path and speed cost most, also takes the ratio to the time of the
+  /// rule `keep` on the same path.
   void hands() {
     using bristle::Material;
     const Material usual = Material::from_coefficients({});
@@ -356,7 +357,7 @@ class Targets {
         [](const HandPath&) { return true; }, kept);
   }
 
-  /// Adds, for each regime of motion, the ratio of the faster plain loop's time to the library's.
+  /// Adds, for each kind of motion, the ratio of the faster plain loop's time to the library's.
   void against_plain_loops() {
     report_("plain loops");
     CapacityOptions quick = options_;
@@ -386,7 +387,7 @@ class Targets {
               stream_loop(what, out_of_cache), out_of_cache, 1.3, false, "the same, every bristle visited");
   }
 
-  /// Adds the ratio of the step time with one thread to the step time with two (the speed-up).
+  /// Adds the speed-up by a second thread: the step time with one thread over the step time with two.
   void add_sharing(const std::string& name, CapacityCase what, std::uint64_t bristles, double limit,
                    std::string text) {
     report_(name);
@@ -448,7 +449,7 @@ class Targets {
         p50.push_back(1e3 * times.p50_s);
         p99.push_back(1e3 * times.p99_s);
       }
-      // Takes the best of the runs, because other programs disturbed the other runs.
+      // Takes the best of the runs, because other programs disturbed the others.
       rows_.push_back(
           {name, text, quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 1.0, false, "ms at p99"});
     };

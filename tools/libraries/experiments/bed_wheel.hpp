@@ -1,5 +1,5 @@
-// Wheel whose contact is a bed (a row of bristles under a pressure), and functions that run and inspect this
-// and other models of wheels.
+// A wheel whose contact is a bed (a row of bristles under a pressure), and functions that run and inspect
+// this and other models of wheels.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +48,8 @@ inline std::vector<rivals::Traction> tractions_of(const BedWheel& model) {
   model.beds.read_bristles(model.motion.id, {bristles.data(), bristles.size()});
   std::sort(bristles.begin(), bristles.end(),
             [](const auto& a, const auto& b) { return a.position[0] > b.position[0]; });
-  // Deflection (m) at the contact's highest traction, which scales tractions to a share of that maximum.
+  // Deflection (m) at the contact's highest traction. Dividing by it turns tractions into shares of that
+  // maximum.
   const double largest = 1.5 * model.limit / model.stiffness * model.half;
   std::vector<rivals::Traction> rows;
   for (const bristle::BedBristle& b : bristles)

@@ -6,7 +6,8 @@
 namespace cli {
 namespace {
 
-// Residual of the equation of motion, relative to its largest force, at which a step counts as solved.
+// Largest residual of the equation of motion, relative to its largest force, with which a step counts as
+// solved.
 constexpr double tolerance = 1e-11;
 constexpr int usual_evaluations = 8;
 constexpr int most_evaluations = 90;
@@ -17,7 +18,7 @@ struct Root {
 };
 
 // Finds the root of a residual that falls with the displacement d. Uses secants between the closest points of
-// either sign, and bisects when two steps did not halve the bracket. With a finite redrawing brush friction
+// either sign, and bisects when two steps did not halve the bracket. If a finite brush redraws, friction
 // jumps where one more bristle snaps. If the residual changes sign in such a jump, there is no root, and the
 // side with the smaller residual is returned.
 template <class Residual>
@@ -39,7 +40,7 @@ Root solve(const Residual& residual, double d, double slope, double accepted) {
       next = low + 0.5 * width;
       slow = 0;
     }
-    // Stops when no floating-point number lies between the bracketing points.
+    // Stops when there is no floating-point number between the two points that enclose the root.
     if (next == last_d || (bracketed && !(next > low && next < high))) break;
     const double r = residual(next);
     secant = std::clamp((last - r) / (next - last_d), 1e-3 * slope, slope);

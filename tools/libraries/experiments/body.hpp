@@ -6,15 +6,16 @@
 
 namespace cli {
 
-/// Pull on a block that moves by d during a step, averaged over the step: force_n - stiffness d, where
-/// force_n is the mean pull on a block that does not move.
+/// Pull of a spring or a force on a block that moves by d during a step, averaged over the step: force_n -
+/// stiffness d. The number force_n is the mean pull on a block that does not move.
 struct Pull {
   double force_n = 0.0;
-  /// Stiffness of the pull, N/m. It is half that of a spring, since the mean over a step sees half of d.
+  /// Stiffness of the pull, N/m: half that of a spring, because the mean over a step sees half of d.
   double stiffness = 0.0;
 };
 
-/// Block on a friction model. A step solves m (v1 - v0) = T (F_pull + F_mean(d)), d = T (v0 + v1) / 2.
+/// Block that slides on a friction model. A step solves m (v1 - v0) = T (F_pull + F_mean(d)), d = T (v0 + v1)
+/// / 2.
 class SlidingBlock {
  public:
   explicit SlidingBlock(double mass_kg, double velocity = 0.0) : mass_(mass_kg), velocity_(velocity) {}

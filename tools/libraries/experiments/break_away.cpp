@@ -1,5 +1,5 @@
-// Experiment: break-away of a block under a growing force, over the rate of growth, the load, and the time at
-// rest.
+// Experiment on break-away: a growing force pulls a block until it slides, at different rates of growth,
+// loads, and times at rest.
 #include <algorithm>
 #include <cmath>
 
@@ -27,8 +27,8 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
   BreakAway found;
   for (long k = 1; block.velocity() < s.number("sliding_velocity"); ++k) {
     const double applied = rate * dt * (static_cast<double>(k) - 0.5);
-    // Gives up when the pull is a hundred times the highest friction. Only viscous terms still hold the block
-    // then, so it will not break away.
+    // Gives up when the pull is a hundred times the highest friction. Only viscous terms hold the block then,
+    // and it will never break away.
     if (applied > 100.0 * strongest) break;
     const double friction = -block.advance(subject, {applied}, dt, load);
     if (friction > found.friction) found = {friction, applied};
@@ -36,7 +36,7 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
   return found;
 }
 
-// Returns the highest friction of a slow pull on a contact that slid and then rested for `rest_s`.
+// Returns the highest friction in a slow pull on a contact that slid and then rested for `rest_s`.
 double after_rest(const std::string& model, const Settings& s, double rest_s) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
@@ -86,7 +86,8 @@ void over_loads(ExperimentRun& run) {
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
   std::vector<double> friction;
   for (const double load : loads) {
-    // Scales the rate of the growing pull with the load, so that break-away takes equally long at any load.
+    // Scales the rate of the growing pull with the load. Break-away then takes equally long at any load, and
+    // the results compare.
     const double rate = s.number("rate_at_loads") * load / s.number("load");
     const BreakAway found = pull(run.model, s, rate, load, highest);
     friction.push_back(found.friction);
@@ -115,7 +116,8 @@ void check_break_away(const Settings& settings) {
     throw UserError("experiment break-away: loads must hold two loads that differ");
 }
 
-// Returns a sentence with the peaks that the settings state, to compare the measured ones with.
+// Returns a sentence with the peaks that follow from the settings, with which the measured ones are to be
+// compared.
 std::string stated_peaks(const Settings& settings, const std::vector<std::string>& models) {
   std::string text =
       fmt::format("[1] as stated, without damping and viscous terms: {:.3g} by static over kinetic",

@@ -118,7 +118,8 @@ void experiment_command(const ExperimentOptions& options) {
   const std::vector<std::string> models =
       choose_models(options.models, "--models", options.name == "all" ? nullptr : wanted.front());
   for (const Experiment* e : wanted)
-    // Checks the settings of every experiment, so that a bad one is refused before the first experiment runs.
+    // Checks the settings of every experiment before the first one runs, so that a bad one is refused at
+    // once.
     e->check(settings_for(*e, options));
   OutputFile csv(options.csv), json(options.json), markdown(options.markdown), picture(options.plot);
   std::vector<ExperimentReport> reports;

@@ -1,4 +1,4 @@
-// Command `bristle experiment`: its options and output.
+// The command `bristle experiment`, with its options and its output.
 #pragma once
 
 #include <span>
@@ -32,9 +32,9 @@ struct ExperimentReport {
   ExperimentResult result;
 };
 
-/// Returns a sentence on how many phenomena each model shows, and a table for each experiment, without the
-/// measured values if they do not fit the width. With --wide, experiments that have the same models share a
-/// table.
+/// Returns a sentence on how many phenomena each model shows, and a table for each experiment, which leaves
+/// the measured values out if they do not fit the width. With --wide, experiments that have the same models
+/// share a table.
 std::string findings_text(std::span<const ExperimentReport> reports);
 std::string experiment_json(const std::vector<ExperimentReport>& reports);
 std::string experiment_csv(const ExperimentReport& report);

@@ -1,5 +1,5 @@
-// Experiment: Coulomb's laws, which are friction against load, against the number of bristles, and against
-// the apparent area.
+// Experiment on Coulomb's laws: how friction depends on the load, on the number of bristles, and on the
+// apparent area.
 #include <algorithm>
 #include <cmath>
 
@@ -14,8 +14,8 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
   const double step = 0.37 * s.number("presliding");  // length of a step, m; the odd factor keeps
-                                                      // Length of a step, m. The odd factor keeps steps and
-                                                      // snaps from coinciding.
+                                                      // Length of a step, m. The odd factor keeps the snaps
+                                                      // of the bristles from coinciding with the steps.
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
   double sum = 0.0;
@@ -53,7 +53,8 @@ void slide_over_loads(ExperimentRun& run) {
   const Settings& s = run.settings;
   const std::vector<double>& loads = s.numbers("loads");
   const double highest = std::max(s.number("load"), *std::max_element(loads.begin(), loads.end()));
-  // Compares with the coefficient at this speed, not with the kinetic one: some models depend on speed.
+  // Compares with the coefficient at this speed, not with the kinetic one, because some models depend on
+  // speed.
   const double coefficient = steady_friction(run.model, s, s.number("load"), highest) / s.number("load");
   double worst = 0.0;
   for (const double load : loads) {
@@ -85,7 +86,8 @@ void over_areas(ExperimentRun& run) {
   const double bristles_per_newton = s.number("bristles_per_newton");
   double low = INFINITY, high = -INFINITY;
   for (const double area : run.settings.numbers("areas")) {
-    // Scales a brush's friction by the number of asperities that touch. Rival models have no such number.
+    // Scales a brush's friction by the number of asperities that touch. Rival models do not know such a
+    // number, so their friction stays.
     const double touching = asperities_touching(s, area) / (bristles_per_newton * load);
     const double friction =
         steady_friction(run.model, s, load, load) * (is_brush(run.model) ? touching : 1.0);

@@ -1,5 +1,5 @@
-// Experiment with a wheel that rolls and creeps sideways. Measures force, aligning moment, slipping parts of
-// the contact, relaxation length, and whether the wheel stands still under a side force.
+// Experiment on a wheel that rolls and creeps sideways. Measures force, aligning moment, the slipping parts
+// of the contact, the relaxation length, and whether a standing wheel creeps under a side force.
 #include <algorithm>
 #include <cmath>
 
@@ -28,7 +28,7 @@ double relaxation(const Wheel& wheel, double per_step) {
   return length;
 }
 
-/// Returns how far (m) a standing wheel creeps per cycle of side force, not counting the first cycle.
+/// Returns how far (m) a standing wheel creeps in each cycle of a side force, not counting the first cycle.
 template <class Model>
 double creep_at_rest(const Wheel& wheel, int cycles) {
   constexpr int steps = 50;

@@ -1,5 +1,5 @@
-// Experiment: drift of a block under a wavering force below break-away (the paper's Fig. 2; Dupont et al.
-// 2002), and on a slope.
+// Experiment on drift: a block under a wavering force that stays below break-away (the paper's Fig. 2; Dupont
+// et al. 2002), and a block on a slope. Neither should move on.
 #include <algorithm>
 #include <cmath>
 
@@ -40,8 +40,8 @@ struct Profile {
   }
 };
 
-// Averages of a block's position over successive windows of time. They keep the ringing of undamped springs
-// from counting as drift.
+// Averages of a block's position over successive windows of time. Averaging keeps the ringing of undamped
+// springs from counting as drift.
 class WindowMeans {
  public:
   WindowMeans(double from, double window) : from_(from), window_(window) {}
@@ -68,8 +68,8 @@ void fig2(ExperimentRun& run) {
   const double dt = s.number("dt"), load = s.number("load");
   Subject subject(run.model, s);
   SlidingBlock block(s.number("mass"));
-  // Averages the position over quarters of the hold and over cycles of the force. An offset of half a step
-  // keeps the ends of these windows between steps.
+  // Averages the position over quarters of the hold and over cycles of the force. The ends of these windows
+  // are offset by half a step, so that they lie between steps.
   WindowMeans hold(profile.ramp + 0.5 * dt, 0.25 * profile.hold);
   WindowMeans cycle(profile.wavering_from() + 0.5 * dt, 1.0 / profile.frequency);
   const auto steps = static_cast<long>(std::lround(profile.end() / dt));
@@ -115,8 +115,8 @@ void slope(ExperimentRun& run) {
   run.add("slope", 1e6 * speed, std::fabs(speed) < 1e-3 * s.number("presliding"));
 }
 
-// Limits the time step to a 20th of the shortest event (hold, ramp, cycle), so that measured means and swings
-// are those of the friction model, not of the step.
+// Limits the time step to a 20th of the shortest event (hold, ramp, cycle). Otherwise the measured means and
+// swings would be those of the step, not of the friction model.
 void check_step(const Settings& s) {
   const double longest = 0.05 * std::min({1.0 / s.number("frequency"), 1.0 / s.number("slope_frequency"),
                                           s.number("hold_time"), s.number("ramp_time")});

@@ -1,6 +1,6 @@
-// Runs the classic friction experiments on the brush and on other friction models: `bristle experiment`. Each
-// experiment moves every model in the same way, and decides by numbers whether the model shows what the
-// literature reports.
+// Runs the classic friction experiments on the brush and on other friction models, for the command `bristle
+// experiment`. Each experiment moves every model in the same way, and decides by numbers whether the model
+// shows what the literature reports.
 #pragma once
 
 #include <functional>
@@ -24,7 +24,7 @@ struct Phenomenon {
   std::string passes;  ///< which measured numbers count as a pass
 };
 
-/// Verdict on whether one model shows one phenomenon, with the measured value.
+/// Verdict on whether a model shows a phenomenon, with the measured value that decides it.
 struct Finding {
   std::string phenomenon;
   std::string model;
@@ -32,7 +32,7 @@ struct Finding {
   bool shown = false;
 };
 
-/// Point of a measured curve: the panel of the picture that shows it, the model, and the point's numbers.
+/// Point of a measured curve: the part of the picture that shows it, the model, and the point's numbers.
 struct SeriesRow {
   std::string panel;
   std::string model;
@@ -50,7 +50,7 @@ struct ExperimentInput {
   std::function<void(double)> progress = [](double) {};  ///< called with the share that is done, 0 to 1
 };
 
-/// Run of an experiment on one model. The experiment adds to its curves and verdicts.
+/// Run of an experiment on one model, to which the experiment adds its curves and verdicts.
 struct ExperimentRun {
   const Settings& settings;
   const std::string& model;
@@ -66,7 +66,8 @@ struct ExperimentRun {
   }
 };
 
-/// Steps one contact. Without `keeps` only finds its response to the step and leaves its state.
+/// Steps one contact and returns its response. Without `keeps` only tries the step, and leaves the contact's
+/// state.
 template <class Batch, class Motion, class... Time>
 auto take(Batch& batch, const Motion& motion, bool keeps, Time... dt) {
   decltype(batch.find_force(dt..., motion)) response;
@@ -79,7 +80,7 @@ struct Experiment {
   std::string name;
   std::string title;
   std::string result;  ///< sentence on what its picture shows
-  /// Parameters common to all experiments, with this one's defaults, followed by those of its own.
+  /// Parameters of the experiment: those that all experiments have, with this one's defaults, then its own.
   std::vector<Parameter> parameters;
   std::vector<Phenomenon> phenomena;
   std::vector<std::string> columns;  ///< names of a point's numbers, units in brackets
@@ -87,9 +88,10 @@ struct Experiment {
   void (*run)(ExperimentRun&);  ///< function that runs the experiment on one model
   /// Names and titles of the models, if the experiment has its own; empty: those of model_names().
   std::vector<std::pair<std::string, std::string>> models = {};
-  /// Checks settings that depend on each other. Throws UserError.
+  /// Checks settings that depend on each other, such as a step that must be shorter than an event. Throws
+  /// UserError.
   void (*check)(const Settings&) = [](const Settings&) {};
-  /// Returns a sentence for the page, below the table; empty: none.
+  /// Returns a sentence that the page of results prints below the experiment's table; empty: none.
   std::string (*note)(const Settings&, const std::vector<std::string>& models) =
       [](const Settings&, const std::vector<std::string>&) { return std::string(); };
 };
@@ -99,9 +101,9 @@ const std::vector<Experiment>& experiments();
 /// Finds an experiment. Throws a UserError that lists all names, followed by `other_names`.
 const Experiment& find_experiment(std::string_view name, std::initializer_list<const char*> other_names = {});
 
-/// Returns the default models: seven other friction models, the two readings of the paper's brush, the
-/// infinite brush (redraw), an infinite brush with residual and shared renewal ("rubbed"), and one that also
-/// ages.
+/// Returns the names of the default models: seven other friction models, the two readings of the paper's
+/// brush, the infinite brush (redraw), an infinite brush with residual and shared renewal ("rubbed"), and one
+/// that also ages.
 std::span<const std::string_view> model_names();
 /// Returns the names of the models that an experiment runs; for nullptr those of model_names().
 std::vector<std::string> models_of(const Experiment* experiment);
@@ -112,12 +114,12 @@ std::vector<std::string> choose_models(const std::vector<std::string>& wanted, c
 /// Returns the title of a model in tables, such as "LuGre".
 std::string model_title(std::string_view model);
 
-/// Returns why a model shows (or does not show) a phenomenon. The reasons were written for the default
-/// parameters; if `shown` is not the outcome with these, returns an empty text.
+/// Returns the reason why a model shows (or does not show) a phenomenon. Reasons were written for the default
+/// parameters; if `shown` is not the outcome with those, returns an empty text.
 std::string reason_of(std::string_view phenomenon, std::string_view model, bool shown);
 
-/// Runs an experiment and shows its progress on a terminal. Throws UserError, for instance for a model that
-/// this build lacks.
+/// Runs an experiment on all its models, with progress on a terminal. Throws UserError, for instance for a
+/// model that this build lacks.
 ExperimentResult run_experiment(const Experiment& experiment, const ExperimentInput& input);
 
 Experiment drift_experiment();

@@ -1,5 +1,5 @@
-// Experiment: friction lag in one-way sliding whose speed swings (Hess and Soom 1990; Canudas de Wit et al.
-// 1995, Fig. 4).
+// Experiment on friction lag: in one-way sliding whose speed swings, friction follows the speed with a delay
+// (Hess and Soom 1990; Canudas de Wit et al. 1995, Fig. 4).
 #include <algorithm>
 #include <cmath>
 
@@ -11,15 +11,15 @@
 namespace cli {
 namespace {
 
-// Moves a contact one way at a speed that swings about a mean. Compares friction at the mean speed while
-// speed grows and while it falls, each averaged over the cycles.
+// Moves a contact one way at a speed that swings about a mean. Compares friction at the mean speed between
+// growing and falling speed, each averaged over the cycles.
 void swing(ExperimentRun& run, double omega, bool decides) {
   const Settings& s = run.settings;
   const double load = s.number("load");
   const double mean = s.number("velocity_mean"), amplitude = s.number("velocity_amplitude");
   const auto cycles = static_cast<long>(s.number("cycles"));
   const double period = 2.0 * M_PI / omega;
-  // Divides a quarter period into whole steps, so that a step ends where the speed is the mean speed.
+  // Divides a quarter period into whole steps, so that the speed at the end of one of them is the mean speed.
   const long quarter = std::max(25L, static_cast<long>(std::ceil(0.25 * period / s.number("dt"))));
   const long steps = 4 * quarter;
   const double dt = period / static_cast<double>(steps);
@@ -29,7 +29,7 @@ void swing(ExperimentRun& run, double omega, bool decides) {
   };
   Subject subject(run.model, s);
   std::vector<double> force(static_cast<std::size_t>(steps), 0.0);
-  // Slides ten presliding lengths before measuring, after which a brush has forgotten its start.
+  // Slides ten presliding lengths before it measures, because a brush has then forgotten its start.
   const auto settling =
       static_cast<long>(std::max(2.0, std::ceil(10.0 * s.number("presliding") / (mean * period))));
   for (long cycle = -settling; cycle < cycles; ++cycle) {

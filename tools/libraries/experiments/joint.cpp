@@ -1,5 +1,5 @@
-// Experiment with a geared joint that is held, driving, driven, and reversed. The friction of rival models
-// does not depend on torque; the brush with the slide rule is a JointFriction.
+// Experiment on a geared joint that is held, driving, driven, and reversed. The friction of rival models does
+// not depend on torque; the brush with the slide rule is a JointFriction.
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +11,8 @@
 namespace cli {
 namespace {
 
-/// Returns the friction torque (N m) while lifting the rated weight; rival models have it at any weight.
+/// Returns the friction torque (N m) while lifting the rated weight. Rival models have this friction at any
+/// weight.
 double full_friction(const Settings& s) { return s.number("kinetic") * s.number("load"); }
 
 bristle::JointMaterial gear_of(const Settings& s, bool drops) {
@@ -66,8 +67,8 @@ Strokes lift(ExperimentRun& run, double weight, bool draws) {
   return found;
 }
 
-/// Holds the rated torque of a motor on a joint's arm while the net torque wavers below friction. Returns the
-/// arm's creep per cycle, rad.
+/// Holds the arm of a joint against the rated torque of its motor, while the net torque wavers below
+/// friction. Returns the arm's creep per cycle, rad.
 double hold_arm(ExperimentRun& run) {
   const Settings& s = run.settings;
   const double dt = s.number("dt"), full = full_friction(s), rated = s.number("rated");

@@ -1,4 +1,5 @@
-// Experiment on the limit surface: force and torque of a disc that slides and spins, at every ratio.
+// Experiment on the limit surface of a disc: the force and torque with which it resists sliding and spinning
+// together, at every ratio of the two.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +17,8 @@ using rivals::Wrench;
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
   SpinSubject subject(model, s, radius);
-  // Path (m) of the disc's fastest point in a step. The odd factor keeps steps and snaps from coinciding.
+  // Path (m) of the disc's fastest point in a step. The odd factor keeps the snaps of the bristles from
+  // coinciding with the steps.
   const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
   const bool slides_alone = std::isinf(eps);
@@ -37,7 +39,8 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
 void run_limit_surface(ExperimentRun& run) {
   const Settings& s = run.settings;
   const double radius = s.number("radius");
-  // Divides by friction at the same speed, not by the kinetic coefficient, as some models depend on speed.
+  // Divides by friction at the same speed, not by the kinetic coefficient, because some models depend on
+  // speed.
   const double friction = steady(run.model, s, INFINITY).force.x;
   double worst = 0.0;
   const std::vector<double>& ratios = s.numbers("ratios");

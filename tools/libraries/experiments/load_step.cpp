@@ -1,4 +1,4 @@
-// Experiment: how friction follows a jump of the normal load, in sliding and at rest.
+// Experiment on how friction follows a jump of the normal load, in sliding and at rest.
 #include <algorithm>
 #include <cmath>
 
@@ -25,7 +25,7 @@ class Contact {
     return friction_;
   }
   double rest(double load) { return friction_ = -subject_.step({}, settings_.number("dt"), load).end.x; }
-  /// Returns the friction (N), averaged while sliding `way` mean snap lengths.
+  /// Slides `way` mean snap lengths and returns the friction, N, averaged over the slide.
   double mean(double way, double load) {
     const auto steps = static_cast<long>(std::ceil(way * settings_.number("steps_per_length")));
     double sum = 0.0;

@@ -1,4 +1,4 @@
-// Parameters of the experiments with their ranges. Nothing here runs an experiment.
+// The parameters of all experiments, with their ranges and defaults.
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -101,7 +101,7 @@ std::vector<Parameter> common_parameters(const std::map<std::string, double>& de
     return p;
   };
   // Default parameters: those of LuGre in Canudas de Wit et al. 1995, and a brush of equal kinetic force,
-  // initial stiffness and damping.
+  // initial stiffness and damping, so that models compare.
   std::vector<Parameter> all = {
       number_parameter("dt", 1e-3, "s", "step; where a motion sets its own steps, their longest", 1e-6, 0.1),
       number_parameter("load", 2.5, "N", "normal load", 1e-6, 1e6),

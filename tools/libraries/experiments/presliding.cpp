@@ -72,7 +72,7 @@ void loops(ExperimentRun& run) {
   const Settings& s = run.settings;
   const double dbar = s.number("presliding");
   const double kinetic = s.number("kinetic") * s.number("load");
-  // Runs hysteresis loops of growing width. Measures the energy lost in the second round of the widest.
+  // Runs hysteresis loops of growing width, and measures the energy lost in the second round of the widest.
   {
     Path path(run, "loops");
     for (const double width : {0.3, 0.5, 0.7}) {

@@ -1,4 +1,5 @@
-// Explains from a model's equations why it shows a phenomenon or does not, for the default parameters.
+// Explains why a model shows a phenomenon or does not, from the model's equations and for the default
+// parameters.
 #include <sstream>
 #include <vector>
 
@@ -8,8 +9,8 @@
 namespace cli {
 namespace {
 
-/// Entry of reasons.txt: below each phenomenon stand the models that show it (+) or do not (-), and why.
-/// Models that begin with brush_ are written without it.
+/// Entry of the file reasons.txt. Below each phenomenon it lists models that show it (+) or do not (-), and
+/// why. Names of models that begin with brush_ are written without that beginning.
 struct Reason {
   std::string phenomenon, text;  ///< `text` has the form "MODEL MODEL: why"
   bool shown;

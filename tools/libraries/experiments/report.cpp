@@ -21,7 +21,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Formats a measured value with three digits, and a value below 5e-7 (a rounding error) as 0.
+// Formats a measured value with three digits. A value below 5e-7 is a rounding error and printed as 0.
 std::string value_text(double value) {
   if (std::fabs(value) < 5e-7) return "0";
   const double size = std::fabs(value);
@@ -83,7 +83,7 @@ Json parameters_json(const Settings& settings) {
   return json;
 }
 
-/// Calls `visit` for each run of successive experiments that have the same models.
+/// Calls `visit` for each group of successive experiments that have the same models, which can share a table.
 template <class Visit>
 void for_each_group(std::span<const ExperimentReport> reports, const Visit& visit) {
   while (!reports.empty()) {
@@ -96,7 +96,7 @@ void for_each_group(std::span<const ExperimentReport> reports, const Visit& visi
 
 std::string findings_answer(std::span<const ExperimentReport> reports,
                             const std::vector<std::string>& models) {
-  // Titles of models by the number of phenomena that they show, highest number first.
+  // Titles of models, sorted by the number of phenomena that they show, highest number first.
   std::map<std::size_t, std::string, std::greater<>> groups;
   std::size_t phenomena = 0;
   for (const ExperimentReport& report : reports) phenomena += report.experiment->phenomena.size();
@@ -121,7 +121,8 @@ std::string findings_answer(std::span<const ExperimentReport> reports,
   return text + ".\n";
 }
 
-/// Returns a table with a row per phenomenon and a column per model; its width grows with the models.
+/// Returns a table with a row per phenomenon and a column per model, so that it becomes wider with every
+/// model.
 std::string wide_table(std::span<const ExperimentReport> reports, const std::vector<std::string>& models) {
   std::vector<std::string> headers = {"<phenomenon", "<unit"};
   for (const std::string& model : models) headers.push_back("<" + model_title(model));
@@ -136,8 +137,8 @@ std::string wide_table(std::span<const ExperimentReport> reports, const std::vec
   return table.text();
 }
 
-/// Returns a table with a row per model and a numbered column per phenomenon of one experiment, below a line
-/// for each phenomenon.
+/// Returns a table with a row per model and a numbered column per phenomenon of one experiment. Lines above
+/// the table say what the numbers mean.
 std::string tall_table(const ExperimentReport& report, const std::vector<std::string>& models) {
   const std::vector<Phenomenon>& phenomena = report.experiment->phenomena;
   std::string legend;

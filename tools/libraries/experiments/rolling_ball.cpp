@@ -1,4 +1,4 @@
-// Experiment with a ball that rolls down a slope, rolls on the level, and is thrown without spin.
+// Experiment on a ball that rolls down a slope, rolls on level ground, and is thrown without spin.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -19,8 +19,8 @@ struct Pull {
   double force = 0.0, slope = 0.0;
 };
 
-/// Ground under a ball: a function from the slip of the surfaces in a step and the rolled distance (m) to the
-/// friction force. `keeps`: whether the step is made or only tried.
+/// Function for the ground under a ball: from the slip of the surfaces in a step and the rolled distance (m)
+/// it gives the friction force. `keeps`: whether the step is made or only tried.
 using Ground = std::function<Pull(double slip, double rolled, bool keeps)>;
 
 Ground make_ground(const std::string& model, const Settings& s, double load) {
@@ -68,7 +68,7 @@ struct Ball {
   double v = 0.0, rim = 0.0;  ///< speed of the ball's centre, and of its surface by spin, m/s
 };
 
-/// Rolls a ball for a time (s), with friction solved implicitly. Calls `look` after every step.
+/// Rolls a ball for a time (s). Solves friction implicitly, and calls `look` after every step.
 void roll(const ExperimentRun& run, double degrees, Ball ball, double time,
           const std::function<void(double, const Ball&)>& look) {
   const Settings& s = run.settings;

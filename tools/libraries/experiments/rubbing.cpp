@@ -1,5 +1,5 @@
-// Experiment with a contact rubbed to and fro many times: by a stroke, a trembling hand, in a circle, under a
-// wavering force; then moved back over the place where it began.
+// Experiment on a contact that is rubbed to and fro many times: by a stroke, by a trembling hand, in a
+// circle, under a wavering force. It is then moved back over the place where it began.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,10 +47,11 @@ struct Loop {
   double work = 0.0;
 };
 
-// Work of a loop, over that of rigid Coulomb friction, above which the loop counts as open.
+// Least work of a loop, over that of rigid Coulomb friction, with which the loop counts as open, that is, as
+// losing energy.
 constexpr double open_loop = 0.02;
 
-/// Moves a contact to `stroke`, -`stroke` and the middle. Returns the highest friction and the work.
+/// Moves a contact to `stroke`, -`stroke` and back to the middle. Returns the highest friction and the work.
 Loop rub(Rubbed& contact, double stroke, double per_length) {
   const auto steps = std::max(4L, std::lround(stroke * per_length));
   const double before = contact.work();
@@ -112,7 +113,7 @@ void strokes(ExperimentRun& run) {
   if (lasts_from < 1e300) run.add("lasts_from", lasts_from, lasts_from <= 1.5);
 }
 
-/// Moves a contact as a hand that tries to hold still: the sum of two swings, at 8 and 11 Hz.
+/// Moves a contact as a hand does that tries to hold still: by the sum of two swings, at 8 and 11 Hz.
 void tremor(ExperimentRun& run) {
   const Settings& s = run.settings;
   const double dt = 1e-3, duration = s.number("tremor_time"), swing = s.number("tremor");
@@ -159,8 +160,8 @@ void circle(ExperimentRun& run) {
   run.add("circle", ratio, std::fabs(ratio - 1.0) <= 0.1);
 }
 
-/// Loads a block with a force that wavers between two shares of kinetic friction. Returns its drift per cycle
-/// over the second half, in presliding lengths. `taps` adds short pushes.
+/// Loads a block with a force that wavers between two shares of kinetic friction, to see whether it drifts.
+/// Returns its drift per cycle over the second half, in presliding lengths. `taps` adds short pushes.
 double ratchet(ExperimentRun& run, double low, double high, bool taps) {
   const Settings& s = run.settings;
   const double load = s.number("load"), kinetic = s.number("kinetic") * load, dt = s.number("dt");
@@ -201,7 +202,8 @@ void ratchets(ExperimentRun& run) {
   }
 }
 
-/// Moves a contact far from where it began and back over that place, and records its friction.
+/// Moves a contact far from where it began and back over that place, and records its friction, which should
+/// not depend on the place.
 void echo(ExperimentRun& run) {
   const Settings& s = run.settings;
   const double per_length = s.number("steps_per_length"), away = s.number("away");

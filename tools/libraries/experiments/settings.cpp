@@ -75,7 +75,7 @@ void Settings::read_file(const std::string& path, const std::string& experiment,
   }
   const toml::table* own = file[experiment].as_table();
   for (const auto& [key, node] : own ? *own : file) {
-    // Skips a table that belongs to another experiment.
+    // Skips a table of the file that belongs to another experiment.
     if (!own && node.is_table() && is_table_name(key.str())) continue;
     const std::string where = place(path, node, key.str());
     Parameter& p = find(key.str(), fmt::format("{}:{}", path, node.source().begin.line));

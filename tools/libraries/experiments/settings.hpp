@@ -1,4 +1,5 @@
-// Parameters of an experiment (name, unit, default, range), which an option or a TOML file sets.
+// The parameters of an experiment (name, unit, default, range), and their values as set by an option or a
+// TOML file.
 #pragma once
 
 #include <functional>
@@ -29,13 +30,13 @@ class Settings {
  public:
   explicit Settings(std::vector<Parameter> parameters) : parameters_(std::move(parameters)) {}
 
-  /// Sets a parameter from "key=value"; the values of a list are separated by commas. Throws a UserError that
-  /// begins with `prefix` and names what is allowed: the parameters, and `others` that the caller reads
+  /// Sets a parameter from text such as "key=value"; commas separate the values of a list. Throws a UserError
+  /// that begins with `prefix` and names what is allowed: the parameters, and `others` that the caller reads
   /// itself.
   void set(std::string_view assignment, const std::string& prefix = "--set", NameList others = {});
   /// Sets a parameter that is a number or a list of numbers. Throws a UserError that names the allowed range.
   void set_numbers(std::string_view name, std::vector<double> numbers);
-  /// Sets values from a TOML file: its top-level keys or, if present, those of its table `experiment`.
+  /// Sets values from a TOML file: from its table `experiment` or, if it has none, from its top-level keys.
   /// Refuses a table as a typing error unless `is_table_name` says that it is an experiment's name.
   void read_file(const std::string& path, const std::string& experiment,
                  const std::function<bool(std::string_view)>& is_table_name);
@@ -44,7 +45,7 @@ class Settings {
   const std::vector<double>& numbers(std::string_view name) const;
   const std::string& text(std::string_view name) const;
   const std::vector<Parameter>& parameters() const noexcept { return parameters_; }
-  /// Returns a parameter's default as text that the option --set takes: "0.1,1,10".
+  /// Returns a parameter's default as text in the form that the option --set takes, such as "0.1,1,10".
   static std::string value_text(const Parameter& parameter);
 
  private:
@@ -63,8 +64,8 @@ Parameter whole_parameter(std::string name, double value, std::string help, doub
 Parameter list_parameter(std::string name, std::vector<double> values, std::string unit, std::string help,
                          double min, double max);
 
-/// Returns the parameters of every experiment: load, material and so on. `defaults` replaces default values
-/// by name.
+/// Returns the parameters that every experiment has: load, material and so on. `defaults` replaces default
+/// values by name.
 std::vector<Parameter> common_parameters(const std::map<std::string, double>& defaults = {});
 std::vector<Parameter> operator+(std::vector<Parameter> a, std::vector<Parameter> b);
 

@@ -1,5 +1,5 @@
-// Experiment: a contact slides, is held, and slides again. Measures the peak over the duration of the hold,
-// and the force during the hold (Dieterich 1972; Marone 1998).
+// Experiment slide-hold-slide: a contact slides, is held, and slides again. Measures the peak after holds of
+// different duration, and the force during the hold (Dieterich 1972; Marone 1998).
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -28,7 +28,7 @@ Hold hold(ExperimentRun& run, double duration) {
   };
   Hold found;
   row(0.0, 0.0, slide(subject, run.number("settling") * dbar, speed, step, load));
-  // Lets the steps of the hold grow with time, which resolves a force that relaxes logarithmically.
+  // Makes the steps of the hold grow with time. They resolve a force that relaxes logarithmically.
   const int steps = 40;
   double t = 0.0;
   for (int k = 1; k <= steps; ++k) {

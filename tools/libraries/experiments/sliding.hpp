@@ -9,8 +9,8 @@
 namespace cli {
 
 /// Slides a friction model by `way` m at `speed` m/s, in steps of about `step` m. Calls look(x, friction)
-/// after each step: distance so far (m), and friction at the step's end (N, > 0: resists). Returns the mean
-/// friction over the last quarter.
+/// after each step with the distance so far (m) and the friction at the step's end (N, > 0: resists). Returns
+/// the mean friction over the last quarter.
 template <class Look>
 double slide(Subject& subject, double way, double speed, double step, double load, const Look& look) {
   const long steps = std::max(4L, std::lround(way / step));

@@ -1,4 +1,5 @@
-// Experiment with a dragged soft finger, whose rim slips first, also in small loops and when the load falls.
+// Experiment on a soft finger that is dragged: its rim slips first. Also moves it in small loops, and lowers
+// the load.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -16,7 +17,7 @@ namespace {
 constexpr double dt = 1e-3;  // time step, s; no model in this experiment depends on time
 
 /// Function from displacement (m) and load (N) to the force against the displacement (N). `keeps`: whether it
-/// changes the state.
+/// changes the contact's state.
 using Contact = std::function<double(double displacement, double load, bool keeps)>;
 
 Contact make_contact(const std::string& model, const Settings& s) {
@@ -147,7 +148,7 @@ void run_soft_finger(ExperimentRun& run) {
   run.progress(0.4);
 
   const double wide = lost_in_loop(run, make(), most, 0.5), narrow = lost_in_loop(run, make(), most, 0.25);
-  // Losses below this are rounding errors of single precision.
+  // Takes losses below this number as rounding errors of single precision.
   const bool loses = std::min(wide, narrow) > 1e-5;
   const double power = loses ? std::log2(wide / narrow) : 0.0;
   run.add("loops_lose", power, std::fabs(power - std::log2(loss(0.5) / loss(0.25))) < 0.1);

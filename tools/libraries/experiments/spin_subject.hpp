@@ -1,5 +1,5 @@
-// Friction model under test whose contact has an extent, behind one interface: a rival model in every cell of
-// a grid, or a brush with an outline.
+// A friction model under test whose contact has an extent, behind one interface: a rival model in every cell
+// of a grid, or a brush with an outline.
 #pragma once
 
 #include <memory>
@@ -27,7 +27,7 @@ class SpinSubject {
 
  private:
   struct Brush {
-    // Batch in a pointer, because `patches` refers to it even if this object moves.
+    // Batch behind a pointer. `patches` refers to it, and must still find it when this object is moved.
     std::unique_ptr<bristle::PatchBatch> batch;
     bristle::ExtendedPatches patches;
     bristle::PatchId id;
@@ -38,8 +38,8 @@ class SpinSubject {
   std::variant<rivals::RivalGrid, rivals::LuGreGrid, Brush> contact_;
 };
 
-/// Returns the parameters that divide the disc into cells: cells along a diameter for rival models, rings of
-/// cells for the brush.
+/// Returns the parameters by which the disc is divided into cells: cells along a diameter for rival models,
+/// rings of cells for the brush.
 std::vector<Parameter> spin_parameters();
 
 }  // namespace cli

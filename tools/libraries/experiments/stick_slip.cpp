@@ -1,4 +1,4 @@
-// Experiment: stick-slip of a mass on a spring whose other end is pulled at constant speed (Canudas de Wit et
+// Experiment on stick-slip: a mass on a spring whose other end is pulled at constant speed (Canudas de Wit et
 // al. 1995, Fig. 5).
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Experiment: the Stribeck effect, steady friction against speed, lubricated and dry.
+// Experiment on the Stribeck effect: steady friction against speed, lubricated and dry.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -21,8 +21,8 @@ struct Curve {
 double steady_force(const std::string& model, const Settings& s, double speed) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
-  // Steps by an odd fraction of the presliding length, so that steps and snaps do not coincide, or by less if
-  // dt requires it.
+  // Steps by an odd fraction of the presliding length, which keeps snaps from coinciding with steps, or by
+  // less if dt requires it.
   const double step = std::min(0.37 * dbar, speed * s.number("dt"));
   const double dt = step / speed;
   const auto settle = static_cast<long>(std::ceil(s.number("settling") * dbar / step));
@@ -49,7 +49,7 @@ Curve measure(ExperimentRun& run, const std::string& panel, const Settings& s) {
 void judge(ExperimentRun& run, const Curve& lubricated, const Curve& dry) {
   const double kinetic = run.number("kinetic") * run.number("load");
   const double vs = run.number("stribeck_velocity");
-  // Highest friction among the speeds up to the one with the lowest friction.
+  // Highest friction at the speeds up to the one with the lowest friction, from which the fall is measured.
   const auto lowest = std::min_element(lubricated.force.begin(), lubricated.force.end());
   const double before = *std::max_element(lubricated.force.begin(), lowest + 1);
   const double fall = (before - *lowest) / kinetic;

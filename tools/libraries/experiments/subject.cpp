@@ -15,8 +15,8 @@ constexpr std::array<std::string_view, 14> names = {
     "gms",          "rate_state", "brush_redraw", "brush_keep",      "brush_infinite",
     "brush_rubbed", "brush_aged", "brush_slide",  "brush_slide_drop"};
 
-// Returns the damping of the paper's eq. 5, for the ageing brush times `aged_damper`: damped friction rises
-// up to the Stribeck velocity, where that of ageing bristles falls.
+// Returns the damping of the paper's eq. 5; for the ageing brush times `aged_damper`. Damped friction rises
+// up to the Stribeck velocity, where that of ageing bristles must fall.
 double damping_of(std::string_view model, const Settings& settings) {
   return settings.number("damping") * (model == "brush_aged" ? settings.number("aged_damper") : 1.0);
 }
@@ -117,7 +117,7 @@ bristle::Material brush_material(std::string_view model, const Settings& setting
   material.shared_renewal = rubbed ? settings.number("renewal") : 0.0;
   material.normal_stiffness = 1.0 / (per_newton * material.asperity_height_deviation);
   material.bristle_stiffness = 1.0;
-  // Scales the stiffness so that the given kinetic friction holds at speeds too high for ageing.
+  // Scales the stiffness so that the given kinetic friction holds at speeds at which no bristle ages.
   material.bristle_stiffness = settings.number("kinetic") / material.kinetic_coefficient();
   if (aged) {
     material.with_ageing(
@@ -173,7 +173,8 @@ Subject::Subject(std::string_view model, const Settings& settings, const Options
   }
   const bristle::Material material = brush_material(model, settings);
   stiffness_ = material.bristles_in_contact(load_) * material.bristle_stiffness;
-  // Adds the damping by which friction strengthens with speed, at zero speed, where it is highest.
+  // Adds the damping that comes from strengthening with speed, taken at zero speed, where it is highest, to
+  // give an upper bound.
   damping_ += load_ * material.strengthening_damping(0.0);
   bristle::PatchOptions patch = brush_options(model, settings, options.highest_load_over_load);
   patch.axes = options.axes;

@@ -1,4 +1,4 @@
-// Friction model under test, a brush or a rival, behind one interface.
+// A friction model under test, a brush or a rival, behind one interface.
 #pragma once
 
 #include <string>
@@ -17,9 +17,9 @@ class Subject {
  public:
   struct Options {
     int axes = 1;
-    /// Highest normal load of the experiment over its default load; the brush allocates bristles for it.
+    /// Highest normal load of the experiment over its default load. The brush allocates bristles for it.
     double highest_load_over_load = 1.0;
-    /// Material of a geared joint. If set, the brush is a joint, with torques in N m and angles in rad.
+    /// Material of a geared joint. If it is set, the brush is a joint, with torques in N m and angles in rad.
     const bristle::JointMaterial* joint = nullptr;
   };
 
@@ -36,8 +36,8 @@ class Subject {
   void set_torques(double motor, double outside) noexcept;
 
   const std::string& name() const noexcept { return name_; }
-  /// Returns an upper bound of the stiffness, -d(mean force)/d(displacement), N/m. Not valid on branches
-  /// where friction falls.
+  /// Returns an upper bound of the stiffness, -d(mean force)/d(displacement), N/m, for solvers. Not valid
+  /// where friction falls with the displacement.
   double slope_bound(double dt_s, double load_n) const noexcept;
 
  private:
@@ -55,7 +55,7 @@ class Subject {
 
   std::string name_;
   std::variant<rivals::Rival, Brush, Joint> model_;
-  // Stiffness (N/m) and damping (N s/m) under the load load_ (N); those of a brush grow with the load.
+  // Stiffness (N/m) and damping (N s/m) under the load load_ (N). Those of a brush grow with the load.
   double stiffness_ = 0.0, damping_ = 0.0, load_ = 1.0;
   double creep_damping_ = 0.0;
 };

@@ -1,4 +1,4 @@
-// Experiment on steps in speed, the test of rate-and-state friction. Friction changes at once, then
+// Experiment on steps in speed, the test of rate-and-state friction: friction changes at once, then
 // approaches its level at the new speed over a characteristic distance (Dieterich 1979; Ruina 1983).
 #include <algorithm>
 #include <cmath>
@@ -45,8 +45,8 @@ Steps steps_at(const std::string& model, const Settings& s, double speed) {
   return found;
 }
 
-// Returns the number of steps of the path over which friction falls from its peak by all but 1/e of the fall;
-// 0 if it does not fall so far.
+// Returns the number of steps after the peak within which friction has fallen by all but 1/e of its fall; 0
+// if it does not fall so far.
 double evolution_way(const Step& up) {
   const auto peak = std::max_element(up.friction.begin(), up.friction.end());
   const double highest = std::max(*peak, up.before);
@@ -62,7 +62,7 @@ void run_velocity_step(ExperimentRun& run) {
   // Least and greatest immediate change of friction (direct effect) over all steps of speed.
   double least = INFINITY, most = -INFINITY;
   double smallest_fall = INFINITY;  // least fall of friction by a step up in speed, per e-fold
-  // Least and greatest path over which friction settles after its peak.
+  // Shortest and longest path over which friction settles after its peak.
   double shortest = INFINITY, longest = 0.0;
   const std::vector<double>& speeds = s.numbers("speeds");
   for (std::size_t i = 0; i < speeds.size(); ++i) {

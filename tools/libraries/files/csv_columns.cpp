@@ -11,7 +11,7 @@
 namespace cli {
 namespace {
 
-/// Returns the standard name of a unit that a file may spell otherwise, such as "µm", "Nm", "sec", "°".
+/// Returns the standard name of a unit, which a file may spell otherwise ("µm", "Nm", "sec", "°").
 std::string plain_unit(std::string_view name) {
   std::string plain(trim(name));
   for (const std::string_view micro : {"\xC2\xB5", "\xCE\xBC", "\xB5"}) {
@@ -31,7 +31,8 @@ std::string plain_unit(std::string_view name) {
   return plain;
 }
 
-// Reads a cell of a CSV header: "x [mm]" means column x in mm. Records unknown columns, which are ignored.
+// Reads a cell of a CSV header: "x [mm]" means column x in mm. Unknown columns are recorded, for a note, and
+// ignored.
 void read_header_cell(std::string_view cell, const std::string& where, std::span<const ColumnKind> kinds,
                       CsvHeader& header) {
   const auto bracket = cell.find('[');
@@ -98,7 +99,8 @@ std::string_view trim(std::string_view text) {
 std::string_view skip_to_header(std::string_view text, const std::string& name, std::string_view expected,
                                 std::size_t& header_line) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  // Refuses a zero byte in CSV text: the library that splits lines would end a cell there and lose the rest.
+  // Refuses a zero byte in CSV text. The library that splits lines would end a cell there and lose the rest
+  // of the line.
   if (const auto zero = text.find('\0'); zero != std::string_view::npos)
     throw UserError(
         fmt::format("{}:{}: a zero byte: not a text file", name, count_lines(text.substr(0, zero)) + 1));

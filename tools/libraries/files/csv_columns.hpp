@@ -13,8 +13,8 @@ namespace cli {
 
 struct Unit {
   std::string_view name;
-  /// Number of these units in one SI unit (1000 for mm). Values are divided by it, because dividing by a
-  /// power of ten rounds once, and multiplying by its inverse twice.
+  /// Number of these units in one SI unit (1000 for mm). Values are divided by it: dividing by a power of ten
+  /// rounds once, multiplying by its inverse twice.
   double per_si;
 };
 inline constexpr Unit time_units[] = {{"s", 1.0}, {"ms", 1e3}, {"us", 1e6}, {"min", 1.0 / 60.0}};
@@ -30,7 +30,8 @@ inline constexpr Unit torque_units[] = {
 inline constexpr Unit frequency_units[] = {{"Hz", 1.0}, {"kHz", 1e-3}};
 inline constexpr Unit mass_units[] = {{"kg", 1.0}, {"g", 1e3}, {"mg", 1e6}};
 
-/// Largest magnitudes allowed in a CSV column, SI units: the limits of scenes, and times of any clock.
+/// Largest magnitudes that a CSV column of each kind may have, SI units: the limits of scenes, and times of
+/// any clock.
 inline constexpr double most_time = 1e12, most_length = 1e6, most_speed = 1e6, most_force = 1e9;
 
 struct ColumnKind {
@@ -45,13 +46,14 @@ struct CsvHeader {
   std::vector<double> per_si;              ///< for each kind, how many of the column's units make one SI unit
   std::vector<std::string> other_columns;  ///< names of columns that are of no known kind
 
-  /// Header line in standard form: the columns' standard names without units, "-" for unknown columns.
+  /// Header line in standard form, for the reader of rows: the columns' standard names without units, "-" for
+  /// unknown columns.
   std::string canonical;
 };
 
-/// Returns CSV text from its header on, without byte order mark and leading comment lines. Sets `header_line`
-/// to the header's line number. Throws UserError if nothing is left; its message shows `expected` as an
-/// example of a header.
+/// Skips the byte order mark and leading comment lines of CSV text, and returns the text from its header on.
+/// Sets `header_line` to the header's line number. Throws UserError if nothing is left; its message shows
+/// `expected` as an example of a header.
 std::string_view skip_to_header(std::string_view text, const std::string& name, std::string_view expected,
                                 std::size_t& header_line);
 
@@ -77,9 +79,10 @@ void require_load(double load_n, std::string_view cell, const std::string& where
 /// Parses a CSV cell that must be one finite number. Throws a UserError that begins with `where` (file and
 /// line) and names the column and the reason.
 double parse_number(std::string_view cell, std::string_view column, const std::string& where);
-/// Parses a CSV cell and converts it to SI units. Refuses a value beyond the limit of its kind of column.
+/// Parses a CSV cell and converts it to SI units. Refuses a value beyond the limit of its kind of column
+/// (ColumnKind::most).
 double parse_cell(std::string_view cell, const ColumnKind& kind, double per_si, const std::string& where);
-/// Refuses a position, integrated from velocities, that is too large for a position column.
+/// Refuses a position that was integrated from velocities and is larger than a position column may hold.
 void require_near(double position_m, const std::string& where);
 
 }  // namespace cli

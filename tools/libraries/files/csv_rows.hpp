@@ -25,7 +25,7 @@ namespace cli {
 template <std::size_t count, class Take>
 void for_csv_rows(std::string_view text, const std::string& name, std::size_t header_line,
                   const CsvHeader& header, const ColumnKind (&kinds)[count], Take&& take) {
-  // Appends a line end if the text lacks one, because libfccp reads one byte beyond the last line.
+  // Appends a line end if the text ends without one, because libfccp reads one byte beyond the last line.
   std::string canonical = header.canonical;
   canonical += text.substr(std::min(text.find('\n'), text.size()));
   if (!canonical.ends_with('\n')) canonical += '\n';

@@ -1,4 +1,5 @@
-// Writes a scene's force file: CSV, one row per step and patch. Its columns: tools/scenes/README.md.
+// Writes the forces of a scene as CSV, one row per step and patch. The columns are listed in
+// tools/scenes/README.md.
 #pragma once
 
 #include <string>
@@ -21,9 +22,10 @@ class ForceFile {
              double load, double bristles, double x, double y);
   /// Writes what is still buffered, so that a program that reads the path place() sees it. Throws UserError.
   void flush();
-  /// Returns the path of the unfinished file.
+  /// Returns the path of the file while it is being written; the final name exists only after finish().
   const std::string& place() const noexcept { return file_.place(); }
-  /// Writes what is still buffered and completes the force file. Throws UserError when the disk is full.
+  /// Writes what is still buffered and gives the force file its final name. Throws UserError when the disk is
+  /// full.
   void finish();
 
  private:

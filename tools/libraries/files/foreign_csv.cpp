@@ -54,7 +54,7 @@ std::string with_point(std::string_view cell) {
 
 bool is_number(std::string_view cell) { return number_in<double>(with_point(cell)).has_value(); }
 
-/// Returns whether all cells of a row are numbers; a separator at its end makes no cell.
+/// Returns whether all cells of a row are numbers. A separator at the end of the row makes no cell.
 bool all_numbers(std::vector<std::string_view> cells) {
   if (cells.size() > 1 && cells.back().empty()) cells.pop_back();
   return std::all_of(cells.begin(), cells.end(), is_number);
@@ -87,7 +87,8 @@ NameAndUnit split_unit(std::string_view cell, std::span<const Unit> units) {
   return {cell, {}};
 }
 
-/// Header of another program's CSV file: finds which column holds which kind (time, position, force ...).
+/// Header of another program's CSV file, with which column of it holds which kind of number (time, position,
+/// force ...).
 class Header {
  public:
   Header(std::vector<std::string_view> cells, std::span<const ColumnKind> kinds,
@@ -109,7 +110,7 @@ class Header {
   std::string_view unit(std::size_t kind) const {
     return split_unit(cells_[*of_[kind]], kinds_[kind].units).unit;
   }
-  /// Returns whether a column has another name in the file than the standard one (the unit in brackets
+  /// Returns whether the file calls a column otherwise than by its standard name (the unit in brackets
   /// aside).
   bool renamed(std::size_t kind) const {
     const std::string_view cell = cells_[*of_[kind]];
@@ -127,7 +128,8 @@ class Header {
   }
   std::optional<std::size_t> own(std::size_t kind) const {
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      // Takes a header with an unclosed bracket too, so that the reader refuses it.
+      // Accepts a header with an unclosed bracket, so that the reader of the converted text refuses it with
+      // its own message.
       const std::string_view before = trim(cells_[i].substr(0, cells_[i].find('[')));
       const std::string_view name = split_unit(cells_[i], kinds_[kind].units).name;
       if ((name == kinds_[kind].name || before == kinds_[kind].name) && !taken(i)) return i;
@@ -159,7 +161,8 @@ std::string listed(const std::vector<std::string_view>& cells) {
   return all;
 }
 
-/// Returns whether the row below a CSV header holds units of columns and no number.
+/// Returns whether a row is the one below a CSV header that holds the units of the columns: units and no
+/// number.
 bool is_unit_row(const std::vector<std::string_view>& cells, const Header& header,
                  std::span<const ColumnKind> kinds) {
   bool any = false;
@@ -296,7 +299,8 @@ class Converter {
       renamed = renamed || header.renamed(k);
       out_.headers[k] = one_line(cell);
       out_.units[k] = unit;
-      // Keeps a header cell that has an unclosed bracket as it is, so that the reader refuses it.
+      // Leaves a header cell that has an unclosed bracket as it is, so that the reader of the converted text
+      // refuses it.
       const bool broken = unit.empty() && cell.find('[') != std::string_view::npos;
       names[*place] = broken         ? std::string(cell)
                       : unit.empty() ? std::string(kinds_[k].name)
@@ -309,7 +313,7 @@ class Converter {
   }
 
   void write_row(std::string_view line) {
-    // Marks a file with empty lines or quotes as foreign: a motion file of the tools has neither.
+    // Marks a file with empty lines or quotes as another program's. A motion file of these tools has neither.
     out_.ours = out_.ours && !trim(line).empty() && line.find('"') == std::string_view::npos;
     if (trim(line).empty()) {
       out_.text += '#';  // makes an empty line a comment, which the CSV reader skips

@@ -13,9 +13,9 @@
 
 namespace cli {
 
-/// Header and unit that the user states for one kind of column (time, position, force ...).
+/// Name and unit that the user states for one kind of column (time, position, force ...) by options.
 struct ColumnWish {
-  /// Column's header in the file. Empty: the standard name.
+  /// Name of the column in the file's header; empty: the standard name.
   std::string name;
   const Unit* unit = nullptr;  ///< unit of the column; null: as in the file's header, else SI
 };
@@ -23,7 +23,7 @@ struct ColumnWish {
 /// Pairs from the command line: standard name of a column, and the header or unit stated for it.
 using ColumnWords = std::vector<std::pair<std::string, std::string>>;
 
-/// Returns what the user states for each kind of column by the options --columns and --units. Throws
+/// Returns for each kind of column what the user states by the options --columns and --units. Throws
 /// UserError on unknown names and units.
 std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const ColumnWords& columns,
                                       const ColumnWords& units);

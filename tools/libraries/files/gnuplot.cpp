@@ -14,8 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns the folder of gnuplot scripts: as installed beside the program, else in the build. Its path is
-// relative to the program, so that both may be moved.
+// Returns the folder of gnuplot scripts: that in the environment variable BRISTLE_PLOTS, otherwise the one
+// installed beside the program, otherwise the one of the sources. Its path is relative to the program, so
+// that both may be moved together.
 fs::path plots_folder() {
   if (const char* folder = std::getenv("BRISTLE_PLOTS")) return folder;
   std::error_code none;
@@ -27,8 +28,8 @@ fs::path plots_folder() {
 }  // namespace
 
 std::string gnuplot_string(std::string_view text) {
-  // Writes all but harmless characters in octal: a line end would end gnuplot's command, a backquote begin
-  // one of the shell.
+  // Writes all but harmless characters in octal. A line end would end gnuplot's command, and a backquote
+  // would begin one of the shell.
   std::string quoted = "\"";
   for (const char c : text) {
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||

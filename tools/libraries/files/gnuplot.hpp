@@ -6,10 +6,11 @@
 
 namespace cli {
 
-/// Returns a text as a string of gnuplot's language, whatever bytes the text holds.
+/// Writes a text as a string of gnuplot's language, whatever bytes the text has, so that no file name can
+/// become a command.
 std::string gnuplot_string(std::string_view text);
 
-/// Returns the name of a file as a string of gnuplot's language. Makes the path absolute, because gnuplot
+/// Writes the name of a file as a string of gnuplot's language. Makes the path absolute, because gnuplot
 /// takes names that begin with '|' or '<' for commands.
 std::string gnuplot_file(const std::string& path);
 
@@ -21,8 +22,8 @@ void run_gnuplot(std::string_view script, const char* option);
 /// UserError if gnuplot or the script is not there.
 std::string find_plot_script(const std::string& file, const char* option);
 
-/// Draws the CSV file `csv` by a script of find_plot_script() into the file `picture`: vectors or PNG.
-/// `settings` are lines of gnuplot that come before it.
+/// Draws the CSV file `csv` by a script of find_plot_script() into the file `picture` (vectors or PNG).
+/// `settings` are lines of gnuplot that are executed before the script.
 void draw_csv(const std::string& script, const std::string& csv, const std::string& picture, bool vectors,
               const std::string& settings, const char* option);
 

@@ -21,8 +21,7 @@ CsvHeader read_header(std::string_view line, const std::string& where, MotionFil
   CsvHeader header = read_csv_header(line, where, kinds);
   file.ignored_columns = header.other_columns;
   const auto need = [&](bool ok, const char* what) {
-    // Does not quote the first line of a file that names no known column, because it may be any private
-    // text.
+    // Leaves the first line out of the error if the file names no known column: it may be any private text.
     const bool known = std::find(header.present.begin(), header.present.end(), true) != header.present.end();
     if (!ok && !known)
       throw UserError(fmt::format("{}: names no column of a motion file; expected t,x,y,load", where));
@@ -44,7 +43,8 @@ CsvHeader read_header(std::string_view line, const std::string& where, MotionFil
   return header;
 }
 
-/// Returns the normal load of a row, N; loads from -clip_load_n to 0 count as 0, others below 0 are refused.
+/// Returns the normal load of a row, N. Loads from -clip_load_n to 0 count as 0, because a sensor's zero is
+/// never exact; lower ones are refused.
 double read_load(double load_n, std::string_view cell, double clip_load_n, const std::string& where) {
   if (load_n >= 0.0) return load_n;
   if (load_n >= -clip_load_n) return 0.0;

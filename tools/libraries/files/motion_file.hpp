@@ -1,4 +1,5 @@
-// Reads a motion file: CSV with time, position or velocity, and load. Format: tools/scenes/README.md.
+// Reads a motion file: CSV with time, position or velocity, and load. The format is described in
+// tools/scenes/README.md.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Reads numbers from texts: the one place that says what a number is.
+// Reads numbers from text. All tools use it, so that they agree on what a number is.
 #pragma once
 
 #include <charconv>
@@ -10,9 +10,9 @@
 
 namespace cli {
 
-/// Reads a number at the beginning of a text and takes it off the text. Returns nothing, and leaves the text,
-/// where there is none, or one that `T` cannot hold: not finite, too large, with a fraction where `T` is
-/// whole. A sign + is allowed.
+/// Reads a number at the beginning of a text and removes it from the text. Returns nothing, and leaves the
+/// text as it is, if there is no number or one that `T` cannot hold: not finite, too large, with a fraction
+/// where `T` is whole. A sign + is allowed.
 template <class T>
 std::optional<T> take_number(std::string_view& text) {
   std::string_view digits = text;
@@ -26,14 +26,14 @@ std::optional<T> take_number(std::string_view& text) {
   return value;
 }
 
-/// Reads a text that is one number and nothing else.
+/// Reads a text that consists of one number and nothing else.
 template <class T>
 std::optional<T> number_in(std::string_view text) {
   const std::optional<T> value = take_number<T>(text);
   return text.empty() ? value : std::nullopt;
 }
 
-/// Largest whole number up to which double precision holds every one.
+/// Largest whole number up to which double precision represents every whole number.
 constexpr long long most_whole_double = 1LL << 53;
 
 }  // namespace cli

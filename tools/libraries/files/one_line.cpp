@@ -23,15 +23,15 @@ std::size_t printable(std::string_view text, std::size_t at) {
   for (std::size_t i = 1; i < size; ++i)
     if ((byte_at(text, at + i) & 0xC0) != 0x80) return 0;
   // Refuses by the second byte control characters (C2), forms longer than needed (E0, F0), surrogates (ED),
-  // and what lies beyond Unicode (F4).
+  // and numbers beyond Unicode (F4).
   const unsigned second = size > 0 ? byte_at(text, at + 1) : 0u;
   const unsigned least = first == 0xC2 || first == 0xE0 ? 0xA0u : first == 0xF0 ? 0x90u : 0x80u;
   const unsigned most = first == 0xED ? 0x9Fu : first == 0xF4 ? 0x8Fu : 0xBFu;
   return second >= least && second <= most ? size : 0;
 }
 
-/// Returns the length of the sequence at `at` that only colours a text, such as "\x1B[31m"; 0 if there is
-/// none.
+/// Returns the length of the escape sequence at `at` that only colours text, such as "\x1B[31m"; 0 if there
+/// is none. Other sequences could move the cursor or worse.
 std::size_t colour_at(std::string_view text, std::size_t at) {
   if (!text.substr(at).starts_with("\x1B[")) return 0;
   const std::size_t end = text.find_first_not_of("0123456789;", at + 2);

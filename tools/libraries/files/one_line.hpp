@@ -1,4 +1,4 @@
-// Turns any text into one that a terminal prints safely.
+// Makes any text safe to print on a terminal.
 #pragma once
 
 #include <string>

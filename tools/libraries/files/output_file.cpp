@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Names of unfinished output files, which a signal handler deletes. A handler may neither lock nor allocate,
-/// so they are C strings in an array of fixed size; each string is owned by an OutputFile.
+/// Names of the output files that are not complete yet. A signal handler deletes them; as it may neither lock
+/// nor allocate, they are C strings in an array of fixed size, each owned by an OutputFile.
 std::array<std::atomic<const char*>, 64> unfinished;
 
 extern "C" void remove_unfinished(int signal_number) {
@@ -69,7 +69,7 @@ void OutputFile::open_beside() {
   const bool there = !error && platform::kind_of(target) != platform::Kind::nothing;
   if (there && !platform::is_writable(target)) fail();
   platform::on_ending_signals(&remove_unfinished);
-  // Holds signals, so that none comes between making a file and noting its name for deletion.
+  // Holds signals back. A signal between making the file and noting its name would leave the file behind.
   const platform::HeldSignals held;
   do {
     beside_ = fmt::format("{}.tmp.{}.{}", target, platform::process_number(), count.fetch_add(1));
@@ -92,8 +92,8 @@ OutputFile::~OutputFile() {
 }
 
 /// Swaps two output files. The list of unfinished files, which are removed when the program is interrupted,
-/// points to the characters of `beside_`. These may move in a swap, so both files leave the list and enter it
-/// again.
+/// points to the characters of `beside_`, the path of the temporary file. They may move in a swap, so both
+/// files leave the list and enter it again.
 void OutputFile::swap(OutputFile& other) noexcept {
   for (const OutputFile* each : {this, &other})
     if (!each->beside_.empty()) forget_unfinished(each->beside_.c_str());

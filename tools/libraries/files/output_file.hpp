@@ -9,9 +9,9 @@
 
 namespace cli {
 
-/// Output file that is written whole or not at all. Bytes go into a temporary file beside it, which is
-/// renamed once it is complete and on the disk. Until then, and after an error or signal, an existing file of
-/// that name stays. "-" is stdout; FIFOs and devices are written directly. An empty path is no file.
+/// Output file that is written whole or not at all. Bytes go into a temporary file beside it, which gets the
+/// final name once it is complete and on the disk. Until then, and after an error or signal, an existing file
+/// of that name stays. "-" is stdout; FIFOs and devices are written directly. An empty path is no file.
 class OutputFile {
  public:
   OutputFile() = default;
@@ -28,7 +28,8 @@ class OutputFile {
   explicit operator bool() const noexcept { return file_ != nullptr; }
   /// Appends text to the file. Throws UserError, for instance on a full disk.
   void append(const std::string& text);
-  /// Flushes, so that a program that reads the path place() sees all appended text. Throws UserError.
+  /// Flushes the file, so that a program that reads the path place() sees all appended text. Throws
+  /// UserError.
   void flush();
   /// Completes the file and renames it to its final name. Throws UserError.
   void finish();
@@ -36,7 +37,8 @@ class OutputFile {
     append(text);
     finish();
   }
-  /// Returns the path of the unfinished file, for a program or library that writes to a path itself.
+  /// Returns the path at which the file is now being written, for a program or library that writes to a path
+  /// itself.
   const std::string& place() const noexcept { return beside_.empty() ? path_ : beside_; }
 
  private:
@@ -54,12 +56,12 @@ struct FileOption {
 
 /// Returns whether a picture file of this name (.svg) is drawn as vectors.
 bool is_vector_picture(const std::string& path);
-/// Refuses a name for gnuplot's picture that does not end in .png or .svg, or is a device. An empty name
-/// means no picture.
+/// Checks the name of a picture that gnuplot is to write, and refuses one that does not end in .png or .svg,
+/// or is a device. An empty name means no picture.
 void check_picture_name(const char* option, const std::string& path);
 
-/// Refuses, before any work, an output file that is also an input or another output, even under another name.
-/// Ignores empty paths. Returns whether an output goes to stdout, where it would mix with the table for
+/// Checks, before any work, that no output file is also an input or another output, even under another name.
+/// Empty paths are ignored. Returns whether an output goes to stdout, where it would mix with the table for
 /// people. Throws UserError.
 bool check_files(const std::vector<FileOption>& inputs, const std::vector<FileOption>& outputs);
 

@@ -18,8 +18,8 @@ constexpr std::size_t most_line_bytes = std::size_t{1} << 24;
 std::string read_text_file(const std::string& path, std::size_t most_bytes = most_data_bytes,
                            bool binary = false);
 
-/// Prints to stderr, for people, control characters masked. Ignores failure, which could not be reported
-/// anyway.
+/// Prints a text for people to stderr, with control characters masked. Ignores failure, which could not be
+/// reported anyway.
 void print_note(const std::string& text);
 
 /// Prints a text to stdout in full and flushes. Throws UserError, for instance on a full disk.

@@ -81,7 +81,7 @@ const toml::node& TomlTable::need(std::string_view key) const {
 double TomlTable::checked(const toml::node& node, std::string_view key, const Range& range) const {
   if (!node.is_number())
     fail(key, fmt::format("is {}; a number is needed, {}", spell(node), describe(range)));
-  // Refuses a whole number that double precision cannot hold, for which toml++ has no value.
+  // Refuses a whole number that double precision cannot represent. toml++ would not give it as a double.
   const toml::value<std::int64_t>* const whole = node.as_integer();
   if (whole && (whole->get() > most_whole_double || whole->get() < -most_whole_double))
     fail(key, fmt::format("is {}; allowed: whole numbers up to 2^53, {}", spell(node), describe(range)));

@@ -38,7 +38,7 @@ class TomlTable {
                        std::int64_t otherwise) const;
   std::string text(std::string_view key) const;
   std::string text(std::string_view key, std::string otherwise) const;
-  /// Reads the name of a file, which must not be empty nor hold a zero byte.
+  /// Reads the name of a file, which must not be empty or contain a zero byte.
   std::string file(std::string_view key) const;
   /// Reads a word that must be one of `names`. Returns its index.
   std::size_t choice(std::string_view key, const std::vector<std::string_view>& names,
@@ -52,7 +52,7 @@ class TomlTable {
   /// Reads an array of tables; returns an empty one if the table lacks the key.
   std::vector<TomlTable> tables(std::string_view key) const;
 
-  /// Returns the place of the table, or of one of its keys, for messages: "file:line: what".
+  /// Returns where the table, or one of its keys, stands, for messages: "file:line: what".
   std::string where() const;
   std::string where(std::string_view key) const;
   [[noreturn]] void fail(std::string_view key, const std::string& why) const;

@@ -13,8 +13,8 @@ namespace {
 
 constexpr int most_dots = 16;  // limit of dots in a key such as "a.b.c"; scene files have two at most
 
-/// Returns the offset behind the quoted TOML string that begins at `from`: behind its closing quotes, or the
-/// end of line or file.
+/// Returns the offset behind the quoted TOML string that begins at `from`. It ends at its closing quotes or,
+/// if they are missing, at the end of the line or file.
 std::size_t end_of_string(std::string_view text, std::size_t from) {
   const char quote = text[from];
   const std::string three(3, quote);
@@ -25,7 +25,7 @@ std::size_t end_of_string(std::string_view text, std::size_t from) {
       at += 2;
     } else if (lines && text.substr(at, 3) == three) {
       at += 3;
-      // Includes further quotes, which may be the last characters of a """ string.
+      // Includes further quotes, because a string in """ may end in quotes of its own.
       while (at < text.size() && text[at] == quote) ++at;
       return at;
     } else if (!lines && (text[at] == quote || text[at] == '\n')) {
@@ -72,8 +72,8 @@ toml::table parse_toml(const std::string& text, const std::string& path) {
   try {
     return toml::parse(text, path);
   } catch (const toml::parse_error& error) {
-    // Shortens texts of the parser that end with the name of a macro: "... depth of 256
-    // (TOML_MAX_NESTED_VALUES)".
+    // Shortens error texts of the parser that end with the name of a macro, which means nothing to users:
+    // "... depth of 256 (TOML_MAX_NESTED_VALUES)".
     const std::string_view why = error.description();
     throw UserError(fmt::format("{}:{}: not TOML: {}", path, error.source().begin.line,
                                 why.substr(0, why.find(" (TOML_"))));

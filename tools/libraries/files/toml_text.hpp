@@ -1,4 +1,4 @@
-// Parses TOML within fixed limits, whatever the file holds.
+// Parses TOML within fixed limits, so that no file can exhaust memory or stack.
 #pragma once
 
 #include <string>

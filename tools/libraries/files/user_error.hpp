@@ -1,4 +1,4 @@
-// Error that the user can correct: `bristle` prints one clear line on stderr and exits with code 2.
+// An error that the user can correct. `bristle` prints it as one clear line on stderr and exits with code 2.
 #pragma once
 
 #include <stdexcept>

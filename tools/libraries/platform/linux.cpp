@@ -62,8 +62,8 @@ void sleep_until(std::int64_t ns, bool (*stop)() noexcept) noexcept {
 }
 
 double stolen_now() {
-  // Format of the line: "cpu  user nice system idle iowait irq softirq steal ...", in clock ticks of the
-  // system.
+  // Format of the first line of /proc/stat: "cpu  user nice system idle iowait irq softirq steal ...", in
+  // clock ticks of the system.
   std::ifstream stat("/proc/stat");
   std::string label;
   double ticks = 0.0;
@@ -80,7 +80,7 @@ QueueClock::~QueueClock() {
 }
 
 double QueueClock::now() const noexcept {
-  // Format of the file: "ns run on a core, ns waiting for a core, number of time slices".
+  // Format of the thread's schedstat file: "ns run on a core, ns waiting for a core, number of time slices".
   char text[64];
   const ssize_t length = file_ >= 0 ? ::pread(file_, text, sizeof text, 0) : 0;
   if (length <= 0) return 0.0;
@@ -137,8 +137,8 @@ void use_usual_scheduling() noexcept {
 }
 
 std::string lock_memory() {
-  // Locks only memory that is in use. With future memory locked too, an allocation beyond the system's limit
-  // would fail.
+  // Locks only memory that is in use. If future memory were locked too, an allocation beyond the system's
+  // limit would fail.
   if (::mlockall(MCL_CURRENT) == 0) return {};
   return fmt::format("{}; pages may be taken away (needs root, CAP_IPC_LOCK or a larger ulimit -l)",
                      std::strerror(errno));

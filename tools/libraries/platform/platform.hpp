@@ -1,6 +1,6 @@
-// All services of the operating system that the tools need besides threads and those of
-// core/runtime/platform: posix.cpp has those of POSIX, linux.cpp the others. After a failure `errno` says
-// why, unless a text does.
+// The services of the operating system that the tools need, besides threads and those of
+// core/runtime/platform. posix.cpp has those of POSIX, linux.cpp the others. After a failure `errno` says
+// why, unless the function returns a text.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace cli::platform {
 // ------------------------------------------------------------------------------------------ program and
 // terminal
 
-/// Opens stdin, stdout and stderr if the caller left them closed: otherwise the next opened file would get
+/// Opens stdin, stdout and stderr if the caller left them closed. Otherwise the next file opened would get
 /// such a number, and printed text would go into that file. A closed stdout still refuses output. Also makes
 /// a write beyond the size limit of files fail instead of ending the program. Call it first in main().
 void hold_standard_streams() noexcept;
@@ -29,7 +29,7 @@ bool shows_colours() noexcept;
 
 /// Returns the folder of the running program; empty if unknown.
 std::filesystem::path program_folder();
-/// Returns a number that no other living process has.
+/// Returns the number of this process, which no other living process has.
 unsigned process_number() noexcept;
 std::tm utc(std::time_t time) noexcept;
 
@@ -45,12 +45,14 @@ std::optional<int> feed_program(const char* name, std::string_view input);
 // -------------------------------------------------------------------------------------------------------
 // signals
 
-/// Calls `handler` at each signal that ends a program, except for those by which a command ends in order.
+/// Calls `handler` at each signal that kills the program. Signals at which a command ends in order are not
+/// among them.
 void on_ending_signals(void (*handler)(int));
-/// Calls `handler` at the signals that ask a program to stop.
+/// Calls `handler` at the signals that ask the program to stop, such as that of Ctrl-C.
 void on_stop_signals(void (*handler)(int)) noexcept;
 
-/// Holds back, while it lives, the signals of on_ending_signals() for this thread.
+/// Holds back, while it lives, the signals of on_ending_signals() for this thread, so that none comes at a
+/// bad moment.
 class HeldSignals {
  public:
   HeldSignals();
@@ -66,14 +68,15 @@ class HeldSignals {
 // ---------------------------------------------------------------------------------------------------------
 // files
 
-/// Opens a file to read. Waits for the writer of a FIFO; after a second a line on stderr says so.
+/// Opens a file to read. If it is a FIFO, waits for its writer; after a second a line on stderr says so.
 std::FILE* open_to_read(const std::string& path) noexcept;
-/// Opens a path that is not a regular file to write. Waits for the reader of a FIFO, as open_to_read() does.
+/// Opens a path that is not a regular file to write. If it is a FIFO, waits for its reader, as open_to_read()
+/// does for its writer.
 std::FILE* open_special(const std::string& path) noexcept;
 /// Opens a new file to write. Fails with EEXIST if a file of that name exists.
 std::FILE* create_file(const std::string& path) noexcept;
 
-/// Kind of file that a path names. After `nothing`, `errno` says why.
+/// Kind of file that a path names. After the answer `nothing`, `errno` says why.
 enum class Kind { nothing, file, other };
 Kind kind_of(const std::string& path) noexcept;
 /// Returns whether this process may write an existing file.
@@ -82,14 +85,15 @@ bool is_writable(const std::string& path) noexcept;
 bool is_same(const std::string& a, const std::string& b);
 
 void copy_permissions(const std::string& from, std::FILE* to) noexcept;
-/// Forces what was written to a file onto the disk.
+/// Writes the buffered bytes of a file and forces them onto the disk.
 bool flush_to_disk(std::FILE* file) noexcept;
-/// Replaces the file `to` by the file `from`: at every moment `to` is wholly the old file or the new one.
+/// Replaces the file `to` by the file `from` in one moment: a reader of `to` finds the whole old file or the
+/// whole new one.
 bool replace_file(const std::string& from, const std::string& to) noexcept;
-/// Deletes a file. A signal handler may call it.
+/// Deletes a file. Safe to call in a signal handler.
 void remove_file(const char* path) noexcept;
 
-/// File that one process at a time writes, at its end.
+/// File that only one process at a time may write, at its end.
 class LockedFile {
  public:
   LockedFile() = default;
@@ -100,7 +104,8 @@ class LockedFile {
   bool is_open() const noexcept { return file_ >= 0; }
   /// Opens or makes the file.
   bool open(const std::string& path) noexcept;
-  /// Locks the file until it is closed. Returns false if another process has locked it.
+  /// Locks the file against other processes until it is closed. Returns false if another process has locked
+  /// it.
   bool lock() noexcept;
   std::int64_t size() noexcept;
   bool cut(std::int64_t size) noexcept;
@@ -118,7 +123,7 @@ class LockedFile {
 
 /// Returns the clock of DeadlineMonitor::wall_now, ns.
 std::int64_t now_ns() noexcept;
-/// Sleeps until a time of now_ns(). Returns early when a signal comes and `stop` returns true.
+/// Sleeps until a time of the clock now_ns(). Returns early when a signal comes and `stop` returns true.
 void sleep_until(std::int64_t ns, bool (*stop)() noexcept) noexcept;
 
 /// Returns the CPU time (s) that the hypervisor has stolen from all cores since the system started; 0 if the
@@ -140,21 +145,23 @@ class QueueClock {
   int file_;
 };
 
-/// Makes the timers of the calling thread exact. Returns what use_timers() takes to undo it.
+/// Makes the timers of the calling thread exact, for paced loops. Returns the number by which use_timers()
+/// restores them.
 int use_exact_timers() noexcept;
 void use_timers(int before) noexcept;
 
-/// Binds the calling thread to a core and sets `before` to the cores on which it might run. Returns why the
-/// system refuses; empty if it does not.
+/// Binds the calling thread to a core, so that the system does not move it. Sets `before` to the cores on
+/// which it might run. Returns the reason if the system refuses; otherwise an empty text.
 std::string bind_thread(int core, std::vector<int>& before);
 void use_cores(const std::vector<int>& cores) noexcept;
 
-/// Gives the calling thread the priority SCHED_FIFO, 1 to 99. Returns why the system refuses and what is used
-/// instead; empty if it does not.
+/// Gives the calling thread the real-time priority SCHED_FIFO, 1 to 99. If the system refuses, returns the
+/// reason and what is used instead; otherwise an empty text.
 std::string take_fifo(int priority);
 void use_usual_scheduling() noexcept;
 
-/// Keeps pages in use in memory. Returns why the system refuses; empty if it does not.
+/// Keeps pages that are in use in memory, so that a step never waits for the disk. Returns the reason if the
+/// system refuses; otherwise an empty text.
 std::string lock_memory();
 void unlock_memory() noexcept;
 

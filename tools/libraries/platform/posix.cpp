@@ -30,7 +30,8 @@ void close_after_failure(int file) noexcept {
   errno = why;
 }
 
-/// Makes a stream from an open file descriptor; closes the descriptor if that fails.
+/// Makes a stream from an open file descriptor. Closes the descriptor if that fails, so that it does not
+/// leak.
 std::FILE* stream_of(int file, const char* mode) noexcept {
   if (file < 0) return nullptr;
   std::FILE* const stream = ::fdopen(file, mode);
@@ -38,7 +39,7 @@ std::FILE* stream_of(int file, const char* mode) noexcept {
   return stream;
 }
 
-/// Writes a text to its end. Returns false if that fails.
+/// Writes the whole text to a file descriptor. Returns false if that fails.
 bool write_all(int file, std::string_view text) noexcept {
   while (!text.empty()) {
     const ssize_t wrote = ::write(file, text.data(), text.size());
@@ -49,7 +50,7 @@ bool write_all(int file, std::string_view text) noexcept {
   return true;
 }
 
-/// Returns whether a path holds a zero byte, at which the system would end it and take another file.
+/// Returns whether a path contains a zero byte. The system would end the path there and take another file.
 bool is_cut(const std::string& path) noexcept {
   if (path.find('\0') == std::string::npos) return false;
   errno = EINVAL;
@@ -72,7 +73,8 @@ bool wait_for_writer(int file, const std::string& path) noexcept {
 }  // namespace
 
 void hold_standard_streams() noexcept {
-  // Lets a write beyond the limit of `ulimit -f` fail instead of ending the program.
+  // Ignores the signal of a write beyond the limit of `ulimit -f`. The write then fails instead of ending the
+  // program.
   std::signal(SIGXFSZ, SIG_IGN);
   for (const int number : {0, 1, 2})
     if (::fcntl(number, F_GETFD) < 0 && errno == EBADF)
@@ -150,7 +152,7 @@ HeldSignals::~HeldSignals() { ::pthread_sigmask(SIG_SETMASK, &before_->signals, 
 
 std::FILE* open_to_read(const std::string& path) noexcept {
   if (is_cut(path)) return nullptr;
-  // Opens without blocking, because opening a FIFO without a writer would hang without a message.
+  // Opens without blocking, because opening a FIFO that has no writer would hang without a message.
   const int file = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return nullptr;
   struct stat status;
@@ -165,15 +167,15 @@ std::FILE* open_to_read(const std::string& path) noexcept {
 std::FILE* open_special(const std::string& path) noexcept {
   struct stat there;
   if (is_cut(path) || ::stat(path.c_str(), &there) != 0) return nullptr;
-  // Refuses a socket, which cannot be opened. The system would report ENXIO for it, as for a FIFO without a
-  // reader.
+  // Refuses a socket, which cannot be opened. The system would report ENXIO for it, the error of a FIFO
+  // without a reader.
   if (S_ISSOCK(there.st_mode)) {
     errno = ENOTSUP;
     return nullptr;
   }
   constexpr int pause_ms = 20, patience_ms = 1000;  // pause between trials, and time until a message says so
   int file = -1;
-  // Tries again after ENXIO, which means a FIFO without a reader.
+  // Tries again after ENXIO, which means that the FIFO has no reader yet.
   for (int waited = 0; waited < patience_ms; waited += pause_ms) {
     file = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
     if (file >= 0 || errno != ENXIO) break;
