@@ -1,4 +1,4 @@
-// Makes the tables in reports of `bristle accuracy` from their JSON (schema bristle-accuracy-1).
+// Makes the tables of a report of `bristle accuracy` from the report's JSON (schema bristle-accuracy-1).
 #include <fmt/format.h>
 
 #include "tools/libraries/reports/numbers.hpp"
@@ -21,7 +21,8 @@ std::string two_places(const Json& value, const char* sign) {
 
 Table settings_table(const Json& accuracy, bool front_only) {
   constexpr auto wide = JsonColumn::wide_only;
-  // Columns of the table, made on each call because their texts depend on the width of the terminal.
+  // Columns of the table. They are made in each call, because their texts depend on the width of the
+  // terminal.
   const std::vector<JsonColumn> columns = {
       {"<bristles", [](const Json& s) { return Cell(setting_bristles(s)); }},
       {"dt", [](const Json& s) { return Cell(time_text(s.at("dt_s").get<double>())); }},

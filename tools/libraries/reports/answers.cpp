@@ -1,4 +1,4 @@
-// Puts the main result of a report into words, for the first lines on a terminal.
+// Puts the main result of a report into a sentence, which a command prints first.
 #include "tools/libraries/reports/answers.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace cli {
 namespace {
 
-/// Returns the number under `key`; NaN for null, as JSON stores numbers that are not finite.
+/// Returns the number under `key`. JSON stores numbers that are not finite as null, which becomes NaN.
 double number_at(const Json& json, const char* key) {
   const Json& value = json.at(key);
   return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();

@@ -1,5 +1,5 @@
-// Puts the main results of reports into words with figures, for the first lines on a terminal. Functions take
-// a JSON report, and throw nlohmann::json::exception if the report lacks a value.
+// Puts the main results of reports into sentences with figures, which commands print first. Functions take a
+// JSON report, and throw nlohmann::json::exception if the report lacks a value.
 #pragma once
 
 #include <string>
@@ -8,7 +8,8 @@
 
 namespace cli {
 
-// Put reports of `bristle accuracy` (schema bristle-accuracy-1) into words.
+// Answer two questions in words from a report of `bristle accuracy` (schema bristle-accuracy-1): how wrong a
+// fast setting is, and which setting to choose.
 std::string how_wrong_is_fast(const Json& accuracy);
 std::string what_to_choose(const Json& accuracy);
 /// Returns the answers of an accuracy report, a line each: which setting to choose, and the error of a fast
@@ -17,7 +18,8 @@ std::string accuracy_answer(const Json& accuracy);
 /// Returns a setting of an accuracy study in words: "13,000 bristles a patch, steps of 1.00 ms, ...".
 std::string setting_in_words(const Json& setting);
 
-// Put reports of `bristle stability` (schema bristle-stability-1) into words.
+// Answer in words from a report of `bristle stability` (schema bristle-stability-1) which settings are
+// stable.
 std::string is_mine_stable(const Json& stability);
 std::string stability_answer(const Json& stability);
 

@@ -1,4 +1,4 @@
-// Makes the tables in reports of `bristle capacity` from their JSON (schema bristle-capacity-1).
+// Makes the tables of a report of `bristle capacity` from the report's JSON (schema bristle-capacity-1).
 #include <cmath>
 
 #include <fmt/format.h>
@@ -17,10 +17,11 @@ std::string ns_text(const Json& value) {
 
 std::string two_places(const Json& value) { return fmt::format("{:.2f}", value.get<double>()); }
 
-// Returns whether a row of loop times is the library's own loop, to whose time others are compared.
+// Returns whether a row of loop times is that of the library's own loop, with which the other loops are
+// compared.
 bool is_ours(const Json& row) { return text_of(row, "loop").starts_with("bristle"); }
 
-// Makes a column of quartiles with two decimals each, so that decimal points are aligned.
+// Makes a column of quartiles, each with two decimals, so that decimal points stand below each other.
 JsonColumn quartile_column() {
   return only_wide({"quartiles", [](const Json& row) {
                       if (row.contains("loop") && is_ours(row)) return Cell("");
@@ -29,7 +30,7 @@ JsonColumn quartile_column() {
                     }});
 }
 
-// Makes a column that shows "-" in rows where no number of bristles meets the deadline.
+// Makes a column of a figure, which is "-" in rows where no number of bristles meets the deadline.
 template <class Figure>
 JsonColumn fit_column(const char* header, Figure figure) {
   return {header, [figure](const Json& row) {
@@ -45,8 +46,8 @@ JsonColumn fit_time_column(const char* header, const char* key) {
 }  // namespace
 
 bool was_busy(const Json& row, double deadline_s) {
-  // Median step time, as a share of the deadline, below which a machine counts as disturbed. At the largest
-  // number of bristles that fits it is 0.7 to 0.95 on a quiet machine.
+  // Median step time, as a share of the deadline, below which other programs count as having disturbed the
+  // measurement. At the largest number of bristles that fits the share is 0.7 to 0.95 on a quiet machine.
   constexpr double usual = 0.6;
   return row.value("unconfirmed", false) ||
          (row.at("bristles").get<double>() > 0.0 && !row.at("more_would_fit").get<bool>() &&

@@ -1,4 +1,4 @@
-// Conditions of a measurement (machine, commit, compiler), without which its figures mean little.
+// The conditions of a measurement (machine, commit, compiler). Without them its figures mean little.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ struct Conditions {
 Conditions conditions();
 nlohmann::ordered_json to_json(const Conditions& conditions);
 
-/// Returns the conditions of a measurement and the kernels' instruction set, as two lines of text.
+/// Returns the conditions of a measurement, and the instruction set of the kernels, as two lines of text.
 std::string measured_with(const Conditions& conditions, const std::string& isa);
 
 }  // namespace cli

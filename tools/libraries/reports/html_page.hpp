@@ -1,4 +1,4 @@
-// Makes one HTML page of a report and its picture, which opens without a network.
+// Makes one HTML page of a report and its picture. The page opens without a network.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace cli {
 /// an <svg>.
 std::string html_page(const std::string& title, const std::string& report, const std::string& picture);
 
-/// Returns a PNG file as a picture in HTML.
+/// Returns a PNG file as HTML that contains the picture itself, so that the page needs no other file.
 std::string html_picture(const std::string& file);
 
 }  // namespace cli

@@ -9,8 +9,8 @@
 namespace cli {
 namespace {
 
-/// Exception that ends a job because a job on another thread has failed. It has no message: that of the
-/// failed job is reported.
+/// Exception that ends a job because a job on another thread has failed. It has no message, because the
+/// failed job's is reported.
 struct Abandoned {};
 
 }  // namespace
@@ -41,7 +41,7 @@ void run_jobs(std::size_t count, std::size_t threads,
   try {
     for (std::size_t t = 1; t < threads; ++t) helpers.emplace_back(work);
   } catch (const std::exception&) {
-    // Continues with fewer threads if the system has no more, or no memory for them.
+    // Continues with the threads made so far if the system has no more, or no memory for them.
   }
   work();
   for (std::thread& helper : helpers) helper.join();

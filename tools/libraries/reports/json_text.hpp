@@ -1,4 +1,4 @@
-// Parses JSON from files that may hold anything.
+// Parses JSON from files that may contain anything.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace cli {
 
-/// Parses JSON nested at most 64 levels deep; on deeper values the recursion of the JSON library would
-/// overflow the stack. Throws a UserError that begins with `what`.
+/// Parses JSON nested at most 64 levels deep. On deeper values the JSON library would recurse until the stack
+/// overflows. Throws a UserError that begins with `what`.
 nlohmann::json parse_json(const std::string& text, const std::string& what);
 
 }  // namespace cli

@@ -36,7 +36,7 @@ std::string number_text(const nlohmann::ordered_json& value, double scale) {
   const double size = std::fabs(number);
   if (size == 0.0) return "0";
   if (!std::isfinite(number)) return fmt::format("{}", number);
-  // Counts digits after rounding, since 99.96 rounded to three digits has three before the point.
+  // Counts the digits before the point after rounding: 99.96, rounded to three digits, has three.
   const int exponent = static_cast<int>(std::floor(std::log10(size) + 1e-12));
   if (size < 1e-3 || size >= 1e7) return fmt::format("{:.3g}", number);
   std::string text = fmt::format("{:.{}f}", number, std::max(0, 2 - exponent));

@@ -23,11 +23,12 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Updates the share of the work done (0 to 1). Cheap enough to call every hundredth step of a run.
+  /// Updates the share of the work that is done (0 to 1). Cheap enough to be called every hundredth step of a
+  /// run.
   void update(double share, const char* what = "") {
     if (terminal_ && Clock::now() >= next_) show(share, what);
   }
-  /// Shows the line of progress at once. Call it before work that may last for seconds without update().
+  /// Shows the line of progress at once. Call it before work that may take seconds without an update().
   void show(double share, const char* what = "") {
     if (!terminal_) return;
     next_ = Clock::now() + std::chrono::milliseconds(200);
@@ -46,7 +47,7 @@ class Progress {
   Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
 };
 
-/// Returns a function that shows a line of progress until the function's last copy is destroyed.
+/// Returns a function that shows a line of progress. The line disappears with the function's last copy.
 inline std::function<void(double)> progress_line(std::string label, bool quiet = false) {
   return [line = std::make_shared<Progress>(std::move(label), quiet)](double share) { line->update(share); };
 }

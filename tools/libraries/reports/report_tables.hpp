@@ -1,5 +1,5 @@
-// Makes the tables of the commands' reports from their JSON, so that text and JSON agree. Functions throw
-// nlohmann::json::exception if the JSON lacks a value.
+// Makes the tables of the commands' reports from their JSON, so that text and JSON cannot differ. Functions
+// throw nlohmann::json::exception if the JSON lacks a value.
 #pragma once
 
 #include <span>
@@ -15,10 +15,11 @@ using Json = nlohmann::ordered_json;
 using JsonColumn = Column<Json>;
 
 std::string text_of(const Json& json, const char* key);
-/// Make a column from a key of the report's rows: of texts, or of numbers (times `scale`, three digits).
+/// Make a column of a table from a key of the report's rows: of texts, or of numbers (times `scale`, three
+/// digits).
 JsonColumn text_column(std::string header, const char* key);
 JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
-/// Returns the column, shown only with --wide.
+/// Returns a column that is shown only with --wide, when lines may have any length.
 JsonColumn only_wide(JsonColumn column);
 
 /// Column of a CSV file of a report's rows: its header, the JSON pointer to its value ("/error/rms"), and a
@@ -38,9 +39,10 @@ Table comparisons_table(const Json& capacity);
 Table infinite_table(const Json& capacity);
 Table snapshots_table(const Json& capacity);
 Table contacts_table(const Json& capacity);
-/// Returns the largest number of bristles that meets the deadline ("> 1,234"), or why there is none.
+/// Returns the largest number of bristles that meets the deadline, as text ("> 1,234"), or why there is none.
 std::string bristles_that_fit(const Json& row);
-/// Returns whether other programs caused a row's 99th percentile: its median is then far inside the deadline.
+/// Returns whether other programs spoilt a row: its 99th percentile misses although its median is far inside
+/// the deadline.
 bool was_busy(const Json& row, double deadline_s);
 /// Returns the result of a capacity report in a sentence that also says whether to trust it.
 std::string capacity_answer(const Json& capacity);

@@ -1,4 +1,4 @@
-// Makes the tables in reports of `bristle stability` from their JSON (schema bristle-stability-1).
+// Makes the tables of a report of `bristle stability` from the report's JSON (schema bristle-stability-1).
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -37,7 +37,8 @@ const std::vector<JsonColumn>& map_columns() {
   return columns;
 }
 
-// Makes a column that counts the cells of a group in a stability map, of which `part` behave as expected.
+// Makes a column "part of group" that counts the cells of a group in a stability map, and how many of them
+// behave as expected.
 JsonColumn share_column(const char* header, const char* map, const char* group, const char* part) {
   return {header, [=](const Json& row) {
             const Json& of = *group ? row.at(map).at(group) : row.at(map);

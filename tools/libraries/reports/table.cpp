@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t gap = 2;        // number of blanks between two columns
 constexpr std::size_t readable = 20;  // least width of a text column, in characters
-// Width in characters beyond which a word is cut, except in row names.
+// Width in characters beyond which a single word is cut. Names of rows are never cut.
 constexpr std::size_t widest_word = 30;
 
 std::size_t longest_word(std::string_view text) {
@@ -25,7 +25,7 @@ std::size_t longest_word(std::string_view text) {
   return longest;
 }
 
-// Adds the terminal's colour for a cell's style. Colours only repeat what the words say.
+// Wraps a cell's text in the terminal's colour for its style. Colours only repeat what the words say.
 std::string coloured(const std::string& text, CellStyle style) {
   if (!text_layout().colour || style == CellStyle::plain || text.empty()) return text;
   return style == CellStyle::bad ? fmt::format(fmt::emphasis::bold | fg(fmt::terminal_color::red), "{}", text)
@@ -73,7 +73,8 @@ std::size_t Table::natural_width() const {
   return std::accumulate(widths.begin(), widths.end(), gap * (widths.size() - 1));
 }
 
-// Returns a column's least width, in characters: numbers stay on one line, headers and texts may break.
+// Returns the least width of a column, in characters: its longest word, because headers and texts may break
+// into lines, or its longest number, which may not.
 std::size_t Table::least_width(std::size_t column) const {
   std::size_t least = longest_word(headers_[column].text);
   for (const Row& row : rows_) {
@@ -118,7 +119,7 @@ std::string Table::text_row(const std::vector<Cell>& cells, std::size_t columns,
   return out;
 }
 
-// Returns the first `columns` columns as text, with the lines of text that span all columns.
+// Returns the first `columns` columns of the table as text, with the lines of text that span all columns.
 std::string Table::text_block(std::size_t columns, const std::vector<std::size_t>& width) const {
   std::string out = text_row(headers_, columns, width, true);
   for (const Row& row : rows_)
@@ -137,7 +138,7 @@ std::string Table::text() const {
     width.push_back(least_width(c));
     used += gap + width.back();
   }
-  // Widens columns to use up the room left: first columns of text, then those with long headers.
+  // Widens columns by the room that is left in the line: first columns of text, then those with long headers.
   for (const bool left : {true, false}) {
     for (std::size_t c = 0; c < width.size(); ++c) {
       if (left_[c] != left) continue;

@@ -1,5 +1,5 @@
-// Table of figures, printed as text for a terminal, as CSV or as Markdown. Its columns can be declared once,
-// as functions of the rows of a JSON report.
+// A table of figures, printed as text for a terminal, as CSV or as Markdown. Its columns can be declared
+// once, as functions of the rows of a JSON report.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct Cell {
   Cell(const char* t) : text(t) {}
 };
 
-/// Table whose columns of text are aligned left and whose columns of numbers are aligned right.
+/// Table in which columns of text are aligned left and columns of numbers right.
 class Table {
  public:
   /// Sets the headers of the columns. A column whose header begins with '<' is aligned left.
@@ -31,15 +31,15 @@ class Table {
   void add(std::vector<Cell> row);
   /// Adds a row above all rows added before.
   void add_first(std::vector<Cell> row);
-  /// Adds below the last row a line of text that spans all columns.
+  /// Adds a line of text below the last row; it spans all columns.
   void add_note(std::string text);
   bool empty() const { return rows_.empty(); }
   std::size_t columns() const { return headers_.size(); }
 
-  /// Returns the table as text within the width of text_layout(). Headers and texts break over lines. The
-  /// last columns are left out if they find no room, and a line below names them.
+  /// Returns the table as text within the width of text_layout(). Headers and texts break over lines. If
+  /// there is no room for the last columns, they are left out and named below the table.
   std::string text() const;
-  /// Returns the width of the table's longest line, in characters, if no text is broken.
+  /// Returns the width of the table's longest line, in characters, when no text is broken.
   std::size_t natural_width() const;
   /// Returns the table as CSV (RFC 4180, but lines end in \n), without its lines of text.
   std::string csv() const;
@@ -71,8 +71,8 @@ struct Column {
   Where where = everywhere;
 };
 
-/// Makes a table from rows. The first `group` cells of a row are blank if they all equal those of the row
-/// above. `after_row(table, row)` may add lines of text.
+/// Makes a table from rows. The first `group` cells of a row are left blank if they all equal those of the
+/// row above. `after_row(table, row)` may add lines of text.
 template <class Row, class Rows>
 Table tabulate(const Rows& rows, const std::vector<Column<Row>>& columns, std::size_t group = 0,
                const std::type_identity_t<std::function<void(Table&, const Row&)>>& after_row = {}) {

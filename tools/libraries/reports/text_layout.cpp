@@ -22,8 +22,8 @@ std::size_t bytes_of(std::string_view text, std::size_t characters) {
   return at;
 }
 
-/// Returns the column to which a line's continuations are indented: where its text begins, after leading
-/// spaces or after a label and a gap.
+/// Returns the column to which the continuations of a broken line are indented: that where its text begins,
+/// after leading spaces or after a label and a gap.
 std::size_t hang_of(std::string_view line) {
   const std::size_t first = std::min(line.find_first_not_of(' '), line.size());
   const std::size_t gap = line.find("  ", first);
@@ -54,7 +54,7 @@ std::vector<std::string> broken_lines(std::string_view text, std::size_t columns
   std::vector<std::string> lines;
   while (width_of(text) > columns) {
     const std::size_t room = bytes_of(text, columns);
-    // Allows the space at which a line breaks to lie one character beyond the width.
+    // Allows the space at which a line breaks to be one character beyond the width, since it is not printed.
     std::size_t end = text.rfind(' ', room), next = end + 1;
     const std::size_t first = text.find_first_not_of(' ');
     if (end == std::string_view::npos || end <= first) end = next = room;
@@ -74,7 +74,7 @@ std::string filled(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     const std::string_view line = text.substr(0, end);
-    // Leaves coloured lines unbroken. They occur only in tables, which already fit the width.
+    // Leaves coloured lines unbroken. Only tables have them, and these fit the width already.
     if (columns == 0 || width_of(line) <= columns || line.find('\x1B') != std::string_view::npos) {
       out += line;
     } else {

@@ -15,7 +15,8 @@ struct TextLayout {
 
 /// Returns the text layout of this process, which the command line sets before any output.
 TextLayout& text_layout();
-/// Sets the layout. Colours only if stdout is a terminal, NO_COLOR is not set and TERM is not "dumb".
+/// Sets the layout of this process. Colours are used only if stdout is a terminal, NO_COLOR is not set and
+/// TERM is not "dumb".
 void set_text_layout(bool wide);
 
 /// Returns the number of characters (not bytes) of a UTF-8 text.
@@ -27,9 +28,9 @@ std::vector<std::string> broken_lines(std::string_view text, std::size_t columns
 /// after leading spaces and, if there is one, a label ("deadline 1.00 ms: ...").
 std::string filled(std::string_view text);
 
-/// Prints a command's report to stdout, broken by filled(). Its first paragraph, the answer in words, is bold
-/// on a terminal. Control characters, which names of files may hold, are masked. Throws UserError if printing
-/// fails.
+/// Prints a command's report to stdout, broken into lines by filled(). Its first paragraph, the answer in
+/// words, is bold on a terminal. Control characters, which names of files may contain, are masked. Throws
+/// UserError if printing fails.
 void print_report(const std::string& report);
 
 }  // namespace cli

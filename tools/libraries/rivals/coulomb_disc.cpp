@@ -6,7 +6,7 @@ namespace rivals {
 
 DiscFriction coulomb_disc(double eps) noexcept {
   const double e2 = eps * eps;
-  // Uses series for small and large eps, where the terms of the closed forms cancel.
+  // Uses series for small and large eps, because the terms of the closed forms cancel there.
   if (eps < 1e-3) return {eps * (1.0 - 0.125 * e2), 2.0 / 3.0 * (1.0 - 0.75 * e2)};
   if (eps > 100.0) return {1.0 - 0.125 / e2, 0.25 / eps * (1.0 + 1.0 / (12.0 * e2))};
   if (eps == 1.0) return {8.0 / (3.0 * M_PI), 8.0 / (9.0 * M_PI)};

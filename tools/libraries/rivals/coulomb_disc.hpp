@@ -13,7 +13,8 @@
 
 namespace rivals {
 
-/// Friction over mu N and torque over mu N R of a uniform disc, both > 0. eps >= 0; infinite: no spin.
+/// Friction over mu N and torque over mu N R of a uniform disc, both > 0, at a ratio eps >= 0; infinite eps
+/// means no spin.
 struct DiscFriction {
   double force = 0.0, torque = 0.0;
 };

@@ -8,8 +8,8 @@ namespace rivals {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-// Largest number of pieces into which a step is cut. They cover a path of fifty steady deflections, after
-// which sliding is steady.
+// Largest number of pieces into which a step is cut, which bounds its cost. They cover a path of fifty steady
+// deflections, after which sliding is steady.
 constexpr int most_pieces = 800;
 
 struct Band {
@@ -20,8 +20,8 @@ struct Band {
     if (size >= steady) return 1.0;
     return 0.5 + 0.5 * std::sin(pi * (size - 0.5 * (steady + elastic)) / (steady - elastic));
   }
-  // Returns a distance over which alpha |z| / zss hardly changes. It is longer where alpha nears 1, because z
-  // approaches zss slowly there.
+  // Returns the length of the next piece of path: a distance over which alpha |z| / zss hardly changes. It is
+  // longer where alpha nears 1, because z approaches zss slowly there.
   double piece(double size) const noexcept {
     const double left = (steady - size) / (steady - elastic);
     if (left > 0.5) return 0.0625 * (steady - elastic);
@@ -75,7 +75,8 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
           a = 1.0;
         } else {
           piece = std::min(rest, band.piece(size));
-          // Freezes alpha at its value in the middle of the piece, which makes the error second order.
+          // Takes alpha in the middle of the piece and holds it over the piece, which makes the error second
+          // order.
           const Pair half = relax(z, (steady / std::max(a, 1e-12)) * e, 0.5 * piece * a / steady).end;
           a = band.plasticity(length(half));
         }

@@ -33,7 +33,7 @@ Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n
       if (!slips[at] && (dot(f, e) < 0.0 || length(f) < limit)) {
         // Finds the path over which the element sticks. An element whose force is above the limit at this
         // speed, but is being unloaded, sticks until the force has fallen below the limit and reached it on
-        // the other side; if the force misses the limit, the element sticks until the force stops falling.
+        // the other side. If the force misses the limit, the element sticks until the force stops falling.
         stuck = std::min(way, way_to_limit((1.0 / k) * f, e, limit / k));
         bent = f + k * stuck * e;
       }

@@ -25,7 +25,7 @@ struct GeneralisedMaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
-  /// Rate of approach of slipping elements to the Stribeck curve, C over Fc, 1/s.
+  /// Rate at which slipping elements approach the Stribeck curve, C over Fc, 1/s.
   double attraction_rate = 100.0;
   std::array<Pair, elements> force{};  ///< friction of each element, against the motion, N
   std::array<bool, elements> slips{};

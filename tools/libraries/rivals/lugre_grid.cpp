@@ -15,8 +15,8 @@ LuGreGrid::LuGreGrid(const Surface& surface, PressedCells cells, StepRule rule)
       zy_(cells_.size(), 0.0) {}
 
 double LuGreGrid::steady_deflection(double speed, double load_n) const noexcept {
-  // Skips the exponential of the Stribeck curve, half of the time that a cell takes, where static and kinetic
-  // coefficient are equal.
+  // Skips the exponential of the Stribeck curve if static and kinetic coefficient are equal. It takes half of
+  // the time of a cell.
   const double force = surface_.static_coefficient == surface_.kinetic_coefficient
                            ? surface_.kinetic_coefficient * load_n
                            : surface_.stribeck_force(speed, load_n);

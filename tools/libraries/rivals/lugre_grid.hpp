@@ -32,9 +32,9 @@ class LuGreGrid {
 
   LuGreGrid(const Surface& surface, PressedCells cells, StepRule rule = StepRule::exact);
 
-  /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0, both at constant
-  /// speed, under load_n >= 0 (N). Without load there is no force, and the state is reset. Never allocates or
-  /// throws.
+  /// Moves the centre of the contact by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0,
+  /// both at constant speed, under load_n >= 0 (N). Without load there is no force, and the state is reset.
+  /// Never allocates or throws.
   SpinForce step(Pair displacement, double angle, double dt_s, double load_n) noexcept;
 
   std::size_t cells() const noexcept { return cells_.size(); }

@@ -7,8 +7,8 @@
 namespace rivals {
 namespace {
 
-// Drags a block over a path `way` along the unit vector e by a spring of length `limit`. The angle a between
-// spring and e obeys da/ds = -sin(a)/limit, where s is the path.
+// Lets a spring of length `limit` drag its block while its end moves by the path `way` along the unit vector
+// e. The angle a between spring and e obeys da/ds = -sin(a)/limit, where s is the path.
 Relaxed drag(Pair z, Pair e, double limit, double way) noexcept {
   const Pair aside_axis{-e.y, e.x};
   const double ahead = dot(z, e), aside = dot(z, aside_axis);

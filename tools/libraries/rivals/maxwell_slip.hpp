@@ -24,7 +24,7 @@ struct MaxwellSlip {
   static constexpr int elements = 10;
 
   Surface surface;
-  /// Each element's share of the whole stiffness, and the length at which it slips, over mu N / sigma0.
+  /// Share of each spring in the whole stiffness, and the length at which it slips, over mu N / sigma0.
   std::array<double, elements> stiffness_share{0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1};
   std::array<double, elements> slip_length{0.1, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 1.5, 1.7, 1.9};
   std::array<Pair, elements> z{};  ///< stretch of each element's spring, m

@@ -1,5 +1,5 @@
-// Vector in the tangent plane, and the force of a step: inputs and outputs of all friction models of this
-// folder.
+// A vector in the tangent plane, the parameters of a surface, and the force of a step: what all friction
+// models of this folder take and give.
 #pragma once
 
 #include <cmath>
@@ -17,13 +17,15 @@ constexpr Pair operator*(double s, Pair a) noexcept { return {s * a.x, s * a.y};
 constexpr double dot(Pair a, Pair b) noexcept { return a.x * b.x + a.y * b.y; }
 inline double length(Pair a) noexcept { return std::hypot(a.x, a.y); }
 
-/// Friction force on the moving body, N (sign as in bristle::Response): at the end of the step, and its mean.
+/// Friction force on the moving body, N, with the sign of bristle::Response: at the end of the step, and
+/// averaged over it.
 struct Force {
   Pair end, mean;
 };
 
-/// Parameters of a pair of surfaces. Defaults: Canudas de Wit et al. 1995, pressed on with 2.5 N. Each model
-/// uses those in its equations (tools/libraries/rivals/README.md).
+/// Parameters of a pair of surfaces. Each model uses those in its equations
+/// (tools/libraries/rivals/README.md). Defaults are those of Canudas de Wit et al. 1995, pressed on with 2.5
+/// N.
 struct Surface {
   double kinetic_coefficient = 0.4;     ///< coefficient of kinetic friction, Fc / N
   double static_coefficient = 0.6;      ///< coefficient of static friction (speed 0), Fs / N
@@ -37,7 +39,8 @@ struct Surface {
     const double u = speed_m_per_s / stribeck_velocity;
     return load_n * (kinetic_coefficient + (static_coefficient - kinetic_coefficient) * std::exp(-u * u));
   }
-  /// Returns the force of a bristle that is bent by z (m), whose bend changes at `rate`, at velocity v (m/s).
+  /// Returns the force of a bristle with damper and lubricant, N: bent by z (m), with its bend changing at
+  /// `rate` (m/s), at the velocity v (m/s).
   Pair bristle_force(Pair z, Pair rate, Pair v) const noexcept {
     return -(stiffness * z + damping * rate + viscous_friction * v);
   }

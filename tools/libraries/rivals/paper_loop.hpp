@@ -20,13 +20,14 @@ namespace rivals {
 
 class PaperLoop {
  public:
-  /// Makes n bristles at rest that stand for those in contact at `max_load_n` (N). Their first lengths are
-  /// quantiles of the law, spread evenly over it, also among the first k bristles. `seed` selects these
-  /// lengths and those after a snap.
+  /// Makes n bristles at rest that together stand for those in contact at `max_load_n` (N). Their first
+  /// lengths are quantiles of the law, spread evenly over it, also among the first k bristles for any k.
+  /// `seed` selects these lengths and those after a snap.
   PaperLoop(const bristle::Material& material, std::uint32_t n, double max_load_n, std::uint32_t seed);
 
   /// Moves the body by `displacement` (m) in dt_s > 0 at constant velocity under load_n >= 0 (N). Returns the
-  /// force on the moving body at the end of the step, also as the mean, because the loop has no mean force.
+  /// force on the moving body at the end of the step; it stands for the mean force too, which this loop does
+  /// not compute.
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 
   Pair deflection(std::size_t i) const noexcept { return z_[i]; }

@@ -1,5 +1,5 @@
-// A contact area cut into a grid of cells, and the wrench of the friction on it. Serves those rivals of the
-// bristle model whose contact has an extent.
+// A contact area that is cut into a grid of cells, and force and torque of the friction on it, for those
+// rivals of the bristle model whose contact has an extent.
 #pragma once
 
 #include <cstddef>
@@ -18,28 +18,29 @@ struct PressedCells {
   std::size_t size() const noexcept { return x.size(); }
 };
 
-/// Cuts a disc into squares, `across` along a diameter, and keeps those whose centre is in the disc. Shares
-/// follow the pressure at the centre. Throws std::invalid_argument unless across >= 1 and radius > 0.
+/// Cuts a disc into squares, `across` along a diameter, and keeps those whose centre lies in the disc. Their
+/// shares of the load follow the pressure at their centres. Throws std::invalid_argument unless across >= 1
+/// and radius > 0.
 PressedCells disc_cells(int across, double radius_m, Pressure pressure = Pressure::uniform);
 
 /// Cuts a rectangle into across_x times across_y equal cells under uniform pressure. Throws
 /// std::invalid_argument as disc_cells().
 PressedCells rectangle_cells(int across_x, int across_y, double width_m, double height_m);
 
-/// Force, N, and torque about the centre, N m, both on the moving body.
+/// Force, N, and torque about the centre, N m, both acting on the moving body.
 struct Wrench {
   Pair force;
   double torque = 0.0;
 };
 
-/// Force and torque at the end of the step, and their means, with which force . displacement + torque angle
-/// is the work of the step.
+/// Force and torque at the end of the step, and averaged over it. The averages give the work of the step as
+/// force . displacement + torque angle.
 struct SpinForce {
   Wrench end, mean;
 };
 
-/// Turn of a body by `angle` while its centre moves straight. Gives each cell's place in the surface's axes
-/// at both ends of the step, and the arm of its mean force.
+/// Turn of a body by `angle` while its centre moves straight. Gives the position of each cell in the
+/// surface's axes at both ends of the step, and the arm of the cell's mean force.
 class Turn {
  public:
   /// Makes the turn by `angle` (rad) of a body whose angle was `before` (rad).
@@ -47,11 +48,11 @@ class Turn {
       : begin_{std::cos(before), std::sin(before)},
         end_{std::cos(before + angle), std::sin(before + angle)},
         middle_{std::cos(before + 0.5 * angle), std::sin(before + 0.5 * angle)},
-        // Scales the arm to the chord along which a cell moves: the work per angle is the force times chord
-        // over angle.
+        // Scales the arm to the chord along which a cell moves, so that the torque does the right work: per
+        // angle it is the force times chord over angle.
         chord_(angle != 0.0 ? 2.0 * std::sin(0.5 * angle) / angle : 1.0) {}
 
-  /// Returns the displacement of a cell relative to that of the centre, m.
+  /// Returns how far a cell moves relative to the centre, m.
   Pair way(double x, double y) const noexcept { return turned(end_, x, y) - turned(begin_, x, y); }
   Pair end_arm(double x, double y) const noexcept { return turned(end_, x, y); }
   Pair mean_arm(double x, double y) const noexcept { return chord_ * turned(middle_, x, y); }

@@ -6,7 +6,8 @@
 namespace rivals {
 namespace {
 
-// Unknowns of the equations: scaled spring force u = sigma0 z / (a N), state psi, and the time integral of u.
+// Unknowns of the equations: the scaled spring force u = sigma0 z / (a N), the state psi, and the integral of
+// u over time.
 using Vector = std::array<double, 5>;
 enum State : std::size_t { u_x, u_y, psi_, sum_x, sum_y };
 
@@ -37,8 +38,8 @@ struct Equations {
   }
 };
 
-// Factorised matrix 1/(gamma h) - J of the equations for u and psi. The time integrals depend on u alone, and
-// nothing depends on them.
+// Factorised matrix 1/(gamma h) - J of the equations for u and psi. The time integrals need no row: they
+// depend on u alone, and nothing depends on them.
 class Matrix {
  public:
   Matrix(const Equations& eq, const Vector& q, double diagonal) noexcept : diagonal_(diagonal) {
@@ -93,8 +94,8 @@ class Matrix {
 };
 
 // Coefficients of the Rodas4 method. Stage i starts at the old state plus the earlier stages times a_, and is
-// driven by the earlier stages times c_ / h. The last two stages are corrections, the very last is the error
-// estimate.
+// driven by the earlier stages times c_ / h. The last two stages are corrections; the very last one is the
+// error estimate.
 constexpr double gamma_ = 0.25;
 constexpr double a_[4][4] = {{1.544},
                              {0.9466785280815826, 0.2557011698983284},
@@ -107,7 +108,8 @@ constexpr double c_[5][5] = {
     {7.496443313967647, -10.24680431464352, -33.99990352819905, 11.70890893206160},
     {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136, -6.058818238834054}};
 
-// Advances the unknowns by a piece of h seconds of the step; returns the estimated error of u and psi.
+// Advances the unknowns by a piece of h seconds of the step. Returns the estimated error of u and psi, by
+// which the length of pieces is chosen.
 double piece(const Equations& eq, Vector& q, double h) noexcept {
   const Matrix matrix(eq, q, 1.0 / (gamma_ * h));
   std::array<Vector, 6> k;
@@ -132,7 +134,7 @@ double piece(const Equations& eq, Vector& q, double h) noexcept {
 }
 
 void integrate(const Equations& eq, Vector& q, double dt) noexcept {
-  // Largest number of pieces. A slider that runs away on a soft spring needs some thousand.
+  // Largest number of pieces of a step. A slider that runs away on a soft spring needs some thousand.
   constexpr int most_pieces = 100'000;
   double left = dt, h = dt;
   for (int n = 0; n < most_pieces && left > 0.0; ++n) {
@@ -148,7 +150,7 @@ void integrate(const Equations& eq, Vector& q, double dt) noexcept {
   }
 }
 
-// Lets the slider slip at once, its state worn off over Dc without healing, where it would be faster than
+// Lets the slider slip at once, with its state worn off over Dc without healing, if it would be faster than
 // e^60 v0. A load that falls at rest can leave a force so far above the law's that the speed would overflow.
 void slip_at_once(const Equations& eq, Vector& q) noexcept {
   const double u = std::hypot(q[u_x], q[u_y]);
@@ -169,7 +171,7 @@ Force RateState::step(Pair displacement, double dt_s, double load_n) noexcept {
     psi = 0.0;
     return {};
   }
-  // Spring stretch per unit of the scaled force u, m.
+  // Stretch of the spring, m, that belongs to a scaled force u of 1.
   const double unit = direct_effect * load_n / surface.stiffness;
   const Equations eq{.v0 = reference_speed,
                      .mu0_over_a = surface.kinetic_coefficient / direct_effect,

@@ -31,14 +31,14 @@ struct RateState {
   double reference_speed = 1e-3;  ///< speed v0 at which steady friction is mu0 N, m/s
   Pair z;                         ///< deflection of the spring, m
 
-  /// State psi = ln(v0 theta / Dc). A new contact starts as after sliding at the speed v0.
+  /// State psi = ln(v0 theta / Dc). A new contact starts in the state of steady sliding at the speed v0.
   double psi = 0.0;
 
   static constexpr double tolerance = 1e-7;
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
 
-  /// Returns the slider's speed, m/s, by the law for the present z and psi.
+  /// Returns the speed of the slider, m/s, that the law gives for the present z and psi.
   double slider_speed(double load_n) const noexcept;
 };
 

@@ -1,4 +1,4 @@
-// Solves dz/dt = (target - z) rate exactly over a step.
+// Solves dz/dt = (target - z) rate exactly over a step, the equation of several models of this folder.
 #pragma once
 
 #include <cmath>
@@ -11,11 +11,11 @@ struct Relaxed {
   Pair end, mean;  ///< relaxed z at the end of the step, and mean of z over the step
 };
 
-/// Relaxes z towards the target; `q` = rate times duration, >= 0. The result lies between z and target for
-/// any q, so any step length is stable.
+/// Relaxes z towards the target for rate times duration `q`, >= 0. The result lies between z and target for
+/// any q, so a step of any length is stable.
 inline Relaxed relax(Pair z, Pair target, double q) noexcept {
   const double lost = -std::expm1(-q);  // 1 - exp(-q), share of the way to target
-  // Mean of exp(-rate t) over the duration of the step.
+  // Average of exp(-rate t) over the duration of the step.
   const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;
   const Pair away = z - target;
   return {z - lost * away, target + mean_left * away};

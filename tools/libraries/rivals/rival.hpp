@@ -1,4 +1,4 @@
-// Interface of all rivals, which are the friction models beside the brush.
+// The interface of all rivals, the friction models that are compared with the brush.
 #pragma once
 
 #include <string_view>
@@ -14,7 +14,7 @@
 
 namespace rivals {
 
-/// Friction model with its parameters and state: plain data, which may be copied to try a step.
+/// Friction model with its parameters and state: plain data, so that a copy can try a step.
 using Rival =
     std::variant<Coulomb, Dahl, LuGre, ElastoPlastic, MaxwellSlip, GeneralisedMaxwellSlip, RateState>;
 
@@ -25,7 +25,7 @@ inline Force step(Rival& rival, Pair displacement, double dt_s, double load_n) n
   return std::visit([&](auto& model) { return model.step(displacement, dt_s, load_n); }, rival);
 }
 
-/// Returns the force that step() would give, with unchanged state; for implicit solvers.
+/// Returns the force that step() would give and leaves the state as it is; for implicit solvers.
 inline Force find_force(const Rival& rival, Pair displacement, double dt_s, double load_n) noexcept {
   return std::visit([&](auto model) { return model.step(displacement, dt_s, load_n); }, rival);
 }
@@ -33,7 +33,8 @@ inline Force find_force(const Rival& rival, Pair displacement, double dt_s, doub
 inline constexpr std::string_view rival_names[] = {"coulomb",      "dahl", "lugre",     "elasto_plastic",
                                                    "maxwell_slip", "gms",  "rate_state"};
 
-/// Makes a model at rest, with no deflection. Throws std::invalid_argument if there is no such name.
+/// Makes the friction model of this name, at rest and without deflection. Throws std::invalid_argument if
+/// there is none.
 Rival make_rival(std::string_view name, const Surface& surface);
 
 }  // namespace rivals

@@ -16,11 +16,12 @@ namespace rivals {
 
 class RivalGrid {
  public:
-  /// Makes the grid. `rival` is the friction model of the whole contact, at rest, whose share each cell gets.
+  /// Makes the grid from `rival`, the friction model of the whole contact at rest. Each cell gets its share
+  /// of that model.
   RivalGrid(const Rival& rival, PressedCells cells);
 
-  /// Moves the centre by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0, both at constant
-  /// speed, under load_n >= 0 (N). Never allocates or throws.
+  /// Moves the centre of the contact by `displacement` (m) and turns the body by `angle` (rad) in dt_s > 0,
+  /// both at constant speed, under load_n >= 0 (N). Never allocates or throws.
   SpinForce step(Pair displacement, double angle, double dt_s, double load_n) noexcept;
 
   std::size_t cells() const noexcept { return cells_.size(); }

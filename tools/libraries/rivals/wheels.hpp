@@ -1,6 +1,6 @@
 // Rival models of wheels that roll and creep sideways: Coulomb's, a slip formula, a LuGre tyre, and FASTSIM
-// on one strip. A step takes how far the wheel has slipped sideways over the ground, and how far it has
-// rolled.
+// on one strip. The input of a step is how far the wheel has slipped sideways over the ground, and how far it
+// has rolled.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace rivals {
 
-/// Point of the contact: place over the half length; traction and its bound over the largest traction.
+/// Traction at a point of the contact: position over the half length; traction and its bound, both over the
+/// largest traction.
 using Traction = std::array<double, 3>;
 
 /// Lateral force against the creep (N), and self-aligning moment (N m), which turns the wheel into its
@@ -39,7 +40,7 @@ struct CoulombWheel : Wheel {
 };
 
 /// Slip formula of Bakker, Nyborg and Pacejka (SAE 870421), with their shape and curvature factors at 4 kN.
-/// Stiffness and highest force are the wheel's, and the moment is scaled by them.
+/// Stiffness and highest force are the wheel's own, and the moment is scaled by them.
 struct SlipFormula : Wheel {
   static double formula(double x, double shape, double curvature) {
     return std::sin(shape * std::atan(x - curvature * (x - std::atan(x))));
@@ -62,7 +63,7 @@ struct LuGreTyre : Wheel {
   }
 };
 
-/// Kalker's FASTSIM on one strip, in steady rolling, cell by cell from the leading edge.
+/// Kalker's FASTSIM on one strip in steady rolling, computed cell by cell from the leading edge.
 struct Fastsim : Wheel {
   std::vector<Traction> tractions = {};
   WheelForce step(double aside, double rolled, double dt) {

@@ -23,8 +23,8 @@
 namespace cli {
 namespace {
 
-/// Row of a bed's path (a bed is the contact of an elastic body): its displacement since the beginning, at
-/// time t. Linear between rows.
+/// Row of the path of a bed (the contact of an elastic body): its displacement since the beginning at time t.
+/// Between rows the displacement is linear.
 struct BedRow {
   double t = 0.0;                 ///< time of the row, s
   double x = 0.0, y = 0.0;        ///< displacement, m
@@ -119,7 +119,7 @@ std::vector<BedRow> read_path(const TomlTable& parent) {
   std::vector<BedRow> rows;
   for (const TomlTable& table : parent.tables("path")) {
     table.allow({"t", "x", "y", "spin", "rolled", "load"});
-    // Lets a row without some keys keep the last row's values.
+    // Starts a row with the values of the last one, which stay for keys that the row does not have.
     BedRow row = rows.empty() ? BedRow{} : rows.back();
     row.t = table.number("t", {0.0, 1e6, false, "s"});
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
@@ -162,9 +162,10 @@ Json json_of(const ForceStatistics& f) {
   return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
 }
 
-/// Parses a scene that has beds; returns nothing if it has none. Throws UserError with file, line and key.
+/// Parses a scene that has beds. Returns nothing for a scene without beds. Throws UserError with file, line
+/// and key.
 std::optional<BedScene> parse_bed_scene(const std::string& text, const std::string& path) {
-  // Searches for the word first, which avoids parsing most scenes (those without beds) twice.
+  // Searches for the word "bed" first. Otherwise most scenes, which have no beds, would be parsed twice.
   if (text.find("bed") == std::string::npos) return std::nullopt;
   const toml::table root = parse_toml(text, path);
   if (!root.contains("bed")) return std::nullopt;
@@ -197,7 +198,7 @@ std::optional<BedScene> parse_bed_scene(const std::string& text, const std::stri
   return result;
 }
 
-/// Returns the motion that takes a bed from one row of its path to the other.
+/// Returns the motion that moves a bed from one row of its path to the other.
 bristle::BedMotion motion_between(bristle::BedId id, const BedRow& from, const BedRow& to) {
   bristle::BedMotion m;
   m.id = id;

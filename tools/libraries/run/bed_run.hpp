@@ -1,5 +1,5 @@
-// Runs scenes with beds, which are contacts of elastic bodies on prescribed paths, for `bristle run`
-// (tools/scenes/README.md).
+// Runs scenes with beds (contacts of elastic bodies on prescribed paths), for `bristle run`.
+// tools/scenes/README.md describes them.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace cli {
 
-/// Runs a scene, given by its text, and writes the reports; returns false, without running, if it has no
-/// table [[bed]]. Throws UserError.
+/// Runs a scene with beds, given by its text, and writes the reports. Returns false, without running, if the
+/// scene has no table [[bed]]. Throws UserError.
 bool run_bed_scene(const RunOptions& options, const std::string& text);
 
 }  // namespace cli

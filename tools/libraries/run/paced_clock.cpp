@@ -16,7 +16,7 @@ constexpr std::int64_t same_signal_ns = second_ns / 2;
 std::atomic<std::int64_t> first_signal_ns{0};  // time of the first stop signal, ns; 0: none yet
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "a signal handler may use no other");
 
-// Handles a stop signal. Calls only functions that are allowed in a signal handler.
+// Handles a stop signal such as Ctrl-C. Calls only functions that are allowed in a signal handler.
 void on_signal(int signal) {
   const std::int64_t now = platform::now_ns();
   std::int64_t first = 0;

@@ -1,4 +1,4 @@
-// Wakes a loop at regular times (ticks).
+// Wakes a loop at regular times (ticks), for runs in real time.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@ namespace cli {
 class PacedClock {
  public:
   /// Sets the period. During the last busy_wait_s before a grid time the thread polls the clock instead of
-  /// sleeping, which occupies a core but wakes closer to that time.
+  /// sleeping, which occupies a core but wakes it closer to that time.
   PacedClock(double period_s, double busy_wait_s);
 
-  /// Starts a new grid of times, the first of which is now.
+  /// Starts a new grid of times. The first of them is now.
   void start() noexcept;
-  /// Sleeps until the next grid time that has not passed. Returns the number of grid times skipped. Returns
+  /// Sleeps until the next grid time that is still ahead. Returns the number of grid times skipped. Returns
   /// early after a stop signal (see stop_requested()).
   std::uint64_t wait() noexcept;
   /// Return the grid time last waited for, and the next one, in s, on the clock DeadlineMonitor::wall_now.

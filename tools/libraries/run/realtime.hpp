@@ -1,5 +1,5 @@
-// Steps a scene in real time, `bristle run --realtime`, in turns with a bare loop that only sleeps. The
-// delays of the bare loop are the machine's, so those of the stepping loop can be judged.
+// Steps a scene in real time, `bristle run --realtime`, alternately with a bare loop that only sleeps. Delays
+// of the bare loop are the machine's, and the delays of the stepping loop are judged by them.
 #pragma once
 
 #include <cstdint>
@@ -25,15 +25,15 @@ struct RealtimeOptions {
   std::string histograms;  ///< CSV file to write histograms of times to; empty: none
 };
 
-/// Measured times of the stepping loop or of the bare loop, over all its turns.
+/// Measured times of one of the two loops (stepping or bare), over all its turns.
 struct PacedLoopResult {
   bristle::DeadlineMonitor monitor;
   double seconds = 0.0;
   /// Time that a hypervisor took from all cores, s. The system counts it in steps of 10 ms.
   double stolen_s = 0.0;
   double stolen_worst_s = 0.0;  ///< time that a hypervisor took in the turn with the worst tick, s
-  /// Time that the thread waited for a core, s, from the tick before the worst one to the end of the worst.
-  /// It tells whether other programs caused the delay.
+  /// Time, s, for which the thread was ready but waited for a core, from the tick before the worst one to the
+  /// end of the worst. It tells whether other programs caused the delay.
   double queued_worst_s = 0.0;
 };
 
@@ -52,7 +52,7 @@ struct RealtimeResult {
 using platform::QueueClock;
 using platform::stolen_now;
 
-/// Returns a result that has no times yet but says what the system granted the thread. The turns of the loops
+/// Returns a result without any times, which says what the system granted the thread. The turns of the loops
 /// add their times.
 RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, double deadline_s,
                               const RealtimeThread& thread);
@@ -62,18 +62,18 @@ RealtimeResult start_realtime(const RealtimeOptions& options, double period_s, d
 template <class Segment>
 void run_segment(PacedLoopResult& loop, Segment&& segment);
 
-/// Runs `ticks` ticks of the bare loop, which does nothing but sleep.
+/// Runs `ticks` ticks of the bare loop, which only sleeps from tick to tick.
 void run_bare_segment(PacedLoopResult& loop, std::uint64_t ticks, PacedClock& clock, const QueueClock& queue);
 
 /// Records the times of a tick and, if it is the worst so far, how long it waited for a core.
 void record_tick(PacedLoopResult& loop, const bristle::Tick& tick, const QueueClock& queue, double& queued_s);
 
-/// Returns a text on what delayed the worst tick of a loop, as far as the system reports it.
+/// Returns a text that says what delayed the worst tick of a loop, as far as the system reports it.
 std::string worst_tick_text(const PacedLoopResult& loop, int threads);
 
 std::string realtime_table(const RealtimeResult& result, int threads);
 nlohmann::ordered_json to_json(const RealtimeResult& result, int threads);
-/// Returns both loops' histograms of times as CSV `loop,histogram,low_us,high_us,count`, without empty
+/// Returns the histograms of times of both loops as CSV `loop,histogram,low_us,high_us,count`, without empty
 /// buckets.
 std::string histogram_csv(const RealtimeResult& result);
 

@@ -1,4 +1,5 @@
-// Writes reports of `bristle run --realtime`: times of the stepping loop and of the loop that only sleeps.
+// Writes the report of `bristle run --realtime`: times of the loop that steps the scene and of the bare loop
+// that only sleeps.
 #include <iterator>
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
-// Asks the system for real-time priority, a fixed core and locked memory for a thread.
+// Asks the system for real-time priority, a fixed core and locked memory for a thread, and reports what it
+// refuses.
 #pragma once
 
 #include <optional>
@@ -28,7 +29,7 @@ class RealtimeThread {
   bool has_fifo() const noexcept { return has_fifo_; }
   bool is_bound() const noexcept { return before_.has_value(); }
   bool has_locked_memory() const noexcept { return has_locked_memory_; }
-  /// Returns a line for each refused request, which says what, why, and what to do.
+  /// Returns a line for each request that the system refused: what, why, and what to do.
   const std::vector<std::string>& refused() const noexcept { return refused_; }
 
  private:

@@ -39,7 +39,7 @@ std::string name_of(const ScenePatch& patch) {
   return patch.count == 1 ? patch.name : fmt::format("{} x {}", patch.name, count_text(patch.count));
 }
 
-// Limit of rows in a table for people; the JSON report has all rows.
+// Largest number of rows in a table for people. The JSON report has all rows.
 constexpr std::size_t rows_shown = 12;
 
 std::string more_rows(std::size_t rows) {
@@ -73,7 +73,8 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   };
   const Conditions c = conditions();
   const bristle::DeadlineMonitor& m = r.monitor;
-  // Passes the description through one_line(), because a text from a file may hold control characters.
+  // Passes the description through one_line(), because it comes from a file and may contain control
+  // characters.
   line("scene", scene.name + (scene.description.empty() ? "" : ": " + one_line(scene.description)));
   line("library", fmt::format("bristle {}, commit {}, {}, {} kernels, {} {}", c.version, c.commit, c.flags,
                               r.isa, r.threads, r.threads == 1 ? "thread" : "threads"));
@@ -142,7 +143,7 @@ std::string friction_table(const Scene& scene, const RunResult& r) {
   return table.text() + more_rows(r.patches.size());
 }
 
-/// Returns a table of the patches' energies; "" if no patch computes energies.
+/// Returns a table of the patches' energies. It is empty if no patch computes energies.
 std::string energy_table(const Scene& scene, const RunResult& r) {
   Table table({"<energy", "snaps", "lost in snaps J", "with contacts J", "in dampers J"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
@@ -155,7 +156,7 @@ std::string energy_table(const Scene& scene, const RunResult& r) {
   return table.empty() ? std::string() : table.text() + more_rows(r.patches.size()) + '\n';
 }
 
-/// Returns sentences on loads above what patches were made for; "" if there were none.
+/// Returns sentences on loads above those for which patches were made. There are none if no load was.
 std::string overload_answer(const Scene& scene, const RunResult& r) {
   std::string text;
   std::size_t said = 0;
@@ -177,9 +178,9 @@ std::string overload_answer(const Scene& scene, const RunResult& r) {
   return text;
 }
 
-// Writes reasons without commas, which would need quotes in the tables of sweeps.
+// Writes reasons without commas. In the tables of sweeps a comma would need quotes.
 
-/// Returns why a patch's friction stayed below its material's peak.
+/// Returns the reason why a patch's friction stayed below the peak of its material.
 std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, double dt,
                         const FirstLoading& first) {
   const double mean = m.snap_length.mean(), way = first.way();
@@ -206,7 +207,7 @@ std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, dou
   return "its few bristles ripple";
 }
 
-/// Returns why a patch's friction rose above its material's peak.
+/// Returns the reason why a patch's friction rose above the peak of its material.
 std::string crossing_reason(const ScenePatch& patch, const bristle::Material& m, const PatchResult& result,
                             double over_peak) {
   if (m.ageing_strength > 0.0 || m.speed_strengthening > 0.0) return "friction grows at rest or with speed";

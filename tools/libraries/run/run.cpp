@@ -55,8 +55,8 @@ class SceneRun {
   SceneStepper stepper_;
   std::vector<Way> ways_;
   std::vector<FirstLoading> first_loadings_;  ///< first loading of each copy
-  /// Place where a body last stuck. It follows a sliding body at a distance of ten times `length`, the
-  /// longest mean snap length of its patches.
+  /// Place where a body last stuck, from which its sliding is measured. It follows a sliding body at a
+  /// distance of ten times `length`, the longest mean snap length of its patches.
   struct Hold {
     double place[2], length;
     Sticking sticking;
@@ -137,8 +137,8 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
   const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
-    // Sums the magnitude of the force. Its component along the step would be noisy where an encoder gave the
-    // motion.
+    // Adds the magnitude of the force to the sum. Its component along the step would be noisy if an encoder
+    // gave the motion.
     result.sliding_force += force;
     result.sliding_load += motion.normal_load;
     ++result.sliding_steps;
@@ -278,7 +278,8 @@ std::uint64_t SceneRun::steps_to_do() const {
 
 void SceneRun::run_back_to_back() {
   Progress progress("run", options_.quiet);
-  // Whether the state exceeds 100 MB. A step may then take a second, so progress is shown at every step.
+  // Whether the state is larger than 100 MB. A step may then take a second, so progress is shown after every
+  // step.
   const bool large = stepper_.batch().state_size() > 100'000'000;
   for (std::uint64_t k = 0; k < result_.steps; ++k) {
     const double t = time_of(k);
@@ -290,8 +291,8 @@ void SceneRun::run_back_to_back() {
   }
 }
 
-// Runs ticks of the loop that steps in real time. Prepares a tick's motion before the sleep, so that timing
-// starts when the tick is due.
+// Runs ticks of the loop that steps in real time. Prepares the motion of a tick before the sleep, so that
+// timing starts when the tick is due.
 std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t ticks, PacedClock& clock,
                                           const QueueClock& queue, Progress& progress) {
   using bristle::DeadlineMonitor;
@@ -303,8 +304,8 @@ std::uint64_t SceneRun::run_paced_segment(std::uint64_t first, std::uint64_t tic
   clock.start();
   double end = clock.due_s(), end_cpu = DeadlineMonitor::cpu_now(), step_cpu = 0.0;
   for (; k < first + ticks; ++k) {
-    // Detects a tick that is late because of this program's bookkeeping, though the step before it was in
-    // time. Neither the step nor the machine is blamed then.
+    // Detects a tick that is late because of this program's own bookkeeping, though the step before it was in
+    // time. Neither the step nor the machine is blamed for it.
     const double busy_s = step_cpu + DeadlineMonitor::cpu_now() - end_cpu;
     const bool held_up = end <= clock.next_due_s() && busy_s > clock.period_s();
     std::uint64_t left_out = clock.wait();
@@ -347,7 +348,7 @@ void SceneRun::run_paced(const RealtimeOptions& realtime) {
   while (done < result_.steps && !stop_requested()) {
     const std::uint64_t ticks = std::min(segment, result_.steps - done);
     run_segment(result.ours, [&] { done = run_paced_segment(done, ticks, clock, queue, progress); });
-    // Gives the bare loop at least two ticks where the stepping loop has two.
+    // Gives the bare loop at least two ticks if the stepping loop has two.
     const auto share =
         static_cast<std::uint64_t>(std::ceil(realtime.bare_share * static_cast<double>(ticks)));
     const std::uint64_t bare = std::max(share, std::min<std::uint64_t>(ticks, 2));
@@ -366,7 +367,7 @@ RunResult SceneRun::run() {
   } else {
     run_back_to_back();
   }
-  // Reports the wall time of the stepping loop alone, without the turns of the bare loop.
+  // Reports the wall time of the stepping loop alone. The turns of the bare loop are not part of it.
   result_.seconds =
       result_.realtime ? result_.realtime->ours.seconds : bristle::DeadlineMonitor::wall_now() - start;
   finish();
@@ -441,7 +442,7 @@ void run_command(const RunOptions& given) {
   }
   const std::string histogram_file = options.realtime ? options.realtime->histograms : std::string();
   if (options.save_state == "-") throw UserError("--save-state -: a state cannot go to stdout; name a file");
-  // Allows --save-state to name the file of --restore-state, which continues a run in one file.
+  // Allows --save-state to name the file of --restore-state, so that a run can be continued in one file.
   const bool goes_on = options.save_state == options.restore_state;
   std::vector<FileOption> inputs = inputs_of(scene);
   inputs.push_back({"--restore-state", goes_on ? std::string() : options.restore_state});
@@ -472,7 +473,7 @@ void run_command(const RunOptions& given) {
     html.write(
         html_page(scene.name, filled(run_table(scene, options, result)), html_picture(page_picture.place())));
   }
-  // Throws only after the reports are written, so that a failure to save the state does not cost them.
+  // Throws only after the reports are written. A failure to save the state then does not lose them.
   if (!result.save_failure.empty()) throw UserError(result.save_failure);
 }
 

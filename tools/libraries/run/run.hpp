@@ -1,4 +1,4 @@
-// Steps a scene and reports forces and step times: the command `bristle run`.
+// Steps a scene and reports forces and step times, for the command `bristle run`.
 #pragma once
 
 #include <cstdint>
@@ -77,9 +77,10 @@ struct PatchResult {
   double sliding_force = 0.0;  ///< elastic force summed over the sliding steps, N
   double sliding_load = 0.0;   ///< normal load summed over the sliding steps, N
   std::uint64_t sliding_steps = 0;
-  /// Highest elastic force over load, of steps whose load is at least a tenth of max_normal_load.
+  /// Highest elastic force over load, among steps whose load is at least a tenth of max_normal_load.
   double highest_coefficient = 0.0;
-  /// First loading of the copy that moved farthest in it; empty in a run that continues another.
+  /// First loading of that copy of the patch which moved farthest in it; empty in a run that continues
+  /// another.
   FirstLoading first_loading;
   std::uint64_t overload_steps = 0, bad_steps = 0, steps_in_contact = 0;
   std::uint64_t snaps = 0;
@@ -118,24 +119,26 @@ struct RunResult {
   std::optional<RealtimeResult> realtime;
   std::shared_ptr<ForceFile> drawn;  ///< unfinished file of the forces that a picture shows; null: none
 
-  /// Reason why the final state could not be saved, such as a full disk; empty if saved or not wanted.
+  /// Reason why the final state could not be saved, such as a full disk; empty if it was saved or was not to
+  /// be.
   std::string save_failure;
 };
 
 /// Sets a scene's time step to 1 / rate_hz, and its deadline to the time step if it is longer.
 void set_rate(Scene& scene, double rate_hz);
 
-/// Function called after every step, outside the timed part; it may read motions and responses.
+/// Function that is called after every step, outside the timed part. It may read motions and responses.
 using StepObserver = std::function<void(const SceneStepper&)>;
 
 /// Runs a scene to its end. Throws UserError, and whatever `observer` throws.
 RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObserver& observer = {});
 
-/// Lists features that a patch does not use, such as "second axis", and that its kernel so leaves out.
+/// Lists the features that a patch does not use, such as "second axis", which its kernel leaves out to be
+/// faster.
 std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Material& material);
 
-/// Returns which friction over load a patch reached in place of its material's peak, and why; empty if they
-/// agree within 2 %.
+/// Compares the friction over load that a patch reached with its material's peak. Returns the figure and the
+/// reason if they differ by more than 2 %, otherwise an empty text.
 std::string missed_peak(const Scene& scene, const PatchResult& result, std::size_t patch);
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& result);

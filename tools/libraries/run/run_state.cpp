@@ -28,7 +28,7 @@ void append_numbers(std::string& bytes, const std::vector<double>& numbers) {
   }
 }
 
-/// Reads numbers to the end of `bytes`; ignores up to seven bytes at the end.
+/// Reads bytes as numbers. Up to seven bytes at the end, too few for a number, are ignored.
 std::vector<double> to_numbers(std::string_view bytes) {
   std::vector<double> numbers(bytes.size() / 8);
   for (std::size_t i = 0; i < numbers.size(); ++i) {

@@ -15,13 +15,14 @@ struct Way {
   double slid_x = 0.0, slid_y = 0.0;  ///< displacement since the last reversal or loss of contact, m
 };
 
-/// Returns all that later steps depend on: the states of all patches, the time, the places of bodies and the
-/// paths of copies (`ways`). `steps` counts from the beginning of the scene.
+/// Saves all that later steps depend on: the states of all patches, the time, the places of bodies and the
+/// paths of copies (`ways`). Returns the bytes. `steps` counts from the beginning of the scene.
 std::string save_run(const SceneStepper& stepper, std::uint64_t steps, double dt,
                      const std::vector<Way>& ways);
 
-/// Restores a file with the bytes of save_run() into a stepper of the same scene. Returns how many steps had
-/// led to the saved state. Throws UserError if the file cannot be read or belongs to another scene.
+/// Restores what save_run() returned, from a file, into a stepper of the same scene. Returns the number of
+/// steps that had led to the saved state. Throws UserError if the file cannot be read or belongs to another
+/// scene.
 std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double dt, std::vector<Way>& ways);
 
 }  // namespace cli

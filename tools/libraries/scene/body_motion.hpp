@@ -1,4 +1,5 @@
-// Moves a body on friction patches: solves its equation of motion for the displacement of each step.
+// Moves a body that slides on friction patches, by solving its equation of motion for the displacement of
+// each step.
 #pragma once
 
 #include <cstddef>
@@ -25,17 +26,17 @@ struct SolveStatistics {
 /// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy.
 class BodyMotion {
  public:
-  /// Makes the motion of a body. `patches` has the indices of its patches in the batch's motions.
+  /// Makes the motion of a body. `patches` are the indices of its patches in the batch's motions.
   BodyMotion(const SceneBody& body, std::vector<std::size_t> patches);
 
   /// Returns the normal load (N) on each of the body's patches at time t.
   double load_per_patch(double t) const noexcept;
 
-  /// Solves a step's equation of motion: sets displacement and load of the body's patches in `motions`. Must
-  /// be called before PatchBatch::step.
+  /// Solves the equation of motion of a step, and sets displacement and load of the body's patches in
+  /// `motions`. Must be called before PatchBatch::step.
   void solve(bristle::PatchBatch& batch, double t, double dt,
              bristle::Span<bristle::Motion> motions) noexcept;
-  /// Updates the body's velocity by the friction of the step. Must be called after PatchBatch::step.
+  /// Updates the velocity of the body by the friction of the step. Must be called after PatchBatch::step.
   void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
   /// Sets position (m) and velocity (m/s) of the body, as when a saved run is restored.
@@ -52,8 +53,7 @@ class BodyMotion {
   double highest_speed() const noexcept { return highest_speed_; }
 
  private:
-  /// Solver for a body with one degree of freedom (on a rail) or two (in the plane). A body uses one of the
-  /// two.
+  /// Solver for a body of one degree of freedom (on a rail) or two (in the plane). A body has one of the two.
   template <int Dof>
   struct Coupled {
     bristle::MovingBody<Dof> body;

@@ -1,5 +1,5 @@
-// Declares the compiled solvers of coupling.hpp for bodies of one, two and six velocities. Each is compiled
-// once, in one of two sources, so that programs which only step scenes need not link the second.
+// Declares the compiled solvers of coupling.hpp, for bodies of one, two and six velocities. Each is compiled
+// once, in one of two sources: programs that only step scenes need not link the second.
 #pragma once
 
 #include <bristle/coupling.hpp>

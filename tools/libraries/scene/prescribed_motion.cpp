@@ -8,8 +8,8 @@
 namespace cli {
 namespace {
 
-// Interpolates the rows of a motion linearly at time t; before the first and after the last row it is
-// constant. Of several rows at one time, the last counts.
+// Interpolates the rows of a motion linearly at time t. Before the first and after the last row the motion
+// stands still. Of several rows at one time, the last counts.
 MotionRow interpolate(const std::vector<MotionRow>& rows, double t) noexcept {
   const auto after = std::upper_bound(rows.begin(), rows.end(), t,
                                       [](double time, const MotionRow& row) { return time < row.t; });
@@ -56,7 +56,7 @@ bool PrescribedMotion::moves_along_y() const noexcept {
 bool PrescribedMotion::stays_on_line(double (&direction)[2]) const noexcept {
   direction[0] = 1.0;
   direction[1] = 0.0;
-  // Vector along the motion: velocity of a ramp or amplitude of a sine; the other one is zero.
+  // Direction of the motion: the velocity of a ramp or the amplitude of a sine, whichever is not zero.
   double far[2] = {velocity[0] + amplitude[0], velocity[1] + amplitude[1]};
   const auto length = [](double x, double y) { return std::sqrt(x * x + y * y); };
   for (const MotionRow& row : rows()) {

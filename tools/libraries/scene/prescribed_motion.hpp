@@ -1,4 +1,5 @@
-// Prescribed motion of a scene's patch: position of the moving body and normal load, as functions of time.
+// The prescribed motion of a patch in a scene: position of the moving body and normal load, as functions of
+// time.
 #pragma once
 
 #include <limits>
@@ -30,7 +31,8 @@ struct PrescribedMotion {
   double frequency = 1.0;            ///< frequency of a sine, Hz
   double phase = 0.0;                ///< phase of a sine at t = 0, in turns
   std::vector<MotionRow> keyframes;
-  /// Rows of a motion file, shifted to start at t = 0; several motions may share them.
+  /// Rows of a motion file, shifted to start at t = 0. Several motions may share them, so that a long file is
+  /// read once.
   std::shared_ptr<const MotionFile> trace;
   std::vector<LoadStep> load_steps;  ///< normal loads over time; empty: rows hold the loads
   double turn_per_copy = 0.0;        ///< turns by which copy i's directions differ from copy i - 1's
@@ -41,13 +43,14 @@ struct PrescribedMotion {
   const std::vector<MotionRow>& rows() const noexcept { return trace ? trace->rows : keyframes; }
   /// Returns the position (m) of the first copy at a time t >= 0.
   Position at(double t) const noexcept;
-  /// Returns the first copy's normal load (N) in the step from t to t + dt. Rows give the load at the end of
-  /// the step, since a control loop reads position and load together at each tick. Load steps give that at
-  /// the middle of the step, where rounding of times does no harm.
+  /// Returns the normal load (N) of the first copy in the step from t to t + dt. Rows give the load at the
+  /// end of the step, because a control loop reads position and load together at each tick. Load steps give
+  /// the load at the middle of the step, where rounding of times does no harm.
   double load_over(double t, double dt) const noexcept;
   /// Returns whether the motion, copies included, needs patches with two axes.
   bool moves_along_y() const noexcept;
-  /// Returns whether the first copy moves on one straight line; then sets `direction` to its unit vector.
+  /// Returns whether the first copy moves on one straight line, so that one axis is enough; if so, sets
+  /// `direction` to its unit vector.
   bool stays_on_line(double (&direction)[2]) const noexcept;
 };
 

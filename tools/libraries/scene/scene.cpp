@@ -69,15 +69,15 @@ bristle::SnapLength read_snap_length(const TomlTable& table) {
 std::string_view key_of(const char* field) {
   return std::string_view(field) == "snap_rule" ? std::string_view("rule") : field;
 }
-/// Returns the range of a key: that of the field, except that presliding lengths above 1 m are refused, as
-/// given in another unit.
+/// Returns the range of a key, which is that of the field. Presliding lengths above 1 m are refused besides:
+/// they were probably given in another unit.
 template <class Field>
 Range range_of(const Field& field) {
   const double most = std::string_view(field.name) == "presliding_length" ? 1.0 : field.about.most;
   return {field.about.least, most, false, field.about.unit};
 }
 
-/// Reads those fields of `to` that are among `keys` and that the table has a key for.
+/// Reads those fields of `to` that are among `keys`, if the table has a key for them.
 template <class Parameters>
 void read_keys(const TomlTable& table, const std::vector<std::string_view>& keys, Parameters& to) {
   bristle::for_each_field<Parameters>([&](const auto& field) {
@@ -98,7 +98,8 @@ void read_keys(const TomlTable& table, const std::vector<std::string_view>& keys
   });
 }
 
-/// Reads all fields of `to` that the table has a key for. Refuses other keys than these and `keys`.
+/// Reads all fields of `to` for which the table has a key. Refuses keys of the table that are neither fields
+/// nor in `keys`.
 template <class Parameters>
 void read_fields(const TomlTable& table, std::vector<std::string_view> keys, Parameters& to) {
   bristle::for_each_field<Parameters>([&](const auto& field) { keys.push_back(key_of(field.name)); });
@@ -130,8 +131,8 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   bristle::Coefficients c = read_typical(table);
   c.drop = 0.0;
   read_fields(table, {"name", "typical", "peak_over_kinetic"}, c);
-  // Requires the key `peak` unless `drop` (slide rule) or `spread` (other rules) is given, from which the
-  // peak follows.
+  // Requires the key `peak`, unless another key is given from which the peak follows: `drop` (slide rule) or
+  // `spread` (other rules).
   const bool follows = c.rule == bristle::SnapRule::slide || c.spread != 0.0;
   if (follows && !table.has("peak")) c.peak = 0.0;
   if (table.has("peak_over_kinetic")) {
@@ -141,7 +142,7 @@ bristle::Coefficients read_coefficients(const TomlTable& table) {
   return c;
 }
 
-/// Returns the keys of fields that the struct A has and B lacks.
+/// Returns the keys of those fields that the struct A has and the struct B lacks.
 template <class A, class B>
 std::vector<std::string_view> keys_of_one() {
   std::vector<std::string_view> keys;
@@ -179,7 +180,8 @@ SceneMaterial read_material(TomlTable table) {
 
 // ----------------------------------------------------------------------- readers of [[patch]] tables
 
-/// Index by name of all tables of one kind; a scene may have hundreds of thousands of tables.
+/// Index by name of all tables of one kind. A scene may have hundreds of thousands of tables, too many to
+/// search one by one.
 class Names {
  public:
   /// Adds a table's name. Its index is the number of names added before.
@@ -200,8 +202,8 @@ class Names {
   std::map<std::string, std::size_t> index_;
 };
 
-/// Reads a patch's keys population and resolution. Refuses a resolution that the chosen population does not
-/// use.
+/// Reads the keys population and resolution of a patch. Refuses a resolution that the chosen population would
+/// not use.
 void read_population(const TomlTable& table, const bristle::Material& material, bristle::PatchOptions& o) {
   read_keys(table, {"population"}, o);
   o.population = bristle::choose_population(material, o);
@@ -223,7 +225,8 @@ void read_population(const TomlTable& table, const bristle::Material& material, 
         fmt::format("is {}; allowed: 0 (automatic), or 1 to 128 pieces per mean snap length", o.resolution));
 }
 
-/// Reads a patch's key `lay` (the direction of grooves in its surface). Refuses options that exclude it.
+/// Reads the key `lay` of a patch (the direction of grooves in its surface). Refuses options that cannot be
+/// combined with it.
 void read_lay(const TomlTable& patch, const bristle::Material& material, bristle::PatchOptions& o) {
   if (!patch.has("lay")) return;
   bristle::Lay& lay = o.lay;
@@ -238,7 +241,7 @@ void read_lay(const TomlTable& patch, const bristle::Material& material, bristle
   }
 }
 
-/// Checks that a patch has enough bristles for its material. The error message names both tables, since the
+/// Checks that a patch has enough bristles for its material. The error message names both tables, because the
 /// user may change either.
 void check_material(const ScenePatch& patch, const SceneMaterial& material) {
   if (patch.options.population == bristle::Population::infinite) return;
@@ -298,7 +301,7 @@ std::vector<MotionRow> read_keyframes(const TomlTable& parent, bool with_load) {
   if (!parent.has("keyframes")) parent.fail("key 'keyframes' is missing");
   for (const TomlTable& table : parent.tables("keyframes")) {
     table.allow({"t", "x", "y", "load"});
-    // Lets a row without some keys keep the last row's values.
+    // Starts a row with the values of the last one, which stay for keys that the row does not have.
     MotionRow row = rows.empty() ? MotionRow{} : rows.back();
     row.t = table.number("t", seconds);
     if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
@@ -323,7 +326,7 @@ Trace read_trace(const std::string& path, double clip_load_n) {
   return file;
 }
 
-/// Motion files read so far, by path and clip_load.
+/// Motion files read so far, by path and clip_load, so that each is read only once.
 using Traces = std::map<std::pair<std::string, double>, Trace>;
 
 void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string& where) {
@@ -338,7 +341,7 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   motion.trace = trace;
 }
 
-/// Reads a [[motion]] table. `traces` caches motion files, so that each is read only once.
+/// Reads a [[motion]] table. `traces` remembers motion files, so that each is read only once.
 PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
   PrescribedMotion motion;
   if (!table.has("type")) table.fail("key 'type' is missing");
@@ -461,7 +464,8 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
     if (!body.patches.empty() && patch.options.axes != body.axes)
       table.fail("patches", "have different axes; those under one body must have the same");
     body.axes = patch.options.axes;
-    // Adds the mean force to the outputs of a patch under a body, whose motion is solved from it.
+    // Adds the mean force to the outputs of a patch under a body, because the body's motion is solved from
+    // it.
     patch.options.outputs = patch.options.outputs | bristle::Outputs::mean;
     body.patches.push_back(index);
   }
@@ -489,8 +493,8 @@ void check_all_moved(const Scene& scene) {
   }
 }
 
-/// Returns the largest number of bristles that a patch may come to have; for an infinite patch, of cohorts
-/// (groups of bristles).
+/// Returns the largest number of bristles that a patch may come to have. For an infinite patch it is that of
+/// cohorts (groups of bristles).
 std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
   if (options.population == bristle::Population::infinite) return options.resolution > 8.0 ? 512 : 256;
   return options.bristles ? options.bristles : 4096;
@@ -586,7 +590,7 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
   scene.limits = limits;
   if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
   read_scene_table(table.table("scene"), scene);
-  // Limit of materials in a scene without a memory limit, since preparing each takes milliseconds.
+  // Largest number of materials in a scene without a memory limit. Preparing a material takes milliseconds.
   constexpr std::size_t most_materials = 1000;
   Names materials, patches, bodies;
   std::vector<TomlTable> material_tables = table.tables("material");

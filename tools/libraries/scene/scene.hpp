@@ -1,4 +1,5 @@
-// Scene, read from a TOML file: materials, contact patches, bodies, motions. Keys: tools/scenes/README.md.
+// A scene as read from a TOML file: materials, contact patches, bodies, motions. tools/scenes/README.md lists
+// the keys.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +20,7 @@ namespace cli {
 struct SceneMaterial {
   std::string name;
   bristle::Material material;
-  /// Friction coefficients, if the scene gives them for the material.
+  /// Friction coefficients of the material, if the scene gives these and not bristle parameters.
   std::optional<bristle::Coefficients> coefficients;
   std::string where;  ///< place of the table, for messages, as "file:line: [[material]] 'name'"
 };
@@ -57,7 +58,7 @@ struct SceneBody {
   double gravity = 9.80665;          ///< gravity on the body, m/s^2
   std::vector<LoadStep> extra_load;  ///< normal load beside the body's weight, N
   double velocity[2] = {0.0, 0.0};   ///< initial velocity, m/s
-  /// Pushing force over time, N; linear between rows, two rows at one time make a jump.
+  /// Pushing force over time, N: linear between rows; two rows at one time make a jump.
   std::vector<ForceRow> force;
   std::vector<ForceSine> force_sines;
   std::vector<std::size_t> patches;  ///< patches under the body, as indices into Scene::patches
@@ -69,8 +70,8 @@ struct SceneBody {
 
 /// Limits on the size of a scene and the memory that it may take.
 struct SceneLimits {
-  /// Bytes of memory that a scene may take; then bristles, patches and materials are not limited. Unset: at
-  /// most 2^28 bristles, 10^6 patches and 1000 materials, within the free memory.
+  /// Bytes of memory that a scene may take. If set, bristles, patches and materials are not limited besides;
+  /// if not, there may be 2^28 bristles, 10^6 patches and 1000 materials, within the free memory.
   std::optional<std::uint64_t> bytes;
 };
 
@@ -82,7 +83,7 @@ struct Scene {
   std::string name;
   std::string description;
   double dt = 1e-3;  ///< time step, s
-  /// Simulated time, s; none: as long as the longest motion file.
+  /// Simulated time, s; if not given, that of the longest motion file.
   std::optional<double> duration;
   double deadline = 1e-3;  ///< time that a step may take, s
   int threads = 1;
@@ -102,8 +103,8 @@ Scene read_scene(const std::string& path, const SceneLimits& limits = {}, const 
 Scene parse_scene(const std::string& text, const std::string& path, const SceneLimits& limits = {},
                   const ShareDone& progress = {});
 
-/// Replaces the motion files of a scene (or all prescribed motions, if it has no files) by another one, whose
-/// length becomes the duration. Loads from -clip_load_n to 0 count as 0. Throws UserError.
+/// Replaces the motion files of a scene (or all prescribed motions, if it has no files) by one other file,
+/// whose length becomes the duration. Loads from -clip_load_n to 0 count as 0. Throws UserError.
 void replace_motion(Scene& scene, const std::string& motion_path, double clip_load_n = 0.0);
 
 /// Lists the files from which the scene was read, which a command must not overwrite.

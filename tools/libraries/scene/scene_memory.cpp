@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::uint64_t beside_a_patch = 1900;  // bytes that a copy of a patch needs beside its bristles
 
-// Bytes of memory that every machine has. A scene that needs less is not checked.
+// Bytes of memory that every machine has. A scene that needs less is not checked against the free memory.
 constexpr std::uint64_t surely_there = 128 << 20;
 
-/// Returns an upper bound on the bytes of memory of a patch with these options.
+/// Returns an upper bound on the bytes that a patch with these options takes.
 std::uint64_t at_most(const bristle::PatchOptions& o) {
   constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
   return o.population == bristle::Population::infinite
@@ -29,8 +29,8 @@ std::uint64_t at_most(const bristle::PatchOptions& o) {
              : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
 }
 
-/// Estimator of memory: asks the library for the bytes of patches with few bristles, and extrapolates to the
-/// scene's number.
+/// Estimates memory: asks the library for the bytes of patches with few bristles, and extrapolates to the
+/// number in the scene.
 class Probe {
  public:
   explicit Probe(const Scene& scene) : scene_(scene) {}

@@ -1,4 +1,5 @@
-// Estimates the memory that a scene needs, before it is allocated.
+// Estimates the memory that a scene needs, so that a scene that is too large is refused before anything is
+// allocated.
 #pragma once
 
 #include <cstdint>

@@ -87,7 +87,7 @@ void SceneStepper::add_patches(const ShareDone& progress) {
 }
 
 void SceneStepper::add_bodies() {
-  // Indices of each patch's copies in the batch's arrays, by patch of the scene.
+  // Indices, in the batch's arrays, of the copies of each patch of the scene.
   std::vector<std::vector<std::size_t>> places(scene_.patches.size());
   for (std::size_t c = 0; c < copies_.size(); ++c) places[copies_[c].patch].push_back(c);
   for (const SceneBody& body : scene_.bodies) {
@@ -125,8 +125,8 @@ std::vector<double> SceneStepper::places() const {
 }
 
 void SceneStepper::set_places(bristle::Span<const double> places, std::uint64_t steps) {
-  // Recomputes the prescribed motions up to the restored time. They are not saved: a paced run prepares the
-  // next step's motions early, so that a saved position would be a step ahead.
+  // Recomputes the prescribed motions up to the restored time instead of reading them. A paced run prepares
+  // the next step's motions early, so a saved position would be a step ahead.
   if (steps > 0) prescribe(static_cast<double>(steps - 1) * scene_.dt);
   const double* at = places.data();
   for (BodyMotion& body : bodies_) {

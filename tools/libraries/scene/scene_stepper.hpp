@@ -1,4 +1,4 @@
-// Makes a scene's patches and bodies, moves them step by step, and keeps the results of the last step.
+// Makes the patches and bodies of a scene, moves them step by step, and keeps the results of the last step.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,13 @@
 
 namespace cli {
 
-/// Copy of a scene's patch, which is one patch of the batch.
+/// Copy of a patch of the scene. Each copy is one patch of the batch.
 struct SceneCopy {
   std::size_t patch = 0;  ///< index of its patch in Scene::patches
   std::string name;
   double delay = 0.0;  ///< time by which the copy moves later, s
 
-  /// Cosine and sine of the angle by which the copy's motion is rotated.
+  /// Cosine and sine of the angle by which the copy's motion is rotated against that of the first copy.
   double cosine = 1.0, sine = 0.0;
   double axis[2] = {1.0, 0.0};  ///< direction of the copy's first axis in the scene
   Position last;                ///< last position of the prescribed motion, unrotated, m
@@ -28,22 +28,22 @@ struct SceneCopy {
 /// Returns the number of time steps in a scene's duration. Throws UserError if they are too many.
 std::uint64_t step_count(const Scene& scene);
 
-/// Steps a scene's patches and bodies. A patch with one axis that moves along a line other than the x axis
-/// gets its axis rotated onto that line.
+/// Steps the patches and bodies of a scene. A patch with one axis that moves along another line than the x
+/// axis gets its axis turned onto that line.
 class SceneStepper {
  public:
   /// Makes the patches and bodies of the scene, which must outlive this object. Throws UserError.
   SceneStepper(const Scene& scene, const bristle::BatchOptions& options, const ShareDone& progress = {});
 
-  /// Sets displacement and load, for the step that starts at t (s), of all patches on prescribed motions.
+  /// Sets displacement and load of all patches on prescribed motions, for the step that starts at t (s).
   void prescribe(double t);
-  /// Solves the bodies' motions, steps the batch and moves the bodies. Does nothing else, since callers time
-  /// this function.
+  /// Solves the bodies' motions, steps the batch and moves the bodies. Does nothing else, because callers
+  /// time this function.
   void step(double t);
 
   /// Returns positions and velocities of the bodies. With the batch's state they determine all later steps.
   std::vector<double> places() const;
-  /// Restores what places() returned, and sets prescribed motions to the time after `steps` steps.
+  /// Restores what places() returned, and sets the prescribed motions to the time after `steps` steps.
   void set_places(bristle::Span<const double> places, std::uint64_t steps);
 
   bristle::PatchBatch& batch() { return batch_; }
@@ -58,7 +58,8 @@ class SceneStepper {
 
  private:
   void add_patches(const ShareDone& progress);
-  /// Makes copy `number` of a patch, with its first axis along `line` (a unit vector) unless that is null.
+  /// Makes copy `number` of a patch. If `line` (a unit vector) is not null, the copy's first axis lies along
+  /// it.
   SceneCopy make_copy(std::size_t patch, std::uint32_t number, const double* line) const;
   void add_bodies();
 

@@ -17,7 +17,8 @@ SnapLength make_snap_length(SnapLaw family, double mean_m, double spread) {
       return SnapLength::uniform(mean_m * (1.0 - half_width), mean_m * (1.0 + half_width));
     }
     case SnapLaw::normal: {
-      // Ratio by which cutting a normal law at 0 raises its mean; the uncut law is made smaller by it.
+      // Ratio by which cutting a normal law at 0 raises its mean. The uncut law gets a mean that is smaller
+      // by it.
       const double raised = SnapLength::normal(1.0, spread).mean();
       return SnapLength::normal(mean_m / raised, spread * mean_m / raised);
     }

@@ -1,5 +1,5 @@
-// Makes laws of the snap length from family, mean and spread, which fits and experiments vary, and gives the
-// limits of the spread.
+// Makes laws of the snap length from family, mean and spread, as fits and experiments vary them, and gives
+// the limits of the spread.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace cli {
 
-/// Largest spread (standard deviation over mean) of snap lengths that the library accepts: for the rule
+/// Largest spreads (standard deviation over mean) of snap lengths that the library accepts: for the rule
 /// redraw, and for keep (core/MODEL.md, "Jumps").
 using bristle::widest_redraw_cv;
 constexpr double widest_cv = 3.0;
@@ -22,7 +22,7 @@ bristle::SnapLength make_snap_length(bristle::SnapLaw family, double mean_m, dou
 /// Returns the largest spread (standard deviation over mean) that both the law and the snap rule allow.
 double largest_spread(bristle::SnapLaw family, bristle::SnapRule rule);
 
-/// Returns the bristles' mean bend in steady sliding, over the mean snap length.
+/// Returns the mean deflection of the bristles in steady sliding, over the mean snap length.
 double kinetic_bend(bristle::SnapRule rule, double cv);
 
 /// Names of the snap rules in files, options and reports, in the order of SnapRule.

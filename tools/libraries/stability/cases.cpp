@@ -1,5 +1,5 @@
-// Runs the cases of `bristle stability` beside its maps: stiff and soft materials in SI units, stopping
-// distances, a force that acts one step late, and rest on a slope.
+// Runs single cases that `bristle stability` reports beside its maps: stiff and soft materials in SI units,
+// stopping distances, a force that acts one step late, and rest on a slope.
 #include <array>
 #include <cmath>
 
@@ -43,8 +43,8 @@ std::vector<CaseRow> stability_cases() {
   return rows;
 }
 
-// Compares distances in which a mass in steady sliding stops. Without dampers friction is a constant F, so
-// that a mass m at speed v truly stops after m v^2 / (2 F).
+// Measures the distances in which a mass in steady sliding stops, over the true ones. Without dampers
+// friction is a constant F, so a mass m at speed v truly stops after m v^2 / (2 F).
 std::vector<StopRow> stopping_distances(bristle::SnapRule rule) {
   StabilityOptions options;
   options.rule = rule;
@@ -65,9 +65,9 @@ std::vector<StopRow> stopping_distances(bristle::SnapRule rule) {
   return rows;
 }
 
-// Returns the device damping b, in units of K T, that absorbs the energy created by holding a friction force
-// over the next step. Over a sticking patch moved to and fro, the held force does the work sum F_i d_(i+1),
-// with force F_i and displacement d_i of step i; the damping takes sum b d_i^2 / T.
+// Returns the device damping b, in units of K T, that absorbs the energy which arises because a friction
+// force is held over the next step. Over a sticking patch moved to and fro, the held force does the work sum
+// F_i d_(i+1), with force F_i and displacement d_i of step i; the damping takes sum b d_i^2 / T.
 double late_force_damping(bool mean) {
   constexpr double dt = 1e-3, dbar = 1e-5, stiffness = 1000.0;
   constexpr int samples = 1000;  // time steps in one swing of the patch
@@ -99,7 +99,7 @@ double late_force_damping(bool mean) {
 }
 
 // Lets a plate rest on a slope and measures its creep. Its feet are level with the centre of mass, so that
-// friction does not tip it.
+// friction cannot tip it.
 RestRow rest_on_slope(Scheme scheme, double seconds, const StabilityOptions& options) {
   constexpr double dt = 1e-3, mass = 0.25, gravity = 9.80665, kinetic = 0.4, steepness = 2.0 / 3.0 * kinetic;
   const double cosine = 1.0 / std::sqrt(1.0 + steepness * steepness);

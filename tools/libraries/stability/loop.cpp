@@ -18,16 +18,17 @@ constexpr double zeta = 1000.0;  // number of bristles in contact at the largest
 constexpr double rest_amplitude = 1e-7;
 // Amplitude, in mean snap lengths, above which the motion counts as growing without bound.
 constexpr double bound_amplitude = 1e5;
-// Ratio of the energy in the last quarter of a run to that in the third, above which snapping lasts.
+// Ratio of the energy in the last quarter of a run to that in the third quarter above which snapping counts
+// as lasting.
 constexpr double lasting_energy = 0.8;
 
-// Peak-to-peak motion above which snapping lasts, in mean snap lengths. It is the length of the shortest
-// bristle, since lengths are uniform from 0.5 to 1.5.
+// Peak-to-peak motion, in mean snap lengths, above which snapping counts as lasting. It is the length of the
+// shortest bristle, since lengths are uniform from 0.5 to 1.5.
 constexpr double lasting_amplitude = 0.5;
 constexpr double quanta_at_rest = 4.0;  // motion in encoder counts, below which the mass rests
 
-// Exact motion of a mass in a step with the force held: change of position x and velocity v per unit of
-// initial velocity and per unit of force.
+// Exact motion of a mass in a step during which the force is held: change of position x and velocity v per
+// unit of initial velocity and per unit of force.
 struct Hold {
   double x_of_v, x_of_f, v_of_v, v_of_f;
 };
@@ -39,7 +40,7 @@ Hold hold_of(double mass, double device_damping, double dt) {
   return {x_of_v, (dt - x_of_v) / device_damping, 1.0 - fall, fall / device_damping};
 }
 
-// State of the mass on one axis of the closed loop.
+// State of the mass along one axis of the closed loop.
 struct Axis {
   double x = 0.0, v = 0.0;
   double last_d = 0.0;
@@ -66,8 +67,9 @@ bool damper_sees_true_velocity(Scheme scheme) {
   return scheme == Scheme::explicit_euler || scheme == Scheme::hold;
 }
 
-// Returns the matrix of one step of the loop on a linear spring and damper, over (position, velocity times T,
-// last displacement), for dimensionless stiffness k, damping c and device damping beta.
+// Returns the matrix of one step of the loop with a linear spring and damper in place of the patch, over
+// (position, velocity times T, last displacement), for dimensionless stiffness k, damping c and device
+// damping beta.
 Eigen::Matrix3d linear_loop(Scheme scheme, double k, double c, double beta) {
   const Hold hold = hold_of(1.0, beta, 1.0);
   Eigen::Matrix3d matrix;
@@ -144,14 +146,14 @@ Loop::Loop(const LoopSetup& setup) : s_(setup), hold_(hold_of(s_.mass_kg, s_.dev
   body_.mass *= s_.mass_kg;
   contact_.axes = s_.axes;
   slide_in();
-  // Begins the run as if the mass had arrived at the start velocity in the last step.
+  // Begins the run as if the mass had arrived with the start velocity in the step before.
   axis_[0].v = s_.start_velocity;
   axis_[0].last_d = s_.dt_s * s_.start_velocity;
   axis_[0].force =
       response_.elastic[0] - material.damping_at(std::fabs(s_.start_velocity)) * zeta * s_.start_velocity;
 }
 
-// Slides thirty mean snap lengths before the run, in steps that divide no snap length evenly.
+// Slides thirty mean snap lengths before the run, in steps of which no whole number makes a snap length.
 void Loop::slide_in() {
   motion_.normal_load = next_load(0);
   if (!s_.sliding) return;
@@ -172,7 +174,7 @@ void Loop::displace(int axis, double d) {
   axis_[axis].x += d;
   axis_[axis].last_d = d;
   const double q = s_.quantum_m;
-  // Computes the displacement as an encoder does: positions rounded to counts, then subtracted.
+  // Computes the displacement that an encoder would report: positions rounded to counts, then subtracted.
   motion_.displacement[axis] =
       q > 0.0 ? q * (std::nearbyint(axis_[axis].x / q) - std::nearbyint(before / q)) : d;
 }
@@ -199,7 +201,8 @@ void Loop::step_implicitly() {
   } else if (s_.scheme == Scheme::midpoint) {
     solve_displacements<2>(batch_, s_.dt_s, body_, none, contacts, motions);
   } else {
-    // Leaves out the clip of the spring at its limit, which is the fault that this scheme shows.
+    // Lets the spring act beyond its limit, without clipping it. This is the fault that the scheme is to
+    // show.
     bristle::LinearFriction always_on(response_, s_.dt_s, motion_.normal_load);
     always_on.bounded = false;
     const Eigen::Matrix2d mobility = Eigen::Matrix2d::Identity() / s_.mass_kg;
@@ -229,8 +232,8 @@ void Loop::step(double load) {
   }
 }
 
-// Returns the energy (J) of the mass on a spring as stiff as all sticking bristles, for the highest speed and
-// half the peak-to-peak motion in one quarter of the run.
+// Returns the energy (J) of the mass on a spring as stiff as all sticking bristles together, from the highest
+// speed and half the peak-to-peak motion in one quarter of the run.
 double Loop::energy(const Quarter& q) const {
   const double amplitude = 0.5 * q.peak_to_peak();
   return 0.5 * s_.mass_kg * q.fastest * q.fastest + 0.5 * s_.stiffness * amplitude * amplitude;

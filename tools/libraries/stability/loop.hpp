@@ -1,5 +1,5 @@
-// Simulates a mass on one friction patch in a closed loop, where friction moves the mass and the mass moves
-// the patch. Gives the linear theory of that loop too, with a spring and damper for the patch.
+// Simulates a mass on one friction patch in a closed loop: friction moves the mass and the mass moves the
+// patch. Also gives the linear theory of that loop, in which a spring and damper replace the patch.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace cli {
 enum class Scheme {
   explicit_euler,  ///< explicit Euler: position from the old velocity, velocity from the old force
 
-  /// Velocity from the last step's end force, then position from the new velocity.
+  /// Computes the velocity from the end force of the last step, then the position from the new velocity.
   semi_implicit,
   semi_implicit_mean,  ///< as semi_implicit (velocity first), but with the step's mean force
   predictor,           ///< bristle::predict_displacements
@@ -30,8 +30,8 @@ const char* to_string(Scheme scheme) noexcept;
 /// Returns the condition for stability on a linear spring and damper, as text in k = K T^2/m, c = C T/m and
 /// beta = b T/m (stiffness K, damping C, device damping b, time step T, mass m).
 const char* linear_condition(Scheme scheme) noexcept;
-/// Returns whether the scheme damps in the haptic device. The second axis of its map is then the device's
-/// damping beta instead of the damping c.
+/// Returns whether the scheme has a damper in the haptic device. The second axis of its map is then the
+/// device's damping beta instead of the patch's damping c.
 constexpr bool is_device(Scheme scheme) noexcept {
   return scheme == Scheme::device || scheme == Scheme::device_mean;
 }
@@ -43,18 +43,19 @@ constexpr bool is_implicit(Scheme scheme) noexcept {
   return scheme == Scheme::predictor || scheme == Scheme::midpoint || scheme == Scheme::linear_always;
 }
 
-/// Returns the spectral radius of the loop on a linear spring and damper; below 1 it is stable. For the
+/// Returns the spectral radius of the loop with a linear spring and damper. Below 1 the loop is stable. For
 /// explicit schemes only.
 double linear_radius(Scheme scheme, double k, double c, double beta);
-/// Returns the spectral radius of the loop while sliding, where friction is constant and only dampers change
-/// the velocity.
+/// Returns the spectral radius of the loop in sliding, where friction is constant and only dampers change the
+/// velocity.
 double sliding_radius(Scheme scheme, double c, double beta);
-/// Returns whether the loop on a linear spring and damper is stable; implicit schemes always are.
+/// Returns whether the loop with a linear spring and damper is stable. With implicit schemes it always is.
 bool linearly_stable(Scheme scheme, double k, double c, double beta);
-/// Returns in ascending order the k from 1e-4 to 1e3 at which the linear loop becomes stable or unstable.
+/// Returns the values of k, from 1e-4 to 1e3 and ascending, at which the linear loop becomes stable or
+/// unstable.
 std::vector<double> stability_limits(Scheme scheme, double c, double beta);
 
-/// Parameters of one simulation of a mass on a friction patch.
+/// Parameters of a simulation of a mass on a friction patch.
 struct LoopSetup {
   Scheme scheme = Scheme::semi_implicit;
   double mass_kg = 0.1;
@@ -70,7 +71,7 @@ struct LoopSetup {
   double start_velocity = 0.0;  ///< initial velocity along the first axis, m/s
   bool sliding = false;         ///< whether the run starts in steady sliding; if not, with straight bristles
   int axes = 1;
-  /// Whether the mass (with two axes) also gets the start velocity sideways after a quarter of the run.
+  /// Whether the mass gets the start velocity sideways, too, after a quarter of the run (with two axes).
   bool turn = false;
   double smallest_load = 1.0;       ///< lowest load over largest load; 1: constant load
   std::uint64_t steps = 8000;       ///< number of time steps of the whole run
@@ -92,10 +93,11 @@ const char* to_string(Verdict verdict) noexcept;
 struct LoopResult {
   Verdict verdict = Verdict::settles;
   bool unbounded = false;
-  /// Peak-to-peak motion in the last quarter of the run, on the axis where it is larger, m.
+  /// Peak-to-peak motion in the last quarter of the run, m, on the axis on which it is larger.
   double peak_to_peak_m = 0.0;
   double highest_speed = 0.0;  ///< highest speed in the last quarter of the run, m/s
-  /// Highest energy in the last quarter of the run over that in the third quarter.
+  /// Highest energy in the last quarter of the run over that in the third quarter. It tells whether motion
+  /// dies out.
   double energy_ratio = 0.0;
   double distance_m = 0.0;  ///< largest distance from the start along the first axis, m
 };

@@ -92,7 +92,7 @@ double critical_stiffness(const SpringPull& pull) {
   const auto loss = [&](double omega) {
     return damping * omega + sliding_stiffness(pull, {0.0, omega}).imag();
   };
-  // Searches from high to low for the highest frequency (rad/s) at which steady sliding is not damped.
+  // Searches, from high to low, the highest frequency (rad/s) at which steady sliding is not damped.
   const double unit = pull.speed_m_per_s / pull.material.snap_length.mean();
   double fast = 300.0 * unit, slow = fast;
   if (!(loss(fast) > 0.0)) return std::numeric_limits<double>::infinity();
@@ -143,7 +143,7 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
   result.lowest_force = std::numeric_limits<double>::infinity();
   double energy = 0.5 * pull.mass_kg * body.velocity[0] * body.velocity[0] + batch.stored_energy(motion.id);
   for (long i = 0; i < steps; ++i) {
-    // Computes the force of the pulling spring at mid-step.
+    // Computes the force of the pulling spring at the middle of the step.
     const double before = body.velocity[0];
     const double force = stiffness * (stretch + 0.5 * dt * (v - before));
     const bristle::BodyVector<1> external = Eigen::Matrix<double, 1, 1>(force);
@@ -174,8 +174,8 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
   return result;
 }
 
-// Lists slow pulls in two regimes. Creep: inertia is negligible, and strengthening with speed opposes the
-// fall of friction with speed. Inertial: viscous friction opposes it.
+// Lists slow pulls in two regimes. In creep, inertia is negligible and strengthening with speed opposes the
+// fall of friction with speed. In the inertial regime viscous friction opposes it.
 std::vector<SpringPull> pulls() {
   const auto material = [](double ageing_time) {
     return bristle::Material::from_coefficients(bristle::Coefficients::paper()
@@ -190,8 +190,8 @@ std::vector<SpringPull> pulls() {
   return {creep, inertial};
 }
 
-// Finds by simulation the spring's critical stiffness, at which the growth rate of a disturbance changes
-// sign, by bisection of ln(stiffness).
+// Finds the spring's critical stiffness by simulation: bisects ln(stiffness) to where the growth rate of a
+// disturbance changes sign.
 PullRow pull_row(const SpringPull& pull, Scheme scheme) {
   PullRow row;
   row.pull = pull;

@@ -1,5 +1,5 @@
-// Simulates a mass pulled slowly by a spring over an ageing contact: it slides steadily on a stiff spring and
-// sticks and slips on a soft one. Finds the critical stiffness by linear theory and by simulation.
+// Simulates a mass that a spring pulls slowly over an ageing contact. On a stiff spring it slides steadily,
+// on a soft one it sticks and slips. Finds the critical stiffness by linear theory and by simulation.
 #pragma once
 
 #include <complex>
@@ -21,18 +21,20 @@ struct SpringPull {
   double dt_s = 1e-3;
 };
 
-/// Returns the complex force per displacement (N/m) of a steadily sliding contact for a disturbance exp(p t).
-/// Without dampers; for the rule redraw without shared renewal (core/MODEL.md, "Ageing").
+/// Returns the complex force per displacement (N/m) with which a steadily sliding contact answers a
+/// disturbance exp(p t). Without dampers; for the rule redraw without shared renewal (core/MODEL.md,
+/// "Ageing").
 std::complex<double> sliding_stiffness(const SpringPull& pull, std::complex<double> p);
 /// Returns the stiffness (N/m) of the contact while all its bristles stick.
 double contact_stiffness(const SpringPull& pull);
-/// Returns the derivative of friction by speed (N s/m) due to dampers, lubricant and speed strengthening.
+/// Returns the derivative of friction by speed (N s/m) that dampers, lubricant and strengthening with speed
+/// cause.
 double sliding_damping(const SpringPull& pull);
-/// Returns the spring's critical stiffness (N/m) by linear theory: steady sliding is stable on stiffer
+/// Returns the critical stiffness (N/m) of the spring by linear theory: steady sliding is stable on stiffer
 /// springs. 0 means stable on all springs, infinite on none.
 double critical_stiffness(const SpringPull& pull);
 
-/// Result of simulated steady sliding that was disturbed by a push.
+/// Result of a simulation in which steady sliding was disturbed by a push.
 struct PullResult {
   double growth = 0.0;   ///< ln of the speed's late amplitude over its early one
   double slowest = 0.0;  ///< lowest speed of the mass over the pull's; 0 or less means stick-slip

@@ -23,7 +23,8 @@ std::map<Why, std::uint64_t> reasons(const SchemeMap& map) {
   return counts;
 }
 
-// Returns the verdicts of the cases by start speed, with --wide also their scheme and peak to peak.
+// Returns the verdicts of the cases as a table by start speed; with --wide also their scheme and peak-to-peak
+// motion.
 std::string cases_table(const StabilityResult& result) {
   const bool wide = text_layout().columns == 0;
   std::vector<std::string> headers = {"<case", "1e-5 m/s", "1e-3 m/s", "1e-2 m/s", "0.1 m/s", "1 m/s"};
@@ -131,8 +132,8 @@ Json map_json(const SchemeMap& map) {
           {"cells", cells}};
 }
 
-// Adds points of a scheme's stability limit to the CSV text, each between a stable and an unstable neighbour
-// on a fine grid, because the limit may have several values of c at one k.
+// Adds the points of a scheme's stability limit to the CSV text. Each lies between a stable and an unstable
+// neighbour on a fine grid, because the limit may have several values of c at one k.
 void add_limit_points(std::string& text, Scheme scheme) {
   if (is_implicit(scheme)) return;
   constexpr int ks = 240, seconds = 200;

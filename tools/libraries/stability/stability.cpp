@@ -21,13 +21,13 @@ namespace {
 constexpr double mass_kg = 0.1, dt_s = 1e-3, mean_snap_length_m = 1e-5;
 constexpr double push = 0.3;  // initial amplitude of sticking runs, in mean snap lengths
 
-// Distance, in mean snap lengths, in which friction alone brakes the mass of a sliding run to rest. Sets its
-// initial speed.
+// Distance, in mean snap lengths, in which friction alone brakes the mass of a sliding run to rest. The run's
+// initial speed follows from it.
 constexpr double slide = 20.0;
 constexpr double encoder_quantum = 0.1;  // count of the encoder, in mean snap lengths
 
-// Returns values of a map's axis in geometric progression, off the round numbers: the theoretical limits k =
-// c and k = 2 c then lie between cells, and c = 1, which stops a mass in one step, is avoided.
+// Returns values of a map's axis in geometric progression that avoid round numbers. The theoretical limits k
+// = c and k = 2 c then lie between cells, and c = 1, which stops a mass in one step, is avoided.
 std::vector<double> axis_values(double from, double to, int per_decade, double offset) {
   std::vector<double> values;
   for (int i = 0;; ++i) {
@@ -87,7 +87,8 @@ void simulate_varied(VariedMap& map, const StabilityOptions& options) {
       LoopSetup swinging = cell_setup(scheme, k, second, true, options);
       swinging.smallest_load = smallest_load;
       swinging.stop_early = false;
-      // Scales the patch's stiffness and damping with its load; a device's damping does not depend on it.
+      // Scales stiffness and damping of the patch with its load. A device's damping does not depend on the
+      // load.
       const bool at_smallest = linearly_stable(scheme, smallest_load * k, smallest_load * c, beta);
       const bool swing_settles = run_loop(swinging).verdict == Verdict::settles;
       const bool always = at_largest && at_smallest, never = !at_largest && !at_smallest;
@@ -207,8 +208,9 @@ LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const
   s.rule = options.rule;
   s.steps = options.quick ? 4000 : 8000;
   s.sliding = sliding;
-  // Sets the start velocity of a run: if sticking, that of a free swing of amplitude `push`, at most `push`
-  // per step; if sliding, the one that stops after the distance `slide`, v^2 / (2 F / m) with friction F.
+  // Sets the start velocity of a run. If the mass sticks, it is that of a free swing of amplitude `push`, at
+  // most `push` per step; if it slides, the one that stops after the distance `slide`, from v^2 / (2 F / m)
+  // with friction F.
   const double speed = mean_snap_length_m / dt_s;
   s.start_velocity = sliding ? std::sqrt(2.0 * s.kinetic_n() / mass_kg * slide * mean_snap_length_m)
                              : speed * push * std::min(1.0, std::sqrt(k));

@@ -17,7 +17,7 @@ struct StabilityOptions {
   std::string json;  ///< JSON report to write; empty: none, "-": stdout
   std::string csv;   ///< CSV file of the maps, which tools/plots/stability.gp plots; empty: none
 
-  /// Kind of brush in the maps and on the slope: representatives or the infinite brush.
+  /// Kind of brush in the maps and on the slope (representatives or the infinite brush).
   bristle::Population population = bristle::Population::representatives;
   bristle::SnapRule rule = bristle::SnapRule::redraw;  ///< snap rule of maps, rest on the slope, and stopping
 };
@@ -56,8 +56,8 @@ struct VariedMap {
   /// Map with two axes, where the motion turns sideways while sliding: number of cells, and number of those
   /// in which simulation and linear theory agree.
   std::uint64_t turned = 0, turned_agree = 0;
-  /// Map with a load that swings between a quarter and all of the largest: numbers of cells that linear
-  /// theory calls stable at every load, at the smallest only, and at none; and how many of each settle.
+  /// Map with a load that swings between a quarter and all of the largest. Counts the cells that linear
+  /// theory calls stable at every load, at the smallest load only, and at none, and how many of each settle.
   std::uint64_t always = 0, always_settle = 0, partly = 0, partly_settle = 0, never = 0, never_settle = 0;
 };
 
@@ -68,8 +68,8 @@ struct StopRow {
   double ratio = 0.0;
 };
 
-/// Creep of a rigid block that rests with four patches on a slope, two thirds as steep as the slope on which
-/// it slides.
+/// Creep of a rigid block that rests with four patches on a slope. The slope is two thirds as steep as the
+/// one on which the block slides.
 struct RestRow {
   Scheme scheme = Scheme::predictor;
   double seconds = 0.0;         ///< simulated time of the rest on the slope, s
@@ -86,8 +86,8 @@ struct CaseRow {
   std::vector<LoopResult> results;
 };
 
-/// Device damping b that absorbs the energy created by a force applied one step late, as b / (K T) (stiffness
-/// K, time step T). Measured on a sticking patch moved to and fro.
+/// Device damping b that absorbs the energy which arises when a force is applied one step late, as b / (K T)
+/// (stiffness K, time step T). Measured on a sticking patch moved to and fro.
 struct LateRow {
   const char* force = "";
   double damping_over_kt = 0.0;
@@ -98,7 +98,8 @@ struct LateRow {
 struct WheelResult {
   double speed_error = 0.0, gained_j = 0.0;
 };
-/// Parameters and results of a car on one wheel (its contact is a bed) that rolls up a slope and back.
+/// Parameters and results of a car on one wheel that rolls up a slope and back. The contact of the wheel is a
+/// bed.
 struct WheelRow {
   double slip_stiffness = 0.0;  ///< force per relative slip of the wheel, N
   double inertia = 0.0;         ///< moment of inertia of the wheel, kg m^2
@@ -124,12 +125,12 @@ const std::vector<Scheme>& mapped_schemes();
 /// Returns the parameters of one cell of a map. `second` is the damping c or beta; with `sliding` the run
 /// starts in steady sliding.
 LoopSetup cell_setup(Scheme scheme, double k, double second, bool sliding, const StabilityOptions& options);
-/// Runs single cases beside the stability maps. These functions are in cases.cpp.
+/// Run the single cases that are reported beside the stability maps. These functions are in cases.cpp.
 std::vector<CaseRow> stability_cases();
 std::vector<StopRow> stopping_distances(bristle::SnapRule rule);
 double late_force_damping(bool mean);
 RestRow rest_on_slope(Scheme scheme, double seconds, const StabilityOptions& options = {});
-/// Returns the parameters of cars on a wheel; run_wheel() fills in the results. Defined in wheels.cpp.
+/// Returns the parameters of the cars on a wheel, whose results run_wheel() fills in. Defined in wheels.cpp.
 std::vector<WheelRow> wheel_rows();
 void run_wheel(WheelRow& row);
 /// Formats the result of the study of stability. Defined in report.cpp.

@@ -1,5 +1,5 @@
-// Simulates a quarter of a car on one wheel that climbs a slope, stops and rolls back. A bed of bristles, the
-// contact, couples the car's mass and the wheel's inertia.
+// Simulates a quarter of a car on one wheel that climbs a slope, stops and rolls back. The contact, a bed of
+// bristles, couples the car's mass and the wheel's inertia.
 #include <algorithm>
 #include <cmath>
 
@@ -43,7 +43,8 @@ struct Car {
     speed += per_car * (force - downhill);
     rim -= per_rim * force;
   }
-  /// Solves for the mean force of a step by Newton's method within bounds, with the bed's tangent stiffness.
+  /// Solves for the mean force of a step by Newton's method, with the bed's tangent stiffness as slope and
+  /// within bounds.
   void step_midpoint() {
     double high = 1.001 * friction * load, low = -high, force = out.force[0];
     for (int i = 0; i < 30; ++i) {

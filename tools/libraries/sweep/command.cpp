@@ -1,4 +1,4 @@
-// Runs the command `bristle sweep`, a parameter study over a scene.
+// Runs the command `bristle sweep`, a study in which parameters of a scene vary.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -95,7 +95,7 @@ Overview overview_of(const SweepRows& rows) {
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
 
-/// Returns a sentence with the ranges of the first three results that vary from row to row.
+/// Returns a sentence with the ranges of the first three results that differ between rows.
 std::string ranges_answer(const SweepRows& rows, const Overview& overview) {
   std::string text;
   std::size_t said = 0;
@@ -129,7 +129,8 @@ std::string ranges_table(const Overview& overview) {
   return table.text() + (more ? fmt::format("... and {} more columns: see the table\n", more) : "");
 }
 
-/// Returns a table of all rows if the study is small and the table narrow enough to read, otherwise "".
+/// Returns a table of all rows, if the study is small and the table narrow enough to read; otherwise an empty
+/// text.
 std::string rows_table(const SweepRows& rows, const Overview& overview) {
   std::vector<std::string> heads;
   std::vector<std::size_t> shown;
@@ -222,7 +223,8 @@ int sweep_command(const SweepOptions& options) {
   const Study study(options.study);
   const std::string unfinished = unfinished_table(options.out);
   check_table_file(options.out);
-  // Whether a table or the report goes to stdout, where the summary for people would mix with it.
+  // Whether a table or the report goes to stdout. The summary for people would mix with it, and is left out
+  // then.
   const bool quiet_stdout = check_files(
       study.inputs(), {{"--json", options.json}, {"--out", options.out}, {"its rows", unfinished}});
   OutputFile json(options.json);

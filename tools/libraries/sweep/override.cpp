@@ -54,7 +54,7 @@ std::size_t index_of(const toml::array& array, const std::string& part, const st
   return *index;
 }
 
-/// Returns a TOML table that holds the value under a key "v", from which it can be copied as a TOML node.
+/// Returns a TOML table that has the value under the key "v", from which it can be copied as a TOML node.
 toml::table holder(const SweepValue& value, const std::string& path) {
   if (value.is_number_integer()) return toml::table{{"v", value.get<std::int64_t>()}};
   if (value.is_number()) return toml::table{{"v", value.get<double>()}};
@@ -90,7 +90,8 @@ void set_in(toml::node& node, const Path& parts, std::size_t at, const SweepValu
   fail(path, fmt::format("'{}' lies within a value, which has no parts", part));
 }
 
-/// Returns the name that a path uses for a scene's table: its own; for a motion, that of the moved patch.
+/// Returns the name by which a path selects a table of the scene: the table's own name or, for a motion, that
+/// of the patch it moves.
 std::string name_of(const toml::table& table, const std::string& kind) {
   const toml::node* name = table.get(kind == "motion" ? "patch" : "name");
   return name && name->is_string() ? name->as_string()->get() : std::string();

@@ -22,7 +22,7 @@ SweepValue value_of(std::string_view text) {
   return std::string(text);
 }
 
-/// Splits a list of values at commas, except commas within brackets, braces or quotes.
+/// Splits a list of values at its commas. Commas within brackets, braces or quotes do not count.
 std::vector<std::string_view> split_list(std::string_view text) {
   std::vector<std::string_view> items;
   std::size_t begin = 0;
@@ -55,7 +55,7 @@ std::vector<std::string_view> split_range(std::string_view text) {
   return parts;
 }
 
-/// Rounds a value to twelve digits, which makes it equal on all machines. Takes long double, since glibc's
+/// Rounds a value to twelve digits, so that it is equal on all machines. Takes long double, because glibc's
 /// pow of that type does not depend on the CPU.
 double rounded(long double value) {
   return std::strtod(fmt::format("{:.12g}", static_cast<double>(value)).c_str(), nullptr);
@@ -96,8 +96,8 @@ VariedKey parse_range(VariedKey varied, const std::vector<std::string_view>& par
   if (!count) refuse(text, fmt::format("has no number of values; {}", forms));
   if (*count < 1 || *count > most_values)
     refuse(text, fmt::format("the number of values is {}; allowed: 1 to {}", *count, most_values));
-  // Stores the values as integers, which fit options that take integers, if both ends are written as integers
-  // and all values between are whole, or, rounded, if the range has `:int`.
+  // Stores the values as integers, which keys for integers need, if both ends are written as integers and all
+  // values between are whole; with `:int` rounds them to integers.
   const bool whole_ends = number_in<std::int64_t>(parts[0]) && number_in<std::int64_t>(parts[1]);
   bool whole = whole_ends;
   for (std::uint64_t i = 0; i < *count; ++i) {

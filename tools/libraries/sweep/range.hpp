@@ -8,8 +8,8 @@
 
 namespace cli {
 
-/// Value of a key that varies: a whole number, a number or a text. A text that begins with [, { or a quote is
-/// read as a TOML value.
+/// Value that a varied key takes: a whole number, a number or a text. A text that begins with [, { or a quote
+/// is read as a TOML value.
 using SweepValue = nlohmann::json;
 
 struct VariedKey {

@@ -35,7 +35,7 @@ template <int axis, double (ForceStatistics::*get)() const noexcept>
 Json force(const SweepRun& run, std::size_t p) {
   return run.scene.patches[p].options.axes > axis ? finite((patch(run, p).force[axis].*get)()) : Json();
 }
-/// Returns one of a patch's energies, J; JSON null if the patch does not compute energies.
+/// Returns one of the energies of a patch, J. It is JSON null if the patch does not compute energies.
 template <auto field>
 Json energy(const SweepRun& run, std::size_t p) {
   if (!has(run.scene.patches[p].options.outputs, bristle::Outputs::energy)) return {};
@@ -147,8 +147,8 @@ const Kind time_kinds[] = {
     {"time.cpu", "s", number, Kind::never, [](const SweepRun& r, std::size_t) { return finite(r.cpu_s); }},
 };
 
-/// Number of patches, and number of bodies, that a study reports if its options name none: the first ones of
-/// the scene.
+/// Largest number of patches, and of bodies, whose results a study reports if its options name none: the
+/// first ones of the scene.
 constexpr std::size_t most_by_default = 12;
 
 class Results {

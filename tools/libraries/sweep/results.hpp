@@ -1,4 +1,4 @@
-// Computes the results that a row of a parameter study reports, as columns with units.
+// Computes the results that a row of a parameter study reports. Each result is a column with a unit.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct SweepColumn {
   std::string name;
   std::string unit;  ///< unit of the values; empty: a pure number or a text
   ColumnType type = ColumnType::number;
-  /// Whether the values are measured times, which differ in every run and so are left out of the table's
+  /// Whether the values are measured times. They differ in every run, so they are left out of the table's
   /// hash.
   bool measured = false;
 
@@ -30,9 +30,9 @@ struct SweepColumn {
 
 nlohmann::json to_json(const SweepColumn& column);
 
-/// Sums for one patch of the scene, over all its copies and the steps in the study's time window.
+/// Sums for one patch of the scene, over all its copies and over the steps in the study's time window.
 struct WindowSums {
-  /// Sum and highest value of elastic force over normal load, over `count` steps of copies.
+  /// Sum and highest value of elastic force over normal load. The sum is over `count` steps of copies.
   double coefficient_sum = 0.0, highest_coefficient = 0.0;
   std::uint64_t count = 0;
   /// Sums of squares of the force's error, and of the reference run's force, N^2.
@@ -53,17 +53,18 @@ struct SweepRun {
 struct SweepResult {
   SweepColumn column;
   bool by_default = false;
-  /// Computes the result from a finished run; JSON null if the run has no such result.
+  /// Computes the result from a finished run. It is JSON null if the run does not have it.
   nlohmann::json (*read)(const SweepRun&, std::size_t index) = nullptr;
   std::size_t index = 0;  ///< index of the result's patch or body in the scene
 };
 
-/// Lists all results that the scene can give. `with_error`: those that compare with a reference run, too.
+/// Lists all results that the scene can give. With `with_error` they include those that compare with a
+/// reference run.
 std::vector<SweepResult> all_results(const Scene& scene, bool with_error, bool with_window);
 
 /// Lists the results that the user asks for in `report`: by full name, by the name after the dot (for all
-/// patches), by a patch or body (all its results), or by "default" or "all". An empty `report` means the
-/// default. Throws a UserError that proposes the nearest name.
+/// patches), by a patch or body (all its results), or by "default" or "all". An empty `report` means
+/// "default". Throws a UserError that proposes the nearest name.
 std::vector<SweepResult> chosen_results(const Scene& scene, const std::vector<std::string>& report,
                                         bool with_error, bool with_window);
 

@@ -32,7 +32,8 @@ using Json = nlohmann::json;
 constexpr std::uint64_t most_reference_numbers = 100'000'000;
 
 /// Returns 64 random bits from a seed and two counters, by the finaliser of SplitMix64 (Steele, Lea and Flood
-/// 2014). All random numbers of a sweep come from it, so that each depends only on its place in the study.
+/// 2014). All random numbers of a sweep come from this function, so each depends only on its place in the
+/// study.
 std::uint64_t counted_bits(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) noexcept {
   constexpr std::uint64_t golden = 0x9e3779b97f4a7c15u;
   const auto mixed = [](std::uint64_t z) {
@@ -43,8 +44,8 @@ std::uint64_t counted_bits(std::uint64_t seed, std::uint64_t stream, std::uint64
   return mixed(mixed(mixed(seed + golden) + stream + golden) + index + golden);
 }
 
-/// Returns the unit of a varied key by the last part of its path; empty for keys that are pure numbers or in
-/// no list.
+/// Returns the unit of a varied key by the last part of its path. It is empty for keys that are pure numbers
+/// or not listed.
 std::string unit_of(const VariedKey& varied) {
   static constexpr std::pair<const char*, const char*> units[] = {
       {"s", " dt duration deadline delay_per_copy from until t "},
@@ -86,8 +87,8 @@ ColumnType type_of(const VariedKey& varied) {
   return ColumnType::text;
 }
 
-/// Converts a varied key's value to a cell of its column. A single text among the values makes the whole
-/// column text.
+/// Converts the value of a varied key to a cell of its column. If one value is a text, the whole column is
+/// text.
 Json cell_of(const SweepValue& value, ColumnType type) {
   if (type == ColumnType::text && value.is_number()) return value.dump();
   if (type == ColumnType::number) return value.get<double>();
@@ -124,7 +125,7 @@ void parse_window(const std::string& text, double& from, double& until) {
     throw UserError(fmt::format("--window is '{}'; its end must come after its beginning", text));
 }
 
-/// Returns the keys that the scene reader's message on an unknown key lists as allowed; empty for any other
+/// Extracts the allowed keys from the scene reader's message on an unknown key. Returns none for any other
 /// message.
 std::vector<std::string> keys_allowed_by(const std::string& message, const std::string& key) {
   const std::size_t said = message.find(fmt::format("unknown key '{}'", key));
@@ -138,10 +139,10 @@ std::vector<std::string> keys_allowed_by(const std::string& message, const std::
   return keys;
 }
 
-/// End forces of all steps of a run, N; within a step, in the order of the copies.
+/// End forces of all steps of a run, N. Within a step they are in the order of the copies.
 using Forces = std::vector<double>;
 
-/// Observer of a run that sums what the run's own statistics lack, such as errors in a time window.
+/// Observer of a run that computes what the run's own statistics lack, such as errors in a time window.
 class Gatherer {
  public:
   Gatherer(const Scene& scene, double from, double until, const Forces* reference)
@@ -231,7 +232,7 @@ std::string stamp_of(const std::string& path) {
   return error ? std::string("gone") : fmt::format("{} {}", time, size);
 }
 
-/// Error of this machine (such as too little memory), which does not make the row's scene impossible.
+/// Error of this machine, such as too little memory. It does not mean that the row's scene is impossible.
 struct NotHere : UserError {
   using UserError::UserError;
 };
@@ -390,7 +391,8 @@ Json Study::header() const {
           {"commit", conditions().commit}};
 }
 
-// Parses the scene's text again for each row, since a copy of a parsed document loses its line numbers.
+// Parses the scene's text again for each row. A copy of a parsed document would lose its line numbers, which
+// messages need.
 toml::table Study::document() const { return parse_toml(scene_text_, scene_file_); }
 
 void Study::set_values(toml::table& root, const std::vector<SweepValue>& values) const {
@@ -443,9 +445,9 @@ Scene Study::scene_from(toml::table root) const {
   return scene_of(root, scene_file_);
 }
 
-// Throws, before any row is run, for keys that the scene never accepts. (A value that the scene refuses
-// concerns only its row.) Tries each key alone and in the first and last row, since a key may need others
-// that vary with it.
+// Checks the keys before any row is run, and throws for keys that the scene never accepts. (A value that the
+// scene refuses concerns only its row.) Tries each key alone and in the first and last row, because a key may
+// need others that vary with it.
 void Study::check_keys() const {
   for (const std::vector<VariedKey>* keys : {&set_, &varied_, &reference_})
     for (const VariedKey& varied : *keys) {
@@ -477,8 +479,7 @@ void Study::check_keys() const {
     }
 }
 
-// Checks that motion files, which each row reads again, are as they were when the study's hash was
-// computed.
+// Checks that motion files, which each row reads again, have not changed since the study's hash was computed.
 void Study::check_files() const {
   for (const auto& [path, stamp] : stamps_)
     if (stamp_of(path) != stamp)

@@ -22,19 +22,20 @@ struct StudyOptions {
   std::vector<std::string> vary;  ///< keys that vary, each as KEY=RANGE
   std::uint64_t repeat = 1;       ///< number of rows at each point, which differ in their seeds
 
-  /// Seed of the rows' scenes. If unset, and without repeats, rows keep the scene's own
-  /// seeds.
+  /// Seed from which the seeds of the rows' scenes follow. Without a seed, and without repeats, rows keep the
+  /// scene's own.
   std::optional<std::uint32_t> seed;
   std::vector<std::string> set;  ///< settings that hold in every row, each as KEY=VALUE
 
-  /// Settings of a reference run for each row, with whose forces the row's forces are compared.
+  /// Settings that make a reference run for each row. The forces of the row are compared with the forces of
+  /// that run.
   std::vector<std::string> reference;
   std::vector<std::string> report;  ///< names of the results to report (results.hpp)
   std::string window;               ///< time window of results, "FROM:UNTIL" in s; empty: all
   std::optional<std::uint64_t> steps;
 };
 
-/// Function called after every step of a row; an exception that it throws ends that row.
+/// Function that is called after every step of a row. An exception that it throws ends the row.
 using StepCheck = std::function<void()>;
 
 class Study {
@@ -57,7 +58,8 @@ class Study {
   const std::vector<SweepColumn>& columns() const { return columns_; }
   const std::vector<VariedKey>& varied() const { return varied_; }
   const StudyOptions& options() const { return options_; }
-  /// Returns a description of the study, for the first line of an unfinished table and for reports.
+  /// Returns a description of the study, which stands in the first line of an unfinished table and in
+  /// reports.
   nlohmann::json header() const;
 
   /// Runs a row. Returns it as a JSON array with a cell for each column; if the row's values make its scene

@@ -1,4 +1,4 @@
-// Runs a scene over a grid of parameters: the command `bristle sweep`.
+// Runs a scene for every point of a grid of parameters, for the command `bristle sweep`.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct SweepStopped : std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-/// Function called with each finished row, in the form of Study::run_row(), by one thread at a time.
+/// Function that is called with each finished row, in the form of Study::run_row(), by one thread at a time.
 using RowDone = std::function<void(const std::string& row)>;
 
 /// Runs the rows with these indices on several threads of this process, in any order. An exception in one row

@@ -38,8 +38,8 @@ std::string csv_row(const Json& cells) {
   return text + '\n';
 }
 
-/// Reads the CSV row that begins at `at` and moves `at` behind its line end; returns false, and leaves `at`,
-/// if the row has none. Quotes may hold commas and line ends.
+/// Reads the CSV row that begins at `at` and moves `at` behind its line end. Returns false, and leaves `at`,
+/// if the row has no end. Cells in quotes may contain commas and line ends.
 bool read_csv_row(std::string_view text, std::size_t& at, std::vector<std::string>& cells) {
   cells.assign(1, {});
   bool quoted = false;
@@ -62,8 +62,8 @@ bool read_csv_row(std::string_view text, std::size_t& at, std::vector<std::strin
   return false;
 }
 
-/// Converts a cell of the table back to the value in Study::run_row(); the value is `discarded` if the cell
-/// holds none.
+/// Converts a cell of the table back to the value that Study::run_row() gave. The value is `discarded` if the
+/// cell has none.
 Json value_of(const std::string& cell, ColumnType type) {
   if (cell.empty()) return nullptr;
   if (type == ColumnType::hash || type == ColumnType::text) return cell;
@@ -88,8 +88,8 @@ void check_table_file(const std::string& path) {
     throw UserError(fmt::format("--out {}: there is no folder {}", path, folder.string()));
   if (std::filesystem::is_directory(std::filesystem::path(path), none))
     throw UserError(fmt::format("--out {}: is a folder", path));
-  // Tries to open regular files only, since the reader of a FIFO would take an empty trial for the whole
-  // table.
+  // Tries to open the table only if it is a regular file. The reader of a FIFO would take an empty trial for
+  // the whole table.
   if (!unfinished_table(path).empty()) OutputFile trial(path);
 }
 
@@ -122,8 +122,8 @@ SweepRows::SweepRows(const Study& study, const std::string& unfinished)
   }
 }
 
-/// Returns the first lines of the unfinished table: the comment that names study and build, and the names of
-/// the columns.
+/// Returns the head of an unfinished table: the comment that names study and build, and the names of the
+/// columns.
 std::string SweepRows::head() const {
   Json names = Json::array();
   for (const SweepColumn& column : columns_) names.push_back(column.head());
@@ -200,8 +200,8 @@ std::string SweepRows::table_hash() const {
 void SweepRows::append(const std::string& text) {
   if (!file_.append(text))
     throw UserError(fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)));
-  // Forces the rows to disk once a second. A killed process then loses nothing, a power failure at most a
-  // second.
+  // Forces the rows to the disk once a second. A killed process then loses nothing, and a power failure costs
+  // at most the rows of a second.
   const double now = bristle::DeadlineMonitor::wall_now();
   if (now - synced_ < 1.0) return;
   file_.flush();

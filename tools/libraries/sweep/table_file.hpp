@@ -1,4 +1,4 @@
-// Rows of a parameter study as they are done, and the CSV file that holds them.
+// The rows of a parameter study, and the CSV file in which they are stored as they are done.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,16 @@
 
 namespace cli {
 
-/// Checks that a table can be written to this path and is not asked for as NetCDF. Throws UserError.
+/// Checks that a table can be written to this path, and that its name does not ask for NetCDF. Throws
+/// UserError.
 void check_table_file(const std::string& path);
 
-/// Returns where the unfinished table of `out` stands: "FILE.part". Empty where `out` is empty, stdout, a
-/// device or a FIFO, whose rows are kept in memory only.
+/// Returns the path of the unfinished table of `out`: "FILE.part". It is empty if `out` is empty, stdout, a
+/// device or a FIFO; the rows are then kept in memory only.
 std::string unfinished_table(const std::string& out);
 
-/// Rows of a study. Each is appended to an unfinished table when it is done, so that a killed study goes on
-/// from there. Such a table is CSV below a comment that names its study; its rows stand in the order in which
+/// Rows of a study. Each is appended to an unfinished table when it is done, so that a killed study can be
+/// continued. Such a table is CSV below a comment that names its study. Its rows stand in the order in which
 /// they were done, and a line that a kill cut short is dropped.
 class SweepRows {
  public:
@@ -33,8 +34,7 @@ class SweepRows {
 
   const nlohmann::json& header() const { return header_; }
   const std::vector<SweepColumn>& columns() const { return columns_; }
-  /// Returns the rows by index, as texts in the form of Study::run_row(); the text is empty for a row that is
-  /// not done.
+  /// Returns the rows by index, as texts in the form of Study::run_row(). Rows that are not done are empty.
   const std::vector<std::string>& rows() const { return rows_; }
   std::uint64_t done() const { return done_; }
   /// Returns how many rows the unfinished table had when it was opened.
@@ -44,11 +44,11 @@ class SweepRows {
   /// digits: equal studies have equal hashes.
   std::string table_hash() const;
 
-  /// Adds a row; counts a repeated one once. Throws UserError, for instance on a full disk.
+  /// Adds a row that is done; a repeated one counts once. Throws UserError, for instance on a full disk.
   void add(const std::string& row);
   /// Closes the unfinished table, so that another process may write it; the rows stay in memory.
   void close();
-  /// Deletes the unfinished table, once a finished one has its rows.
+  /// Deletes the unfinished table, after a finished one with its rows has been written.
   void remove();
 
   /// Returns the rows as CSV (RFC 4180): a head with units in brackets, as motion files have, and empty cells

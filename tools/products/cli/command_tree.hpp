@@ -1,4 +1,5 @@
-// Lists commands and options from the definition of the command line, for help, completion and messages.
+// Lists commands and options of the program from the definition of its command line, for help, completion and
+// messages.
 #pragma once
 
 #include <string>
@@ -31,7 +32,8 @@ OptionWords words_of(const CLI::Option& option);
 std::vector<OptionWords> options_of(const CLI::App& command);
 std::vector<const CLI::App*> subcommands_of(const CLI::App& command);
 
-/// Returns the message of a command line that CLI11 refused, without the library's own words for values.
+/// Returns the message for a command line that CLI11 refused, in which CLI11's own words for values are
+/// replaced.
 std::string complaint_of(const CLI::App& command, const CLI::ParseError& error);
 
 /// Type name of options whose value is a file; shell completion then offers file names.

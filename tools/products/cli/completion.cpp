@@ -8,8 +8,8 @@
 namespace cli {
 namespace {
 
-// Completes words by a table. The user's text is only a key of the table, and is never evaluated; bash itself
-// completes file names.
+// Completes words from a table. The user's text is only a key of the table and is never evaluated; bash
+// itself completes file names.
 constexpr const char* function = R"(
 _bristle() {
   local path=bristle i word=${COMP_WORDS[COMP_CWORD]} words

@@ -1,4 +1,4 @@
-// Program with only the commands that tools/demo needs (scenes and a short capacity measurement), which
+// A program with only those commands that tools/demo needs (scenes and a short capacity measurement). It
 // compiles in half the time of the whole command line.
 #include <cstdio>
 #include <exception>

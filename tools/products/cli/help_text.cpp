@@ -32,7 +32,8 @@ std::string HelpText::make_option(const CLI::Option* option, bool is_positional)
   return entry(name + make_option_opts(option), make_option_desc(option));
 }
 
-/// Returns what stands behind an option's name: its value, the value's default, and what the option needs.
+/// Returns the words behind the name of an option in --help: its value, the value's default, and what the
+/// option needs.
 std::string HelpText::make_option_opts(const CLI::Option* option) const {
   const OptionWords words = words_of(*option);
   std::string text = option->get_option_text().empty() ? words.value : option->get_option_text();

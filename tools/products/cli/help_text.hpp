@@ -5,8 +5,8 @@
 
 namespace cli {
 
-/// First words of the examples that follow a command's options. The program's own --help prints the line that
-/// begins with them.
+/// First words of the line of examples below a command's options. The program's own --help prints that line,
+/// too.
 constexpr const char* example_line = "For example: ";
 
 class HelpText : public CLI::Formatter {

@@ -51,7 +51,7 @@ constexpr int exit_done = 0;
 constexpr int exit_failure = 1;
 constexpr int exit_bad_input = 2;
 
-/// Function that runs a command and returns the exit code; it owns the options that the parser fills.
+/// Function that runs a command and returns the exit code. It owns the options that the parser fills in.
 using Action = std::function<int()>;
 
 template <class Options>
@@ -87,13 +87,14 @@ std::string version_text() {
   return cli::filled(text + '\n');
 }
 
-/// Splits a text into a number (NaN if there is none) and the unit behind it.
+/// Splits a text into the number at its beginning (NaN if there is none) and the unit behind it.
 std::pair<double, std::string> number_and_unit(std::string_view text) {
   const double value = cli::take_number<double>(text).value_or(std::nan(""));
   return {value, std::string(cli::trim(text))};
 }
 
-/// Parses a time such as "1ms" or "500 us". Refuses a bare number, as 1 would be a second.
+/// Parses a time such as "1ms" or "500 us". Refuses a bare number: 1 would mean a second, which nobody wants
+/// here.
 double parse_time(const std::string& text) {
   const auto [value, unit] = number_and_unit(text);
   const double seconds = value / (unit == "s" ? 1.0 : unit == "ms" ? 1e3 : unit == "us" ? 1e6 : 0.0);
@@ -102,7 +103,7 @@ double parse_time(const std::string& text) {
       fmt::format("--deadline is '{}'; allowed: 1us to 10s, with its unit: 1ms, 250us", text));
 }
 
-/// Parses bytes such as "500M", "16G", "16GiB" or "1000000".
+/// Parses a number of bytes such as "500M", "16G", "16GiB" or "1000000".
 std::uint64_t parse_memory(const std::string& text) {
   auto [value, unit] = number_and_unit(text);
   if (unit.ends_with("iB")) unit.resize(unit.size() - 2);
@@ -117,17 +118,17 @@ std::uint64_t parse_memory(const std::string& text) {
   return static_cast<std::uint64_t>(value * per_byte);
 }
 
-/// Parses a share such as "1%" or "1 %". Refuses a bare number, as 1 would be all of the force.
+/// Parses a share such as "1%" or "1 %". Refuses a bare number: 1 would mean all of the force.
 double parse_share(const std::string& text) {
   const auto [value, unit] = number_and_unit(text);
   if (unit == "%" && value >= 1e-4 && value <= 100.0) return value / 100.0;
   throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, with its unit: 1%", text));
 }
 
-/// Parses numbers of threads such as "1,2".
+/// Parses a list of numbers of threads such as "1,2".
 std::vector<int> parse_threads(const std::string& text) {
   std::vector<int> counts;
-  // Adds a comma, which shows an empty last count; getline() would leave it out.
+  // Adds a comma, so that an empty last count is seen and refused; getline() would leave it out.
   std::istringstream words(text + ',');
   for (std::string word; std::getline(words, word, ',');) {
     const std::optional<int> count = cli::number_in<int>(word);
@@ -181,7 +182,7 @@ void add_report_file(CLI::App* command, std::string& file) {
 }
 
 /// Sets the names that shell completion offers as values of an option. --help shows `text` in their place,
-/// since all names would make a long line.
+/// because all names would make a long line.
 CLI::Option* add_names(CLI::Option* option, const cli::NameList& names, const std::string& text) {
   return option->type_name(fmt::format("{}", fmt::join(names, "|")))->option_text(text);
 }
@@ -248,7 +249,8 @@ void check_command(const CLI::App& app, const std::string& name) {
     throw cli::UserError(fmt::format("'{}' is not a command{}", name, cli::allowed_text(name, known)));
 }
 
-/// Returns which script draws what a command without --plot writes; "" if there is none.
+/// Returns a note on the script that draws what a command writes by --csv, for a command without --plot. It
+/// is empty if the command has no --csv.
 std::string drawn_by(const cli::Command& called, const cli::NameList& options) {
   if (std::find(options.begin(), options.end(), "--csv") == options.end()) return {};
   return fmt::format("; tools/plots/{}.gp draws what --csv writes, by gnuplot", called.path.front());
@@ -277,7 +279,7 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
 }
 
 /// Adds an option whose value is one of some words. An error lists just the words; CLI11's own message would
-/// list the numbers behind them, too.
+/// add the numbers behind them.
 template <class T>
 void add_choice(CLI::App* app, const char* option, std::vector<std::pair<std::string, T>> words, T& chosen,
                 const std::string& description) {
@@ -333,7 +335,7 @@ Action add_experiments(CLI::App* all) {
   return action_of(kept, cli::experiment_command);
 }
 
-/// Options of `run --realtime`, and whether --realtime was given.
+/// The options of `run --realtime`, and whether --realtime was given at all.
 struct RealtimeWish {
   bool wanted = false;
   cli::RealtimeOptions options;
@@ -610,7 +612,7 @@ Action add_completion(CLI::App* command) {
   };
 }
 
-/// Command of the program: its name, its line in --help, and the function that adds its options.
+/// A command of the program: its name, its line in --help, and the function that adds its options.
 struct CommandEntry {
   const char* name;
   const char* description;
@@ -619,7 +621,7 @@ struct CommandEntry {
   bool prints_figures = true;  ///< whether the command prints figures, and so has the option --wide
 };
 
-/// Commands in the order in which --help lists them.
+/// The commands of the program, in the order in which --help lists them.
 constexpr CommandEntry entries[] = {
     {"run", "Step a scene and report forces, step times and the state hash",
      "bristle run tools/scenes/block_on_floor.toml", add_run},
@@ -642,7 +644,7 @@ int run(const std::vector<std::string>& words) {
   CLI::App app("Friction by the brush model: contact patches of bristles that bend and snap.", "bristle");
   app.formatter(std::make_shared<cli::HelpText>());  // set before subcommands exist, because they inherit it
   bool version = false;
-  // Runs the action of --version as soon as it is read, so that a command is not required.
+  // Acts on --version as soon as it is read. Otherwise the parser would ask for a command.
   app.add_flag_callback(
       "--version",
       [&] {

@@ -1,4 +1,4 @@
-// Checks values of command-line options in ways that the library CLI11 lacks.
+// Checks values of command-line options in ways that the library CLI11 does not offer.
 #pragma once
 
 #include <algorithm>
