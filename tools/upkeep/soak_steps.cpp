@@ -61,7 +61,8 @@ constexpr Model models[] = {
     {"infinite-aged", aged, SnapRule::redraw, true},
 };
 
-/// Random numbers by SplitMix64 and plain arithmetic, so that they are the same on every machine.
+/// Random numbers by SplitMix64 in plain arithmetic, equal on every machine, so that a step can be replayed
+/// anywhere.
 struct Random {
   std::uint64_t state;
 
@@ -138,7 +139,7 @@ struct Part {
 
 volatile std::sig_atomic_t stopped = 0;
 
-/// Model, part and step in progress, which a crash handler prints.
+/// Model, part and step in progress. If the program crashes, the signal handler prints them.
 struct UnderWay {
   const char* model;
   std::uint64_t part, step;
@@ -226,7 +227,7 @@ void print_step(const Step& step, std::uint64_t ns) {
               step.dt, step.motion.displacement[0], step.motion.displacement[1], step.motion.normal_load);
 }
 
-/// Totals over all parts recorded in a model's file.
+/// Totals over all parts that a model's file has recorded.
 struct Total {
   std::uint64_t parts = 0, largest_ns = 0, largest_part = 0, largest_at = 0;
   double cpu_s = 0.0, wall_s = 0.0;
@@ -281,7 +282,7 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
   std::filesystem::create_directories(folder);
   const std::filesystem::path path = folder / (std::string(model.name) + ".jsonl");
   Total total;
-  // Length in bytes of the file's complete lines; a killed run may leave a partial line.
+  // Length, in bytes, of the file's complete lines. A killed run may leave a partial line behind them.
   std::uintmax_t whole = 0;
   if (std::ifstream file(path); file)
     for (std::string line; std::getline(file, line) && !file.eof(); whole += line.size() + 1)
@@ -309,7 +310,8 @@ int soak(const Model& model, std::uint64_t steps, const std::filesystem::path& f
 int replay(const Model& model, std::uint64_t number, std::uint64_t at) {
   Walk walk(model, number);
   Step step{};
-  // Repeats the whole block of steps as the run did, since the library's state depends on earlier steps.
+  // Repeats the whole block of steps up to the wanted one, because the library's state depends on earlier
+  // steps.
   const std::uint64_t before = at % steps_of_block;
   for (std::uint64_t k = 0; k < at - before; ++k) walk.step(step);
   std::vector<std::byte> state(walk.batch.state_size());

@@ -62,7 +62,8 @@ void Block::step() {
   if (held_) {
     const double before = hand_;
     hand_ += (wanted_ - hand_) * (step_s / (hand_lag_s + step_s));
-    // Computes the force of the spring at mid-step, from where its ends (hand and block) are then.
+    // Computes the force of the spring in the middle of the step, from where its ends (hand and block) are
+    // then.
     pull = settings_.spring_stiffness * (0.5 * (before + hand_) - position_ - 0.5 * step_s * velocity());
   }
   const bristle::BodyVector<1> external(pull);

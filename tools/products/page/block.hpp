@@ -1,4 +1,5 @@
-// Block on a rough floor that a hand pulls through a spring, along one line: the page's simulation.
+// A block on a rough floor that a hand pulls through a spring, along one line: the simulation of the
+// interactive page.
 #pragma once
 
 #include <bristle/bristle.hpp>
@@ -35,7 +36,7 @@ class Block {
   /// Changes the settings. Throws bristle::Error and keeps the old settings if the new ones make no valid
   /// material. Bristles keep their bends if only the material or the spring changes.
   void set(const BlockSettings& settings);
-  /// Puts the block at rest in the middle, with straight bristles, and deletes all samples.
+  /// Puts the block at rest in the middle, with straight bristles, and deletes all samples of its past.
   void reset();
 
   /// Starts a pull by the hand from where the block is. move_hand() then sets the hand's target relative to
@@ -58,7 +59,7 @@ class Block {
   std::uint64_t steps() const { return steps_; }
   /// Returns the ring buffer of past states; the newest is at index (steps() - 1) % remembered.
   const std::vector<Sample>& samples() const { return samples_; }
-  /// Writes the bends (m) of some bristles in contact to `bends`. Returns how many it wrote.
+  /// Writes the deflections (m) of some bristles in contact to `bends`, to be drawn. Returns their number.
   std::size_t read_bends(bristle::Span<double> bends) const;
 
  private:

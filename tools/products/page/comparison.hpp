@@ -6,7 +6,8 @@
 
 namespace page {
 
-/// Result of one friction model in one of the page's comparisons: its curve, and the number that decides.
+/// Result of one friction model in one of the page's comparisons: its curve, and the number that decides
+/// whether it shows the phenomenon.
 struct Compared {
   std::vector<double> points;  ///< points of the curve: x, y, x, y, ...
   double finding = 0.0;        ///< measured value that decides the comparison

@@ -1,4 +1,5 @@
-// Exports the page's simulated block to JavaScript as plain functions and arrays of numbers.
+// Exports the simulated block of the interactive page to JavaScript, as plain functions and arrays of
+// numbers.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -22,7 +23,8 @@ extern "C" {
 
 BRISTLE_PAGE(version) const char* version() { return bristle::library_version(); }
 
-/// Returns the state hashes of tests/data/golden_hash.csv, computed here, with a blank after each.
+/// Returns the state hashes of tests/data/golden_hash.csv as computed in this build, with a blank after each,
+/// so that a test can compare them.
 BRISTLE_PAGE(golden_hashes) const char* golden_hashes() {
   static std::string text;
   text.clear();
@@ -63,7 +65,7 @@ BRISTLE_PAGE(step) void step(int count) {
   for (int i = 0; i < count; ++i) block().step();
 }
 
-/// Returns numbers in the order of their names in web/library.mjs.
+/// Returns the numbers of the block's present state, in the order of their names in web/library.mjs.
 BRISTLE_PAGE(state) const double* state() {
   static std::array<double, 10> values;
   const page::Block& now = block();
@@ -88,7 +90,7 @@ BRISTLE_PAGE(samples_remembered) int samples_remembered() {
   return static_cast<int>(page::Block::remembered);
 }
 
-/// Returns the bends (m) of the first `count` bristles; 0 for bristles that the patch lacks.
+/// Returns the deflections (m) of the first `count` bristles; 0 for bristles that the patch does not have.
 BRISTLE_PAGE(bends) const double* bends(int count) {
   static double values[512];
   const auto wanted = static_cast<std::size_t>(std::clamp(count, 0, 512));

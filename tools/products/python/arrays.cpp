@@ -1,4 +1,5 @@
-// Binds numpy dtypes with the fields of Motion and Response; the array classes are in package/_arrays.py.
+// Binds numpy dtypes that have the fields of Motion and Response. The array classes made of them are in
+// package/_arrays.py.
 #include <cstddef>
 #include <limits>
 #include <type_traits>
@@ -33,7 +34,7 @@ class DtypeBuilder {
 
 }  // namespace
 
-// Makes the dtype once, at import, and never frees it, because the interpreter ends before static objects are
+// Makes the dtype once, at import, and never frees it. The interpreter ends before static objects are
 // destroyed.
 const py::dtype& motion_dtype() {
   static const py::dtype& dtype =

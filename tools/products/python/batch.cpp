@@ -16,8 +16,8 @@ using bristle::Response;
 
 namespace {
 
-/// Returns a numpy array's elements as objects of T, without a copy. Throws bristle::Error, which says how to
-/// make such an array, if dtype or layout differ.
+/// Returns the elements of a numpy array as objects of T, without a copy. If dtype or layout differ, throws
+/// bristle::Error, which says how to make such an array.
 template <class T>
 bristle::Span<T> elements(const py::array& array, const py::dtype& dtype, const char* name, bool written) {
   if (!array.dtype().equal(dtype))
@@ -33,7 +33,7 @@ bristle::Span<T> elements(const py::array& array, const py::dtype& dtype, const 
   return {static_cast<T*>(const_cast<void*>(array.data())), static_cast<std::size_t>(array.size())};
 }
 
-/// Motions and responses of one step, in the caller's arrays.
+/// Motions and responses of one step, which lie in the caller's arrays.
 struct Step {
   bristle::Span<const Motion> in;
   bristle::Span<Response> out;

@@ -7,7 +7,7 @@ namespace bristle_python {
 
 using Batch = Owned<bristle::PatchBatch>;
 
-/// Adds PatchGroup, and the methods of groups to PatchBatch.
+/// Adds the class PatchGroup, and to PatchBatch the methods for groups.
 void define_groups(py::module_& module, py::class_<Batch>& batch);
 
 }  // namespace bristle_python

@@ -120,7 +120,7 @@ double pressure_at(const py::function& pressure, double x, double y) {
                        py::cast<std::string>(py::repr(value)));
 }
 
-/// Returns a bed's material as a call that makes it, and the elasticity set afterwards, for copies and
+/// Returns a bed's material as a call that makes it, and the elasticity to be set afterwards, for copies and
 /// pickles.
 py::tuple reduced(const py::object& self) {
   py::dict elasticity;

@@ -1,4 +1,4 @@
-// Binds experiment(), which does what `bristle experiment NAME` does.
+// Binds experiment(), the Python form of the command `bristle experiment NAME`.
 #include <map>
 #include <optional>
 #include <string>

@@ -47,7 +47,7 @@ Numbers weights_of(const Outline& outline) {
 struct OwnBatch {
   bristle::PatchBatch own;
 };
-/// Extended patches made without a batch: they own the one that holds their cells.
+/// Extended patches that were made without a batch, and therefore own the batch of their cells.
 struct PatchesOfOwn : OwnBatch, ExtendedPatches {
   explicit PatchesOfOwn(const bristle::BatchOptions& options)
       : OwnBatch{bristle::PatchBatch(options)}, ExtendedPatches(own) {}

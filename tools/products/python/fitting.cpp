@@ -1,4 +1,4 @@
-// Binds fit(), which does what `bristle fit` does, for a file or arrays.
+// Binds fit(), the Python form of the command `bristle fit`, for a file or arrays.
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -27,7 +27,7 @@ using bristle::SnapLaw;
 using cli::FitEstimate;
 using cli::ForceSign;
 
-/// Measured record, options of its fit, and the result.
+/// A measured record, the options of its fit, and the fit's result.
 struct Fit {
   cli::FitOptions options;
   cli::FitData data;
@@ -81,7 +81,8 @@ cli::FitOptions make_options(const FitNames& names, const std::optional<double>&
   return options;
 }
 
-/// Sets the mass that the force sensor accelerates. Checks it, and the facts that the data lack.
+/// Sets the mass that the force sensor accelerates, whose inertial force is in the record. Checks it, and the
+/// facts that the data do not contain.
 void set_measurement(cli::FitOptions& options, double mass) {
   options.mass = mass;
   const cli::FitReading& reading = options.reading;
@@ -102,7 +103,8 @@ Words words_of(const std::map<std::string, std::variant<std::size_t, std::string
   return words;
 }
 
-/// Fits without holding the interpreter's lock, since a long record takes seconds.
+/// Fits without the interpreter's lock, because a long record takes seconds and other Python threads should
+/// run.
 Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
   cli::FitData data = cli::prepare_fit_data(std::move(columns), options.sign, options.load, options.mass);
   cli::FitResult result = cli::fit_material(data, options);

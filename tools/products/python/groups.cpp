@@ -1,4 +1,4 @@
-// Binds groups of a PatchBatch, over numpy arrays in place.
+// Binds groups of a PatchBatch. They read and write numpy arrays in place.
 #include "tools/products/python/batch.hpp"
 
 namespace bristle_python {
@@ -10,14 +10,15 @@ namespace {
 
 using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
 
-/// Gives a step the two rows of an array of two numbers for each contact.
+/// Splits an array of two rows, one per axis, with a number for each contact, into the rows that a step
+/// takes.
 template <class T>
 void put_rows(bristle::Span<T> (&rows)[2], bristle::Span<T> array, std::size_t count) {
   if (array.empty()) return;
   for (std::size_t axis = 0; axis < 2; ++axis) rows[axis] = {array.data() + axis * count, count};
 }
 
-/// Moves the contacts of a group, or tries to. Returns the array `end`.
+/// Moves the contacts of a group, or computes the answers to a trial motion. Returns the array `end`.
 template <bool is_trial>
 py::array step(Batch& self, double dt, const PatchGroup& group, const Numbers& displacement,
                const Numbers& normal_load, const std::optional<Numbers>& velocity,

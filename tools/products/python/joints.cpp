@@ -1,4 +1,4 @@
-// Binds JointMaterial and JointFriction, over numpy arrays in place.
+// Binds JointMaterial and JointFriction. They read and write numpy arrays in place.
 #include <array>
 #include <string>
 #include <utility>

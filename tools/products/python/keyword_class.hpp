@@ -19,11 +19,11 @@
 
 namespace bristle_python {
 
-/// Python names and values of a C++ enumeration.
+/// Python names of the values of a C++ enumeration.
 template <class E>
 using Names = std::vector<std::pair<const char*, E>>;
 
-/// Returns names that stand in the order of the values, with the values.
+/// Pairs names with values, for names that are listed in the order of the values.
 template <class E>
 Names<E> in_order(const char* const* names, unsigned count) {
   Names<E> all;
@@ -53,7 +53,7 @@ E value_of(const Names<E>& names, const std::string& parameter, const std::strin
 }
 
 /// Returns a value as Python code. A number within four rounding errors of one with at most twelve digits is
-/// written as that: 2e-06, not 2.0000000000000003e-06.
+/// written as the short one: 2e-06, not 2.0000000000000003e-06.
 inline std::string code_of(const py::object& value) {
   py::object shown = value;
   if (py::isinstance<py::float_>(value)) {
@@ -73,7 +73,7 @@ class KeywordClass {
   KeywordClass(py::module_& module, const char* name, const char* doc)
       : type(module, name, doc), name_(name) {}
 
-  /// Adds a field that `get` reads and `set` writes.
+  /// Adds a field whose value is read by `get` and written by `set`.
   template <class Get, class Set>
   KeywordClass& property(const char* name, Get get, Set set, const char* doc) {
     type.def_property(name, get, set, doc);
@@ -82,7 +82,7 @@ class KeywordClass {
   }
   template <class Member>
   KeywordClass& field(const char* name, Member T::*member, const char* doc) {
-    // Returns the field by value, because a reference would change later, together with the field.
+    // Returns the field by value. A reference would change later, together with the field.
     return property(
         name, [=](const T& self) { return self.*member; },
         [=](T& self, const Member& value) { self.*member = value; }, doc);
@@ -158,14 +158,15 @@ class KeywordClass {
       const std::string signature = "__init__(self: bristle." + name_ + ", *, " + keywords() + ") -> None";
       type.def(py::init([make](const py::kwargs& given) { return make(given); }), signature.c_str());
     }
-    // Copies and pickles an object as a call with its fields by name, so that a later version may have more.
+    // Copies and pickles an object as a call with its fields by name, so that a later version may have more
+    // fields.
     type.def("__reduce__", [fields = fields_](const py::object& self) {
       py::dict given;
       for (const std::string& field : fields) given[py::str(field)] = self.attr(field.c_str());
       const py::object partial = py::module_::import("functools").attr("partial");
       return py::make_tuple(partial(py::type::of(self), **given), py::tuple());
     });
-    // Shows, as Python code, the object's fields that differ from their defaults.
+    // Prints an object as Python code with those of its fields that differ from their defaults.
     type.def("__repr__", [name = name_, fields = fields_](const py::object& self) {
       const py::object usual = py::cast(T{});
       std::string text;

@@ -33,7 +33,7 @@ std::string text_of(const SnapLength& law) {
   return text + ")";
 }
 
-/// Returns a call of the static method that makes an equal law, for copies and pickles.
+/// Returns a call of the static method that makes an equal law, by which laws are copied and pickled.
 py::tuple reduced(const SnapLength& law) {
   const py::object call = py::module_::import("operator").attr("methodcaller");
   const char* const name = to_string(law.law());
@@ -114,7 +114,7 @@ std::string define_coefficients(py::module_& module) {
 }
 
 void define_from_coefficients(py::class_<Material>& type, const std::string& keywords) {
-  // Names the keywords, which pybind11's own signature would show as **kwargs.
+  // Writes the keywords into the signature, which pybind11 itself would show as **kwargs.
   py::options options;
   options.disable_function_signatures();
   const std::string doc = "from_coefficients(coefficients: Optional[bristle.Coefficients] = None, *, " +

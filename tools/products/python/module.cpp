@@ -1,4 +1,4 @@
-// Defines the extension module, which `import bristle` loads.
+// Defines the extension module that `import bristle` loads.
 #include <cstring>
 
 #include "tools/products/python/module.hpp"
@@ -6,11 +6,11 @@
 namespace bristle_python {
 namespace {
 
-/// C function of pybind11 through which every function of the module is called.
+/// pybind11's C function through which every function of the module is called; this file calls it and
+/// improves its errors.
 PyCFunctionWithKeywords dispatch = nullptr;
 
-/// Replaces pybind11's error, a list of all signatures, by one line that names the argument that does not
-/// fit.
+/// Replaces pybind11's error, a list of all signatures, by one line that names the argument at fault.
 void explain(py::handle function, py::handle arguments, py::handle keywords) {
   py::error_already_set error;
   const std::string text = py::cast<std::string>(py::str(error.value()));
@@ -27,7 +27,7 @@ void explain(py::handle function, py::handle arguments, py::handle keywords) {
   }
 }
 
-/// Whether this is a call of __init__ of an object that is made already, which pybind11 ignores.
+/// Whether the call is __init__ of an object that has been made already. pybind11 would ignore such a call.
 bool is_made_twice(PyObject* function, PyObject* arguments) {
   const auto* const record =
       static_cast<py::detail::function_record*>(PyCapsule_GetPointer(function, PyCapsule_GetName(function)));
@@ -49,13 +49,13 @@ PyObject* call(PyObject* function, PyObject* arguments, PyObject* keywords) {
   return result;
 }
 
-/// Makes a function of pybind11 explain its errors. Removes the line "name(*args, **kwargs)" that pybind11
-/// writes above the signatures of overloads.
+/// Makes a function of pybind11 explain its errors. Also removes the line "name(*args, **kwargs)" that
+/// pybind11 writes above the signatures of overloads.
 void finish_function(py::handle member) {
   const py::handle function = py::detail::get_function(member);
   if (!function || !PyCFunction_Check(function.ptr())) return;
   PyMethodDef& method = *reinterpret_cast<PyCFunctionObject*>(function.ptr())->m_ml;
-  // Skips __new__, whose self is a class: only functions and methods explain their errors.
+  // Skips __new__, whose self is a class, because only functions and methods explain their errors.
   if (method.ml_flags != (METH_VARARGS | METH_KEYWORDS) || PyType_Check(PyCFunction_GET_SELF(function.ptr())))
     return;
   const auto ours = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&call));
@@ -81,7 +81,7 @@ void guard_base() {
   };
 }
 
-/// Lets a class without copies and pickles of its own raise TypeError.
+/// Makes a class that defines no copying or pickling raise TypeError on an attempt.
 void refuse_copies(py::handle type) {
   if (type.attr("__dict__").contains("__reduce__")) return;
   type.attr("__reduce__") = py::cpp_function(
@@ -91,7 +91,7 @@ void refuse_copies(py::handle type) {
       py::name("__reduce__"), py::is_method(type), "Raises TypeError.");
 }
 
-/// Lets a class without a constructor say where its objects come from.
+/// Makes a class without a constructor say in its error where its objects come from.
 void explain_construction(py::handle type) {
   initproc& init = reinterpret_cast<PyTypeObject*>(type.ptr())->tp_init;
   if (init != &py::detail::pybind11_object_init) return;
@@ -124,7 +124,7 @@ void finish_functions(py::handle owner) {
 }  // namespace bristle_python
 
 // Defines the extension module. Its classes say that they belong to the package `bristle`
-// (package/__init__.py), since pickles and messages name that.
+// (package/__init__.py), because pickles and messages name the package.
 PYBIND11_MODULE(_bristle, module) {
   using namespace bristle_python;
   const py::object own_name = module.attr("__name__");

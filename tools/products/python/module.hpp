@@ -21,7 +21,7 @@ namespace bristle_python {
 
 namespace py = pybind11;
 
-/// Whether Python's `T.__new__(T)` can make an object of T without a C++ object in it, which calls must
+/// Whether Python's `T.__new__(T)` can make an object of T that has no C++ object in it, which calls must
 /// refuse. Set it before the py::class_ of T.
 template <class T>
 inline constexpr bool is_module_class = false;
@@ -58,14 +58,14 @@ const py::dtype& response_dtype();
 /// Return numpy record arrays of `size` elements, whose columns can be read by name or attribute.
 py::array new_motions(py::ssize_t size);
 py::array new_responses(py::ssize_t size);
-/// Objects of classes that are written in Python, so that signatures can name these classes.
+/// Objects of classes that are written in Python, as C++ types, so that signatures can name these classes.
 struct ResponseArray : py::object {
   explicit ResponseArray(py::object array) : py::object(std::move(array)) {}
 };
 struct StatusFlags : py::object {
   explicit StatusFlags(py::object flags) : py::object(std::move(flags)) {}
 };
-/// Sets outputs that the patch does not compute to NaN, as in a new array.
+/// Sets outputs that the patch does not compute to NaN, which they have in a new array.
 void forget_what_was_not_asked_for(bristle::Response& response, bristle::Outputs outputs) noexcept;
 
 /// Calls `take_lock`, which waits for the interpreter's lock. When the interpreter ends, Python up to 3.13
@@ -94,7 +94,7 @@ class WithoutLock {
   WithoutLock(const WithoutLock&) = delete;
   WithoutLock& operator=(const WithoutLock&) = delete;
 
-  /// Calls `use` with the lock. For the thread that released it.
+  /// Calls `use` while holding the interpreter's lock, on a thread that has released it.
   template <class Use>
   void with_lock(const Use& use) {
     struct Release {
@@ -110,8 +110,8 @@ class WithoutLock {
   PyThreadState* thread_;
 };
 
-/// Throws bristle::Error if an array that a step writes shares memory with another array of the step. Both
-/// are without gaps.
+/// Throws bristle::Error if an array that a step writes shares memory with another array of the step, because
+/// the step would read what it has overwritten. Neither array may have gaps.
 void refuse_overlap(const char* written, const py::array& array, const char* other,
                     const py::array& other_array);
 
@@ -139,8 +139,8 @@ void define_beds(py::module_& module);
 void define_extended(py::module_& module);
 void define_joints(py::module_& module);
 void define_monitor(py::module_& module);
-/// Adds scenes, fitting and experiments to the module if the build has their libraries; else names that raise
-/// an error with the reason.
+/// Adds scenes, fitting and experiments to the module, if the build has their libraries; otherwise their
+/// names, which raise an error with the reason.
 void define_tools(py::module_& module);
 
 }  // namespace bristle_python
@@ -157,7 +157,7 @@ struct handle_type_name<bristle_python::StatusFlags> {
   static constexpr auto name = const_name("bristle.Status");
 };
 
-/// Refuses a Python object made by __new__ without its C++ object, whose memory is uninitialized.
+/// Refuses a Python object that __new__ made without its C++ object, since its memory is uninitialized.
 template <class T>
 class type_caster<T, std::enable_if_t<bristle_python::is_module_class<T>>> : public type_caster_base<T> {
  public:

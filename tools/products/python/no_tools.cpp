@@ -1,10 +1,11 @@
-// Replaces scenes, fitting and experiments in builds without their libraries.
+// Stands in for scenes, fitting and experiments in builds without their libraries.
 #include "tools/products/python/module.hpp"
 
 namespace bristle_python {
 
 void define_tools(py::module_& module) {
-  // Raises the error for missing names in __getattr__, which Python calls for names that the module lacks.
+  // Raises the error for missing names in the module's __getattr__, which Python calls for names that the
+  // module does not have.
   module.def("__getattr__", [](const std::string& name) -> py::object {
     for (const char* absent : {"Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit",
                                "experiment", "sweep", "SweepTable"}) {

@@ -1,4 +1,4 @@
-// Shares code of PatchBatch, BedBatch, ExtendedPatches and JointFriction in Python: use by one thread at a
+// Code that PatchBatch, BedBatch, ExtendedPatches and JointFriction share in Python: use by one thread at a
 // time, columns of responses and of the caller, the state as bytes.
 #pragma once
 
@@ -41,7 +41,7 @@ class Owned {
 template <class Batch>
 inline constexpr bool is_module_class<Owned<Batch>> = true;
 
-/// Makes arrays by column name from responses, with a row per response.
+/// Makes arrays, by name of the column, from responses. Each array has an entry per response.
 template <class Response>
 class Columns {
  public:
@@ -81,7 +81,7 @@ class Columns {
 
 using Room = std::optional<py::array>;  // array of the caller that a step writes
 
-/// Arrays of one step by name, of which those that it writes may share no memory with another.
+/// All arrays of one step, by name. An array that the step writes may share no memory with another.
 using Arrays = std::vector<std::pair<const char*, const py::array*>>;
 
 /// Returns the memory of the caller's array of float64, uint64 or uint32 (Status), to be written in place; an
@@ -103,7 +103,7 @@ bristle::Span<T> room_of(Arrays& arrays, const Room& array, std::size_t size, co
   return {static_cast<T*>(const_cast<void*>(array->data())), size};
 }
 
-/// Returns the numbers of an array that a step reads; an empty span for null.
+/// Returns the numbers of an array that a step reads. For null it is an empty span.
 inline bristle::Span<const double> numbers_in(Arrays& arrays, const Numbers* array, std::size_t size,
                                               const char* name) {
   if (array == nullptr) return {};
@@ -115,8 +115,8 @@ inline bristle::Span<const double> numbers_in(Arrays& arrays, const Numbers* arr
 
 inline const Numbers* pointer(const std::optional<Numbers>& array) { return array ? &*array : nullptr; }
 
-/// Steps `count` members by step(), without the interpreter's lock if there are many: with fewer, acquiring
-/// the lock again takes longer than the step.
+/// Steps `count` members by step(). Releases the interpreter's lock only if there are many members: with few,
+/// taking the lock again takes longer than the step.
 template <class Step>
 bristle::StepReport step_columns(std::size_t count, const Step& step) {
   if (count < 64) return step();

@@ -1,4 +1,4 @@
-// Binds Scene and run_scene(), which does what `bristle run` does without pacing.
+// Binds Scene and run_scene(), the Python form of the command `bristle run`, without its pacing.
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -58,7 +58,8 @@ std::vector<Recorded> make_arrays(std::size_t patches, std::uint64_t steps) {
   return arrays;
 }
 
-/// Runs a scene without holding the interpreter's lock. Step number `step` writes the row `step` of `arrays`.
+/// Runs a scene without the interpreter's lock, so that other Python threads run. Step number `step` writes
+/// the row `step` of `arrays`.
 cli::RunResult run_recorded(const SceneRun& run, std::vector<Recorded>& arrays,
                             std::vector<std::string>& names) {
   std::size_t step = 0;

@@ -1,4 +1,5 @@
-// Binds what bristle.sweep (package/_sweep.py) needs: a study, and rows with their table.
+// Binds what bristle.sweep (package/_sweep.py) needs of a parameter study: the study, its rows and their
+// table.
 #include <filesystem>
 #include <memory>
 #include <optional>

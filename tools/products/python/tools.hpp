@@ -8,12 +8,12 @@
 
 namespace bristle_python {
 
-/// Check for Ctrl-C, which ends long work that runs without the interpreter's lock.
+/// Check for Ctrl-C, so that it can end long work that runs without the interpreter's lock.
 class InterruptCheck {
  public:
   explicit InterruptCheck(WithoutLock& unlocked) : unlocked_(unlocked) {}
-  /// Throws Python's KeyboardInterrupt if Ctrl-C was pressed. Cheap, since it takes the interpreter's lock
-  /// only ten times a second. Does nothing on other threads than the one that made the check.
+  /// Throws Python's KeyboardInterrupt if Ctrl-C was pressed. Cheap, because it takes the interpreter's lock
+  /// only ten times a second. Does nothing on threads other than the one that made the check.
   void operator()();
 
  private:

@@ -8,10 +8,12 @@ namespace room {
 namespace {
 
 constexpr float flash_lasts_s = 0.22f;
-// Deflection over snap length above which a bristle that snapped gets no flash in the magnifying glass.
+// Deflection over snap length above which a bristle that snapped gets no flash in the magnifying glass,
+// because it has bent again since.
 constexpr float bent_after_flash = 0.25f;
 
-// Places the root of hair number i at multiples of the golden angle, which covers the disc evenly.
+// Gives the hair number i its place in the disc of the magnifying glass. Multiples of the golden angle cover
+// the disc evenly.
 void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
   const float radius =
       0.86f * BristleGlass::reach * std::sqrt((static_cast<float>(i) + 0.5f) / static_cast<float>(count));
@@ -32,8 +34,8 @@ float median(std::vector<float>& values) {
 
 }  // namespace
 
-// Finds bristles that snapped between two pictures: those that did not move with the block, whose motion is
-// the median of all.
+// Finds the bristles that snapped between two pictures: they did not move with the block, whose motion is the
+// median of all.
 void BristleGlass::find_snaps(const BristleView& now) {
   snaps_ = 0;
   const std::size_t count = hairs_.size();
@@ -52,8 +54,8 @@ void BristleGlass::find_snaps(const BristleView& now) {
     const bool redrawn =
         std::abs(now.snap_length[i] - before_.snap_length[i]) > grows_ * before_.snap_length[i];
     if (!redrawn && x * x + y * y < 0.04f * now.snap_length[i] * now.snap_length[i]) continue;
-    // Lights up a bristle that snapped, unless it has bent again since: in fast sliding all bristles snap
-    // between two pictures.
+    // Lights up a bristle that snapped, unless it has bent again since. In fast sliding all bristles snap
+    // between two pictures, and all would flash.
     if (bent(now, i) < bent_after_flash) hairs_[i].flash = 1.0f;
     hairs_[i].age = 0.0f;
     ++snaps_;
@@ -80,7 +82,8 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   if (cohorts_) {
     update_cohorts(room, passed);
   } else {
-    // Fades flashes by the simulated time if none passes for the user: a pause that shows another moment.
+    // Fades flashes by the simulated time if no time passes for the user: the room pauses and shows another
+    // moment.
     update_hairs(room, elapsed > 0.0f ? elapsed : passed, passed);
   }
   for (Hair& hair : hairs_) hair.age_colour = age_colour(hair.age);
@@ -89,9 +92,9 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
 }
 
-// Shows the cohorts of an infinite brush (bristles last straight at one place, which bend alike) as groups of
-// hairs in proportion to their shares of the bristles. A cohort that moved with the block since the last
-// picture is the same one; any other is new.
+// Shows the cohorts of an infinite brush as groups of hairs, in proportion to their shares of the bristles.
+// (The bristles of a cohort were last straight at one place and bend alike.) A cohort that moved with the
+// block since the last picture is taken for the same; any other is new.
 void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
   const BristleView& now = room.bristles;
   const std::size_t count = std::min(now.count, bristles_shown);
@@ -114,7 +117,7 @@ void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
     }
   }
   seen_ = found;
-  // Lays cohorts side by side in the order of their bending; each is as wide as its share of the bristles.
+  // Draws cohorts side by side in the order of their bending, each as wide as its share of the bristles.
   std::sort(found.begin(), found.end(), [](const Cohort& a, const Cohort& b) { return a.zx < b.zx; });
   hairs_.resize(found.size());
   float from = -0.86f * reach;
@@ -154,7 +157,8 @@ void BristleGlass::update_hairs(const Snapshot& room, float elapsed, float simul
   const float mean = static_cast<float>(std::max(room.presliding_length, 1e-12));
   for (std::size_t i = 0; i < count; ++i) {
     const float z = std::hypot(now.zx[i], now.zy[i]);
-    // Limits the drawn lean: a hair bent beyond two mean snap lengths would lie on the floor.
+    // Limits the lean with which a hair is drawn. Bent beyond two mean snap lengths it would lie on the
+    // floor.
     const float scale = lean_per_length / mean * std::min(1.0f, 2.2f * mean / std::max(z, 1e-12f));
     hairs_[i].lean[0] = scale * now.zx[i];
     hairs_[i].lean[1] = scale * now.zy[i];

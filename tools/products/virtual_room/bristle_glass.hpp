@@ -14,7 +14,7 @@ namespace room {
 /// lengths, along the patch's axes.
 struct Hair {
   float root[2] = {0, 0}, lean[2] = {0, 0};
-  /// Deflection over snap length of a bristle; for a cohort, over the mean length.
+  /// Deflection of a bristle over its snap length; for a cohort, over the mean snap length.
   float bent = 0;
   float flash = 0;               ///< brightness of a flash: 1 at a snap, then fading to 0
   float half[2] = {thin, thin};  ///< half thickness of hair or sheet along x and y
@@ -23,28 +23,30 @@ struct Hair {
   static constexpr float thin = 0.030f;
 };
 
-/// Magnifying glass: follows bristles from picture to picture and finds those that snapped.
+/// Magnifying glass that shows bristles: follows them from picture to picture and finds those that snapped.
 class BristleGlass {
  public:
   static constexpr float reach = 2.3f;  ///< radius of the shown floor, in hair lengths
 
-  /// Lean of a drawn hair, in hair lengths, at a deflection of one mean snap length.
+  /// Lean with which a hair is drawn, in hair lengths, at a deflection of one mean snap length.
   static constexpr float lean_per_length = 0.8f;
 
-  /// Updates the hairs. `elapsed` is the real time (s) since the last call; 0 while the room pauses.
+  /// Updates the hairs for a new picture. `elapsed` is the real time (s) since the last call; 0 while the
+  /// room pauses.
   void update(const Snapshot& room, float elapsed);
 
   const std::vector<Hair>& hairs() const { return hairs_; }
   bool shows_cohorts() const { return cohorts_; }
   bool by_age = false;  ///< whether hairs have colours by age, not by bending
 
-  /// Returns the place of an age (s) on the colour scale: from 0 for 10 ms to 1 for 100 s.
+  /// Returns where on the colour scale an age (s) is: from 0 for 10 ms to 1 for 100 s.
   static float age_colour(float age_s);
   /// Returns how many of the shown bristles were seen to snap in the last update.
   std::size_t snaps() const { return snaps_; }
 
  private:
-  /// Cohort as it was in the last picture: share of the bristles, deflection (m), age (s).
+  /// Cohort of the infinite brush as it was in the last picture: share of the bristles, deflection (m), age
+  /// (s).
   struct Cohort {
     float mass = 0, zx = 0, zy = 0, age = 0;
   };

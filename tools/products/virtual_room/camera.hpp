@@ -1,4 +1,4 @@
-// Camera as an eye that orbits a point; z points up.
+// The camera of the room: an eye that orbits a point. The axis z points up.
 #pragma once
 
 #include <Eigen/Dense>
@@ -31,7 +31,7 @@ struct Camera {
   /// Moves the camera's target so that the picture shifts by these fractions of its height.
   void pan(float right, float up);
 
-  /// Returns the ray from the eye through a pixel of the area that the camera fills.
+  /// Returns the ray from the eye through a pixel of the area in which the camera's picture is shown.
   Ray ray(const Area& area, float px, float py) const;
   /// Finds the pixel at which a point is seen. Returns false if it is behind the eye or far outside.
   bool find_pixel(const Area& area, const Eigen::Vector3f& point, float& px, float& py) const;

@@ -3,7 +3,8 @@
 namespace room {
 namespace {
 
-// Gap (m) below which block and surface, or tool and anything, count as close and are listed as a touch.
+// Gap (m) below which two bodies count as close and are listed as a touch: for block and surface, and for the
+// tool and anything.
 constexpr double block_margin = 1e-3, tool_margin = 1e-4;
 
 struct Plane {
@@ -47,7 +48,7 @@ void tool_on_block(const RoomMeasures& m, const Pose& block, const Vector3& tool
   const Vector3 half(0.5 * m.block[0], 0.5 * m.block[1], 0.5 * m.block[2]);
   const Vector3 centre = block.orientation.conjugate() * (tool - block.position);
   Vector3 closest = centre.cwiseMax(-half).cwiseMin(half);
-  // Vector in the block's axes from the block's nearest point to the tool's centre, m.
+  // Vector from the block's nearest point to the tool's centre, in the block's axes, m.
   Vector3 out = centre - closest;
   double distance = out.norm();
   if (distance > 0.0) {

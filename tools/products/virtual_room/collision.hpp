@@ -1,6 +1,5 @@
 // Finds the contacts between the block, the tool and the room's five surfaces.
-//
-// A bristle must bend at a fixed place, so contacts are persistent features: the block's eight corners
+// A bristle bends at a fixed place, so contacts must be features that persist: the block's eight corners
 // against a flat surface, the closest point against the tool. A box and a flat surface cannot touch at other
 // points.
 #pragma once
@@ -29,7 +28,7 @@ struct Touch {
   Surface surface = Surface::floor;  ///< surface of the room; unused for block_tool
   int corner = 0;                    ///< index of the block's corner, for block_surface
 
-  /// Place of the touch, m: on the block, or on the tool if that touches a surface.
+  /// Position of the touch, m: on the block, or on the tool if the tool touches a surface.
   Vector3 point = Vector3::Zero();
   Vector3 normal = Vector3::UnitZ();  ///< unit vector from the other body into the block (or tool)
   double gap = 0.0;                   ///< distance of the bodies, m; negative: depth of overlap
@@ -55,7 +54,7 @@ struct Pose {
   Rotation orientation = Rotation::Identity();  ///< rotation from the block's axes to the room's
 };
 
-/// Finds all touches with a gap below 1 mm; for the tool, below 0.1 mm.
+/// Finds all pairs of places with a gap below 1 mm, or below 0.1 mm if the tool is one of the two.
 void find_touches(const RoomMeasures& measures, const Pose& block, const Vector3& tool,
                   Touches& touches) noexcept;
 

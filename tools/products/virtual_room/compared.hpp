@@ -1,4 +1,5 @@
-// Scenes that compare blocks: which blocks there are, what moves them, which figure is shown for each.
+// The scenes that compare blocks: which blocks there are, what moves them, and which figure is shown for
+// each.
 #pragma once
 
 #include <algorithm>
@@ -121,11 +122,11 @@ inline double carriage_place(const Settings& s, double t) {
 
 // --------------------------------------------------------- figures that are shown for each compared block
 
-/// Meter of the highest friction of a block that a carriage moves: the strength of its contact.
+/// Measures the highest friction of a block that a carriage moves, which is the strength of its contact.
 class Strength {
  public:
   void begin() noexcept { *this = {}; }
-  /// Adds the friction (N, along x) of a tick. Call it every tick.
+  /// Takes the friction (N, along x) of a tick into account. Call it every tick.
   void take(Comparison scene, double t, double friction) noexcept {
     const double size = std::fabs(friction);
     if (scene == Comparison::rubbing) {
@@ -147,11 +148,11 @@ class Strength {
       newton_ = highest_ = std::fmax(highest_, size);
     }
   }
-  /// Returns the strength (N): in the rubbing scene, the highest friction of the last whole cycle; in the
-  /// scene of rests, that of the slide after the last rest. 0: none yet.
+  /// Returns the strength (N). In the rubbing scene it is the highest friction of the last whole cycle; in
+  /// the scene of rests, that of the slide after the last rest. 0: none yet.
   double newton() const noexcept { return newton_; }
-  /// Returns the figure shown beside newton(): in the rubbing scene, newton() over its value in the first
-  /// cycle; in the scene of rests, the duration of the rest, s.
+  /// Returns the second figure, shown beside newton(). In the rubbing scene it is newton() over its value in
+  /// the first cycle; in the scene of rests, the duration of the rest, s.
   double beside(Comparison scene) const noexcept {
     if (scene == Comparison::rubbing) return first_ > 0.0 ? newton_ / first_ : 0.0;
     return part_;

@@ -1,5 +1,5 @@
-// Interface of the device that the hand holds (position in, force out): of the mouse, of recordings, or of a
-// driver for a six-axis arm.
+// The interface of a device that the hand holds (position in, force out): the mouse, a recording, or a driver
+// for a six-axis arm.
 #pragma once
 
 namespace room {
@@ -30,7 +30,7 @@ class Device {
   /// Sends a force to the hand, N. The force is zero while the room pauses, and in the last call before the
   /// room ends or changes the device.
   virtual void write(const double (&force)[3]) noexcept = 0;
-  /// Tells the device that the simulated time restarts at 0.
+  /// Tells the device that the simulated time starts again at 0.
   virtual void restart() noexcept {}
 };
 

@@ -1,8 +1,7 @@
-// Exchange between the haptic and the graphic loop: no lock, no waiting, no allocation on either side.
-//
+// Exchange between the haptic and the graphic loop, without lock, waiting or allocation on either side.
 // A value of which only the newest counts (room, settings, hand) goes through a triple buffer: the writer
 // never waits, the reader sees the newest whole value. Items that must all arrive (acts, which are a user's
-// requests; points of plots) go through a ring, which drops and counts new items while it is full.
+// requests; points of plots) go through a ring; while it is full, new items are dropped and counted.
 #pragma once
 
 #include <array>
@@ -21,7 +20,7 @@ inline constexpr std::size_t cache_line = 64;
 template <class T>
 class TripleBuffer {
  public:
-  /// Slot to fill before publish(). Set every member, because the slot holds an old value.
+  /// Returns the slot to fill before publish(). Set every member, because the slot has an old value in it.
   T& draft() noexcept { return slots_[writing_].value; }
   void publish() noexcept {
     const unsigned before = middle_.exchange(writing_ | fresh, std::memory_order_acq_rel);
@@ -56,13 +55,14 @@ class TripleBuffer {
   alignas(cache_line) unsigned reading_ = 2;
 };
 
-/// Queue from one writing thread to one reading thread, with room for `capacity` (a power of two) values.
+/// Queue from one writing thread to one reading thread. It has room for `capacity` values, a power of two.
 template <class T, std::size_t capacity>
 class SpscRing {
   static_assert(capacity > 0 && (capacity & (capacity - 1)) == 0);
 
  public:
-  /// Appends a value; for the writing thread. If the ring is full, counts a loss and returns false.
+  /// Appends a value; for the writing thread. If the ring is full, drops the value, counts the loss and
+  /// returns false.
   bool push(const T& value) noexcept {
     const std::size_t at = written_.load(std::memory_order_relaxed);
     if (at - read_.load(std::memory_order_acquire) == capacity) {

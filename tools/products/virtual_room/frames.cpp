@@ -1,4 +1,4 @@
-// Writes the pictures of a run without a window as PNG files, one per picture.
+// Writes the pictures of a run without a window as PNG files.
 #include <fmt/format.h>
 
 #include <filesystem>

@@ -32,12 +32,11 @@ rivals::Pair displacement_of(double dt_s, const TangentRows& rows, const Vector9
   return {d[0], d[1]};
 }
 
-// Returns the derivative of a rival model's force by displacement, by one-sided differences: rival models are
-// smooth except at corners, where either side serves.
+// Returns the derivative of a rival model's force by displacement. One-sided differences are enough: rival
+// models are smooth except at corners, where either side serves.
 Eigen::Matrix2d stiffness_of(const rivals::Rival& rival, rivals::Pair d, rivals::Pair force, double dt_s,
                              double load) {
-  // Displacement, m, over which the difference is taken: far below any presliding length and far above
-  // rounding.
+  // Displacement, m, for the one-sided difference: far below any presliding length and far above rounding.
   constexpr double h = 1e-10;
   const rivals::Pair fx = rivals::find_force(rival, {d.x + h, d.y}, dt_s, load).end - force;
   const rivals::Pair fy = rivals::find_force(rival, {d.x, d.y + h}, dt_s, load).end - force;
@@ -108,8 +107,8 @@ std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t firs
   return count;
 }
 
-// Moves the cells of the tool's pad along straight lines, by one displacement and one spin for all.
-// Deflections follow the poses of block and tool, so that a pad that returns has not crept.
+// Moves the cells of the tool's pad along straight lines, with one displacement and one spin for all.
+// Deflections then follow from the poses of block and tool, so that a pad that returns has not crept.
 void Friction::move_pad(double dt_s, const Velocity& mean,
                         bristle::Span<const PatchContact> contacts) noexcept {
   if (cells_ == 0) return;

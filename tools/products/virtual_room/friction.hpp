@@ -24,12 +24,12 @@ using Body = bristle::MovingBody<velocities>;
 using Velocity = bristle::BodyVector<velocities>;
 using TangentRows = Eigen::Matrix<double, 2, velocities, Eigen::DontAlign>;
 
-/// Contact of the block that has a patch: with a surface of the room or with the tool. Its load is an input,
+/// Contact of the block, with a surface of the room or with the tool, that has a patch. Its load is an input,
 /// its friction an output.
 struct PatchContact {
   std::size_t patch = 0;  ///< index of the patch, below patch_count
   TangentRows rows = TangentRows::Zero();
-  /// Row whose product with the velocities is the spin of the block against the tool's pad, rad/s. Zero for
+  /// Row vector that gives the spin of the block against the tool's pad, rad/s, from the velocities. Zero for
   /// point contacts.
   Velocity spin = Velocity::Zero();
   double load = 0.0;         ///< normal load, N; 0 resets the bristles
@@ -37,7 +37,7 @@ struct PatchContact {
   bristle::Status status = bristle::Status::ok;
   double limit = 0.0;  ///< highest elastic friction at this load, N
 
-  /// Torque of the tool's pad on the block about the normal, and its highest value, N m.
+  /// Torque that the tool's pad exerts on the block about the normal, and its highest value, N m.
   double torque = 0.0, torque_limit = 0.0;
 };
 
@@ -45,28 +45,29 @@ class Friction {
  public:
   explicit Friction(bristle::PatchBatch& batch) : batch_(batch) {}
 
-  /// Takes new parameters, on the haptic thread. After a change of the friction model no bristle is bent.
+  /// Takes new parameters, on the haptic thread. After a change of the friction model all bristles are
+  /// straight.
   void take(const Parameters& parameters) noexcept;
 
-  /// Returns the velocities, averaged over a step, under friction and the force `external`; stable for any
-  /// stiffness. Keeps the displacements for step(). Takes at most patch_count contacts, each with a patch of
+  /// Returns the velocities, averaged over a step, under friction and the force `external`. Stable for any
+  /// stiffness. Stores the displacements for step(). Takes at most patch_count contacts, each with a patch of
   /// its own.
   Velocity find_motion(double dt_s, const Body& body, const Velocity& external,
                        bristle::Span<const PatchContact> contacts) noexcept;
-  /// Moves the patches by the displacements that find_motion() kept, and gives `body` the velocity that the
-  /// forces cause.
+  /// Moves the patches by the displacements that find_motion() stored, and gives `body` the velocity that
+  /// results from the forces.
   void step(double dt_s, Body& body, const Velocity& external, bristle::Span<PatchContact> contacts) noexcept;
 
   /// Returns the patch of contact number i; for the tool's pad, the patch of its first cell.
   bristle::PatchId patch(std::size_t i) const noexcept {
     return is_pad(i) ? pad_->cell_patches(pad_id_)[0] : ids_[i];
   }
-  /// Returns the number of representatives in contact, which may have a fraction; 0 if the friction model is
-  /// no brush.
+  /// Returns the number of representatives in contact (it may have a fraction); 0 if the friction model is no
+  /// brush.
   double active_bristles(std::size_t i) const noexcept;
   /// Returns how many bristles on the floor snapped in the last step; 0 if the friction model is no brush.
   std::uint64_t snaps() const noexcept { return model_ == FrictionModel::brush ? snaps_ : 0; }
-  /// Hash of the patches' states, or of the states of a rival friction model.
+  /// Returns a hash of the patches' states or, with a rival friction model, of its states.
   std::uint64_t state_hash() const noexcept;
 
  private:
@@ -85,7 +86,7 @@ class Friction {
   FrictionModel model_ = FrictionModel::brush;
   PatchIds ids_{};
   std::array<rivals::Rival, patch_count> rivals_{};
-  // Largest number of the solver's contacts: points, and cells of the tool's pad.
+  // Largest number of contacts in the solver: points, and cells of the tool's pad.
   static constexpr std::size_t most_feet = patch_count + pad_cells;
   std::array<bristle::BodyContact<velocities>, most_feet> feet_{};
   std::array<bristle::Motion, most_feet> motions_{};

@@ -1,4 +1,4 @@
-// OpenGL program: a linked vertex and fragment shader, and its uniforms.
+// An OpenGL program: a linked vertex and fragment shader, and its uniforms (parameters).
 #pragma once
 
 #include <epoxy/gl.h>
@@ -17,7 +17,8 @@ class Program {
   ~Program() { glDeleteProgram(id_); }
 
   void use() const { glUseProgram(id_); }
-  /// @name Uniforms of the program in use; unknown names are ignored @{
+  /// @name Setters of the uniforms of the program in use. Unknown names are ignored.
+  /// @{
   void set(const char* name, int value) const { glUniform1i(at(name), value); }
   void set(const char* name, float value) const { glUniform1f(at(name), value); }
   void set(const char* name, const Eigen::Vector3f& v) const { glUniform3fv(at(name), 1, v.data()); }

@@ -16,7 +16,8 @@ ImVec4 rgba(ImU32 c, float alpha = 1.0f) {
 }
 
 ImFont* load(std::initializer_list<const char*> files, float pixels) {
-  // Ranges of characters in the fonts: Latin, Greek, dashes, arrows, super- and subscripts, mathematics.
+  // Ranges of characters that are loaded from the fonts: Latin, Greek, dashes, arrows, super- and subscripts,
+  // mathematics.
   static const ImWchar ranges[] = {0x20,   0xff,   0x370,  0x3ff,  0x2010, 0x2027, 0x2070,
                                    0x2099, 0x2190, 0x2193, 0x2200, 0x2265, 0};
   ImGuiIO& io = ImGui::GetIO();

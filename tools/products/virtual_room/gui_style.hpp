@@ -15,7 +15,7 @@ inline constexpr ImU32 friction = IM_COL32(255, 133, 64, 255), applied = IM_COL3
 // Colours after Okabe and Ito, which the colour-blind can distinguish.
 inline constexpr ImU32 good = IM_COL32(36, 190, 145, 255), warning = IM_COL32(240, 228, 66, 255);
 inline constexpr ImU32 bad = IM_COL32(236, 92, 52, 255), accent = IM_COL32(70, 178, 255, 255);
-// Colours of the curves of compared blocks; the first block's curve has the colour `friction`.
+// Colours of the curves of compared blocks. The curve of the first block has the colour `friction`.
 inline constexpr ImU32 beside[] = {IM_COL32(86, 180, 233, 255), IM_COL32(190, 196, 206, 255)};
 inline constexpr ImU32 snaps = IM_COL32(240, 228, 66, 255);
 }  // namespace colours

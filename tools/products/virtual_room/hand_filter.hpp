@@ -16,7 +16,8 @@ class HandFilter {
   void begin(const double (&at)[4]) noexcept {
     for (int i = 0; i < 4; ++i) first_[i] = second_[i] = at[i];
   }
-  /// Advances the filter by `dt_s`, in which the hand was at `at`: position (m) and press on the tool (N).
+  /// Advances the filter by `dt_s`, during which the hand was at `at`: position (m) and press on the tool
+  /// (N).
   void follow(const double (&at)[4], double dt_s) noexcept {
     const double steps = std::max(dt_s, 0.0) / (0.5 * delay), rest = std::exp(-steps);
     for (int i = 0; i < 4; ++i) {

@@ -1,5 +1,5 @@
-// Motion of a hand that is known beforehand, as rows of time with position or force: from a script, a
-// recording or a motion file.
+// The motion of a hand that is known beforehand, from a script, a recording or a motion file, as rows of time
+// with position or force.
 #pragma once
 
 #include <string>
@@ -28,7 +28,8 @@ struct HandMotion {
 /// from there, and presses with the load. Throws cli::UserError naming file, line and column.
 HandMotion read_hand_file(const std::string& path, const RoomMeasures& measures);
 
-/// Device that plays a known motion. From `lost_at` to `back_at` (s) it fails, to test the loss of a device.
+/// Device that plays a known motion. It fails from `lost_at` to `back_at` (s), for tests of how the room
+/// bears the loss of a device.
 class PlayedHand final : public Device {
  public:
   PlayedHand(const char* name, HandMotion motion, double lost_at = 1e300, double back_at = 1e300)

@@ -41,11 +41,11 @@ constexpr double message_time = 6.0;    // time for which a message to the user 
 constexpr double farthest_hand = 10.0;  // limit of the hand's coordinates on each axis, m
 constexpr double strongest_hand = 1e3;  // limit of the hand's force on each axis, N
 
-// Deadline, s, so long that no tick misses it. With it the loop measures the periods between ticks only, and
-// does not look for the cause of a late tick.
+// Deadline, s, so long that no tick misses it. With it the monitor only measures the periods between ticks,
+// and need not look for the cause of a late tick.
 constexpr double no_deadline = 3600.0;  // s
 constexpr auto desk_pause = std::chrono::milliseconds(2);
-// Speeds of slow motion, each as the share of ticks that step the world.
+// Speeds of slow motion, each given as the share of ticks that step the world.
 constexpr double speeds[] = {1.0, 0.3, 0.1, 0.03, 0.01};
 constexpr std::size_t speed_count = sizeof speeds / sizeof speeds[0];
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
@@ -62,7 +62,7 @@ Message to_message(const std::string& line) {
 
 enum class Recording : unsigned char { as_it_is, begin, end };
 
-/// Order from the desk (the allocating thread) to the haptic thread. The desk waits until it is taken.
+/// Order from the desk (the thread that may allocate) to the haptic thread. The desk waits until it is taken.
 struct Order {
   bool has_parameters = false;
   Parameters parameters, beside[most_compared];
@@ -85,7 +85,7 @@ Hand within_reach(const Hand& hand, bool& sane) {
 
 double load_at_rest(const Settings& s) { return s.mass * 9.80665 * std::cos(s.slope) + s.extra_load; }
 
-// Returns a file name, like the wanted one, that no earlier recording has, so that none is overwritten.
+// Returns a file name similar to the wanted one that no earlier recording has, so that none is overwritten.
 std::string free_name(const std::string& wanted) {
   const auto taken = [](const std::string& base) {
     for (const char* ending : {".csv", ".hand.csv", ".toml"}) {
@@ -101,7 +101,8 @@ std::string free_name(const std::string& wanted) {
 }  // namespace
 
 struct HapticLoop::Impl {
-  /// Compared block in a room of its own, beside the first block; stepped only while it is shown.
+  /// Compared block in a room of its own beside that of the first block. It is stepped only while it is
+  /// shown.
   struct Beside {
     explicit Beside(const RoomMeasures& measures)
         : batch(bristle::BatchOptions{}.with_threads(1)), world(measures, batch), maker(batch) {
@@ -169,14 +170,15 @@ struct HapticLoop::Impl {
     Hand now = hand;
     bool there = device->read(world.time(), now);
     now = within_reach(now, there);
-    // Keeps the hand's end of the spring in place once the hand lets go, whatever position the device
-    // reports, so that the force fades and does not jump.
+    // Keeps the hand's end of the spring where it is once the hand lets go, whatever position the device
+    // reports. Otherwise the fading force could jump.
     if (!now.holds) std::copy(hand.position, hand.position + 3, now.position);
     if (there) hand = now;
     note_device(there);
     device_seen = device_seen || there;
-    // Fades the spring of a hand that lets go, and all forces of a lost device, so that neither makes a jump.
-    // A force beside the spring (the mouse's press) does not fade on letting go: the device ends it.
+    // Fades the spring of a hand that lets go, and all forces of a lost device, so that neither ends with a
+    // jump. A force beside the spring (the mouse's press) does not fade on letting go, because the device
+    // ends it.
     const double change = dt / fade_time;
     presence = std::clamp(presence + (there ? change : -change), 0.0, 1.0);
     grip = std::clamp(grip + (there && hand.holds ? change : -change), 0.0, 1.0);
@@ -190,11 +192,13 @@ struct HapticLoop::Impl {
     if (!world.is_sound()) {
       remember("the block left the room: put back");
       requests.push(Act::reset);
-      // Stops a recording of the hand here, where the clock restarts, before the desk (file thread) knows.
+      // Stops a recording of the hand here, where the clock restarts, without waiting for the desk (the
+      // thread that writes the file).
       if (hand_recorded) recording = hand_recorded = false;
       reset_worlds();
     }
-    // Fades in the force on the hand after a pause, without a jump; the world feels it in full at once.
+    // Fades the force on the hand in after a pause, so that it does not jump. The world feels it in full at
+    // once.
     feedback = std::min(1.0, feedback + change);
     double force[3];
     for (int i = 0; i < 3; ++i) force[i] = feedback * world.device_force()[i];
@@ -207,7 +211,7 @@ struct HapticLoop::Impl {
     const bool begins = order.parameters.settings.compare != world.settings().compare;
     world.take(order.parameters);
     for (std::size_t i = 0; i < most_compared; ++i) beside[i]->world.take(order.beside[i]);
-    // Resets the worlds for a new scene: bristles bent in the old one would push its block.
+    // Resets the worlds for a new scene. Bristles that were bent in the old one would push its block.
     if (begins) reset_worlds();
   }
 
@@ -271,23 +275,24 @@ struct HapticLoop::Impl {
     progress -= 1.0;
     return true;
   }
-  // Serves the device in a tick of slow motion that does not step: sends the last force again, so that the
-  // device does not count as lost.
+  // Serves the device in a tick of slow motion in which the world stands still: sends the last force again,
+  // because a silent device would count as lost.
   void wait_slowly() noexcept {
     Hand unused = hand;
     device->read(world.time(), unused);
     device->write(last_force);
   }
 
-  // Runs a tick while the room pauses: reads the device, so that its packets do not pile up, without use.
+  // Runs a tick while the room pauses. Reads the device and ignores what it says, so that its packets do not
+  // pile up.
   void stand_still() noexcept {
     Hand unused;
     device->read(world.time(), unused);
     release_device();
   }
 
-  // Sends the device a zero force where none is computed: in a pause, before a change of device, and at the
-  // end.
+  // Sends the device a force of zero when no force is computed: in a pause, before a change of device, and at
+  // the end.
   void release_device() noexcept {
     device->write({0.0, 0.0, 0.0});
     std::fill(last_force, last_force + 3, 0.0);
@@ -375,7 +380,7 @@ struct HapticLoop::Impl {
     row.revision = revision;
     row_waits = true;
   }
-  // Adds the forces of a step to the row begun for the recording, and sends the row.
+  // Completes the row begun for the recording with the forces of the step, and sends it to be written.
   void finish_row() noexcept {
     if (!row_waits) return;
     row.patches = world.patch_forces(row.patch);
@@ -466,7 +471,8 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Makes the parameters of compared block number i: only a brush gets patches, in a batch of its own.
+  // Makes the parameters of compared block number i. Only a block with a brush gets patches, in a batch of
+  // its own.
   Parameters beside_parameters(Beside& other, const Parameters& main, std::size_t i, bool anew) {
     Parameters p = main;
     p.settings = settings_beside(main.settings, i);
@@ -483,7 +489,8 @@ struct HapticLoop::Impl {
     return p;
   }
 
-  // Frees objects that the last order replaced; called after the haptic thread has taken that order.
+  // Frees the objects that the last order replaced. Call it after the haptic thread has taken that order,
+  // because it may use them until then.
   void clear_up() {
     maker.remove_old();
     for (const auto& other : beside) other->maker.remove_old();
@@ -533,11 +540,11 @@ struct HapticLoop::Impl {
     clear_up();
     if (order_waits()) return;
     if (waiting == Act::none && exchange.settings.refresh()) {
-      // Gives an order for new settings before it handles requests, which may rely on them.
+      // Gives the order for new settings before it handles requests, because these may rely on the settings.
       give(parameters_order(exchange.settings.latest(), false));
     } else if (waiting != Act::none || requests.pop(waiting)) {
-      // Closes a recording of the hand before any request that restarts the simulated time, which would spoil
-      // the file. A recording of forces alone continues.
+      // Closes a recording of the hand before any request that restarts the simulated time, since rows of two
+      // times would spoil the file. A recording of forces alone continues.
       const bool spoils =
           waiting == Act::record ? recorder.is_open() : waiting != Act::stop_recording && recorder.has_hand();
       const Act act = std::exchange(waiting, spoils ? waiting : Act::none);
@@ -558,7 +565,8 @@ struct HapticLoop::Impl {
           order = replay_device && !pulling ? begin_replay() : begin_anew();
           break;
         case Act::record:
-          // Opens the files before making patches: an order with new patches must not be dropped.
+          // Opens the files before it makes patches. If a file cannot be opened, no order with new patches
+          // must be dropped.
           recorded = free_name(options.record_to);
           recorder.start_all(recorded, settings, revisions + 1);
           order = begin_anew();
@@ -600,7 +608,7 @@ struct HapticLoop::Impl {
     return order;
   }
 
-  // Makes an order that resets the block and lets the program's own hand move it, under these settings.
+  // Makes an order that resets the block and lets the program's own hand move it, with these settings.
   Order begin_own_hand(const char* name, HandMotion (*motion)(const Settings&, double, const RoomMeasures&)) {
     Order order = parameters_order(settings, true);
     order.reset = true;
@@ -650,8 +658,8 @@ struct HapticLoop::Impl {
     Order order = parameters_order(settings_before_replay, false);
     order.device = own_device.get();
     leaving_device = std::move(replay_device);
-    // Resumes the script that ran before the replay, at the present time: its changes up to now apply at
-    // once.
+    // Continues the script that ran before the replay, at the present time: its changes up to now are applied
+    // at once.
     changes.assign(options.changes.begin(), options.changes.end());
     order.message = to_message("replay has ended");
     give(order);
@@ -678,11 +686,11 @@ struct HapticLoop::Impl {
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
 
-  // Members that only the haptic thread uses.
+  // Members that only the haptic thread reads and writes.
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;
-  // Recording in progress; hand_recorded: it includes the hand, and not only forces.
+  // Whether a recording is in progress, and whether it includes the hand (hand_recorded) and not only forces.
   bool recording = false, hand_recorded = false;
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the computed force sent to the device
@@ -700,7 +708,7 @@ struct HapticLoop::Impl {
   bristle::DeadlineMonitor computing, ending, period;
   LoopStatistics statistics;
 
-  // Members that haptic thread and desk share.
+  // Members that the haptic thread and the desk share; they are safe without a lock.
   SpscRing<Order, 4> orders;
   SpscRing<Act, 64> requests;
   std::atomic<std::uint64_t> orders_taken{0};
@@ -708,7 +716,7 @@ struct HapticLoop::Impl {
   std::atomic<bool> running{false};
   Recorder recorder;
 
-  // Members that only the desk uses, the thread that allocates and reads files.
+  // Members that only the desk reads and writes, which is the thread that allocates and reads files.
   std::uint64_t orders_given = 0, revisions = 0;
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
@@ -717,7 +725,7 @@ struct HapticLoop::Impl {
   std::string recorded;     // file name of the last recording
   Act waiting = Act::none;  // user's request that waits for a recording to be closed
 
-  // closing: the recording must be closed. failed: it has failed, and the user is not yet told.
+  // closing: the recording must be closed. failed: it has failed, and the user has not been told yet.
   bool closing = false, failed = false;
   std::string failure;  // error text of a recording that failed
 

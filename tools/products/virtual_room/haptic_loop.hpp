@@ -1,4 +1,4 @@
-// Haptic loop: steps the room's world at a fixed rate on a thread of its own, or on the caller's thread
+// The haptic loop: steps the room's world at a fixed rate on a thread of its own, or on the caller's thread
 // without waiting.
 #pragma once
 
@@ -21,11 +21,12 @@ struct LoopOptions {
   RoomMeasures measures;
   std::string record_to = "recording";  ///< file name, without ending, of what Act::record writes
 
-  /// CSV file that records all forces from the start; empty = none.
+  /// Path of a CSV file that records all forces from the start; empty: no file.
   std::string forces_csv;
 };
 
-/// Owner of the world and of its exchange with the graphic loop. Call start, stop and advance on one thread.
+/// Owner of the world and of its exchange with the graphic loop. Call start, stop and advance on the same
+/// thread.
 class HapticLoop {
  public:
   /// Allocates all patches. A null `device` means the mouse, whose hand arrives by exchange().mouse. Throws
@@ -39,19 +40,19 @@ class HapticLoop {
   void start();
   void stop();
 
-  /// Closes the recording; only while the loop is not running. Throws cli::UserError if the disk is full, or
-  /// was full earlier so that the loop went on without recording.
+  /// Closes the recording. Call it only while the loop is not running. Throws cli::UserError if the disk is
+  /// full, or was full earlier so that the loop went on without recording.
   void finish_recording();
-  /// Runs a number of ticks by the virtual clock, on this thread and without waiting; equal inputs give equal
-  /// bits. Only while the loop is not running.
+  /// Runs a number of ticks by the virtual clock, on this thread and without waiting. Equal inputs give equal
+  /// bits. Call it only while the loop is not running.
   void advance(std::uint64_t ticks);
 
-  /// Returns the channels to the haptic loop, for the one thread that shows the room.
+  /// Returns the channels to the haptic loop. Only the thread that shows the room may use them.
   Exchange& exchange() noexcept;
   double rate_hz() const noexcept;
   /// Returns the times of ticks. Call it after stop() or between calls of advance().
   LoopStatistics statistics() const noexcept;
-  /// Returns a hash of the block's place, motion and bristles. Only while the loop is not running.
+  /// Returns a hash of the block's place, motion and bristles. Call it only while the loop is not running.
   std::uint64_t state_hash() const noexcept;
 
  private:

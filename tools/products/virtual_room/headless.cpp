@@ -15,10 +15,10 @@
 namespace room {
 namespace {
 
-// Limit of ticks run at once; far below the number of plot points for which the exchange has room.
+// Largest number of ticks run at once, so that their plot points have room in the exchange.
 constexpr std::uint64_t most_ticks_at_once = 1000;
 
-/// Summary of all ticks of a run without a window, printed as a table: highest forces and so on.
+/// Summary of all ticks of a run without a window (highest forces and so on), which is printed as a table.
 struct Summary {
   double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, of all ticks
 

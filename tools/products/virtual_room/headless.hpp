@@ -1,4 +1,4 @@
-// Runs the virtual room to its end without a window, records, and prints a summary.
+// Runs the virtual room to its end without a window, records it if asked, and prints a summary.
 #pragma once
 
 #include <functional>

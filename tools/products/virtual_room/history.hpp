@@ -17,7 +17,7 @@ class History {
 
   History() : points_(capacity) {}
 
-  /// Adds a plot point, unless it has a NaN. A time that goes back (reset, replay) clears the history.
+  /// Adds a plot point, unless it contains a NaN. A time that goes back (reset, replay) clears the history.
   void add(const PlotPoint& point);
   void clear();
 
@@ -35,7 +35,8 @@ class History {
   std::size_t next_ = 0, size_ = 0;
 };
 
-/// Curve of friction while the bristles bend for the first time since the reset; kept as plots move on.
+/// Curve of friction while the bristles bend for the first time since the reset. It stays when the other
+/// plots move on.
 class FirstBending {
  public:
   static constexpr std::size_t capacity = 4000;
@@ -63,17 +64,17 @@ class TimeHistogram {
   static constexpr int per_decade = 12, decades = 6;
   static constexpr int classes = per_decade * decades;
   static constexpr double least = 1e-7;  ///< lower end of the first class of times, s
-  /// Limit of the ticks counted, 8 s at 1 kHz: the figures of a slow scene fade within that time.
+  /// Largest number of ticks counted: 8 s at 1 kHz, within which the figures of a slow scene fade.
   static constexpr std::size_t most = 8000;
 
-  /// Counts a tick's time. Beyond `most` ticks, removes the oldest.
+  /// Counts a tick's time. When `most` ticks are counted, removes the oldest.
   void add(double seconds);
   void clear() { *this = {}; }
   std::uint64_t count(int which) const { return counts_[static_cast<std::size_t>(which)]; }
   std::uint64_t total() const { return total_; }
   static double begin_of(int which);
-  /// Returns the time (s) within which this share of the ticks computed, as the upper end of a class. 0: no
-  /// ticks.
+  /// Returns the time (s) within which this share of the ticks was computed, as the upper end of a class; 0
+  /// without ticks.
   double within(double share) const;
 
  private:

@@ -1,4 +1,4 @@
-// Runs bristle-room, the paper's virtual room, in a window or without one.
+// Runs bristle-room, the virtual room of the paper, in a window or without one.
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -26,7 +26,8 @@ namespace {
 
 using room::RunOptions;
 
-// Adds the options of bristle-room. Returns --device, so that the caller sees whether it was given.
+// Adds the options of bristle-room. Returns the option --device, by which the caller sees whether it was
+// given.
 CLI::Option* add_options(CLI::App& app, RunOptions& o) {
   const std::map<std::string, room::DeviceKind> devices = {{"mouse", room::DeviceKind::mouse},
                                                            {"script", room::DeviceKind::script},

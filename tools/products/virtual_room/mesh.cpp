@@ -15,7 +15,7 @@ void add_quad(Triangles& shape, std::uint32_t a, std::uint32_t b, std::uint32_t 
   shape.indices.insert(shape.indices.end(), {a, b, c, a, c, d});
 }
 
-// Joins each ring of vertices to the next by triangles, as the skin of a tube.
+// Joins each ring of vertices to the next one by triangles, which makes the skin of a tube.
 void join_rings(Triangles& shape, std::uint32_t first, int rings, int around) {
   const auto per_ring = static_cast<std::uint32_t>(around + 1);
   for (std::uint32_t ring = 0; ring + 1 < static_cast<std::uint32_t>(rings); ++ring) {
@@ -26,7 +26,8 @@ void join_rings(Triangles& shape, std::uint32_t first, int rings, int around) {
   }
 }
 
-// Returns the positions of vertices across a face of the rounded box, dense at the rims, which are curved.
+// Returns the positions of vertices across a face of the rounded box. They are dense at the rims, which are
+// curved.
 std::vector<float> rounded_stations(float half, float radius) {
   constexpr int steps = 5;
   std::vector<float> stations;

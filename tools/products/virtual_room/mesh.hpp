@@ -16,7 +16,7 @@ struct Vertex {
 
 struct Triangles {
   std::vector<Vertex> vertices;
-  /// Vertices of the triangles, three each, anticlockwise from outside.
+  /// Indices of the vertices of the triangles, three each, anticlockwise as seen from outside.
   std::vector<std::uint32_t> indices;
 };
 

@@ -5,8 +5,8 @@
 
 namespace room {
 
-/// Axis of a motion in the plane: it points from a place that is dragged behind to the moving place. Its sign
-/// does not follow the motion, so that a stroke back along the axis is negative.
+/// Axis of a motion in the plane. It points from a place that is dragged behind to the moving place. The sign
+/// of the axis does not follow the motion, so a stroke back along the axis counts as negative.
 class MotionAxis {
  public:
   /// Turns the axis after a displacement (m). The place behind is dragged at most `length` (m) away, the
@@ -20,12 +20,12 @@ class MotionAxis {
       far = length;
     }
     if (!(far > least_share * length)) return;
-    // Points the axis to the right, or away from the eye. It changes its sign only where the motion crosses
-    // the skew direction (-0.3, 1), along which people hardly ever push.
+    // Points the axis to the right, or away from the eye. Its sign changes only if the motion crosses the
+    // skew direction (-0.3, 1), along which people hardly ever push.
     const double sign = lag_[0] + 0.3 * lag_[1] < 0.0 ? -1.0 : 1.0;
     for (int i = 0; i < 2; ++i) axis_[i] = sign * lag_[i] / far;
   }
-  /// Returns the component of a vector along the axis.
+  /// Returns the component of a vector along the axis of the motion.
   double along(double x, double y) const noexcept { return x * axis_[0] + y * axis_[1]; }
 
  private:

@@ -1,4 +1,5 @@
-// Controls the virtual room by mouse: the left button drags the tool, the others turn and shift the view.
+// Controls the virtual room by mouse: the left button drags the tool, the others turn and shift the view;
+// keys push and turn.
 #pragma once
 
 #include <string>
@@ -31,7 +32,7 @@ class MouseControl {
   /// it down). Returns a message for the user, or "".
   std::string turn_wheel(float notches, bool control, Camera& camera, const RoomMeasures& measures);
 
-  /// Returns whether a drag is under way, during which the panels must not get the mouse.
+  /// Returns whether the mouse is dragging; the panels must not get the mouse then.
   bool busy() const { return drag_ != Drag::none; }
   /// Returns whether the hand has changed since the last call of this function.
   bool hand_changed();
@@ -46,10 +47,10 @@ class MouseControl {
   MouseHand hand_;
   bool changed_ = false;
   float last_x_ = 0, last_y_ = 0;
-  /// Height of the hand over the floor, m; so low that a push hardly tips the block.
+  /// Height of the hand over the floor, m. It is so low that a push hardly tips the block.
   double height_ = 0.01;
   bool fine_ = false;
-  // Places of hand and pointer on the hand's plane when the drag, or its fine part, began, m.
+  // Positions of hand and pointer on the hand's plane when the drag, or its fine part, began, m.
   double anchor_[2] = {0, 0}, pointer_[2] = {0, 0};
 };
 

@@ -1,5 +1,5 @@
-// Mouse as a device: takes the hand that the graphic loop sends by the exchange, and smooths it at the rate
-// of ticks.
+// The mouse as a haptic device: takes the hand that the graphic loop sends by the exchange, and smooths it at
+// the rate of ticks.
 #pragma once
 
 #include "tools/products/virtual_room/device.hpp"

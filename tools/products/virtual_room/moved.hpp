@@ -1,4 +1,5 @@
-// Measures a block's creep on a tapped slope by its mean place over pairs of taps, which hides its swing.
+// Measures how far a block creeps on a tapped slope. The block swings under the taps, so its place is
+// averaged over pairs of taps.
 #pragma once
 
 #include <cmath>
@@ -37,7 +38,7 @@ class Moved {
     sum_ += x;
     count_ += 1.0;
   }
-  /// Returns the creep (m) since counting started; NaN before that.
+  /// Returns the creep (m) since the measurement began; NaN before that.
   double metres() const noexcept { return moved_; }
 
  private:

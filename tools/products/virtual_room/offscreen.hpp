@@ -13,7 +13,7 @@ namespace room {
 /// long as the renderer lives.
 class OffscreenRoom {
  public:
-  /// Makes the OpenGL context. Throws cli::UserError where OpenGL 3.3 is missing.
+  /// Makes the OpenGL context and the renderer. Throws cli::UserError if OpenGL 3.3 is missing.
   OffscreenRoom(const RoomMeasures& measures, int width, int height, float scale = 1, int samples = 4);
   OffscreenRoom(const OffscreenRoom&) = delete;
   OffscreenRoom& operator=(const OffscreenRoom&) = delete;

@@ -45,7 +45,8 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
     if (!camera.find_pixel(layout.picture.scene, tilt * to, x, y)) return;
     if (!camera.find_pixel(layout.picture.scene, tilt * from, x0, y0)) return;
     const std::string text = fmt::format("{} {:.2f} N", name, to_vector(force).norm());
-    // Puts the label ahead of the arrow, or behind it where the glass or the line below the glass is ahead.
+    // Puts the label ahead of the arrow, or behind it if the magnifying glass or the line of text below it is
+    // ahead.
     const Picture& p = layout.picture;
     const float wide = pen.size(pen.fonts.bold, text).x + 25 * layout.scale;
     const float glass = 1.8f * p.glass_radius;
@@ -69,7 +70,7 @@ void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, co
 void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, const RoomMeasures& measures,
                  const Eigen::Matrix3f& tilt, float lowest) {
   const auto wide = static_cast<float>(measures.width / 2), end = static_cast<float>(measures.length / 2);
-  // Draws the scale of lengths on the side of the floor that is nearer to the eye.
+  // Draws the scale of lengths on that side of the floor which is nearer to the eye.
   const float side = camera.eye().y() <= 0 ? -wide - 0.014f : wide + 0.014f;
   for (float x = -std::floor(end * 10) / 10; x <= end + 1e-4f; x += 0.1f) {
     float px, py;
@@ -84,7 +85,7 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
   }
 }
 
-// Returns the text after a block's name: how far it creeps, or its contact's highest friction.
+// Returns the text behind a block's name: how far it creeps, or the highest friction of its contact.
 std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
   if (!scene_of(room.settings.compare).driven) {
     const bool walks = room.settings.compare == Comparison::ratchet;
@@ -104,7 +105,8 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
                     const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
   if (room.compared == 0) return;
   const ComparedScene& scene = scene_of(room.settings.compare);
-  // Stacks the labels of blocks where they are long (blocks on a carriage) or the window is narrow.
+  // Stacks the labels of blocks above each other if they are long (blocks on a carriage) or the window is
+  // narrow.
   const bool narrow = scene.driven || layout.picture.scene.width < 700 * layout.scale;
   // Puts a label beside a block, shifted by `off` (m) so that no label covers another.
   const auto label = [&](std::size_t which, const Vector3f& block, const Vector3f& off, float anchor,
@@ -223,7 +225,7 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
           pen.fonts.text);
     return;
   }
-  // Says below the magnifying glass how many bristles it shows, in fewer words where room is short.
+  // Says below the magnifying glass how many bristles it shows; uses fewer words if there is little room.
   const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
   std::string shown =
       glass.shows_cohorts()

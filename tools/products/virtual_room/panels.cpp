@@ -41,7 +41,7 @@ struct Panel {
     const ImGuiSliderFlags flags =
         ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
     if (ImGui::SliderScalar("##value", ImGuiDataType_Double, &shown, &low, &high, format, flags)) {
-      // Ignores the number "nan" typed into a slider, which std::clamp would pass.
+      // Ignores the number "nan" typed into a slider, because std::clamp would let it pass.
       if (std::isfinite(shown)) {
         value = std::clamp(shown, low, high) * unit_size;
         changed = true;
@@ -52,7 +52,7 @@ struct Panel {
     explain_row(works ? says : fmt::format("{}\n(nothing here depends on it now)", says).c_str());
   }
 
-  // Shows a tip while the pointer is over the label or the control of a row.
+  // Shows a tip while the pointer is over the label or the control of a row of the panel.
   void explain_row(const char* says) const {
     const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
     if (ImGui::IsAnyItemActive() || !ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem))
@@ -82,7 +82,7 @@ struct Panel {
     ImGui::TextDisabled("%s", label);
     const float place = ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(value.c_str()).x;
     const float label_end = ImGui::GetItemRectMax().x - ImGui::GetWindowPos().x;
-    // Starts a new line where the panel is too narrow for both.
+    // Starts a new line if the panel is too narrow for label and control in one.
     if (place > label_end + 4 * scale)
       ImGui::SameLine(place);
     else
@@ -127,7 +127,8 @@ bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
   return ImGui::Begin(name, nullptr, flags);
 }
 
-// Draws a heading under which controls are folded, at first closed. Returns whether they are folded now.
+// Draws a heading under which controls can be folded away. At first they are. Returns whether they are folded
+// now.
 bool folded(const Panel& panel, const char* label) {
   ImGui::Dummy(ImVec2(0, 3 * panel.scale));
   return !ImGui::CollapsingHeader(label);
@@ -160,7 +161,7 @@ void surface(Panel& panel, const Snapshot& room, Settings& s) {
 
 void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double load) {
   const Effective works(s);
-  // Shows the contact's stiffness as the paper defines it, K = zeta sigma0 of all bristles in contact; it is
+  // Shows the contact's stiffness as the paper defines it, K = zeta sigma0 of all bristles in contact. It is
   // inversely proportional to the presliding length.
   if (load > 0 && room.stiffness_per_newton > 0 && room.settings.presliding_length > 0) {
     const double times_length = room.stiffness_per_newton * load * room.settings.presliding_length;
@@ -228,7 +229,7 @@ void deadline_bar(const Panel& panel, const TimeHistogram& times, const LoopStat
   };
   const double p99 = times.within(0.99);
   const double used = of_deadline(p99), worst = of_deadline(times.within(1.0));
-  // Colours the computing time by the deadline only with a real clock, since other runs have no deadline.
+  // Colours the computing time by the deadline only if the clock is real. Other runs have no deadline.
   const bool paced = loop.period_p50 > 0;
   const ImU32 colour = !paced       ? colours::text
                        : used >= 1  ? colours::bad
@@ -250,7 +251,7 @@ void deadline_bar(const Panel& panel, const TimeHistogram& times, const LoopStat
       used >= 0.7 ? colour : colours::text);
 }
 
-// Ends a menu of the toolbar, which Esc closes.
+// Ends a menu of the toolbar. The key Esc closes it.
 void end_menu() {
   if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false)) ImGui::CloseCurrentPopup();
   ImGui::EndPopup();
@@ -325,7 +326,7 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
   const auto w = static_cast<float>(width), h = static_cast<float>(height);
   const float left =
       panels ? std::min(std::round(std::clamp(0.36f * w, 240 * scale, 312 * scale)), 0.5f * w) : 0;
-  // Makes the bar of buttons as high as its rows need: one, two or three, by its width.
+  // Makes the bar of buttons as high as its rows need, which are one, two or three depending on its width.
   const float bar = (w - left) / scale;
   const float above = panels ? std::round((bar >= 880 ? 46 : bar >= 500 ? 76 : 106) * scale) : 0;
   const float below =
@@ -630,7 +631,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
-  // Omits the plot of computing times in a narrow window; the panel shows their figures anyway.
+  // Leaves out the plot of computing times in a narrow window. The panel shows their figures anyway.
   const bool two = p.width < 720 * layout.scale;
   const float inner = p.width - (two ? 3 : 4) * gap, high = p.height - 1.7f * gap, top = p.y + gap;
   const float share[] = {two ? 0.52f : 0.40f, two ? 0.48f : 0.32f};
@@ -644,8 +645,8 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
   FrictionLevels over_time = levels;
   if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
-    // Sets the peak level to the sum of the floor patches' friction limits, which grow while bristles rest;
-    // the plot over time draws them as a curve.
+    // Sets the peak level to the sum of the friction limits of the floor's patches. They grow while bristles
+    // rest, and the plot over time draws them as a curve.
     levels.peak = over_time.peak = 0;
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
@@ -654,7 +655,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const ComparedScene& scene = scene_of(room.settings.compare);
   ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
   std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
-  // Plots a longer time in the scene that compares rests, so that a whole sequence is visible.
+  // Plots a longer time in the scene that compares rests, so that a whole sequence of rests is visible.
   const float seconds =
       room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
   plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);

@@ -1,5 +1,5 @@
-// Panels around the picture of the room: settings on the left, buttons above, plots below. They take plain
-// data and return plain data.
+// The panels around the picture of the room: settings on the left, buttons above, plots below. They take
+// plain data and return plain data, and know nothing of the loops.
 #pragma once
 
 #include <deque>
@@ -21,13 +21,13 @@ struct Layout {
   Area settings, bar, plots;  ///< places of settings, buttons and plots; width 0: not shown
   float scale = 1;
 };
-/// Returns the scale of type and panels that a window of this size (pixels) has room for, at most `wanted`: a
-/// step of a quarter with at least 640 x 480 pixels for each unit, at least 0.75.
+/// Returns the scale of type and panels for which a window of this size (pixels) has room, at most `wanted`:
+/// in steps of a quarter, with at least 640 x 480 pixels for each unit of scale, and at least 0.75.
 float fitting_scale(float wanted, int width, int height);
 /// Computes the layout. `glass_left` puts the magnifying glass at the room's left instead of its right.
 Layout make_layout(int width, int height, float scale, bool panels, bool glass, bool glass_left = false);
 
-/// Requests that the user made by the panels while the last picture was shown.
+/// Requests that the user made in the panels while the last picture was shown.
 struct Wishes {
   bool settings = false;  ///< whether the user changed settings
   Act act = Act::none;
@@ -42,8 +42,8 @@ struct Wishes {
 /// Stack of earlier settings, to undo changes. A whole drag of a slider counts as one change.
 class SettingsUndo {
  public:
-  /// Stores, for a picture, the settings `before` it, whether the user `changed` them, and whether a control
-  /// is still held (`active`).
+  /// Records, for a picture, the settings `before` it, whether the user `changed` them in it, and whether a
+  /// control is still held down (`active`).
   void note(const Settings& before, bool changed, bool active);
   /// Restores the settings from before the last change; returns false if there was none.
   bool undo(Settings& settings);
@@ -55,7 +55,8 @@ class SettingsUndo {
   bool changing_ = false;
 };
 
-/// For each control of the panel, whether it has an effect under the present settings.
+/// For each control of the panel, whether moving it has an effect under the present settings. Others are
+/// grey.
 struct Effective {
   explicit Effective(const Settings& s);
   bool peak, bristles, damping, stribeck, ageing_time, pad;
@@ -76,13 +77,13 @@ struct GuiState {
   float back_s = 0, back_most_s = 0;  ///< how far a pause looks back, and its limit, s
 };
 
-/// Returns a line that says that more than one tick in a hundred exceeds the deadline on this machine. Empty
-/// if none do, without a real clock, and before a second of ticks.
+/// Returns a line that warns if more than one tick in a hundred exceeds the deadline on this machine. It is
+/// empty if none do, without a real clock, and during the first second of ticks.
 std::string deadline_warning(const TimeHistogram& times, const LoopStatistics& loop);
 
 void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& room, const TimeHistogram& times,
                    GuiState& state, Wishes& wishes);
-/// Draws the slider by which a pause looks back through the last minute.
+/// Draws the slider by which the user, in a pause, looks back through the last minute.
 void draw_scrubber(const Layout& layout, GuiState& state);
 /// Draws the help on keys and mouse over the picture of the room.
 void draw_help(const Layout& layout, const Fonts& fonts);

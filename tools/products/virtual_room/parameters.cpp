@@ -12,11 +12,11 @@ namespace {
 
 using bristle::SnapRule;
 
-// Loads (N) for which patches of floor, walls and tool are made: up to this load more bristles come into
+// Loads (N) for which the patches of floor, walls and tool are made. Up to this load more bristles come into
 // contact; a greater load only raises the force of each.
 constexpr double floor_load = 2.5, wall_load = 5.0, tool_load = 10.0;
-// Limit of bristles in a patch of the walls or the roof, which are rarely touched: more would only take
-// memory.
+// Largest number of bristles in a patch of the walls or the roof. These are rarely touched, and more bristles
+// would only take memory.
 constexpr std::uint32_t most_wall_bristles = 16384;
 
 constexpr double least_peak_over_kinetic = 1.001;
@@ -30,14 +30,14 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
       .with_bristles(bristles_of(s, patch))
       .with_population(s.infinite ? bristle::Population::infinite : bristle::Population::representatives)
       .with_lay(bristle::Lay{}.with_to_over_fro(floor ? s.nap : 1.0))
-      // Asks for the energy output on the floor, because it counts snaps.
+      // Asks for the output energy on the floor, because it counts the snaps that the plots show.
       .with_outputs(floor ? bristle::Outputs::energy : bristle::Outputs::end)
       .with_seed(static_cast<std::uint32_t>(patch + 1))
       .with_key(patch);
 }
 
-// Returns the surface for rival models (one bristle): stiffness and damping of the brush under the resting
-// load of one corner of the block. There LuGre's own damper is half critical, as in its source.
+// Returns the surface for rival models, which have one bristle: stiffness and damping of the brush under the
+// resting load of one corner of the block. There LuGre's own damper is half critical, as in its source.
 rivals::Surface surface_of(const Settings& s, const bristle::Material& material) {
   const double load = 0.25 * (s.mass * 9.80665 + s.extra_load);
   rivals::Surface surface;
@@ -102,7 +102,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     s.peak = least_peak_over_kinetic * s.kinetic;
     if (wanted.peak < s.kinetic) say(fmt::format("peak is below kinetic: {:g} taken", s.peak));
   }
-  // Keeps the choice that the user made last, of two that exclude each other (nap, snap rule).
+  // Keeps the choice that the user made last if two settings exclude each other (nap, snap rule).
   if (s.nap != 1.0 && s.rule != SnapRule::slide) {
     if (s.nap == before.nap) {
       s.nap = 1.0;
@@ -210,7 +210,7 @@ PatchMaker::Made PatchMaker::add_patches(const Settings& settings, const bristle
       added.ids[p] = batch_.add(p == tool_patch ? of_tool : material, options_of(settings, p));
     }
     if (has_pad) {
-      // Makes the tool's pad as a disc of radius 1 m, which the haptic thread scales, since the radius may
+      // Makes the tool's pad as a disc of radius 1 m. The haptic thread scales it, because the radius may
       // change while the tool presses.
       added.pad = std::make_unique<bristle::ExtendedPatches>(batch_);
       added.pad_id = added.pad->add(of_tool, options_of(settings, tool_patch),

@@ -14,7 +14,7 @@
 
 namespace room {
 
-/// Number in Settings with its name, range and unit, for sliders, scripts and the check of values.
+/// Number among the settings, with its name, range and unit, for sliders, scripts and checks.
 struct SettingRange {
   const char* name;
   double Settings::*member;
@@ -53,21 +53,22 @@ constexpr const SettingRange& range_of(double Settings::*member) {
 }
 inline constexpr std::uint32_t fewest_bristles = 16, most_bristles = 2'000'000;
 
-/// Number of patches, all made before the loop runs: four for the floor (as many corners as can rest on it),
-/// four each for end wall, two side walls and roof, one for the tool.
+/// Number of patches, all of which are made before the loop runs: four for the floor (as many corners as can
+/// rest on it), four each for end wall, two side walls and roof, and one for the tool.
 inline constexpr std::size_t patch_count = 17, tool_patch = 16;
-/// Returns the number of representatives of a patch; those of walls and roof, rarely touched, have fewer.
+/// Returns the number of representatives of a patch. Those of walls and roof, which are rarely touched, have
+/// fewer.
 std::uint32_t bristles_of(const Settings& settings, std::size_t patch) noexcept;
 using PatchIds = std::array<bristle::PatchId, patch_count>;
 /// Number of rings of cells in the tool's pad, a disc. Three rings give the limit of spin within 1.4 %.
 inline constexpr int pad_rings = 3;
 inline constexpr std::size_t pad_cells = 27;
 
-/// All that the haptic loop needs to know of the settings, as a plain struct.
+/// All that the haptic loop needs to know of the settings, as a plain struct, with the patches made for them.
 struct Parameters {
   Settings settings;
   PatchIds patches;
-  /// Pad of the tool, a contact with an extent. Null: the tool touches at a point and has a plain patch.
+  /// Pad of the tool, a contact with an extent. Null: the tool touches at a point and has an ordinary patch.
   bristle::ExtendedPatches* pad = nullptr;
   bristle::PatchId pad_id;
   bool new_patches = false;           ///< whether the patches were just made, with straight bristles
@@ -80,15 +81,16 @@ struct Parameters {
   char message[128] = {};
 };
 
-/// Returns the settings `wanted` with every number clamped to its range. Where it has a NaN, or a combination
-/// that no material has, keeps the value of `before`. Sets `message` to what was changed, or to "".
+/// Returns the settings `wanted` with every number clamped to its range. A NaN, or a combination that no
+/// material has, is replaced by the value of `before`. Sets `message` to what was changed, or to "".
 Settings checked_settings(const Settings& wanted, const Settings& before, std::string& message);
 
 bristle::Material material_of(const Settings& settings);
 /// Returns the tool's material: the surface's, or with the tool's own friction coefficient if it is set.
 bristle::Material tool_material_of(const Settings& settings);
 
-/// Maker of the patches in one batch. Not for the haptic thread, since it allocates and takes time.
+/// Maker of the patches of one room, in one batch. It allocates and takes time, so the haptic thread must not
+/// call it.
 class PatchMaker {
  public:
   explicit PatchMaker(bristle::PatchBatch& batch) : batch_(batch) {}
@@ -96,7 +98,7 @@ class PatchMaker {
   /// patches if the number of bristles, the model or the nap changed, the tool's contact became a disc or a
   /// point, or `anew` is set. Old patches stay until remove_old(), and in use if this throws.
   Parameters make(const Settings& wanted, bool anew);
-  /// Removes replaced patches. Call it once the haptic loop uses the new ones.
+  /// Removes the patches that were replaced. Call it once the haptic loop uses the new ones.
   void remove_old();
 
  private:

@@ -116,7 +116,7 @@ class Frame {
   Area inner_;
 };
 
-// Entry of a legend: a short line in a curve's colour, and its name.
+// Entry of a legend, drawn as a short line in a curve's colour and the curve's name.
 struct LegendEntry {
   std::string text;
   ImU32 colour;
@@ -127,8 +127,8 @@ float width_of(const Fonts& fonts, const LegendEntry& entry) {
   return fonts.small->CalcTextSizeA(line, 1e4f, 0, entry.text.c_str()).x + 1.7f * line;
 }
 
-// Returns the first of the titles, longest first, that fits above the plot beside `taken` pixels of a legend;
-// the last if none does.
+// Returns the longest of some titles that fits above the plot beside `taken` pixels of a legend. The titles
+// are ordered by length, the longest first; if none fits, returns the last.
 std::string title_for(const Fonts& fonts, const Area& area, float taken,
                       std::initializer_list<std::string> titles) {
   const float line = fonts.small->FontSize;
@@ -168,8 +168,8 @@ void draw_levels(const Frame& frame, FrictionLevels levels) {
   }
 }
 
-// Draws a curve by its least and greatest value in each column of pixels, so that any number of points takes
-// the same time.
+// Draws a curve by its least and greatest value in each column of pixels, so that the time does not depend on
+// the number of points.
 template <class Value>
 void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, std::size_t first, ImU32 colour,
                 float thickness, Value value) {
@@ -198,7 +198,7 @@ void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, st
 // Share of a plot's height, at its bottom, that is kept for the bars of snaps.
 constexpr double snaps_share = 0.18;
 
-// Draws snaps per millisecond as bars in the strip below the curves.
+// Draws the snaps per millisecond as bars in the strip below the curves.
 void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const History& history,
                 std::size_t first, float seconds) {
   const Area& in = frame.inner();
@@ -228,8 +228,8 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   frame.label(in.x + 4, low - high, colours::snaps, text, 0);
 }
 
-// Returns the place for an inset in a corner of the plot (0 to 3: lower right, upper left, upper right, lower
-// left).
+// Returns the place in a plot for a small inset plot, in one of its corners (0 to 3: lower right, upper left,
+// upper right, lower left).
 Area corner_of(const Area& in, int corner) {
   const float wide = 0.41f * in.width, high = 0.44f * in.height, gap = 3;
   const bool right = corner == 0 || corner == 2, upper = corner == 1 || corner == 2;
@@ -299,7 +299,7 @@ AxisText length_axis(double low, double high) {
   AxisText axis;
   axis.scale = span >= 0.9e-3 ? 1e-3 : span >= 0.9e-6 ? 1e-6 : 1e-9;
   axis.unit = axis.scale == 1e-3 ? "mm" : axis.scale == 1e-6 ? "µm" : "nm";
-  // Gives an axis an offset ("µm from 249 mm") if its numbers would have more than four digits.
+  // Gives an axis an offset ("µm from 249 mm") if its numbers would otherwise have more than four digits.
   const bool small_steps = axis.scale < 1e-3 && farthest > 2000 * axis.scale;
   if (!(farthest > 50 * span || small_steps) || !std::isfinite(farthest) || !(span > 0)) return axis;
   const double grain = std::pow(10.0, std::ceil(std::log10(span)));
@@ -314,7 +314,7 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
                           float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
                           float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
-  // Number of ticks whose mean is one point of the hysteresis curve.
+  // Number of ticks that are averaged to one point of the hysteresis curve.
   constexpr std::size_t together = 16;
   std::vector<float> values;
   values.reserve(2 * (history.size() - first) / together + 2);
@@ -335,14 +335,15 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
   ranges.force.follow(std::min(-0.05, most.low), std::max({0.2, 1.1 * levels.peak, most.high}), 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
   std::vector<LegendEntry> entries = {{"friction", colours::friction}, {"applied", colours::applied}};
-  // Names the first block where a carriage moves all blocks: there is no hand force to draw.
+  // Names the first block if a carriage moves all blocks, since there is no hand force to draw then.
   if (beside.driven) entries = {{beside.names[0], colours::friction}};
   float legend = 0;
   for (const LegendEntry& entry : entries) legend += width_of(fonts, entry);
   const std::string title =
       title_for(fonts, area, legend,
                 {"Force along the motion, N, over time, s", "Force, N, over time, s", "N over s", "N"});
-  // Extends the range below the curves by the strip of the bars, above them by the line of the peak's label.
+  // Extends the range below the curves by the strip of the bars, and above them by the line for the peak's
+  // label.
   const double label_share =
       std::min(0.4, 1.4 * static_cast<double>(fonts.small->FontSize / Frame::height_in(fonts, area)));
   const double span = (ranges.force.high - ranges.force.low) / (1 - snaps_share - label_share);
@@ -406,7 +407,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   frame.grid_y(1, 4);
   frame.clip();
   draw_levels(frame, levels);
-  // Whether a curve runs through a corner of the plot, in which an inset would cover it.
+  // Whether a curve runs through each corner of the plot, where an inset would cover it.
   bool taken[4] = {false, false, false, false};
   const auto take = [&](const ImVec2& p) {
     for (int corner = 0; corner < 4; ++corner) {
@@ -450,7 +451,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
 
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
                    double deadline_s) {
-  // Range of the axis of computing times, as powers of ten: 1 us to 100 ms.
+  // Range of the axis of computing times, as powers of ten: from 1 us to 100 ms.
   constexpr double decades_low = -6.0, decades_high = -1.0;
   double most = 1;
   for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
@@ -482,7 +483,7 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
     const ImU32 colour = begin >= deadline_s      ? colours::bad
                          : end > 0.7 * deadline_s ? colours::warning
                                                   : colours::good;
-    // Draws a class with one tick as a visible bar too, although its logarithm is zero.
+    // Draws a visible bar also for a class with a single tick, although the logarithm of one is zero.
     const double bar = std::max(0.15, std::log10(static_cast<double>(times.count(i))));
     const ImVec2 top = frame.at(std::log10(begin), bar), foot = frame.at(std::log10(end), 0);
     draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);

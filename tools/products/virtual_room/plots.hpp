@@ -1,4 +1,4 @@
-// Draws the plots below the picture of the room, by ImGui's ImDrawList.
+// Draws the plots below the picture of the room, by means of ImGui's ImDrawList.
 #pragma once
 
 #include <string>
@@ -10,7 +10,8 @@
 
 namespace room {
 
-/// Range of a plot's axis that follows its data: it grows at once and shrinks slowly.
+/// Range of a plot's axis that follows its data. It grows at once and shrinks slowly, so that the picture is
+/// calm.
 struct FollowingRange {
   double low = 0, high = 0;
   bool set = false;
@@ -25,12 +26,12 @@ struct ValueRange {
 };
 ValueRange range_of_most(std::vector<float>& values, double sure);
 
-/// Labelling of an axis: a value is offset + number * scale.
+/// Labelling of an axis: the number n on it means the value offset + n * scale.
 struct AxisText {
   double scale = 1, offset = 0;
   std::string unit;  ///< unit with the offset, if any: "µm from 249 mm"
 };
-/// Returns the labelling of an axis of lengths (m): a unit that suits its range, and an offset where numbers
+/// Returns the labelling of an axis of lengths (m): a unit that suits its range, and an offset if numbers
 /// would be long.
 AxisText length_axis(double low, double high);
 
@@ -39,15 +40,15 @@ struct FrictionLevels {
   double kinetic = 0, peak = 0;
 };
 
-/// Compared blocks whose curves are drawn beside the first block's. `driven`: a carriage moves all blocks, so
-/// that there is no hand force to draw.
+/// Compared blocks whose curves are drawn beside that of the first block. `driven`: a carriage moves all
+/// blocks, so that there is no hand force to draw.
 struct ShownBeside {
   std::size_t count = 0;
   bool driven = false;
   const char* names[1 + most_compared] = {};
 };
 
-/// Ranges of the plots' axes, which change slowly from picture to picture.
+/// Ranges of the axes of all plots, kept between pictures because they change slowly.
 struct PlotRanges {
   FollowingRange force, displacement, loop_force;
 };
@@ -63,7 +64,8 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
 void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
                      const FirstBending& first_bending, float seconds, double presliding_length,
                      FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed);
-/// Plots the histogram of computing times with the deadline (s), and the time within which 99 % of it lie.
+/// Plots the histogram of computing times, with marks at the deadline (s) and at the time within which 99 %
+/// of the ticks are computed.
 void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
                    double deadline_s);
 

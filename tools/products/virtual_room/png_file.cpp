@@ -16,7 +16,7 @@ PixelImage read_pixels(int width, int height) {
   image.rgb.resize(row * static_cast<std::size_t>(height));
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, image.rgb.data());
-  // Reverses the order of rows, since OpenGL's begin at the bottom.
+  // Reverses the order of the rows, because OpenGL's begin at the bottom.
   for (std::size_t y = 0; y < static_cast<std::size_t>(height) / 2; ++y) {
     const auto upper = image.rgb.begin() + static_cast<std::ptrdiff_t>(y * row);
     const auto lower = image.rgb.end() - static_cast<std::ptrdiff_t>((y + 1) * row);

@@ -10,7 +10,8 @@
 
 namespace room {
 
-/// Entry of bristle::typical_materials() (`typical`), with the name that the room shows.
+/// Pair of surfaces by its entry in bristle::typical_materials() (`typical`), with the name that the room
+/// shows.
 struct Preset {
   const char* name;
   const char* typical;
@@ -26,7 +27,7 @@ inline constexpr std::array<Preset, 4> presets = {{{"Wood", "room wood", 4096},
                                                    {"Ice", "room ice", 4096},
                                                    {"Paper", "room paper", 900}}};
 
-/// Returns a sentence on where a preset's coefficients come from.
+/// Returns a sentence that says where a preset's coefficients come from.
 inline const char* source_of(const Preset& preset) {
   for (const bristle::TypicalMaterial& typical : bristle::typical_materials())
     if (std::strcmp(typical.name, preset.typical) == 0) return typical.about;
@@ -43,13 +44,15 @@ inline Settings comparison() {
   return s;
 }
 
-/// Returns the settings of a scene that compares: those of the default surface, changed to show its effect.
+/// Returns the settings of a scene that compares blocks: those of the default surface, changed so that the
+/// effect shows.
 inline Settings settings_of(Comparison scene) {
   Settings s;
   if (scene == Comparison::models) return comparison();
   s.compare = scene;
   if (scene == Comparison::rubbing) s.presliding_length = 3e-3;
-  // Lets static friction grow twice as fast as wood's, to be visible; an infinite brush has no noise.
+  // Makes static friction grow twice as fast as wood's, so that the growth is visible. An infinite brush has
+  // no noise that would hide it.
   if (scene == Comparison::rest) s.growth_per_decade = 0.10;
   s.infinite = scene == Comparison::rest;
   if (scene == Comparison::ratchet) {

@@ -1,5 +1,4 @@
-// Records a run of the room to files. The haptic loop only pushes rows; another thread writes them.
-//
+// Records a run of the room to files. The haptic loop only hands over rows; another thread writes them.
 //   BASE.csv       forces, as `bristle run --out` writes them: a row per tick and patch
 //   BASE.hand.csv  the hand: a row per tick
 //   BASE.toml      a script that replays it: settings, their changes, the hand
@@ -34,17 +33,19 @@ class Recorder {
   /// Adds the row of a tick; for the haptic thread.
   void push(const RecordRow& row) noexcept { rows_.push(row); }
 
-  /// @name For the writing thread. All throw cli::UserError. @{
+  /// @name For the writing thread. All throw cli::UserError.
+  /// @{
   void start_forces(const std::string& path);  ///< starts a recording of forces, without the hand
   void start_all(const std::string& base, const Settings& settings, std::uint64_t revision);
-  /// Tells the recorder the settings of a revision, before it drains rows that have that revision.
+  /// Tells the recorder which settings a revision stands for. Call it before drain() meets rows of that
+  /// revision.
   void know(std::uint64_t revision, const Settings& settings);
   void drain();
   void finish();            ///< writes the rows left, and closes; no effect if not started
   void abandon() noexcept;  ///< closes the files without writing the rows left
   ///@}
   bool is_open() const noexcept { return forces_.has_value(); }
-  /// Whether the recording includes the hand, as one begun by start_all() does.
+  /// Whether the recording includes the hand, as one does that start_all() began.
   bool has_hand() const noexcept { return hand_.has_value(); }
   std::uint64_t rows_written() const noexcept { return written_; }
   /// Returns how many rows were lost since the recording began, because the ring between threads was full.
@@ -62,7 +63,7 @@ class Recorder {
   double end_ = 0.0;
 };
 
-/// Returns the name of a contact place, such as "floor_corner_3", for the column `patch` of the CSV.
+/// Returns the name of a contact place, such as "floor_corner_3", for the column `patch` of the CSV file.
 std::string patch_name(int touch_key);
 
 }  // namespace room

@@ -49,7 +49,7 @@ Affine3f placed(const Vector3f& at, const Vector3f& scale) {
   return t;
 }
 
-// Returns the transform of a rod's axis, z from 0 to 1, onto the line between two points.
+// Returns the transform that puts a rod, whose axis is z from 0 to 1, on the line between two points.
 Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   Affine3f t = Affine3f::Identity();
   t.translate(from)
@@ -58,7 +58,7 @@ Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   return t;
 }
 
-// Frame buffer with several samples per pixel, which are averaged into the target, so that pictures with and
+// Frame buffer with several samples per pixel. They are averaged into the target, so that pictures with and
 // without a window are equal.
 class DrawingBoard {
  public:
@@ -135,7 +135,7 @@ ForceArrows place_arrows(const Snapshot& room, const RoomMeasures& measures) {
   }
   arrows.applied = applied.norm() > least;
   if (arrows.applied) {
-    // Lets the arrow of the applied force end where the tool touches the block.
+    // Lets the arrow of the applied force end at the point where the tool touches the block.
     const Vector3f ahead = applied.normalized();
     arrows.applied_to = to_vector(room.tool) + static_cast<float>(measures.tool_radius) * ahead;
     arrows.applied_from = arrows.applied_to - ahead * arrow_length(applied.norm());
@@ -180,7 +180,7 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    // Number of components of a hair's attributes place, state and shape.
+    // Number of components of each attribute of a hair: place, state and shape.
     constexpr GLint sizes[] = {4, 2, 3};
     std::size_t offset = 0;
     for (GLuint i = 2; i < 5; ++i) {
@@ -199,14 +199,14 @@ struct Renderer::Impl {
                     static_cast<float>(measures.height));
   }
 
-  // Makes the mesh of a hair: a rod of many short pieces, which the shader bends.
+  // Makes the mesh of a hair, which is a rod of many short pieces that the shader bends.
   static Triangles make_strand() {
     constexpr int pieces = 8;
     Triangles shape;
     for (int i = 0; i < pieces; ++i) {
       Triangles piece = make_rod(6, 1.0f);
       const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      // Number of vertices on a piece's side; the discs at its ends, which are hidden, are left out.
+      // Number of vertices on the side of a piece. The discs at its ends are hidden and left out.
       const std::size_t side = 14;
       for (std::size_t v = 0; v < side; ++v) {
         Vertex vertex = piece.vertices[v];
@@ -229,7 +229,7 @@ struct Renderer::Impl {
         0.05f);
     add(bodies, rectangle, placed({0, 0, 0.0002f}, {half.x(), half.y(), 1}), floor_paint, tiles, 0.10f);
 
-    // Draws a wall that is between the eye and the room as glass, so that it hides nothing.
+    // Draws a wall that stands between the eye and the room as glass, so that it hides nothing.
     const Vector3f eye = tilt.inverse() * camera.eye();
     struct Side {
       Vector3f middle, inward;
@@ -275,7 +275,7 @@ struct Renderer::Impl {
     add(bodies, sphere, placed(tool, Vector3f::Constant(radius)), tool_paint, lit, 0.6f);
     const Vector3f paint = room.device_lost ? lost_paint : hand_paint;
     add(bodies, sphere, placed(hand, Vector3f::Constant(0.55f * radius)), paint, lit, 0.5f);
-    // Draws the hand as a stylus that points at the hand's place from above and behind.
+    // Draws the hand as a stylus that points from above and behind at the hand's place.
     const Vector3f ahead = Vector3f(-0.42f, -0.30f, 1.0f).normalized();
     add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, lit, 0.5f);
     add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, lit,
@@ -293,7 +293,7 @@ struct Renderer::Impl {
     const Vector3f way = to - from;
     const float length = way.norm(), head = std::min(0.018f, 0.6f * length);
     const Vector3f neck = to - way * (head / length);
-    // Draws the arrow twice: as it is, and as a ghost that shows faintly through bodies before it.
+    // Draws the arrow twice: as it is, and as a ghost that shows faintly through bodies in front of it.
     for (const bool ghost : {false, true}) {
       auto& list = ghost ? ghosts : bodies;
       add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
@@ -303,14 +303,14 @@ struct Renderer::Impl {
     }
   }
 
-  // Draws a disc under each patch: its radius grows with the square root of the load, and its filling is the
-  // share of the friction limit in use.
+  // Draws a disc under each patch. Its radius grows with the square root of the load; its filling shows which
+  // share of the friction limit is in use.
   void place_contacts(const Snapshot& room) {
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
       const ContactView& c = room.contact[i];
       if (!(c.load > 0)) continue;
       float wide = std::clamp(0.007f * static_cast<float>(std::sqrt(c.load)), 0.0025f, 0.014f);
-      // Draws the disc of the tool's pad, which has an extent, at the pad's own radius.
+      // Draws the disc under the tool's pad, a contact with an extent, at the pad's own radius.
       if (c.torque_limit > 0) wide = static_cast<float>(room.settings.pad_radius);
       const double used = c.limit > 0 ? to_vector(c.friction).norm() / c.limit : 0;
       const float u = std::clamp(static_cast<float>(used), 0.0f, 1.0f);
@@ -331,7 +331,7 @@ struct Renderer::Impl {
       Vector3f at = to_vector(other.position);
       at.y() += aside_of(i);
       const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
-      // Gives compared blocks the colours of their curves in the plots, in scenes that have such curves.
+      // Gives compared blocks the colours of their curves in the plots, if the scene has such curves.
       const bool first =
           scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
       const bool brush = other.model == FrictionModel::brush;
@@ -406,8 +406,8 @@ struct Renderer::Impl {
     glDisable(GL_BLEND);
   }
 
-  // Returns a camera for the magnifying glass with the main camera's direction of view, so that hairs lean
-  // the way the block goes.
+  // Returns a camera for the magnifying glass. It looks in the direction of the main camera, so that hairs
+  // lean the way the block goes.
   static Matrix4f glass_camera(const Snapshot& room, const Camera& camera) {
     Vector3f along = Vector3f::UnitX(), aside = Vector3f::UnitY();
     for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {

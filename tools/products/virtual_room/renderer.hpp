@@ -1,4 +1,4 @@
-// Draws the virtual room by OpenGL 3.3, with a magnifying glass. Knows no window or panel.
+// Draws the virtual room, with a magnifying glass, by OpenGL 3.3. It knows nothing of windows and panels.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,16 @@ struct Picture {
   float glass_x = 0, glass_y = 0, glass_radius = 0;  ///< centre and radius of the glass; radius 0: none
 };
 
-/// Returns the rotation from the room's axes to the world's, whose z is up: the room is tilted by the slope.
+/// Returns the rotation from the room's axes to the world's, in which z is up: a slope tilts the whole room.
 Eigen::Matrix3f room_tilt(double slope);
 Eigen::Vector3f to_vector(const double (&v)[3]);
 
-/// Returns the distance (m) to the side at which compared block 0 (to the back) or 1 (to the front) is
-/// drawn.
+/// Returns how far to the side (m) compared block 0 (to the back) or 1 (to the front) is drawn.
 inline float aside_of(std::size_t compared) { return compared == 0 ? 0.12f : -0.12f; }
 
 /// Returns the length (m) of the arrow that shows a force of this size.
 float arrow_length(double newtons);
-/// Ends of the arrows that show friction and applied force, in the room's axes.
+/// Ends of the two arrows that show friction and applied force, in the room's axes.
 struct ForceArrows {
   Eigen::Vector3f friction_from, friction_to, applied_from, applied_to;
   bool friction = false, applied = false;  ///< whether the arrow is long enough to be drawn

@@ -1,5 +1,5 @@
-// Data that the haptic loop and the graphic loop exchange, as plain structs copied whole (exchange.hpp).
-//
+// Data that the haptic loop and the graphic loop exchange, as plain structs that are copied whole
+// (exchange.hpp).
 // Axes are the room's: x along the floor (the direction of the push), y to the left, z off the floor; the
 // origin is the middle of the floor. A slope tilts the whole room about y, so that in these axes gravity is g
 // (sin slope, 0, -cos slope): a positive slope lets the block slide towards the wall at +x. SI units.
@@ -19,7 +19,7 @@ enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 enum class Comparison : unsigned char { none, models, rubbing, rest, ratchet };
 
 /// Settings of the room that a user can change while the loops run. The graphic loop sends them whole. The
-/// desk, a thread that may allocate, makes patches and materials of the newest for the haptic loop.
+/// desk (a thread that may allocate) makes patches and materials of the newest settings for the haptic loop.
 struct Settings {
   FrictionModel model = FrictionModel::brush;
   double kinetic = 0.40, peak = 0.46;  ///< friction over load in sliding, and at the peak
@@ -33,8 +33,9 @@ struct Settings {
   double growth_per_decade = 0.0;
   double ageing_time = 0.1;  ///< time of rest after which static friction grows, s
   bristle::SnapRule rule = bristle::SnapRule::redraw;
-  /// Friction towards +x over friction towards -x, on a floor with a nap (bristle::Lay::to_over_fro). A nap
-  /// other than 1 needs the rule slide; then peak and growth_per_decade are ignored.
+  /// Friction towards +x over friction towards -x, on a floor with a nap, as hair and cloth have
+  /// (bristle::Lay::to_over_fro). A nap other than 1 needs the rule slide; then peak and growth_per_decade
+  /// are ignored.
   double nap = 1.0;
 
   /// Whether the patches have infinite brushes (Population::infinite); `bristles` is then ignored.
@@ -47,7 +48,7 @@ struct Settings {
   double hand_stiffness = 400.0;  ///< stiffness of the spring between hand and tool, N/m
   double hand_damping = 2.0;      ///< damping between hand and tool, N s/m
 
-  /// Radius of the tool's contact, a disc under uniform pressure, m; 0: it touches at a point.
+  /// Radius of the tool's contact, a disc under uniform pressure, m. 0: the tool touches at a point.
   double pad_radius = 0.0;
   double pad_friction = 0.0;  ///< kinetic friction coefficient of the tool; 0: that of the surfaces
   Comparison compare = Comparison::none;
@@ -86,7 +87,8 @@ enum class Act : unsigned char {
 /// Stiffness of the torsion spring by which a hand turns the block, N m/rad.
 inline constexpr double turn_stiffness = 0.2;
 
-/// Returns the angle (rad) by which a body, of this unit quaternion, is turned about the floor's normal.
+/// Returns the angle (rad) by which a body with this orientation, a unit quaternion, is turned about the
+/// floor's normal.
 inline double heading(double w, double x, double y, double z) noexcept {
   return std::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
 }
@@ -94,22 +96,22 @@ inline double heading(double w, double x, double y, double z) noexcept {
 inline constexpr std::size_t most_contacts = 32;
 inline constexpr std::size_t bristles_shown = 400;
 
-/// Pairs of bodies between which a contact can be.
+/// Pairs of bodies that can touch with friction.
 enum class Between : unsigned char { block_floor, block_wall, block_roof, block_tool };
 
 /// Contact with all that its drawing needs.
 struct ContactView {
   std::uint64_t key = 0;
   Between between = Between::block_floor;
-  /// Place of the contact, m; unit normal from the other body into the block.
+  /// Position of the contact, m, and unit normal from the other body into the block.
   double point[3] = {0, 0, 0}, normal[3] = {0, 0, 1};
   double along[3] = {1, 0, 0}, aside[3] = {0, 1, 0};  ///< tangent axes of the patch, in the room's axes
   double load = 0.0;                                  ///< normal load, N
   double friction[3] = {0, 0, 0};                     ///< friction on the block, N
   double limit = 0.0;                                 ///< highest elastic friction at this load, N
 
-  /// Torque on the block about the normal, and its highest value, N m; 0 for a contact at a point, which has
-  /// no torque.
+  /// Torque on the block about the normal, and its highest value, N m. Both are 0 for a contact at a point,
+  /// which has no torque.
   double torque = 0.0, torque_limit = 0.0;
 };
 
@@ -128,11 +130,11 @@ struct BristleView {
 inline constexpr std::size_t most_compared = 2;
 struct ComparedBlock {
   FrictionModel model = FrictionModel::lugre;
-  /// Position of the block, m; its orientation as a quaternion w, x, y, z.
+  /// Position of the block, m, and its orientation as a quaternion w, x, y, z.
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};
   double moved = 0.0;  ///< creep of this block down the slope, m
 
-  /// Highest friction of this block's contact (N) and the figure shown beside it (compared.hpp).
+  /// Highest friction of the block's contact (N), and the figure that is shown beside it (compared.hpp).
   double strength = 0.0, strength_beside = 0.0;
 };
 
@@ -150,13 +152,15 @@ struct Snapshot {
   bool paused = false, recording = false;
   bool held = false;  ///< whether the hand's spring pulls the tool; if not, the hand is at the tool
 
-  /// Position of the block, m; its orientation as a quaternion w, x, y, z.
+  /// Position of the block, m, and its orientation as a quaternion w, x, y, z.
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};
   double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};  ///< block's velocity, m/s; spin, rad/s
 
-  /// Creep of the first block down the slope (m), free of its swing, counted from 6 s on, when it settled.
+  /// Creep of the first block down the slope (m), without its swing. It is counted from 6 s on, when the
+  /// block has settled.
   double moved = 0.0;
-  /// Highest friction of the first block's contact (N) and the figure shown beside it (compared.hpp).
+  /// Highest friction of the first block's contact (N), and the figure that is shown beside it
+  /// (compared.hpp).
   double strength = 0.0, strength_beside = 0.0;
   std::size_t compared = 0;
   ComparedBlock beside[most_compared];
@@ -170,12 +174,12 @@ struct Snapshot {
   ContactView contact[most_contacts];
   BristleView bristles;
   std::uint64_t bristles_total = 0;
-  /// Friction coefficients that follow from the settings.
+  /// Friction coefficients of the surface that follow from the settings.
   double kinetic_coefficient = 0.0, peak_coefficient = 0.0;
 
-  /// Mean deflection of bristles at a snap that follows from the settings, m.
+  /// Mean deflection of a bristle at its snap, m, as it follows from the settings.
   double presliding_length = 0.0;
-  /// Stiffness over load of a sticking contact that follows from the settings, 1/m.
+  /// Stiffness of a sticking contact over its load, 1/m, as it follows from the settings.
   double stiffness_per_newton = 0.0;
   double bristle_stiffness = 0.0;  ///< stiffness sigma0 of one bristle, N/m
   Settings settings;               ///< settings that are in force

@@ -49,8 +49,8 @@ void RoomView::set_scale(float scale) {
   ImGui_ImplOpenGL3_CreateFontsTexture();  // builds the fonts: a picture cannot begin without
 }
 
-// Moves the magnifying glass to the other side of the picture when the block comes behind it, unless the
-// block would be hidden there too.
+// Moves the magnifying glass to the other side of the picture if the block comes behind it, unless the block
+// would be hidden there too.
 void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int height) {
   const Eigen::Vector3f block = to_vector(room.block_position);
   if (!block.allFinite()) return;
@@ -64,14 +64,14 @@ void RoomView::keep_glass_off_the_block(const Snapshot& room, int width, int hei
       return true;
     }
     const float size = 1.3f * more * std::hypot(top_x - x, top_y - y);
-    // Lower edge, in pixels, of the text below the magnifying glass.
+    // Position, in pixels, of the lower edge of the text below the magnifying glass.
     const float below = p.glass_y + p.glass_radius + 45 * scale_;
     const bool in_words =
         std::abs(x - p.glass_x) < p.glass_radius + size && y > p.glass_y && y < below + size;
     return std::hypot(x - p.glass_x, y - p.glass_y) > p.glass_radius + size && !in_words;
   };
-  // Keeps the magnifying glass on its side, unless it is at the left and there is ample room at the
-  // right.
+  // Keeps the magnifying glass on its side if it hides nothing there, unless it is at the left and there is
+  // ample room at the right.
   if (is_free(layout_) && !(glass_left_ && is_free(make_layout(width, height, scale_, panels, true), 2.0f)))
     return;
   const Layout other = make_layout(width, height, scale_, panels, true, !glass_left_);

@@ -1,4 +1,4 @@
-// Draws the whole picture, room and panels, into any frame buffer, with or without a window.
+// Draws the whole picture, which is the room and its panels, into any frame buffer, with or without a window.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace room {
 
-/// View of room and panels; owns the ImGui context. All calls come from the thread on which its OpenGL
-/// context is current.
+/// View of the room and its panels; owns the ImGui context. All calls must come from the thread on which its
+/// OpenGL context is current.
 class RoomView {
  public:
   RoomView(const RoomMeasures& measures, int samples, float scale);
@@ -34,8 +34,8 @@ class RoomView {
   void add(const PlotPoint& point);
   void forget();
 
-  /// Shows the settings in force in the panel, unless the user is editing. They may differ from those that
-  /// the user chose, by a script, a replay, or the clamping of a number.
+  /// Shows the settings in force in the panel, unless the user is editing. They differ from those that the
+  /// user chose if a script or a replay changed them, or a number was clamped.
   void follow(const Settings& in_force);
 
   /// Sets the display scale of fonts and panels (1 = 96 dots an inch).
@@ -51,7 +51,7 @@ class RoomView {
   }
   const History& history() const { return history_; }
 
-  /// Returns where things were in the picture drawn last.
+  /// Returns the layout of the picture that was drawn last.
   const Layout& layout() const { return layout_; }
   const RoomMeasures& measures() const { return measures_; }
 

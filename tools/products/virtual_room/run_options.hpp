@@ -33,7 +33,8 @@ struct RunOptions {
   std::string csv;       ///< CSV file to record forces in; empty = none
   bool tour = false;     ///< whether the window begins with the tour
   PictureOptions picture;
-  /// Time for which the graphic loop is stopped once a second, ms; for tests only.
+  /// Time, ms, for which the graphic loop is stopped once a second, to test that the haptic loop does not
+  /// wait for it.
   double stall_graphics_ms = 0.0;
   LoopOptions loop;
 };

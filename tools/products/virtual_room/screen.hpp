@@ -12,8 +12,8 @@ namespace room {
 /// display or no OpenGL.
 int show_window(const RunOptions& options, HapticLoop& loop);
 
-/// Returns functions that draw a run without a window into PNG files in the folder options.frames. For the
-/// calling thread only. Throws cli::UserError.
+/// Returns functions that draw the pictures of a run without a window into PNG files in the folder
+/// options.frames. Only the calling thread may use them. Throws cli::UserError.
 DrawFrame draw_into(const RunOptions& options);
 
 }  // namespace room

@@ -128,8 +128,8 @@ Script parse_script(const std::string& text, const std::string& path, const Room
     if (!script.hand.rows.empty()) {
       const HandRow& last = script.hand.rows.back();
       if (row.t < last.t) table.fail("t", "is before that of the last row");
-      // Keeps the hand's end of the spring where it was when the hand lets go, because the fading force of
-      // the spring must not jump.
+      // Keeps the hand's end of the spring where it was when the hand let go. Otherwise the fading force of
+      // the spring would jump.
       if (!row.hand.holds) std::copy_n(last.hand.position, 3, row.hand.position);
     }
     script.hand.rows.push_back(row);

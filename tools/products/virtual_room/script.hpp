@@ -1,4 +1,5 @@
-// Reads scripts of the room: settings, their changes, the hand's motion. Format: README.md beside it.
+// Reads scripts of the room: settings, their changes, the hand's motion. The README.md beside this file
+// describes the format.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // Shaders for OpenGL 3.3. They compute light in linear colours and write it with a gamma of 2, which needs
-// only a square root: software OpenGL is slow at pow.
+// only a square root, because software OpenGL is slow at pow.
 #pragma once
 
 namespace room::shaders {

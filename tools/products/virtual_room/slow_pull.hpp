@@ -1,4 +1,4 @@
-// Makes the motion of the program's own hand, which pulls so slowly that one sees the block break away.
+// Makes the motion of the program's own hand. It pulls so slowly that one sees the block break away.
 #pragma once
 
 #include <cmath>
@@ -9,13 +9,14 @@
 namespace room {
 
 /// Places of a hand that moves the block along x. The tool comes to the block from behind and low, so that
-/// its push hardly shifts load between the corners; then its spring pulls.
+/// its push hardly shifts load between the corners; after that its spring pulls.
 struct PullPlaces {
   /// Time until the hand reaches the block (s), gap before that (m), height of the hand over the floor (m).
   static constexpr double approach = 0.3, gap = 2e-3, height = 1e-3;
   double touching;  ///< place of the tool when it touches the block, m
 
-  /// Path of the hand from `touching` until the spring's force is the peak, m; bristles bend meanwhile.
+  /// Path of the hand, m, from `touching` until the force of the spring is the peak of friction. Bristles
+  /// bend meanwhile.
   double to_peak;
   double z;
 
@@ -30,8 +31,8 @@ struct PullPlaces {
   HandRow at(double t, double x) const { return {t, {true, {x, 0.0, z}, {0, 0, 0}}}; }
 };
 
-/// Returns the slow pull after a reset: its force reaches the peak after two seconds and grows for two more.
-/// At the end the hand lets go. `peak` is friction over load.
+/// Returns the motion of a slow pull, to begin after a reset. Its force reaches the peak after two seconds
+/// and grows for two more; then the hand lets go. `peak` is friction over load.
 inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& m) {
   constexpr double to_peak = 2.0;  // time from the reset to the peak of the force, s
   const PullPlaces places(s, peak, m);

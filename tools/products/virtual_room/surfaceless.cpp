@@ -21,7 +21,7 @@ namespace {
 }  // namespace
 
 SurfacelessContext::SurfacelessContext() {
-  // Tests for libEGL itself, because libepoxy ends the program if that library is missing.
+  // Looks for libEGL itself first. If it is missing, libepoxy would end the program.
   void* const library = dlopen("libEGL.so.1", RTLD_LAZY);
   if (!library) complain("libEGL.so.1 is not installed");
   dlclose(library);
@@ -49,8 +49,8 @@ SurfacelessContext::SurfacelessContext() {
 SurfacelessContext::~SurfacelessContext() {
   eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display_, context_);
-  // Leaves the EGL display open, as it belongs to the process: if the driver were unloaded, its leaks would
-  // have no names.
+  // Leaves the EGL display open until the process ends. If the driver were unloaded, a leak checker could not
+  // name what it leaks.
 }
 
 void leave_cores_to_the_haptic_loop() { setenv("LP_NUM_THREADS", "1", 0); }

@@ -1,4 +1,4 @@
-// Makes OpenGL contexts without window or display, by EGL.
+// Makes OpenGL contexts without window or display, by the library EGL.
 #pragma once
 
 namespace room {
@@ -17,8 +17,8 @@ class SurfacelessContext {
   void* context_ = nullptr;
 };
 
-/// Makes software OpenGL (llvmpipe) use one thread, so that the haptic loop has the other cores. Call it
-/// before the first context; a setting in the user's environment has priority.
+/// Limits software OpenGL (llvmpipe) to one thread, so that the haptic loop has the other cores. Call it
+/// before the first context is made. A setting in the user's environment has priority.
 void leave_cores_to_the_haptic_loop();
 
 }  // namespace room

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint16_t version = 2;
 constexpr std::int64_t most_ahead = 1 << 16;  // largest plausible jump of the sequence number
-// Limit of packets read in one tick, so that a flood does not stop the loop.
+// Largest number of packets read in one tick, so that a flood of packets does not stop the loop.
 constexpr int most_packets = 32;
 
 template <class T>
@@ -108,7 +108,7 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
   time_s_ = time_s;
   const double now = bristle::DeadlineMonitor::wall_now();
   if (there_ && now - heard_at_ > silence_s_) there_ = false;
-  // Has one byte more than a packet, so that a longer packet is noticed.
+  // Has room for one byte more than a packet, so that a longer packet is noticed and refused.
   unsigned char bytes[hand_packet_size + 1];
   for (int i = 0; i < most_packets; ++i) {
     sockaddr_in from{};
@@ -118,7 +118,7 @@ bool UdpDevice::read(double time_s, Hand& hand) noexcept {
     if (got < 0) break;
     HandPacket packet;
     const bool good = decode(bytes, static_cast<std::size_t>(got), packet);
-    // Compares sequence numbers by their signed difference, since they may wrap around.
+    // Compares sequence numbers by their signed difference, because they may wrap around.
     const std::int64_t ahead = static_cast<std::int32_t>(packet.sequence - newest_.sequence);
     const bool newer = !there_ || (ahead > 0 && ahead <= most_ahead);
     if (!good || !newer) {

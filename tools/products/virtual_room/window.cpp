@@ -39,7 +39,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Simulated time between the states kept for looking back, and for how long they are kept, s.
+// Distance in simulated time, s, between the states that are kept for looking back, and how long they are
+// kept, s.
 constexpr double kept_every_s = 0.05, kept_s = 60.0;
 constexpr double period_s = 1.0 / 60;  // shortest time from one picture to the next, s
 constexpr double notice_lasts_s = 4.0;
@@ -75,7 +76,7 @@ struct ImGuiOnGlfw {
   ImGuiOnGlfw& operator=(const ImGuiOnGlfw&) = delete;
 };
 
-// Guard that starts the haptic loop and stops it however the function is left.
+// Guard that starts the haptic loop and stops it, however the function ends.
 struct RunningLoop {
   HapticLoop& loop;
   explicit RunningLoop(HapticLoop& l) : loop(l) { loop.start(); }
@@ -191,7 +192,7 @@ class RoomWindow {
     return shown_;
   }
 
-  // Measures, once per picture, the speed of simulation and pictures.
+  // Measures, once per picture, how fast simulation and pictures run.
   void measure() {
     const double now = glfwGetTime();
     ++pictures_counted_;
@@ -219,13 +220,13 @@ class RoomWindow {
     if (std::exchange(touring_, false) && view_->gui.settings.compare == Comparison::none) act(Act::reset);
   }
 
-  // Shows the line of text of the tour (a guided demonstration). Once the tour's hand has finished, starts
-  // the scene that compares models.
+  // Shows the tour's present line of text (the tour is a guided demonstration). Once the tour's hand has
+  // finished, starts the scene that compares models.
   void follow_tour() {
     view_->title.clear();
     if (!touring_) return;
     const bool compares = view_->gui.settings.compare == Comparison::models;
-    // Stays true until the room's time shows that the room was reset.
+    // Stays true until the room's time shows that the reset at the tour's beginning has happened.
     tour_begins_ = tour_begins_ && room().time > 1.0;
     const double t = (tour_begins_ ? 0.0 : room().time) + (compares ? tour_hand_s : 0.0);
     if (!compares && t >= tour_hand_s) {
@@ -265,7 +266,7 @@ class RoomWindow {
                 "right drag: turn the view    F1: help";
     }
     ImGui_ImplGlfw_NewFrame();
-    // Tells ImGui also of keys that were pressed and released between two slow pictures.
+    // Tells ImGui also of keys that were pressed and released again between two slow pictures.
     for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = true;
     const Wishes wishes = view_->draw(shown(), width, height, static_cast<float>(elapsed), 0);
     for (const int key : pressed_) ImGui::GetIO().KeysDown[key] = is_down(key);
@@ -368,7 +369,7 @@ class RoomWindow {
     }
   }
 
-  // Starts a scene that compares, or the level floor with one block, from its beginning.
+  // Starts from its beginning a scene that compares blocks, or the level floor with one block.
   void compare(Comparison scene) {
     change_settings(settings_of(scene));
     act(Act::reset);
@@ -398,7 +399,7 @@ class RoomWindow {
     }
   }
 
-  // Stops the graphic loop for a while, if a test asks for it.
+  // Stops the graphic loop for a while, if a test asks for it (RunOptions::stall_graphics_ms).
   void stall() {
     if (options_.stall_graphics_ms <= 0 || glfwGetTime() < next_stall_) return;
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(options_.stall_graphics_ms));
@@ -425,7 +426,7 @@ class RoomWindow {
 
   bool is_down(int key) const { return glfwGetKey(window_.get(), key) == GLFW_PRESS; }
 
-  // Returns whether keys go to the panels: from Tab on, until Esc or a click.
+  // Returns whether the panels get the keys: from the key Tab on, until Esc or a click.
   static bool keys_are_of_panels() {
     return (ImGui::GetIO().ConfigFlags & ImGuiConfigFlags_NavEnableKeyboard) != 0;
   }
@@ -556,7 +557,7 @@ class RoomWindow {
   double notice_until_ = 0, next_stall_ = 1.0;
   double sent_at_ = 0;  // time when settings were last sent, s; 0: only the initial ones
   long pictures_ = 0;
-  // Real and simulated time, s, at which the rates were last computed.
+  // Real and simulated time, s, at which the speeds were last computed.
   double counted_at_ = 0, simulated_ = 0;
   bool was_paused_ = false, touring_ = false, tour_begins_ = false;
   long pictures_counted_ = 0;

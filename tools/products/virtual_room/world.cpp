@@ -19,20 +19,22 @@ constexpr double gravity = 9.80665;  // m/s^2
 constexpr double tool_mass = 0.05;   // mass of the tool that the hand moves, kg
 constexpr double air_damping = 0.5;  // damping of the tool's motion by air, N s/m
 
-// Normal stiffness of one contact, N/m; a block at rest sinks in by a few micrometres.
+// Normal stiffness of one contact, N/m, with which a block at rest sinks in by a few micrometres.
 constexpr double normal_stiffness = 1e5;
 constexpr double fastest_target = 2.0;  // limit of the speed of the spring's hand end, m/s
 
-// Speed, m/s, at which the spring's end at the hand moves to the hand where the two begin apart.
+// Speed, m/s, at which the spring's end at the hand moves towards the hand if the two are apart at the
+// beginning.
 constexpr double catching_up = 0.15;
-// Time from a tap on the block to the next, and duration of a tap, s. Taps go down and up the slope in turn.
+// Time from one tap on the block to the next, and duration of a tap, s. Taps go alternately down and up the
+// slope.
 constexpr double tap_period = 0.5 * tap_pair, tap_length = 0.02;
-// Distance from the middle of the room, m, beyond which the block counts as lost.
+// Distance from the middle of the room, m, beyond which the block counts as lost and the room is reset.
 constexpr double far_away = 5.0;
-// Relative change of load below which a patch keeps its load. Rounding alone then does not make it visit its
-// bristles.
+// Relative change of load below which a patch keeps its load. Otherwise rounding alone would make the patch
+// visit its bristles.
 constexpr double load_grain = 1e-9;
-// Stiffness (N/m) and largest force (N) by which the carriage moves a compared block.
+// Stiffness (N/m) and largest force (N) with which the carriage moves a compared block.
 constexpr double carriage_stiffness = 1e5, carriage_force = 20.0;
 
 // Returns the force of the taps at a time, over their amplitude: half sine waves, down and up the slope.
@@ -44,7 +46,7 @@ double tap(double time) {
   return std::fmod(count, 2.0) == 0.0 ? size : -size;
 }
 
-// Returns the first tangent axis of a flat surface, which is parallel to an axis of the room.
+// Returns the first tangent axis of a flat surface of the room. It is parallel to an axis of the room.
 Vector3 along_of(Surface surface) {
   return surface == Surface::end_wall ? Vector3(0, 1, 0) : Vector3(1, 0, 0);
 }
@@ -60,8 +62,8 @@ Vector9 row_along(const Touch& touch, const Vector3& arm, const Vector3& axis) {
   return row;
 }
 
-// Returns the row whose product with the nine velocities is the block's spin against the tool, which does not
-// turn itself.
+// Returns the row vector that gives the block's spin against the tool from the nine velocities. The tool
+// itself does not turn.
 Vector9 spin_row(const Touch& touch) {
   Vector9 row = Vector9::Zero();
   if (touch.pair == Touch::Pair::block_tool) row.segment<3>(3) = touch.normal;
@@ -144,7 +146,7 @@ void World::step(double dt, const Hand& hand, double grip, double force_limit) n
 }
 
 // Moves the hand's end of the spring towards the hand, at most as fast as a hand moves, since a mouse may
-// jump. Fetches a tool that is far away slowly: the force limit bounds the spring, but not the impact of a
+// jump. A tool that is far away is fetched slowly: the force limit bounds the spring, but not the impact of a
 // fast tool.
 void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   if (!hand.holds || grip <= 0.0) {
@@ -163,8 +165,8 @@ void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   target_velocity_ = (target_ - before) / dt;
 }
 
-// Puts the tool where the hand is when it is held for the first time since the reset, unless that place is
-// inside the block.
+// Puts the tool at the hand's place when the hand first takes hold of it after the reset, unless that place
+// is inside the block.
 void World::put_tool(const Vector3& place) noexcept {
   held_ = true;
   const Vector3 half(0.5 * measures_.block[0], 0.5 * measures_.block[1], 0.5 * measures_.block[2]);
@@ -202,7 +204,7 @@ Velocity World::force_beside_contacts(const Hand& hand) const noexcept {
   return f;
 }
 
-// Adds the hand's spring and damper to mass and forces implicitly, so that a stiff spring is stable too.
+// Adds the hand's spring and damper to mass and forces implicitly, so that even a stiff spring is stable.
 void World::add_hand_spring(double dt, double grip, double force_limit, Velocity& external) noexcept {
   spring_ = grip * parameters_.settings.hand_stiffness;
   damper_ = grip * parameters_.settings.hand_damping;
@@ -300,7 +302,7 @@ void World::find_loads(double dt, Velocity& external) noexcept {
 }
 
 void World::turn_axes(const Touch& touch, Place& place) const noexcept {
-  // Turns a place's tangent axes with its normal, so that bristles keep their directions.
+  // Turns the tangent axes of a contact place with its normal, so that bristles keep their directions.
   if (touch.pair == Touch::Pair::block_surface) place.along = along_of(touch.surface);
   Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
   if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
@@ -426,7 +428,7 @@ double World::applied_along() const noexcept {
 
 double World::holds() const noexcept {
   double sum = 0.0;
-  // Sums over the corners on the floor, which come first among the contact places.
+  // Adds up the corners on the floor, which come first among the contact places.
   for (std::size_t corner = 0; corner < corners; ++corner) {
     const Place& place = places_[corner];
     if (place.patch >= 0) sum += place.limit;
@@ -508,7 +510,7 @@ void World::show_bristles(BristleView& to) noexcept {
     shown_key_ = 0;
     double highest = 0.0;
     for (std::size_t k = 0; k <= surfaces * corners; ++k) {
-      // Shows bristles of the tool's contact (last in the list) only if there is no other contact.
+      // Shows bristles of the tool's contact (the last in the list) only if there is no other contact.
       if (k == surfaces * corners && shown_key_ != 0) break;
       if (places_[k].patch < 0 || places_[k].load <= highest) continue;
       highest = places_[k].load;

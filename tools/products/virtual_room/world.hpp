@@ -1,5 +1,5 @@
-// World of the virtual room: rigid block, tool, walls, and a tick in the paper's four steps. It has no
-// threads and reads no clock.
+// The world of the virtual room: a rigid block, a tool, walls, and the tick in the paper's four steps. It has
+// no threads and reads no clock.
 #pragma once
 
 #include <array>
@@ -33,10 +33,10 @@ class World {
   /// Runs one tick. `grip` (0 to 1) is the share of the hand's spring that pulls the tool (0: released).
   void step(double dt_s, const Hand& hand, double grip, double force_limit) noexcept;
 
-  /// Fills those fields of the room's snapshot that the world knows.
+  /// Fills in those fields of the room's snapshot that the world knows.
   void show(Snapshot& to) const noexcept;
-  /// Copies a sample of bristles from the patch under the highest load. Too slow for every tick, as it visits
-  /// bristles.
+  /// Copies a sample of bristles from the patch under the highest load, for the magnifying glass. It visits
+  /// bristles, which is too slow for every tick.
   void show_bristles(BristleView& to) noexcept;
 
   double time() const noexcept { return time_; }
@@ -47,8 +47,8 @@ class World {
   Vector3 friction() const noexcept;  ///< friction of all patches but the tool's on the block, N
   Vector3 applied() const noexcept;   ///< force of the tool on the block, N
 
-  /// Returns the floor's friction along the motion of each of its patches, summed, N: a block that turns
-  /// while it slides feels its kinetic friction too. Negative against a motion along +x.
+  /// Returns the friction of the floor along the motion of each of its patches, summed, N, so that a block
+  /// that turns while it slides shows its kinetic friction too. Negative against a motion along +x.
   double friction_along() const noexcept;
   double applied_along() const noexcept;  ///< component of applied() along the block's motion, N
   double path_along() const noexcept { return path_; }  ///< displacement along the motion since the reset, m
@@ -57,7 +57,8 @@ class World {
   std::uint64_t snaps() const noexcept { return friction_.snaps(); }
   double holds() const noexcept;  ///< highest elastic friction of the floor at this load, N
   const Vector3& device_force() const noexcept { return device_force_; }
-  /// Whether all numbers of the state are finite and the block is within 5 m.
+  /// Whether all numbers of the state are finite and the block is within 5 m of the middle; if not, the room
+  /// must be reset.
   bool is_sound() const noexcept;
   std::uint64_t state_hash() const noexcept;
 
@@ -73,14 +74,14 @@ class World {
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
 
  private:
-  // State of a contact place (a corner on a surface, or the tool) for as long as it touches.
+  // State of a contact place (a corner on a surface, or the tool), kept for as long as it touches.
   struct Place {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
     Vector3 force = Vector3::Zero();  // friction of this place's patch on the block, N
     double load = 0.0, limit = 0.0;   // normal load, and highest elastic friction under it, N
 
-    // Torque of the tool's pad on the block about the normal, and its highest value, N m.
+    // Torque that the tool's pad exerts on the block about the normal, and its highest value, N m.
     double torque = 0.0, torque_limit = 0.0;
     double way[2] = {0, 0};  // displacement along the tangent axes since the touch began, m
     MotionAxis axis;         // axis of that displacement, in the tangent axes
@@ -118,7 +119,7 @@ class World {
   bool caught_up_ = false;  // whether the spring's end has reached the hand
   Body body_;               // nine velocities of block and tool, and their mass
   Body coupled_;            // body_ plus the hand's spring and normal contacts in its mass
-  // Contacts that act in this tick, and those found at its end, which act in the next.
+  // Contacts that act in this tick, and contacts found at its end, which act in the next.
   Touches touches_, found_;
   std::array<Place, touch_keys> places_{};
   std::array<NormalContact, touch_keys> normals_{};

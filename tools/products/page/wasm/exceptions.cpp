@@ -1,5 +1,5 @@
-// Hands exceptions to JavaScript, since Debian's libc++ for WebAssembly has none: `refuse` throws there, so
-// that no destructor on the way runs. The caller in JavaScript restores the stack pointer.
+// Passes exceptions on to JavaScript, because Debian's libc++ for WebAssembly cannot throw them. `refuse`
+// throws in JavaScript, so no destructor on the way runs, and the caller there restores the stack pointer.
 #include <cstdlib>
 #include <exception>
 #include <typeinfo>
@@ -10,7 +10,8 @@ extern "C" {
 
 void* __cxa_allocate_exception(std::size_t size) noexcept { return std::malloc(size); }
 void __cxa_free_exception(void* thrown) noexcept { std::free(thrown); }
-/// Passes what() to JavaScript. The cast holds: all exceptions here derive from std::exception alone.
+/// Passes the text of an exception to JavaScript. The cast is valid, because all exceptions here derive from
+/// std::exception alone.
 [[noreturn]] void __cxa_throw(void* thrown, std::type_info*, void (*)(void*)) {
   refuse(static_cast<std::exception*>(thrown)->what());
 }
