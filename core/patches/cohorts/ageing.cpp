@@ -7,8 +7,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Longest time between base and present, in ageing times. Then the base is moved, so that the ages of the
-/// newest cohorts keep 32 bits.
+/// Longest time between base and present, in ageing times. After it the base is moved, so that the ages of
+/// the newest cohorts keep 32 bits.
 constexpr double farthest_time = 0x1p20;
 
 Int128 patch_time(const PatchRecord& r) noexcept { return r.clock == nullptr ? 0 : *r.clock - r.epoch; }

@@ -10,17 +10,17 @@ namespace bristle::detail {
 namespace {
 
 constexpr double bend = 0x1p-10;  // largest angle between path and arc within a step of a glide, rad
-// Largest angle, rad, between path and arc in a step longer than the path that bristles remember.
+// Largest angle, rad, between path and arc in a step that is longer than the path which bristles remember.
 constexpr double long_bend = 1.0 / 32;
 
-/// Shortest step, scaled, whose direction is used. Rounding of positions would turn a shorter one by more
+/// Shortest step, scaled, whose direction is trusted. Rounding of positions would turn a shorter one by more
 /// than 2^-14.
 constexpr double shortest_chord = 0x1p-30;
 
 double cross(const double (&a)[2], const double (&b)[2]) noexcept { return a[0] * b[1] - a[1] * b[0]; }
 
-/// Circular arc with which the path of a patch ends. Its tangent and curvature determine how cohorts are
-/// bent.
+/// Circular arc by which the end of a patch's path is described. Its tangent and curvature determine how
+/// cohorts are bent.
 struct Arc {
   double tangent[2];
   double curve;
@@ -38,8 +38,8 @@ Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
           c.curve};
 }
 
-/// Finds the mean deflection of the bristles in a glide whose path ends with a given arc. The force follows
-/// from it.
+/// Calculates the mean deflection of the bristles in a glide whose path ends with a given arc, from which the
+/// force follows.
 void find_mean(const Glide& g, const Arc& arc, double (&z)[2]) noexcept {
   const double across = g.across - (arc.curve - g.from_curve) * (0.5 * g.square);
   z[0] = g.along * arc.tangent[0] - across * arc.tangent[1];
@@ -51,7 +51,8 @@ double squares_at(const Glide& g, const Arc& arc) noexcept {
   return change * (change * g.squares[1] - g.squares[0]);
 }
 
-/// Rotation and bend that take a deflection stored at the start of a glide to the present end of the path.
+/// Rotation and bend that turn a deflection stored at the start of a glide into the one at the present end of
+/// the path.
 struct Turned {
   const Glide& g;
   const Arc arc;
@@ -79,7 +80,8 @@ void begin_glide(const Patch& p, const Cohorts& r, Glide& g) noexcept {
   find_glide_means(p, g);
 }
 
-/// Moves the patch along one axis together with the base of its cohorts' places. Deflections are unchanged.
+/// Moves the patch along one axis together with the base of its cohorts' places, so that deflections stay as
+/// they are.
 void move_along(Patch& p, Cohorts& r, int axis, std::int64_t to, std::int64_t sum) noexcept {
   r.base[axis] = sum_of(r.base[axis], difference(to, p.position[axis]));
   p.position[axis] = r.slid_to[axis] = p.part_position[axis] = to;
@@ -116,7 +118,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
     c.known = 1;
     return true;
   }
-  // Treats a path of steps of at least `long_step` as straight, because such steps do not show its curvature.
+  // Takes a path of steps of at least `long_step` as straight, because such steps do not show its curvature.
   const bool known = c.known != 0 && c.length < r.long_step;
   const double distance = c.way + 0.5 * length;
   const double turned = cross(c.node, direction);
@@ -132,7 +134,7 @@ bool go_on(const Cohorts& r, const double (&direction)[2], double length, Course
     const double measured = turned / distance;
     const double x = distance * r.per_lag;
     // Share of a change of curvature that the force has followed after a distance x, in units of the force's
-    // lag. Approximates 1 - exp(-x).
+    // lag. It approximates 1 - exp(-x).
     const double share = known ? std::min(1.0, x / (1.0 + 0.6 * x)) : 1.0;
     const double curve = c.curve + (measured - c.curve) * share;
     if (!(std::abs(curve) <= r.highest_curve)) return false;
@@ -225,8 +227,8 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
   if (r.glide.on == 0) r.glide = begun;
   static_cast<Course&>(r.glide) = next;
   for (int axis = 0; axis < 2; ++axis) {
-    // Leaves position and places unchanged in a far step (in which every bristle snaps): fixed point cannot
-    // store its displacement.
+    // Leaves position and places as they are in a far step (in which every bristle snaps), because fixed
+    // point cannot store its displacement.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
   p.bound.reach = glide_reach;
@@ -248,7 +250,7 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
     }
     return Bound::glide;
   }
-  // Checks the end of the step alone. A cohort's deflection is a convex function along a step, so a cohort
+  // Checks only the end of the step. A cohort's deflection is a convex function along a step, so a cohort
   // within its reach at both ends is within it all along.
   if (!r.glides || r.count == 0 || t.length > r.law.piece) return Bound::none;
   const double at[2] = {to_lengths(difference(t.to[0], r.base[0])),

@@ -9,18 +9,19 @@ namespace bristle::detail {
 struct Cohorts;
 struct CohortState;
 
-/// Recent path of a patch: direction, curvature, and distances along it in scaled lengths.
+/// Recent path of a patch, from which a glide is recognised: direction, curvature, and distances along it in
+/// scaled lengths.
 struct Course {
   double direction[2] = {0.0, 0.0};  ///< direction of the last step, a unit vector
   double length = 0.0;               ///< length of the last step; 0 = there is no last step
-  /// Direction of the earlier step in whose middle the curvature of the path was last measured.
+  /// Direction of that earlier step in whose middle the curvature of the path was last measured.
   double node[2] = {0.0, 0.0};
   double way = 0.0;         ///< path from where its turning was last measured to the present place
   double curve = 0.0;       ///< curvature of the path, smoothed: its turn per scaled length
   std::uint32_t known = 0;  ///< whether the curvature has been measured, 1 or 0
 };
 
-/// State of a glide. The cohorts are stored as they were at its start; the present ones follow by turning
+/// State of a glide. The stored cohorts are those at its start; the present ones follow from them by turning
 /// with the path and bending with the change of its curvature.
 struct Glide : Course {
   std::uint32_t on = 0;
@@ -30,8 +31,8 @@ struct Glide : Course {
   // deflection across it, and squared deflection along it less l_r^2, with l_r the residual length.
   // `squares`: change of the mean |z|^2 with the curvature, to first and second order.
   double along = 0.0, across = 0.0, square = 0.0;
-  /// Factor for the angle between the last step, a chord, and the tangent of the path: Cohorts::chord_share
-  /// over the mean deflection.
+  /// Factor that gives the angle between the last step, which is a chord, and the tangent of the path:
+  /// Cohorts::chord_share over the mean deflection.
   double chord_share = 0.0;
   double squares[2] = {0.0, 0.0};
 };
@@ -52,15 +53,15 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
 Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
 /// Computes the means over the cohorts at the start of a glide, from which its force follows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
-/// Updates the patch's sum of deflections from the means of its glide.
+/// Updates the patch's sum of deflections, from which its force follows, from the means of its glide.
 void note_glide(Patch& p) noexcept;
-/// Finds the deflection of cohort i, scaled, whether the patch glides or not.
+/// Finds the deflection of cohort i, scaled, whether or not the patch glides.
 void find_deflection(const Patch& p, std::uint32_t i, double (&z)[2]) noexcept;
-/// Returns how much the mean of |z|^2, with z the deflection, has changed since the start of a glide by the
-/// curvature of the path.
+/// Returns by how much the mean of |z|^2, with z the deflection, has changed since the start of a glide
+/// because the path curves.
 double glide_squares(const Cohorts& r) noexcept;
-/// Brings a copy of a gliding patch's cohorts, stored as at the start of the glide, to its present place:
-/// turns and bends them.
+/// Turns and bends a copy of a gliding patch's cohorts, stored as at the start of the glide, to their present
+/// state.
 void write_glide(const Patch& p, CohortState& s, double* rows) noexcept;
 /// Ends a glide: replaces the stored cohorts, those of its start, by the present ones. Does nothing if the
 /// patch does not glide.

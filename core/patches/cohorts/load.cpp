@@ -1,4 +1,5 @@
-// Changes the load of an infinite brush. When it falls, the bristles that came into contact last leave first.
+// Changes the load of an infinite brush. When the load falls, the bristles that came into contact last leave
+// first.
 #include <algorithm>
 #include <cmath>
 
@@ -7,8 +8,9 @@
 namespace bristle::detail {
 namespace {
 
-/// Finds the rank above which the mass `wanted` lies, by Newton's method on a piecewise linear sum, between
-/// bounds that close in. The rank of a bristle is the mass that came into contact before it.
+/// Finds the rank above which the mass `wanted` lies: the bristles above it leave contact. Uses Newton's
+/// method on a piecewise linear sum, between bounds that close in. The rank of a bristle is the mass that
+/// came into contact before it.
 double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   double low = 0.0;
   double high = r.mass;
@@ -27,8 +29,8 @@ double find_cut(const Cohorts& r, double first, double wanted) noexcept {
   return cut;
 }
 
-/// Removes from cohort i the bristles with ranks above `cut`, those that came into contact last, and returns
-/// the mass left. `all`: highest rank after the fall of the load.
+/// Removes the bristles with ranks above `cut`, which came into contact last, from cohort i, and returns the
+/// mass left. `all`: highest rank after the fall of the load.
 double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcept {
   double& low = entry(rows, i, cohort_low);
   double& high = entry(rows, i, cohort_high);
@@ -46,7 +48,8 @@ double cut_cohort(double* rows, std::uint32_t i, double cut, double all) noexcep
   return kept;
 }
 
-/// Removes the mass that exceeds a fallen load, and adds its sum of mass x squared deflection to `lost`.
+/// Removes the mass that a fallen load cannot hold in contact, and adds its sum of mass x squared deflection
+/// to `lost`.
 void shed(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (mass_now == 0.0) {
@@ -67,8 +70,9 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
     missing -= kept_of[i];
     if (kept_of[i] > kept_of[largest]) largest = i;
   }
-  // Corrects the masses to the wanted sum. They are rounded, and bristles of nearly equal ranks cannot be
-  // divided further. The largest cohort takes the difference; those after it take what it cannot.
+  // Corrects the masses to the wanted sum, from which rounding and bristles of nearly equal ranks (which
+  // cannot be divided further) make them differ. The largest cohort takes the difference; those after it take
+  // what it cannot.
   for (std::uint32_t k = 0; k < r.count && missing != 0.0; ++k) {
     const std::uint32_t i = (largest + k) % r.count;
     const double kept = std::clamp(kept_of[i] + missing, 0.0, mass_of(r.rows, i));
@@ -89,15 +93,16 @@ void shed(Patch& p, double mass_now, double& lost) noexcept {
   find_moment(r, r.rows);
 }
 
-/// Moves the base from which places are counted to the patch, if it has moved far away while out of contact.
+/// Moves the base from which places are counted to the patch, if the patch has moved far away while out of
+/// contact.
 void come_near(const Patch& p, Cohorts& r) noexcept {
   constexpr double far = 4096.0;
   for (int axis = 0; axis < 2; ++axis)
     if (std::abs(place(p, r, axis)) > far) r.base[axis] = p.position[axis];
 }
 
-/// Adds straight bristles after a rise of the load. As the last to come into contact they get the highest
-/// ranks.
+/// Adds straight bristles after a rise of the load. They are the last to come into contact, so they get the
+/// highest ranks.
 void admit(Patch& p, double mass_now, double& lost) noexcept {
   Cohorts& r = cohorts(p);
   if (r.count == 0) come_near(p, r);
@@ -108,14 +113,14 @@ void admit(Patch& p, double mass_now, double& lost) noexcept {
   if (low > 0.0) r.layered = 1;
   const double dx = at[0] - r.begin[1][0];
   const double dy = at[1] - r.begin[1][1];
-  // Lets entering bristles join the last cohort only if the patch has hardly moved since that cohort entered:
-  // a larger distance would mix ranks.
+  // Lets entering bristles join the last cohort only if the patch has hardly moved since that cohort entered.
+  // A larger distance would mix bristles of different ranks.
   const double near = r.law.piece / 16.0;
   bool joins = r.open[1] != no_cohort && dx * dx + dy * dy <= near * near;
   if (r.count == 0) begin_time(p);
   const int ages = r.ageing != nullptr ? 1 : 0;
   const CohortTimes times = times_of(p);
-  // Keeps new bristles apart from a cohort that has aged noticeably.
+  // Keeps new bristles apart from a cohort that has noticeably aged.
   if (joins && ages) joins = (strength_of(p, times, r.open[1]) - 1.0) * r.law.mean <= r.law.piece / 8.0;
   if (!joins && r.count == r.capacity) lost += r.kernels->make_room[ages](r.law, r, r.rows, at, times);
   lost += r.kernels->enter[ages](r.law, r, r.rows, at, entered, low, mass_now, joins, times);
@@ -144,7 +149,7 @@ double apply_cohort_load(Patch& p, double normal_load_n) noexcept {
   p.normal_load = normal_load_n;
   p.zeta = p.material().material.bristles_in_contact(normal_load_n);
   const double share = p.zeta / r.zeta_max();
-  // Prevents rounding from turning the maximum load itself into an overload.
+  // Keeps rounding from turning the maximum load itself into an overload.
   const double overload = share > 1.0 + 1e-14 ? share : 1.0;
   const double mass = std::floor(std::min(share, 1.0) * full_mass + 0.5);
   const double joules = joules_per_unit(p);

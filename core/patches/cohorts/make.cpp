@@ -10,8 +10,8 @@ namespace bristle::detail {
 namespace {
 
 constexpr const char* where = "PatchOptions with population infinite";
-/// Longest path to steady sliding (RenewalLaw::forget) that is used, in mean snap lengths. The search for it
-/// goes twice as far.
+/// Longest path to steady sliding (RenewalLaw::forget) that is trusted, in mean snap lengths. The search for
+/// it goes twice as far.
 constexpr double longest_solved = 20.0;
 
 void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
@@ -83,17 +83,17 @@ void check(const Material& material, const PatchOptions& options) {
 }
 
 /// Returns the length of the shortest step at whose end the mean deflection depends on the step's direction
-/// alone. It is the length h at which square / 2 - kinetic h / 2 + share h^2 is 0; if there is none, that at
-/// which this is least.
+/// alone: the length h at which square / 2 - kinetic h / 2 + share h^2 is 0; if there is none, that at which
+/// this is least.
 double find_long_step(double kinetic, double square, double share) noexcept {
   const double lowest = 0.25 * kinetic / share;
   const double root = lowest * lowest - 0.5 * square / share;
   return lowest - (root > 0.0 ? std::sqrt(root) : 0.0);
 }
 
-/// Returns the largest number of cohorts of a new patch: in proportion to the pieces of a mean snap length,
-/// whose number depends on the law, and to the resolution once more, so that merging and pieces cause errors
-/// of one order.
+/// Returns the largest number of cohorts of a new patch. It is in proportion to the pieces of a mean snap
+/// length, whose number depends on the law, and to the resolution once more, so that merging and pieces cause
+/// errors of one order.
 std::uint32_t choose_capacity(const Cohorts& r) noexcept {
   const double finer = r.options.resolution / default_resolution;
   const double pieces = r.law.mean / r.law.piece;
@@ -107,15 +107,16 @@ std::uint32_t choose_capacity(const Cohorts& r) noexcept {
 void set_pieces(Cohorts& r) noexcept {
   const double resolution = r.options.resolution;
   const double mean = r.law.mean;
-  // Makes pieces of path shorter where many snap lengths are nearly equal, in the whole law or in a group of
-  // lengths, because many bristles would then snap within one piece.
+  // Makes pieces of path shorter if many snap lengths are nearly equal, in the whole law or in a group of
+  // lengths. Otherwise many bristles would snap within one piece.
   double share = r.material->survival().finest / resolution;
-  // Makes pieces shorter under strong shared renewal, which acts along the length 1 / (kappa x snap rate).
+  // Makes pieces shorter under strong shared renewal, since its effect changes along the length 1 / (kappa x
+  // snap rate).
   const double renewals = r.law.renewal * r.law.snap_rate * mean;
   if (renewals > 1.5) share *= 1.5 / renewals;
   r.law.piece = std::min(mean * share, longest_piece_share * r.law.end);
   r.law.slow = 2.0 * mean;
-  // Lets pieces grow less under a wide law, because many bristles would snap twice in a long piece.
+  // Lets pieces grow less under a wide law. Many bristles would snap twice in a long piece.
   r.law.longest_growth = r.material->material.snap_length.cv() > 0.6 ? 1.5 : 4.0;
   // Computes the share of mass below which a cohort is negligible. In steady sliding a cohort begins with the
   // share `share` of the mass; under a wide law it matters until only the share `weak` of that is left.
@@ -158,8 +159,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  // Lengthens the path after a reversal by 2 l_r: bristles go from one residual deflection to the opposite
-  // one.
+  // Lengthens the path by 2 l_r for a reversal, in which bristles go from one residual deflection to the
+  // opposite one.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
   // Moves merged cohorts apart to pairs of Gauss points only if the law's survival function has no corners.
@@ -172,8 +173,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   // forgotten by later ones.
   const bool renewed = made.law.renewal * made.law.snap_rate * table.forget > 1.0;
   made.follow = (renewed ? table.forget : table.follow) + reversed;
-  // Computes mean deflection and mean square of steady sliding as without shared renewal. Renewal lowers
-  // both, but they only serve to judge lengths of path.
+  // Computes mean deflection and mean square of steady sliding as if without renewal. Renewal lowers both,
+  // but they only serve to judge lengths of path.
   const double kinetic = 0.5 * table.square / table.mean;
   const double square = table.cube / (3.0 * table.mean);
   made.memory = square / kinetic;

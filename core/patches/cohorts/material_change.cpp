@@ -9,7 +9,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Gives the bristles of cohort i the snap lengths beyond `reach`. Its mass is unchanged.
+/// Gives the bristles of cohort i snap lengths beyond `reach`, and leaves its mass as it is.
 void set_reach(const Cohorts& r, std::uint32_t i, double reach) noexcept {
   const double mass = mass_of(r.rows, i);
   entry(r.rows, i, cohort_fresh) = mass + 0.5;
@@ -18,7 +18,7 @@ void set_reach(const Cohorts& r, std::uint32_t i, double reach) noexcept {
   entry(r.rows, i, cohort_fresh) = left > 0.0 ? fresh_mass(mass, left) : 0.0;
 }
 
-/// Raises the reach of cohort i, its largest deflection so far, to `bent`. Returns the mass of the bristles
+/// Raises the reach of cohort i, its largest deflection so far, to `bent`. Returns the mass of those bristles
 /// whose snap lengths allow that.
 double hold_beyond(const Cohorts& r, std::uint32_t i, double bent) noexcept {
   const double mass = mass_of(r.rows, i);
@@ -69,8 +69,8 @@ void slip_all(Patch& p) noexcept {
   r.snap_rest = snaps - std::floor(snaps);
 }
 
-/// Copies the ages of bristles to a patch of the new material. They begin at 0 if the old material did not
-/// age.
+/// Copies the ages of bristles to a patch of the new material. If the old material did not age, they begin at
+/// 0.
 void take_over_ages(Patch& to, const Cohorts& old) noexcept {
   const Cohorts& r = cohorts(to);
   if (r.ageing == nullptr) return;
@@ -108,7 +108,8 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   const bool same_law =
       material.snap_length == before.snap_length && material.residual_length == before.residual_length;
   if (!same_law) {
-    // Ratio of the scaled length (unit of length) of the old material to that of the new one, a power of two.
+    // Ratio of the scaled length (unit of length) of the old material to that of the new one, a power of two,
+    // so that conversion is exact.
     const double ratio = from.material().metres_per_length * to.material().lengths_per_metre;
     for (std::uint32_t i = 0; i < r.count; ++i)
       for (int axis = 0; axis < 2; ++axis) {
@@ -129,8 +130,8 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
     if (!same_ageing(material, before)) slip_all(to);
   }
   find_moment(r, r.rows);
-  // Applies the load again, because under the new material it may bring another number of bristles into
-  // contact.
+  // Applies the present load again, because under the new material it may bring another number of bristles
+  // into contact.
   to.pending_loss += apply_cohort_load(to, from.normal_load);
 }
 

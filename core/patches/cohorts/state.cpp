@@ -8,8 +8,8 @@
 namespace bristle::detail {
 namespace {
 
-// Lists the saved scalars of an infinite brush, in the order of the saved bytes. `r`: brush whose material
-// and options bound them.
+// Lists the saved scalars of an infinite brush, in the order of the saved bytes. `r`: the brush whose
+// material and options bound them.
 
 template <class State, class Visit>
 void slide_fields(State& s, const Cohorts& r, Visit&& visit) noexcept {
@@ -67,7 +67,7 @@ void cohort_fields(State& s, Noted& noted, const Cohorts& r, Visit&& visit) noex
 
 constexpr double ever = 1e17;  ///< time longer than any clock runs for, s
 
-/// Lists the fields that an ageing patch saves besides the times when its cohorts were last straight.
+/// Lists the fields that an ageing patch saves in addition to the birth times of its cohorts.
 template <class Ageing, class Visit>
 void ageing_fields(Ageing& a, Visit&& visit) noexcept {
   visit(a.base, FieldRule{"base of time", 0.0, ever * clock_units_per_second, Hashed::apart});
@@ -86,7 +86,7 @@ double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcep
 
 const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohorts& saved, ByteReader rows) {
   const double longest = r.law.end * (1.0 + 1e-3);
-  // Allows for the growth of snap lengths by ageing at the largest age: a factor of 1 + 60 beta for the
+  // Allows for the growth of snap lengths by ageing up to the largest age: a factor of 1 + 60 beta for the
   // logarithmic form.
   const Material& material = r.material->material;
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
@@ -98,8 +98,8 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
     const double zy = at[1] - read(cohort_y);
     if (!within(zx, -farthest, farthest) || !within(zy, -farthest, farthest)) return "a cohort's place";
     if (!within(read(cohort_reach), 0.0, longest)) return "a cohort's reach";
-    // Refuses a stored survival S below that of the law at this reach R: a later look-up of S would increase
-    // the cohort's mass.
+    // Refuses a stored survival S that is below that of the law at this reach R. A later look-up of S would
+    // increase the cohort's mass.
     const double left = survival_at(survival, read(cohort_reach)).left;
     if (!within(read(cohort_left), std::max(left * (1.0 - 1e-12), 1e-30), 1.0)) return "a cohort's survival";
     if (!within(read(cohort_moment), 0.0, r.law.mean)) return "a cohort's moment";
@@ -121,8 +121,8 @@ const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader 
   for (std::uint32_t i = 0; i < r.capacity; ++i) {
     double birth = 0.0;
     read(birth);
-    // Checks births beyond the last cohort too: kernels step whole rows, so they must be numbers. They are
-    // saved as 0.
+    // Checks the births behind the last cohort too, since kernels step whole rows and need numbers there.
+    // They are saved as 0.
     if (!(i < count ? within(birth, -ever, ever) : birth == 0.0)) return "a cohort's birth";
   }
   return nullptr;
@@ -184,8 +184,8 @@ Int128 deflections_at(const CohortState& s, double at, int axis) noexcept {
   return static_cast<Int128>(sum);
 }
 
-/// Writes the patch's sum of deflections as it would be after an exact computation at the position `noted`
-/// and the motion from there to the present position.
+/// Writes the patch's sum of deflections as an exact computation at the position `noted` and the motion since
+/// then give it, so that a restored patch has the same bits.
 void note_sum(Patch& p, int axis, std::int64_t noted) noexcept {
   const Cohorts& r = cohorts(p);
   const double at = to_lengths(difference(noted, r.base[axis]));
@@ -239,7 +239,8 @@ void read_cohorts(const Patch& p, std::size_t count, Span<double> zx, Span<doubl
   const Cohorts& r = cohorts(p);
   const double metres = p.material().metres_per_length;
   const CohortTimes times = times_of(p);
-  // Assigns the bristles asked for to cohorts in the order of their rows, in proportion to their mass.
+  // Distributes the bristles asked for over the cohorts, in the order of their rows and in proportion to
+  // their mass.
   std::uint32_t at = 0;
   double passed = 0.0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -288,7 +289,7 @@ const char* find_cohort_fault(const Patch& p, const Patch& contact, ByteReader r
   if (saved.mass != std::floor(std::min(share, 1.0) * full_mass + 0.5)) return "mass";
   for (std::uint32_t open : saved.open)
     if (open != no_cohort && open >= saved.count) return "open";
-  // Allows any place for a patch out of contact, because its next contact resets the base of its places.
+  // Allows any place for a patch out of contact. Its next contact resets the base of its places.
   const double near = saved.count > 0 ? 1e4 : 1e300;
   double at[2];
   for (int axis = 0; axis < 2; ++axis) {

@@ -11,13 +11,13 @@ namespace {
 
 constexpr double gauss = 0.57735026918962576;  // places of the two Gauss points on [-1, 1]: -gauss and gauss
 
-/// Finds by how much pieces of path grow with their distance behind the patch, so that `room` cohorts reach
-/// to the distance `farthest`. Under a wide law that is far, so distant pieces must be longer.
+/// Finds by how much pieces of path must grow with their distance behind the patch, so that `room` cohorts
+/// reach to the distance `farthest`. Under a wide law that is far, so distant pieces must be longer.
 double find_growth(double piece, double farthest, double room) noexcept {
   double growth = 0.0;
   if (farthest / piece <= room) return growth;
   for (growth = 0.02; growth < 1.0; growth *= 1.2) {
-    // Number of pieces next to the patch that keep the first length; pieces behind them grow.
+    // Number of pieces next to the patch that have the first length; pieces behind them grow.
     const double even = 1.0 / growth;
     if (even + log(std::max(farthest * growth / piece, 1.0)) / growth <= room) break;
   }
@@ -47,7 +47,8 @@ SteadyLaw find_steady_law(const Cohorts& r, const CohortTimes& times) noexcept {
   law.end = law.table.end;
   if (times.births == nullptr) return law;
   law.per_length = times.per_length;
-  // Iterates from below. The growth of snap lengths is concave in time, so no iterate passes the solution.
+  // Iterates from below to the solution, which no iterate passes, because the growth of snap lengths is
+  // concave in time.
   for (double before = 0.0; law.end > before * (1.0 + 1e-9);) {
     before = law.end;
     law.end = law.table.end * law.material.ageing_factor(law.end * law.per_length);
@@ -105,7 +106,7 @@ std::uint32_t find_nodes(const Cohorts& r, const SteadyLaw& law, Node* nodes) no
   return count;
 }
 
-/// Path of the patch until a bristle of a given cohort snaps, as two means over the bristles of the cohort.
+/// Path of the patch until a bristle of a cohort snaps, as two means over the bristles of the cohort.
 struct Passage {
   double path;         ///< mean of the path to the snap over the bristles
   double half_square;  ///< half the mean square of the path to the snap over the bristles
@@ -137,8 +138,8 @@ Passage find_aged_passage(const SteadyLaw& law, double residual, double reach, d
 }
 
 /// Constants of steady sliding as a renewal process: the mean path between snaps, the mean deflection beyond
-/// the residual (`force`), and `transient`. A long path that begins with a snap has the integral path x force
-/// + `transient` of that deflection.
+/// the residual (`force`), and `transient`. Along a path that begins with a snap, that deflection has the
+/// integral path x force + `transient` if the path is long.
 struct Renewals {
   double mean, force, transient;
 };
@@ -158,7 +159,7 @@ Renewals find_renewals(const SteadyLaw& law, const Node* nodes, std::uint32_t co
   return {mean, force, force * force - cube / (3.0 * mean)};  // Renewals::transient
 }
 
-/// Adds the path integral of the deflection, and the snaps, of a long step. The bristles of each cohort snap
+/// Adds the path integral of the deflection, and the snaps, of a long step: the bristles of each cohort snap
 /// once, and from then on follow a renewal process.
 void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewals, const CohortState& s,
                   const double* rows, const CohortMove& a, CohortTotals& t) noexcept {
@@ -182,7 +183,7 @@ void add_passages(const Cohorts& r, const SteadyLaw& law, const Renewals& renewa
   }
 }
 
-/// Writes the cohorts of steady sliding at the end of a step, with masses that are whole numbers.
+/// Writes the cohorts of steady sliding at the end of a step. Their masses are rounded to whole numbers.
 void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const CohortMove& a,
                  CohortState& s, double* rows) noexcept {
   double all = 0.0;
@@ -208,7 +209,7 @@ void write_nodes(const Cohorts& r, const Node* nodes, std::uint32_t count, const
   // Writes the youngest cohort first, because row 0 takes the rounding remainder of all masses.
   for (std::uint32_t k = 0; k < count; ++k)
     if (const double mass = std::floor(s.mass * (nodes[k].share / all)); mass > 0.0) write(k, mass);
-  // Puts a mass of few units, too small to be divided among all cohorts, into one cohort at the mean age of
+  // Puts a mass of few units, which cannot be divided among all cohorts, into one cohort at the mean age of
   // bristles.
   if (i == 0) write(count / 2, s.mass);
   entry(rows, 0, cohort_fresh) = fresh_mass(mass_of(rows, 0) + missing, entry(rows, 0, cohort_left));
@@ -223,7 +224,7 @@ double find_rate(double kappa, const Node* nodes, std::uint32_t count) noexcept 
   double all = 0.0;
   for (std::uint32_t k = 0; k < count; ++k) all += nodes[k].share;
   double rate = 1.0 / ((1.0 + kappa) * all);
-  // Approaches the root from below by Newton's method. The sum is concave, so no iterate passes the root.
+  // Approaches the root from below by Newton's method. No iterate passes it, because the sum is concave.
   for (int i = 0; kappa > 0.0 && i < 8; ++i) {
     double sum = 0.0;
     double slope = 0.0;
@@ -270,8 +271,8 @@ void slide_far(const Cohorts& r, CohortState& s, double* rows, const CohortMove&
     stored = squares_at(s, rows, needs_pieces(r, a) ? a.to : a.from, s.spread);
   }
   write_nodes(r, nodes, count, a, s, rows);
-  // Mixes the ranks, the order in which bristles came into contact: a slide this long mixes old and new
-  // bristles.
+  // Gives all cohorts all ranks (the order in which bristles came into contact), because a slide this long
+  // mixes old and new bristles.
   s.layered = 0;
   s.spread = 0.0;
   for (std::uint32_t& open : s.open) open = no_cohort;

@@ -9,15 +9,16 @@
 namespace bristle::detail {
 namespace {
 
-// Distance of the patch from the base of its cohorts' places, scaled, above which the base is moved.
+// Distance of the patch from the base of its cohorts' places, scaled, above which the base is moved to the
+// patch.
 constexpr double farthest_base = 16.0;
 constexpr double straight = 0x1p-12;   // sine of the largest angle by which a straight slide may turn
 constexpr double longest_step = 1e16;  // time longer than any clock runs for, s
-// Largest relative change of speed with which a slide of an ageing patch goes on as the same slide.
+// Largest relative change of speed with which the slide of an ageing patch counts as the same slide.
 constexpr double same_speed = 0x1p-8;
 
-/// Returns the middle of a step along an axis. A ball about it contains both ends of the step, so a patch
-/// that moves to and fro stays within one bound.
+/// Returns the middle of a step along an axis. A ball about the middle contains both ends of the step, so a
+/// patch that moves to and fro stays within one bound.
 std::int64_t middle(const Patch& p, const Advance& a, int axis) noexcept {
   return sum_of(p.position[axis], difference(a.to[axis], p.position[axis]) / 2);
 }
@@ -39,26 +40,27 @@ double find_straight_run(const Patch& p, const Cohorts& r, const Advance& a) noe
   return goes_on ? r.run : 0.0;
 }
 
-/// Plan for a step in which bristles may snap: which part of its path is followed, and where it ends.
+/// Plan for a step in which bristles may snap: which part of its path is followed piece by piece, and where
+/// it ends.
 struct Slide {
   CohortMove move;  ///< move of the cohorts in the kernels; its times are filled if the material ages
   std::int64_t to[2];
   double run = 0.0;       ///< length of the slide that this step continues, in scaled lengths
   Course course;          ///< recent path of the patch after this step, if the patch may glide
   double followed = 0.0;  ///< part of the step's path that is computed in pieces, scaled
-  /// Least length of the followed path, scaled, after which the state does not depend on the state at the
+  /// Least length, scaled, of a followed path after which the state does not depend on the state at its
   /// start.
   double forget = 0.0;
   double carried = 0.0;  ///< part of the path along which cohorts move with the patch unchanged, scaled
 
-  // Values that only patches that age have:
+  // Values that only ageing patches have:
   double oldest = 0.0;  ///< time when the oldest cohort was last straight, at the slide's start
-  /// Factor by which ageing makes forgetting take longer: the growth of the oldest cohort's snap lengths up
-  /// to the end of the slide.
+  /// Factor by which ageing lengthens the path that is needed to forget: the growth of the oldest cohort's
+  /// snap lengths up to the end of the slide.
   double growth = 1.0;
 };
 
-/// Fills, for a patch that ages, the times of the move, the oldest birth and the growth of snap lengths.
+/// Fills in, for a patch that ages, the times of the move, the oldest birth and the growth of snap lengths.
 [[gnu::noinline]] void age(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) noexcept {
   CohortTimes& times = slide.move.times;
   times = times_of(p);
@@ -80,8 +82,8 @@ void find_run(const Patch& p, const Cohorts& r, const Advance& a, Slide& slide) 
   if (!goes_on) begin_course(a.direction, a.length, slide.course);
 }
 
-/// Returns whether this step turns off the line of the last one; false for a patch that may not glide on bent
-/// paths.
+/// Returns whether this step turns off the line of the last one. It is false for a patch that may not glide
+/// on bent paths.
 bool turns(const Cohorts& r, const Advance& a) noexcept {
   const double(&before)[2] = r.glide.direction;
   return r.glides && std::abs(before[0] * a.direction[1] - before[1] * a.direction[0]) > 0x1p-20;
@@ -110,11 +112,11 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
     age(p, r, a, slide);
   }
   double followed = std::max(r.follow - slide.run, 0.0) * slide.growth;
-  // Computes in pieces the whole path that bristles remember if the path turns here. A glide that begins
-  // after this step then depends on this step alone.
+  // Follows in pieces the whole path that bristles remember if the path turns in this step. A glide that
+  // begins after the step then depends on this step alone.
   if (slide.run > 0.0 && turns(r, a)) followed = std::max(followed, r.long_step);
   slide.forget = r.follow * slide.growth;
-  // Looks for a shorter forgetting path unless the step is at least `follow` long and nothing is renewed:
+  // Looks for a shorter forgetting path, unless the step is at least `follow` long and nothing is renewed:
   // such a step forgets its start by its length alone.
   const bool may_forget =
       r.forget > 0.0 && a.length >= r.forget && (r.law.renewal > 0.0 || a.length < r.follow);
@@ -137,8 +139,8 @@ Slide find_slide(const Patch& p, const Cohorts& r, const Advance& a, const Cohor
   return slide;
 }
 
-/// Moves the base of the cohorts' places close to the patch. `to`: position of the patch relative to the
-/// base.
+/// Moves the base of the cohorts' places close to the patch, so that places stay small. `to`: position of the
+/// patch relative to the base.
 void follow(CohortState& s, double* rows, double (&to)[2]) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     if (std::abs(to[axis]) <= farthest_base) continue;
@@ -157,8 +159,8 @@ double whole_deflections(const CohortState& s, double at, int axis) noexcept {
   return std::abs(sum) < 9e18 ? static_cast<double>(std::llrint(sum)) : sum;
 }
 
-/// Returns the number of snaps of a bristle per scaled length in this slide, from the cache if the speed is
-/// that of the last one.
+/// Returns the number of snaps of a bristle per scaled length in this slide; from the cache if the speed is
+/// that of the last slide.
 double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   if (r.ageing == nullptr) return r.law.snap_rate;
   CohortAgeing& ageing = *r.ageing;
@@ -171,7 +173,7 @@ double snap_rate_of(const Cohorts& r, const Slide& slide) noexcept {
   return ageing.snap_rate;
 }
 
-/// Returns the offset, in the table of kernels, of those for this law: plain (0), with residual or shared
+/// Returns the place, in the table of kernels, of those for this law: plain (0), with residual or shared
 /// renewal (2), or with ageing (4).
 int kind_of(const Cohorts& r) noexcept {
   if (r.ageing != nullptr) return 4;
@@ -184,8 +186,8 @@ int kind_of(const Cohorts& r) noexcept {
 /// snaps of cohorts do not fall into a common rhythm.
 void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slide& slide,
             CohortTotals& t) noexcept {
-  // Length of a move over that of a piece of path. Cohorts lie a piece apart, so this share keeps moves out
-  // of step with their snaps.
+  // Length of a move over that of a piece of path. Cohorts lie a piece apart, so this odd share keeps moves
+  // out of step with their snaps.
   constexpr double share = 0.38;
   constexpr int most = 64;
   CohortMove& move = slide.move;
@@ -208,8 +210,8 @@ void settle(const Patch& p, const Cohorts& r, CohortState& s, double* rows, Slid
   }
 }
 
-/// Adds deflection integral, dissipated energy and snaps of that part of the path along which all deflections
-/// stay as they are.
+/// Adds deflection integral, dissipated energy and snaps of that part of the path along which cohorts move
+/// with the patch and all deflections stay as they are.
 void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTotals& t) noexcept {
   const double far = std::min(slide.carried, 1e140);  // limits the path so that products stay finite
   for (int axis = 0; axis < 2; ++axis) {
@@ -220,12 +222,12 @@ void carry(const Cohorts& r, const CohortState& s, const Slide& slide, CohortTot
   t.snapped += s.mass * (far * snap_rate_of(r, slide));
 }
 
-/// Stores speed and time of a committed step of an ageing patch, which tell whether the next step continues
-/// the slide.
+/// Stores speed and time of a committed step of an ageing patch. The next step finds by them whether it
+/// continues the slide.
 void note_pace(const Patch& p, Cohorts& r, const Slide& slide) noexcept {
   CohortAgeing& ageing = *r.ageing;
-  // Moves all births later, by moving their base, by the time of that part of the path on which cohorts keep
-  // their ages.
+  // Moves all births later by the time of that part of the path on which cohorts keep their ages. It is
+  // enough to move their base.
   const double carried = slide.carried * slide.move.times.per_length;
   ageing.base += static_cast<Int128>(carried * clock_units_per_second);
   if (slide.run == 0.0) {
@@ -273,7 +275,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (!forgets || needs_pieces(r, slide.move))
       r.kernels->move[p.axes - 1 + kind_of(r)](r.law, state, rows, slide.move, totals);
     if (forgets) slide_far(r, state, rows, slide.move, totals);
-    // Handles a step in which no bristle snapped although the bound left room for a snap.
+    // Handles a step in which no bristle snapped, although the bound did not exclude it: the step only renews
+    // the bound.
     if (totals.pieces == 0 && slide.carried == 0.0) {
       if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
       hold(p, a, sums);
@@ -302,16 +305,16 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     if (slide.run == 0.0) r.direction[axis] = a.direction[axis];
     p.position[axis] = r.slid_to[axis] = p.part_position[axis] = slide.to[axis];
     p.part_sum[axis] = 0;
-    // Computes the place from the fixed-point position, as a restored patch does: slide.move.to is rounded
-    // far from the base.
+    // Computes the place from the fixed-point position, as a restored patch does. slide.move.to is rounded if
+    // it is far from the base.
     p.sum[axis] = axis < p.axes ? deflections_at(r, place(p, r, axis), axis) : 0;
   }
   p.bound.reach = no_reach;
   p.fetched_lines = r.fetched_lines();
 }
 
-/// Steps a copy of the cohorts in a trial step. Copies only the rows in use and one more, in which a new
-/// cohort fits.
+/// Steps a copy of the cohorts in a trial step, so that the patch stays as it is. Copies only the rows in use
+/// and one more, in which a new cohort fits.
 void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   const Cohorts& r = cohorts(p);
   CohortState state = r;
@@ -319,8 +322,8 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   alignas(64) double rows[most_cohorts * cohort_columns];
   const std::uint32_t numbers = std::min(r.used_numbers() + cohort_row, r.capacity * cohort_columns);
   std::memcpy(rows, r.rows, numbers * sizeof(double));
-  // Empties the rows that are not copied, because a trial step may make more cohorts than the copied rows
-  // hold.
+  // Empties the rows that are not copied, because a trial step may make more cohorts than fit into the copied
+  // rows.
   for (std::uint32_t i = numbers / cohort_columns; i < r.capacity; ++i) clear_lane(rows, i);
   alignas(64) double births[most_cohorts];
   if (r.ageing != nullptr) std::memcpy(births, r.births(), r.capacity * sizeof(double));

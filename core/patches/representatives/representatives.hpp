@@ -32,7 +32,7 @@ struct RepresentativeCount {
 
 /// State of shared renewal, the effect by which a snap makes other bristles start afresh. Saved and hashed.
 struct RenewalState {
-  double due = 0.0;         ///< renewals still owed: kappa for each snap so far, less the renewals made
+  double due = 0.0;         ///< renewals still to be made: kappa for each snap so far, less the renewals made
   std::uint64_t draws = 0;  ///< number of draws for renewal so far, which is the number of the next draw
 
   /// Length of the present slide so far, scaled, at most `forget`; 0 = none. A slide is straight or gently
