@@ -23,16 +23,14 @@ int main() {
     motion.displacement[0] = (speed - radius * spin) * dt;  // slip of the tyre over the road, m
     motion.rolled[0] = radius * spin * dt;                  // path rolled by its tread, m
     motion.normal_load = load;
-    // Solves implicitly, because the contact is stiff: takes the force that this motion would give, and how
-    // the force changes with the motion.
+    // Solves implicitly: the force that this motion would give, and the force's change with the motion.
     const BedResponse trial = beds.find_force(motion);
     const double stiffness = trial.tangent[0][0];
     const double per_force = dt * dt * (1.0 / mass + radius * radius / inertia);
     const double force = trial.force[0] / (1.0 + stiffness * per_force);
     speed += dt * (force - slope) / mass;
     spin -= dt * radius * force / inertia;
-    // Lets the brake stop the wheel within the step or, if its torque does not suffice, brake it with the
-    // largest torque.
+    // Stops the wheel within the step, or brakes it with the largest torque if that does not suffice.
     const double stop = inertia * spin / dt;
     const double torque = stop > brake ? brake : stop < -brake ? -brake : stop;
     spin -= dt * torque / inertia;

@@ -14,8 +14,7 @@ int main() {
   batch.warm_up();
   bristle::ContactFrames frames(patches);  // frame for each contact, kept as long as its key
   for (int step = 0; step < 300; ++step) {
-    // Contact 42 as an engine would report it: normal (from the other body to the moving one), force,
-    // relative velocity.
+    // Contact 42, from the engine: normal (from the other body to the moving one), force, relative velocity.
     const Eigen::Vector3d normal(0, 0, 1), velocity(0.01, 0.002, 0.0), arm(0.0, 0.0, -0.05 /* m */);
     const bristle::KeyedContact contact = patches.find_or_add_contact(42);
     bristle::Motion motion{contact.id, {0.0, 0.0}, 20.0 /* N */};

@@ -28,7 +28,7 @@ int main() {
     const double time = tick * dt;
     motor = time < 2.0 ? 4.0 * (1.2 - angle) - 2.0 * speed + 2.0 : time < 5.0 ? 0.0 : -0.6;
     outside = -weight * std::sin(angle);
-    // Solves the step implicitly, because the joint is stiff: Newton's method for the speed at its end.
+    // Implicit step: Newton's method for the speed at its end.
     const double angle_before = angle, speed_before = speed;
     for (int i = 0; i < 6; ++i) {
       angle = angle_before + dt * speed;

@@ -28,8 +28,8 @@ struct SoftFinger {
     batch.warm_up();  // nothing allocates after this
   }
 
-  // Servo callback of the example. `moved` (m) and `turned` (rad): differences of the device's poses since
-  // the last tick, in the world; `load` (N): of the wall. Returns force (N) and torque (N m) for the device.
+  // The servo callback. `moved` (m) and `turned` (rad): differences of the device's poses since the last
+  // tick, in the world; `load` (N): of the wall. Returns force (N) and torque (N m) for the device.
   bristle::ContactFrame::Wrench tick(const Eigen::Vector3d& moved, const Eigen::Vector3d& turned,
                                      double load) {
     const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // the surface's normal where it is touched
