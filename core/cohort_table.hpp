@@ -29,7 +29,8 @@ enum CohortColumn : std::uint32_t {
   cohort_fresh,
   cohort_left,    ///< S(R), the share of fresh snap lengths that are longer than R
   cohort_moment,  ///< E[delta; delta < R], scaled: part of the mean snap length from lengths below R
-  /// Mass u that the cohort would have if none of its bristles had snapped. Its mass is floor(u S(R)).
+  /// Lower end of the cohort's ranks, which are uniform over [low, high). The rank of a bristle is the mass
+  /// that came into contact before it.
   cohort_low,
   cohort_high,
   cohort_columns
