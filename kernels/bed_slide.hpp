@@ -63,10 +63,15 @@ inline Dragged<V> drag(V t, V q2, V gap) {
   return {(one - square) * scale, (above * (two + ahead)) * scale};
 }
 
-/// Motion (x, y) by which a bristle of equal stiffness in all directions would slide to the same end.
+/// Motion along which a bristle of equal stiffness in all directions would slide to the same end as one that
+/// is stiffer along one axis.
 template <class V>
 struct Course {
-  V x, y;
+  V ex, ey;        ///< direction of the displacement, which the motion has too
+  V shift;         ///< displacement over the limit, times the gain
+  V path;          ///< length of the motion over the limit
+  V cosine, sine;  ///< of the angle phi from the deflection before the slide to the displacement
+  V tangent;       ///< of half that angle
 };
 
 /// Reduces the slide of a bristle that is stiffer along one axis to that of an isotropic bristle, whose path
@@ -82,40 +87,90 @@ struct Course {
 ///
 ///   D(0) x = gain s + (1 - gain) (cos(2a - phi) at the end less that at the start).
 ///
-/// Newton's method solves this for x; D at the end is the slope.
+/// Newton's method solves this for x, with D at the end as the slope. It halves the interval that contains x
+/// where Newton's method would leave it.
 template <class V>
 inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
-  constexpr int iterations = 4;
-  const V none(0.0f), one(1.0f), smallest(1e-30f), g(gain), lack(1.0f - gain);
+  constexpr int iterations = 8;
+  const V none(0.0f), one(1.0f), half(0.5f), smallest(1e-30f), g(gain), lack(1.0f - gain);
   const V ry = dy * V(1.0f / gain);
   const V length = root(dx * dx + ry * ry);
   const V per = divide(one, most(length, smallest));
   const V ex = dx * per, ey = ry * per;
-  const V size = most(root(ux * ux + uy * uy), smallest);
-  const V per_size = divide(one, size);
+  const V per_size = divide(one, most(root(ux * ux + uy * uy), smallest));
   const V cosine = (ux * ex + uy * ey) * per_size, sine = (ux * ey - uy * ex) * per_size;
-  const V tangent = divide(sine, most(one + cosine, V(1e-6f)));  // tangent of half the angle phi
+  // Tangent of half the angle phi, of which one form is inexact near 0 and the other near 180 degrees.
+  const auto ahead = cosine >= none;
+  const V sure = select_lanes(sine * sine > smallest, sine, V(1e-15f));
+  const V tangent = divide(select_lanes(ahead, sine, one - cosine), select_lanes(ahead, one + cosine, sure));
   const V cos2 = ex * ex - ey * ey, sin2 = (ex + ex) * ey;
   const V at_end = ex * ex + g * (ey * ey);
   const V longest(1e6f);  // limits; after a longer path the tip lies along the motion
   const V over_limit = g * least(divide(length, most(limit, smallest)), longest);
   const V way = over_limit - lack * (cos2 * cosine + sin2 * sine);
   const auto slope_at = [&](V c, V s) {  // D
-    const V half(0.5f);
     return half * (one + g) + half * lack * (cos2 * (c * c - s * s) + sin2 * ((c + c) * s));
   };
-  V x = most(divide(way + lack * cos2, at_end), none);
+  V low = over_limit * V(gain > 1.0f ? 1.0f / gain : 1.0f);
+  V high = over_limit * V(gain > 1.0f ? 1.0f : 1.0f / gain);
+  V x = most(least(divide(way + lack * cos2, at_end), high), low);
   for (int i = 0; i < iterations; ++i) {
     const V t = tangent * decay<float>(x).left;
     const V inverse = divide(one, one + t * t);
     const V c = (one - t * t) * inverse, s = (t + t) * inverse;
-    x = most(x - divide(at_end * x - way - lack * (cos2 * c + sin2 * s), slope_at(c, s)), none);
+    const V excess = at_end * x - way - lack * (cos2 * c + sin2 * s);
+    const auto too_long = excess > none;
+    high = select_lanes(too_long, x, high);
+    low = select_lanes(too_long, low, x);
+    x = x - divide(excess, slope_at(c, s));
+    x = select_lanes((x >= low) & (high >= x), x, half * (low + high));
   }
   // Takes the slope D at the start for a short path. Single precision would lose the differences, and D
   // hardly changes.
   x = select_lanes(V(1e-3f) > over_limit, divide(over_limit, slope_at(cosine, sine)), x);
-  const V to = x * limit;
-  return {ex * to, ey * to};
+  return {ex, ey, over_limit, x, cosine, sine, tangent};
+}
+
+/// Deflection of a bristle after its slide, and its mean over the displacement.
+template <class V>
+struct AskewSlide {
+  V x, y, mean_x, mean_y;
+};
+
+/// Slides a bristle along its course, for which askew_course() gives the equations. The displacement s grows
+/// with the isotropic path x as gain ds = D dx, so the mean deflection is the integral of u D over x divided
+/// by gain s. The integral is elementary, because dphi/dx = -sin(phi).
+template <class V>
+inline AskewSlide<V> slide_askew(const Course<V>& course, V limit, float gain) {
+  const V none(0.0f), one(1.0f), half(0.5f), right_angle(1.57079632679f);
+  const V ex = course.ex, ey = course.ey, x = course.path;
+  const V c0 = course.cosine, s0 = course.sine, t0 = course.tangent;
+  const V t1 = t0 * decay<float>(x).left;
+  const V grown = one + t1 * t1, inverse = divide(one, grown);
+  const V c1 = (one - t1 * t1) * inverse, s1 = (t1 + t1) * inverse;
+  const V end_x = c1 * ex + s1 * ey, end_y = c1 * ey - s1 * ex;
+  // Integrals over x of cos(phi) and sin(phi). The latter is the angle by which the deflection turns.
+  const V along = x - natural_log<float>(divide(one + t0 * t0, grown));
+  const V turned = t0 - t1, straight = one + t0 * t1;
+  const V size = select_lanes(turned >= none, turned, none - turned);
+  const auto wide = size > straight;
+  const V part =
+      arc_tangent<float>(divide(select_lanes(wide, straight, size), select_lanes(wide, size, straight)));
+  const V angle = select_lanes(wide, right_angle - part, part);
+  const V aside = select_lanes(turned >= none, angle + angle, none - (angle + angle));
+  // Adds the integrals of cos(phi) and sin(phi) times cos(2a - 2 phi), by which D differs from its mean.
+  const V even(0.5f * (1.0f + gain)), uneven(0.5f * (1.0f - gain));
+  const V cos2 = ex * ex - ey * ey, sin2 = (ex + ex) * ey;
+  const V squares = s1 * s1 - s0 * s0, products = s0 * c0 - s1 * c1;
+  const V with = even * along + uneven * (cos2 * (along + squares) + sin2 * (aside + products));
+  const V across = even * aside + uneven * (cos2 * products - sin2 * squares);
+  const V per = divide(one, most(course.shift, V(1e-30f)));
+  // Takes the mean of both ends for a short path, because single precision would lose the differences.
+  const auto is_short = V(1e-2f) > x;
+  const V start_x = c0 * ex + s0 * ey, start_y = c0 * ey - s0 * ex;
+  return {limit * end_x, limit * end_y,
+          limit * select_lanes(is_short, half * (start_x + end_x), per * (with * ex + across * ey)),
+          limit * select_lanes(is_short, half * (start_y + end_y), per * (with * ey - across * ex))};
 }
 
 }  // namespace

@@ -159,12 +159,18 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         V px = ex, py = ey, way = left;
         if (askew) {
           const Course<V> course = askew_course(ux, uy, ex * left, ey * left, slide_limit, step.gain);
-          way = root(course.x * course.x + course.y * course.y);
-          const V per = divide(one, most(way, smallest));
-          px = course.x * per;
-          py = course.y * per;
+          px = course.ex;
+          py = course.ey;
+          way = course.path * slide_limit;
+          const AskewSlide<V> slid = slide_askew(course, slide_limit, step.gain);
+          const V half_path2 = V(0.5f) * path * path;
+          end.x = select_lanes(slides, slid.x, end.x);
+          end.y = select_lanes(slides, slid.y, end.y);
+          end.integral_x =
+              select_lanes(slides, zx * path + ex * half_path2 + slid.mean_x * left, end.integral_x);
+          end.integral_y =
+              select_lanes(slides, zy * path + ey * half_path2 + slid.mean_y * left, end.integral_y);
         }
-        const V per_way = divide(one, most(way, smallest));
         if (creeps) {
           // Moves the tip by the motion of the root less the change of the deflection. The deflection changes
           // by turning and by the limit.
@@ -176,19 +182,6 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V along = tip.template gained_along<float>(), aside = tip.lost_aside();
           way_x = ex * left - (change * ux + (along * px - aside * py));
           way_y = ey * left - (change * uy + (along * py + aside * px));
-        }
-        if (askew) {
-          const Slid<V> slid = slide_after<float, 2, true, true>(slide_start<float, 2>(ux, uy, px, py), none,
-                                                                 reach, slide_limit, px, py, way);
-          end.x = select_lanes(slides, slid.x, end.x);
-          end.y = select_lanes(slides, slid.y, end.y);
-          // Weights the mean deflection by the isotropic motion instead of the true displacement, along which
-          // it is known.
-          const V half_path2 = V(0.5f) * path * path, share = left * per_way;
-          end.integral_x =
-              select_lanes(slides, zx * path + ex * half_path2 + slid.integral_x * share, end.integral_x);
-          end.integral_y =
-              select_lanes(slides, zy * path + ey * half_path2 + slid.integral_y * share, end.integral_y);
         }
       }
       if constexpr (carried) {
@@ -268,8 +261,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         }
         if (askew) {
           const Course<V> course = askew_course(ux, uy, dx * left, dy * left, slide_limit, step.gain);
-          push_x = course.x;
-          push_y = course.y;
+          push_x = course.ex * (course.path * slide_limit);
+          push_y = course.ey * (course.path * slide_limit);
           left = one;
           const V over = divide(one, most(slide_limit, smallest));
           t = (push_x * push_x + push_y * push_y) * (over * over);

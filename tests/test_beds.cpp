@@ -626,7 +626,7 @@ struct AskewBristle {
   double gain, zx = 0.0, zy = 0.0, mean_x = 0.0, mean_y = 0.0;
 
   void move(double dx, double dy) {
-    constexpr int parts = 4000;
+    const int parts = 2000 + static_cast<int>(1500.0 * std::hypot(dx, gain * dy));
     mean_x = mean_y = 0.0;
     for (int i = 0; i < parts; ++i) {
       const double bx = zx, by = zy;
@@ -648,8 +648,8 @@ TEST_CASE("Friction opposes slip, also where a bed is stiffer along one axis tha
   std::mt19937 random(3);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   for (const bool all : {true, false})
-    for (const double gain : {0.4, 0.7, 1.5, 2.5})
-      for (const double size : {0.02, 0.3, 3.0}) {
+    for (const double gain : {0.1, 0.2, 0.4, 0.7, 1.5, 2.5, 5.0, 10.0})
+      for (const double size : {0.02, 0.3, 3.0, 30.0}) {
         INFO("gain " << gain << ", steps of " << size << (all ? ", all outputs" : ""));
         const double load = 1000.0, mu = 0.8;
         OneBed wheel(BedMaterial(mu).with_slip_stiffness(9e4, 9e4 * gain),
@@ -665,13 +665,13 @@ TEST_CASE("Friction opposes slip, also where a bed is stiffer along one axis tha
           CHECK(std::abs(-wheel.out.force[0] / (mu * load) - brute.zx) < 2e-3);
           CHECK(std::abs(-wheel.out.force[1] / (mu * load) - brute.zy) < 2e-3);
           if (!all) continue;
-          CHECK(std::abs(-wheel.out.mean[0] / (mu * load) - brute.mean_x) < (size > 1.0 ? 0.05 : 0.01));
-          CHECK(std::abs(-wheel.out.mean[1] / (mu * load) - brute.mean_y) < (size > 1.0 ? 0.05 : 0.01));
+          CHECK(std::abs(-wheel.out.mean[0] / (mu * load) - brute.mean_x) < 2e-3);
+          CHECK(std::abs(-wheel.out.mean[1] / (mu * load) - brute.mean_y) < 2e-3);
           work += brute.mean_x * dx + brute.mean_y * dy;
           dissipated += wheel.out.dissipated / (mu * load * limit);
         }
-        if (all) CHECK(dissipated + wheel.out.stored / (mu * load * limit) == Approx(work).epsilon(0.02));
-        for (int i = 0; i < 40; ++i) wheel.step(limit, limit);
+        if (all) CHECK(dissipated + wheel.out.stored / (mu * load * limit) == Approx(work).epsilon(2e-3));
+        for (int i = 0; i < 40; ++i) wheel.step(4.0 * limit, 4.0 * limit);
         CHECK(wheel.out.force[1] == Approx(wheel.out.force[0]).epsilon(1e-5));
       }
 }

@@ -615,7 +615,7 @@ namespace {
 /// State of an infinite brush of 24 cohorts, and its part of the saved state. `size`: bytes of that part.
 struct ForgedBrush {
   ForgedBrush(const Material& material, std::size_t size)
-      : patch(material, infinite_options().with_axes(2).with_resolution(4)),
+      : patch(material, infinite_options().with_axes(2).with_resolution(2)),
         part(patch.batch.state_size() - size) {
     patch.step(1.3 * dbar, 0.2 * dbar, 0.75);
     patch.step(-0.4 * dbar, 0.1 * dbar, 0.75);

@@ -104,10 +104,10 @@ struct PatchOptions {
   Population population = Population::automatic;
 
   /// Population::infinite: accuracy, as the number of pieces of path per mean snap length, 1 to 128;
-  /// automatic: 8. The largest number of cohorts grows with its square: under a smooth law 24 at 4, 96 at 8,
-  /// 384 at 16, never above 512. Time and memory grow with both, and in sliding the error falls with the
-  /// square. With 8, under a load that changes at random, the rms error is below 2 % (lognormal, cv 0.3) or
-  /// 6 % (cv 1): test_random_laws.
+  /// automatic: 8. The largest number of cohorts grows with it, and above 8 with its square: under a smooth
+  /// law 24 up to 2, 48 at 4, 96 at 8, 384 at 16, never above 512. Time and memory grow with both, and in
+  /// sliding the error falls with the square of the resolution. With 8, under a load that changes at random,
+  /// the rms error is below 2 % (lognormal, cv 0.3) or 6 % (cv 1): test_random_laws.
   double resolution = automatic;
   Lay lay;  ///< direction of the surface, in the patch's axes (for an outline in those of the surface); fixed
 

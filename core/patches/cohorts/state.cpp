@@ -92,6 +92,7 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
   const double farthest = longest * material.ageing_factor(longest_ageing_time * 1e16) + r.law.residual;
   const SurvivalTable& survival = r.material->survival();
   double mass = 0.0;
+  double moment[2] = {0.0, 0.0};
   for (std::uint32_t i = 0; i < saved.count; ++i) {
     const auto read = [&](CohortColumn column) { return read_entry(rows, i, column); };
     const double zx = at[0] - read(cohort_x);
@@ -109,8 +110,15 @@ const char* find_row_fault(const Cohorts& r, const double (&at)[2], const Cohort
         !within(read(cohort_high), read(cohort_low) + 0.25, 2.0 * full_mass))
       return "a cohort's ranks";
     mass += m;
+    moment[0] += m * read(cohort_x);
+    moment[1] += m * read(cohort_y);
   }
-  return mass == saved.mass ? nullptr : "mass";
+  if (mass != saved.mass) return "mass";
+  // Refuses a moment that its cohorts do not have, because the force follows from it.
+  const double rounding = 1e-3 * mass * longest;
+  for (int axis = 0; axis < 2; ++axis)
+    if (!within(saved.moment[axis] - moment[axis], -rounding, rounding)) return "moment";
+  return nullptr;
 }
 
 const char* find_ageing_fault(const Cohorts& r, std::uint32_t count, ByteReader read) noexcept {
