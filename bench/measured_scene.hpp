@@ -142,7 +142,7 @@ void add_benchmark(const std::string& name, Function function) {
       ->Unit(benchmark::kMicrosecond);
 }
 
-/// Settings of a benchmark of one patch in one regime.
+/// Settings of a benchmark that steps one patch in one kind of motion (regime).
 struct OnePatchCase {
   Regime regime = all_snap;
   std::uint32_t bristles = 4096;

@@ -163,7 +163,7 @@ using Columns = PlainLoop::Columns;
 inline float larger(float a, float b) { return a > b ? a : b; }
 inline float smaller(float a, float b) { return a < b ? a : b; }
 
-/// Displacement of a step, common to all bristles, m.
+/// Displacement of a step, m, which all bristles of a plain loop have in common.
 struct Path {
   float dx, dy;  // displacement
   float h;       // length of the displacement, m
@@ -509,7 +509,7 @@ Bristle PlainLoop::get(std::size_t i) const noexcept {
 
 namespace {
 
-/// Returns exp(-y) for y >= 0, to 1e-7.
+/// Returns exp(-y) for y >= 0, to 1e-7: how far a sliding bristle has turned towards the motion.
 inline float shrink(float y) {
   const float x = smaller(y, 80.0f) * 1.44269504f;
   const float k = std::floor(x + 0.5f);

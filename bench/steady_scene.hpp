@@ -85,7 +85,7 @@ class SteadyScene {
         settling_, [this] { batch_.step(dt_s_, sliding_, responses_); }, [this] { step(); });
   }
 
-  /// Runs one step of the motion, which the caller times.
+  /// Runs one step of the steady motion. The caller times this call, so it does nothing else.
   bristle::StepReport step() { return batch_.step(dt_s_, next_motions(), responses_); }
 
   /// Calls find_force for the next motion of each patch, one by one, and passes each response to `use`.
@@ -96,7 +96,7 @@ class SteadyScene {
 
   std::uint64_t bristles() const { return bristles_; }
   const bristle::PatchBatch& batch() const { return batch_; }
-  /// Returns the PatchInfo of the scene's first patch.
+  /// Returns size and state (PatchInfo) of the scene's first patch, for a benchmark's counters.
   bristle::PatchInfo info() const { return batch_.info(sliding_.front().id); }
 
  private:

@@ -9,7 +9,7 @@
 
 namespace bristle_bench {
 
-/// Returns the wall time of `steps` calls of `step`, s.
+/// Returns the wall time (s) that `steps` calls of `step` take together.
 template <class Step>
 double time_of(Step&& step, std::uint64_t steps) {
   const double start = bristle::DeadlineMonitor::wall_now();

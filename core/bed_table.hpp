@@ -105,7 +105,7 @@ struct BedSums {
   /// the end of the step.
   double force[2], torque;
 
-  // Sums that only kernels with all outputs compute:
+  // Sums that are filled only by kernels which compute all outputs:
   double slipping;  ///< stiffness of the bristles that slid in the step
   double mean[2], mean_torque;
   /// Sums of stiffness x squared deflection at the end of the step, along x and y.

@@ -35,7 +35,7 @@ enum CohortColumn : std::uint32_t {
   cohort_high,
   cohort_columns
 };
-/// Number of doubles in a row of eight cohorts.
+/// Number of doubles in a row of eight cohorts: one for each cohort and column.
 constexpr std::uint32_t cohort_row = cohort_lanes * cohort_columns;
 
 /// Margin, in scaled units, by which a stored reach R exceeds the deflection that set it. Without it a patch

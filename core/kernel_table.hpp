@@ -160,7 +160,7 @@ struct Advance : Travel {
   /// 1: bounds are recomputed also for visited blocks in which no bristle snapped, which saves later visits.
   std::uint32_t renews_bounds;
 
-  // Constants of ageing, 0 where the material does not age:
+  // Constants of ageing, by which kernels compute ages. 0 where the material does not age:
   double ageing_rate;      ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;  ///< strength of ageing, as Material::ageing_strength
   /// Ratio of aged to fresh snap length of the bristle that has been stuck longest, for long steps of

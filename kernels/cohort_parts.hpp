@@ -102,7 +102,7 @@ inline double fresh_length(const CohortLaw& law, const CohortTimes& t, double be
   return ages && bent > law.sure ? bent / ageing_at(t, bent * t.per_length) : bent;
 }
 
-/// Set of cohorts, with one bit for each.
+/// Set of cohorts as bits, one for each, by which passes over cohorts note what they find.
 struct CohortBits {
   std::uint64_t word[most_cohorts / 64] = {};
 
@@ -352,7 +352,8 @@ inline Draws find_draws(const CohortLaw& law, const CohortState& s, const PieceS
 }
 
 /// Adds the sums over renewed bristles to `p`: renewed and snapped bristles restart together as one newborn
-/// cohort. Replaces x and y, which the pass of renewals has summed over all mass that remains.
+/// cohort. Replaces x and y (sums of mass x place) by those over the bristles that neither snapped nor were
+/// renewed.
 inline void add_renewed(PieceSums& p, const PieceSums& renewed) {
   p.lost += renewed.lost;
   p.gap += renewed.gap;

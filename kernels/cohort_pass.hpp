@@ -131,8 +131,8 @@ struct CohortSums {
   /// Whether the caller wants the sums for energy (`books`) and for ranks (`ranked`). Unwanted sums stay 0.
   bool books, ranked;
 
-  /// Bits of cohorts that lost all their mass. Set in the caller's memory, because a copy just written would
-  /// have to wait for its store before it can be read.
+  /// Bits of cohorts that have lost all their mass. They are set directly in the caller's memory: a copy at
+  /// the end would read bytes that were only just written, for which the processor would have to wait.
   CohortBits& emptied;
   std::uint32_t first = 0;  ///< number of the first cohort of the row that is being visited
 

@@ -85,7 +85,7 @@ double sum_of_lanes(const T (&lanes)[lane_count]) noexcept {
   return sum;
 }
 
-/// Carries the blocks [first, last) of a patch (see KernelSet::carry).
+/// Carries the blocks [first, last) of a patch round a corner of its path (KernelSet::carry).
 template <class T, bool sums_lag>
 void carry_blocks(const PatchView<T>& patch, const Corner& corner, std::uint32_t first, std::uint32_t last,
                   RenewalTotals& totals) {

@@ -55,7 +55,7 @@ inline V exponential(V y) {
   return series * power_of_two<T>(k);
 }
 
-/// Evaluates a polynomial with the given coefficients, highest power first.
+/// Evaluates a polynomial; the coefficients begin with that of the highest power.
 template <class T, class V, std::size_t n>
 inline V polynomial(const double (&coefficients)[n], V x) {
   V sum(static_cast<T>(coefficients[0]));

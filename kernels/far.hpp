@@ -211,7 +211,7 @@ constexpr std::uint32_t far_width = Lanes<double>::size;
 struct FarRow {
   alignas(64) double start[2][lane_count];  ///< deflections at the start of the step
   alignas(64) double end[2][lane_count];    ///< deflections at the end, first without snaps, then final
-  /// Deflection at which each bristle snaps: residual + snap length.
+  /// Deflection at which each bristle snaps, scaled: residual plus snap length.
   alignas(64) double limit[lane_count];
   alignas(64) double weight[lane_count];
   /// Random place of a bristle between two snaps, as a share of the snap length, for steps so long that the
@@ -291,12 +291,12 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
     for (std::uint32_t k = 0; k < lane_count; ++k)
       lanes.stored[axis][k] += row.weight[k] * static_cast<double>(end[k]);
     if (!advance.commit) continue;
-    // Keeps a bristle that is out of contact straight.
+    // Keeps bristles straight that are out of contact, whatever the motion gave them.
     for (std::uint32_t k = 0; k < lane_count; ++k) z[k] = row.weight[k] > 0.0 ? end[k] : T(0);
   }
 }
 
-/// Steps one bristle in double precision, for SnapRule::redraw or ageing.
+/// Steps one bristle in double precision, as bristles need that redraw their lengths or age.
 template <class T, int axes, bool redraw, bool residual, bool ages>
 inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
                         const FarAge& aged, std::uint32_t i, double w, FarLanes& lanes) {

@@ -11,7 +11,7 @@ namespace {
 
 using JointEngine = Engine<double>;
 
-/// Values of a quantity for forward and for backward motion.
+/// A quantity that depends on the direction of motion: its values forward and backward.
 template <class V>
 struct BothWays {
   V forward, backward;

@@ -82,8 +82,8 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
         mean_y = select_lanes(cut, get(pieces.mean[1]), mean_y);
       }
       write(out.mean, mean_x, mean_y);
-      // Computes energies as half the squared force over the stiffness. Scaled forces are divided by the
-      // stiffness `used`.
+      // Computes energies as half the squared force over the stiffness. Forces in scaled lengths times the
+      // stiffness `used` are newtons.
       const D joules = used * used * metres, squares = half * sum(sum_squares_end);
       const auto over = [&](D stiff) {
         return select_lanes(stiff > none, divide(joules, most(stiff, tiny)), none);

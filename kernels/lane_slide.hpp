@@ -351,7 +351,7 @@ class LaneSlider {
   }
 };
 
-/// Steps the named contacts of a block.
+/// Steps those contacts of a block that the step names, from motions to forces and state.
 template <class T, int axes, bool all, bool timed>
 void slide_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const LaneInput& in,
                  const LaneOutput& out) {

@@ -22,7 +22,7 @@
 namespace bristle::detail {
 namespace {
 
-/// Unsigned integer as wide as T, to hold its bits.
+/// Unsigned integer as wide as T, for work on the bits of a number.
 template <class T>
 struct BitsOf;
 template <>
@@ -275,7 +275,7 @@ struct DrawStates<float> {
     x = x * Bits<float>(0x735A2D97u);
     const Bits<float> tag = bits_of<float>(Lanes<float>(1.0f));
     const Lanes<float> in_one_two = from_bits<float>((x >> 9) | tag);
-    // Subtracts 1 - 2^-24, which float represents exactly.
+    // Subtracts 1 - 2^-24, which float represents exactly, so that the result is (h + 1/2) 2^-23.
     return in_one_two - Lanes<float>(0.999999940395355224609375f);
   }
 };

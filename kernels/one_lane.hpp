@@ -121,7 +121,7 @@ inline Lanes<To> same_bits(Lanes<From> x) {
   return out;
 }
 
-/// Returns the sum of the lanes of v.
+/// Returns the sum of all lanes of v, of which there is one.
 template <std::uint32_t count, class T>
 inline T fold_lanes(Lanes<T> v) {
   static_assert(count == 1);

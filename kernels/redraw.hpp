@@ -101,7 +101,7 @@ struct Places {
   void store_to(T* column, Bundle<T> x) const {
     for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
-  /// Samples the next random number for each masked lane.
+  /// Advances the random state of each masked lane and returns the next random number.
   Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
     Bundle<T> share;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {

@@ -92,7 +92,7 @@ inline T look_up(const double* table, std::int32_t last, T share) {
   return low + (high - low) * (x - k);
 }
 
-/// Mixes 64 bits by SplitMix64's finaliser, a bijection.
+/// Mixes 64 bits by SplitMix64's finaliser, a bijection, to make random numbers from keys.
 inline std::uint64_t mix64(std::uint64_t x) {
   x ^= x >> 30;
   x *= 0xBF58476D1CE4E5B9u;
@@ -118,7 +118,7 @@ inline std::uint64_t to_count(double x) {
   return x < 9.0e18 ? static_cast<std::uint64_t>(x) : std::uint64_t{9000000000000000000u};
 }
 
-/// Rounds to the nearest integer, ties to even.
+/// Rounds to the nearest integer, ties to even, as the vector instructions do.
 inline std::int64_t to_integer(double x) {
   BRISTLE_ASSERT(x > -9.2e18 && x < 9.2e18);
   return __builtin_llrint(x);

@@ -226,7 +226,7 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
                         const Weights<T, partial>& weights, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Lanes<T> r = land.deflection;
-  // Uses that the path left, r, is 0 for bristles that did not snap.
+  // Needs no selection of lanes: the path left, r, is 0 for bristles that did not snap.
   const Lanes<T> left = motion.length - path;
   if constexpr (mean)
     weights.add(sums.along, motion.residual.passed_over((path * path + land.squares) + r * r, left));

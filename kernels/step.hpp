@@ -60,7 +60,8 @@ class Stepper {
   }
 
  private:
-  // Compiles one kernel for ageing bristles, with all outputs, which serves patches with any of them.
+  // Compiles a single kernel for ageing bristles. It computes all outputs, and serves patches that want only
+  // some of them.
   static_assert(!ages || (mean && energy && residual));
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
   static constexpr std::uint32_t width = Lanes<T>::size;
@@ -87,8 +88,8 @@ class Stepper {
   const PatchView<T>& patch;
   const Advance& advance;
   Totals& totals;
-  /// Number of random lengths that most vectors need under SnapRule::redraw, if it is small; otherwise, and
-  /// for single numbers, 0.
+  /// Number of random lengths that most vectors need in the step under SnapRule::redraw, if it is small. 0 if
+  /// it is larger, and for vectors of one number.
   const std::uint32_t rounds;
 
   /// Part of a block that is in contact: whole rows of 16 bristles, then a row whose bristles have different
@@ -99,7 +100,7 @@ class Stepper {
     alignas(64) T weights[lane_count];
   };
 
-  /// Sums over the bristles of a block that was rewritten.
+  /// Sums over the bristles of a block whose deflections the step has rewritten.
   struct BlockSums {
     double stored[2] = {0.0, 0.0};
     double twice_mean[2] = {0.0, 0.0};

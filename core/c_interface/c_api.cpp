@@ -108,7 +108,7 @@ static_assert(BRISTLE_ID_NO_CAPACITY == PatchId::no_capacity().value);
 static_assert(BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 #endif
 
-/// The C++ object behind a handle of the C interface.
+/// The C++ object that a handle of the C interface stands for.
 template <class Part>
 struct Holds {
   Part it;

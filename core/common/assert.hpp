@@ -11,7 +11,7 @@
 
 namespace bristle::detail {
 
-/// Prints condition, file and line on stderr and aborts.
+/// Reports a failed assertion: prints condition, file and line on stderr, and aborts.
 [[noreturn]] BRISTLE_API void report_failed_assert(const char* condition, const char* file,
                                                    int line) noexcept;
 

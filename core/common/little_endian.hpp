@@ -1,4 +1,5 @@
-// Converts numbers to bytes and back, little-endian on every machine.
+// Converts numbers to bytes and back, little-endian on every machine, so that saved states can be moved
+// between machines.
 #pragma once
 
 #include <algorithm>

@@ -35,7 +35,7 @@ inline std::string number_text(double value) {
   throw Error(text);
 }
 
-/// Throws Error unless low <= value <= high; refuses NaN.
+/// Throws Error unless low <= value <= high. Refuses NaN as well, which no comparison finds within a range.
 inline void require_within(std::string_view where, std::string_view parameter, double value, double low,
                            double high, std::string_view unit = {}) {
   if (value >= low && value <= high) return;

@@ -28,7 +28,7 @@ namespace {
 constexpr std::size_t most_cells = 65536;
 constexpr double largest_scale = 1e6;
 
-/// Rotation and size of an outline, as stored between steps.
+/// Rotation and size of an outline as a step leaves them, stored for the next step.
 struct Pose {
   Turn turn;           ///< rotation from the axes of the surface to those of the outline
   double scale = 1.0;  ///< factor on the outline's given size, as set by set_scale()
@@ -71,7 +71,7 @@ struct Stiffnesses {
   Status status = Status::ok;
 };
 
-/// Rotation and size of an outline during one step.
+/// Rotation and size of an outline in the course of one step.
 struct Course {
   Turn midway, after;        ///< turn of the outline's axes at mid-step and at the end
   double chord = 0.0;        ///< 2 sin(spin / 2), the displacement of a point at distance 1 m from the centre

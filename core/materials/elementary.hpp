@@ -28,7 +28,7 @@ inline double from_bits(std::uint64_t bits) noexcept {
   return x;
 }
 
-/// Returns 2^k for -1022 <= k <= 1023.
+/// Returns 2^k for -1022 <= k <= 1023, made from its bits.
 inline double power_of_two(int k) noexcept { return from_bits(static_cast<std::uint64_t>(k + 1023) << 52); }
 
 /// Returns (exp(r) - 1 - r) / r^2 for |r| <= 0.35 by its Taylor series; the first term left out is 1e-19.
@@ -63,7 +63,7 @@ inline double exp(double x) noexcept {
   return y * power_of_two(half) * power_of_two(k - half);
 }
 
-/// Returns exp(x) - 1 without cancellation at small x.
+/// Returns exp(x) - 1. At small x no digits cancel, as they would in exp(x) less 1.
 inline double expm1(double x) noexcept {
   if (magnitude(x) < 0.35) return x + x * x * exp_remainder(x);
   return exp(x) - 1.0;
@@ -98,7 +98,7 @@ inline double log(double x) noexcept {
   return k * ln2_high - ((half_f2 - (s * (half_f2 + series) + k * ln2_low)) - f);
 }
 
-/// Returns log(1 + x) without cancellation at small x.
+/// Returns log(1 + x). At small x no digits are lost, as they would be in the sum 1 + x.
 inline double log1p(double x) noexcept {
   const double u = 1.0 + x;
   if (u == 1.0) return x;
@@ -122,7 +122,7 @@ inline double exp_half_square(double x) noexcept {
   return exp(-0.5 * high * high) * exp(-0.5 * low * (x + high));
 }
 
-/// Returns the density of the standard normal law.
+/// Returns the density of the standard normal law at x.
 inline double normal_density(double x) noexcept { return 0.3989422804014327 * exp_half_square(x); }
 
 /// Computes P(X > z) of the standard normal law for several z >= 0, as the Mills ratio times the density. (4

@@ -32,7 +32,7 @@ struct CompiledMaterial {
   /// Whether the law is a single length. All bristles then stay in phase for ever and errors do not average
   /// out, so remainders of a path are computed in double at every speed.
   bool single_length = false;
-  /// Peak friction over normal load (Material::peak_coefficient), without ageing.
+  /// Peak friction over normal load without ageing, from which the force limit follows.
   double peak_coefficient = 0.0;
   std::uint64_t hash = 0;  ///< hash of all parameters of the material
   /// Constants of the law, for kernels that sample lengths. It points into `table` and `biased_table`;

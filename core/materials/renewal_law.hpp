@@ -6,7 +6,8 @@
 
 namespace bristle::detail {
 
-/// Constants of shared renewal; lengths in mean snap lengths.
+/// Constants of a material with shared renewal, by which steps recognise steady sliding; lengths in mean snap
+/// lengths.
 struct RenewalLaw {
   double forget = 0.0;  ///< path along which straight bristles come within 1e-3 of steady sliding
 

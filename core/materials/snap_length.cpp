@@ -104,7 +104,7 @@ double log_ratio(double x, double reference) noexcept {
   return detail::log(x / reference);
 }
 
-/// Lognormal law with given mean and coefficient of variation.
+/// Lognormal law of the snap length, given by mean and coefficient of variation.
 struct Lognormal {
   double mean, cv, s;  // s, standard deviation of log(delta)
 

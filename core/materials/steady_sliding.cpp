@@ -137,7 +137,8 @@ LogValue log_transform(Span<const Node> nodes, double growth) {
   return {log1p(-lost), -moment / (1.0 - lost)};
 }
 
-/// Computes log(E[1 / (exp(growth d) - 1)]) and its derivative.
+/// Computes log(E[1 / (exp(growth d) - 1)]) and its derivative, for the equation of steady sliding with
+/// SnapRule::keep.
 LogValue log_revolutions(Span<const Node> nodes, double growth) {
   double sum = 0.0, slope = 0.0;
   for (const Node& node : nodes) {

@@ -8,7 +8,7 @@ namespace bristle::detail {
 
 inline constexpr double pi = 3.141592653589793;
 
-/// A rotation that turns (1, 0) into (cosine, sine).
+/// Rotation in the plane, which turns the vector (1, 0) into (cosine, sine).
 struct Turn {
   double cosine = 1.0, sine = 0.0;
 

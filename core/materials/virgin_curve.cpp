@@ -58,7 +58,7 @@ struct UnitLaw {
 
 // ------------------------------------------------------------------------------------------------ keep
 
-/// Returns the sum of 1/k^2 over k > n.
+/// Returns the sum of 1/k^2 over k > n, the tail of a series that is summed one by one up to n.
 double tail_of_inverse_squares(double n) noexcept {
   double sum = 0.0;
   while (n < 32.0) {

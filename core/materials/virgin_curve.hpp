@@ -17,7 +17,7 @@ double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal,
 /// Returns the mean deflection with SnapRule::slide after a path x > 0 from rest. The bristles stick up to
 /// `growth` times their length and then slide at (1 - drop) of their length.
 double slide_curve(const SnapLength& law, double drop, double growth, double x);
-/// Highest value of slide_curve(), and its derivative by `growth`.
+/// Highest value of slide_curve(), from which the peak of friction follows, and its derivative by `growth`.
 struct SlidePeak {
   double force, slope;
 };

@@ -108,7 +108,7 @@ struct alignas(64) Patch {
   double part = 0.0;
   double newtons_per_unit = 0.0;  ///< elastic force, N, of one unit of the sum of deflections
 
-  // --- cache line 3: sums of deflections, fixed point
+  // --- cache line 3: sums of deflections, from which the force follows, in fixed point
   Int128 sum[2] = {0, 0};
   std::int64_t part_sum[2] = {0, 0};
   std::int64_t part_position[2] = {0, 0};

@@ -48,7 +48,7 @@ void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
   visit(hold.since, FieldRule{"time", 0.0});
   for (auto& way : hold.way) visit(way, FieldRule{"time", -0x1p62, 0x1p62});
 }
-/// Writes the part of a saved patch behind its head.
+/// Writes a saved patch except its head, which has its length and signature.
 void write_state(const Patch& p, ByteWriter& write) noexcept {
   const PatchRecord& r = *p.record;
   contact_fields(p, r.remainder, write);

@@ -45,7 +45,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   const std::shared_ptr<detail::LanePlaces> lanes = std::make_shared<detail::LanePlaces>();
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
-  // Functions for the adding thread. All but send() throw std::bad_alloc.
+  // Functions that only the thread that adds patches may call. All but send() throw std::bad_alloc.
 
   /// Looks up the record of a patch that is not part of a group. Throws Error if there is none.
   Record& record_of(PatchId id);

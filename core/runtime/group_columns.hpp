@@ -25,7 +25,7 @@ Motion motion_of(const GroupStep& step, std::size_t contact) noexcept;
 void write_response(const GroupStep& step, std::size_t contact, Outputs computed,
                     const Response& response) noexcept;
 
-/// Calls visit(contact) for each contact that a step names.
+/// Calls visit(contact) for the index of each contact of a group that a step names.
 template <class Visit>
 void for_each_named(const GroupStep& step, Visit&& visit) {
   if (step.which.has_value())

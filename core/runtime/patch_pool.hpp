@@ -119,7 +119,8 @@ class PatchPool {
   std::uint32_t capacity_ = 0;
 };
 
-/// Generations of all slots, and the list of free slots. Only the adding thread uses it.
+/// Generations of all slots, and the list of free slots. Only the thread that adds and removes patches uses
+/// it.
 class SlotList {
  public:
   struct Slot {

@@ -16,7 +16,8 @@
 
 namespace bristle_example {
 
-/// Words and columns in which the two programs differ.
+/// What differs between the two comparing programs (MuJoCo, Bullet): their texts, and columns of their
+/// tables.
 struct ComparingProgram {
   const char *name, *about, *csv_help;
   std::vector<std::string> table_columns;

@@ -227,7 +227,7 @@ void print_step(const Step& step, std::uint64_t ns) {
               step.dt, step.motion.displacement[0], step.motion.displacement[1], step.motion.normal_load);
 }
 
-/// Totals over all parts that a model's file has recorded.
+/// Totals over all parts of a long run that the file of a contact model has recorded.
 struct Total {
   std::uint64_t parts = 0, largest_ns = 0, largest_part = 0, largest_at = 0;
   double cpu_s = 0.0, wall_s = 0.0;

@@ -132,7 +132,7 @@ double strength_of(const Patch& p, const CohortTimes& times, std::uint32_t i) no
 
 // ---------------------------------------------------------------------------------------- rows (state.cpp)
 
-/// Removes all cohorts. Called when the patch loses contact.
+/// Removes all cohorts from a patch that has lost contact.
 void clear_cohorts(Cohorts& r) noexcept;
 /// Removes cohorts whose mass is 0; the last cohorts move into their rows. `births`: column of birth times,
 /// null if the material does not age.

@@ -76,7 +76,7 @@ void ageing_fields(Ageing& a, Visit&& visit) noexcept {
   visit(a.oldest, FieldRule{"time", -ever, ever});
 }
 
-/// Reads the value in one column of cohort i.
+/// Reads, from saved rows of cohorts, the value in one column of cohort i.
 double read_entry(ByteReader rows, std::uint32_t i, CohortColumn column) noexcept {
   rows.skip((i / cohort_lanes * cohort_row + column * cohort_lanes + i % cohort_lanes) * sizeof(double));
   double value = 0.0;

@@ -97,7 +97,8 @@ struct LaneBlock {
 
   /// Returns the columns of the block that the step runs next, for prefetching; null for the last block.
   const void* ahead() const noexcept { return next != nullptr ? next->columns_at : nullptr; }
-  /// Returns Status::overload if this load overloads the contact, otherwise Status::ok.
+  /// Returns the status of a contact under this load: Status::overload if it is overloaded, otherwise
+  /// Status::ok.
   Status overload_status(std::uint32_t lane, double load_n) const noexcept {
     if (load_n <= light.lane[lane]) return Status::ok;
     const double bristles = material->material.bristles_in_contact(load_n);
@@ -112,13 +113,13 @@ struct LaneBlock {
     return before;
   }
   bool damps_at_all() const noexcept { return damps || material->material.viscous_friction != 0.0; }
-  /// Returns the stiffness of a contact, N/m (Response::stiffness).
+  /// Returns the stiffness of a contact, N/m, as Response::stiffness reports it.
   double stiffness(std::uint32_t lane) const noexcept {
     return state.stiffness.lane[lane] * lengths_per_metre * stiffest;
   }
 };
 
-/// Record of a patch whose state is in a lane.
+/// Record of a patch whose state is in a lane of a block: names the block and the lane.
 struct LaneRecord : PatchRecord {
   LaneBlock* block = nullptr;  ///< block of the contact; null until LanePlaces::take()
   std::uint32_t lane = 0;
@@ -163,16 +164,18 @@ bool lend(const Patch& patch) noexcept;
 /// Moves load and force, if they are lent to the block, back to the patch in the lane.
 void settle(Patch& patch) noexcept;
 
-/// Whether a contact lent to its block stays at rest under a motion, so that its last response can be
-/// repeated.
+/// Whether a contact whose load and force are stored in its block (lend()) stays at rest under a motion, so
+/// that its last response can be repeated.
 inline bool stays_at_rest(const LaneBlock& b, std::uint32_t lane, const Motion& motion) noexcept {
   return (b.rests >> lane & 1u) != 0 && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
          motion.normal_load == b.load.lane[lane] && !motion.has_velocity;
 }
-/// Writes the response of a contact lent to its block, from the answers of the block's step.
+/// Writes the response of a contact whose load and force are stored in its block (lend()), from the answers
+/// of the block's step.
 void answer_lane(const LaneBlock& block, std::uint32_t lane, const Motion& motion, double dt_s,
                  const LaneAnswers& answers, Response& out) noexcept;
-/// Writes the response of a contact lent to its block that stays at rest: its last force.
+/// Writes the response of a contact at rest whose load and force are stored in its block (lend()): its last
+/// force.
 void answer_resting_lane(const LaneBlock& block, std::uint32_t lane, Response& out) noexcept;
 /// Stores load and force of a step in the block, where the contact's next step reads them. The caller adds
 /// the lane to LaneBlock::rests.

@@ -1,4 +1,4 @@
-// Makes and resets a patch of representatives.
+// Makes a patch of representatives, out of contact, and resets it to that state.
 #include <algorithm>
 #include <cmath>
 #include <cstring>

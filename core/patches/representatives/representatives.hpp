@@ -83,8 +83,8 @@ struct PieceSums {
   double carried = 0.0;                ///< part of the step's path along which the patch is carried, scaled
   double run = 0.0;                    ///< length of the slide that this step continues, scaled
   double young_run = 0.0;              ///< length of slide that this step's young bristles continue, scaled
-  /// Path on which young bristles (new in contact) are stepped separately, times their share of the weight.
-  /// It is part of `carried`.
+  /// Path along which only the young bristles (new in contact) are stepped, times their share of the weight.
+  /// It is included in `carried`.
   double apart = 0.0;
   /// Correction of the dissipated energy for bristles that are carried round a corner: their energy less that
   /// in steady sliding (negative), in the unit of `squares`.
@@ -131,7 +131,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* zx = nullptr;
   T* zy = nullptr;  ///< deflections along y; null if the patch has one axis
 
-  // Deflections at which bristles snap, scaled: residual plus snap length.
+  // Columns of the deflections at which bristles snap, scaled: residual plus snap length.
   T* first = nullptr;  ///< deflections at which bristles snap for the first time, scaled
   /// Deflections at which bristles snap next, scaled; with SnapRule::keep the same column as `first`.
   T* delta = nullptr;
@@ -369,7 +369,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
 template <class T>
 void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept;
 
-/// Makes a patch of representatives. Throws bristle::Error.
+/// Makes a patch of representatives, out of contact. Throws bristle::Error for options out of range.
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight);
 

@@ -1,4 +1,4 @@
-// The system's services on Linux and other systems with POSIX.
+// The services of platform.hpp on Linux and other systems with POSIX.
 #include <sys/resource.h>
 
 #include <ctime>

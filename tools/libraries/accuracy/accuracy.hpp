@@ -170,7 +170,7 @@ void recommend(AccuracyStudy& study, double seconds);
 /// Finds the cheapest setting of each population that meets the error which recommend() has found.
 void compare_populations(AccuracyResult& result);
 
-/// Runs the whole study of error against time. Throws UserError.
+/// Runs the whole study of error against run time for one scene. Throws UserError.
 AccuracyResult study_accuracy(const Scene& scene, const AccuracyOptions& options);
 
 /// Returns the CPU seconds that a setting takes for one step of the scene.

@@ -38,7 +38,7 @@ constexpr double resolutions[] = {2.0, 4.0, 8.0, 16.0, 32.0};
 // Smallest relative spread (standard deviation over mean) of snap lengths that the infinite brush accepts.
 constexpr double least_infinite_spread = 0.05;
 
-// Rounds a count down to two significant digits.
+// Rounds a number of bristles down to two significant digits, which are easier to read.
 std::uint32_t rounded(double count) {
   const double unit = std::pow(10.0, std::max(0.0, std::floor(std::log10(count)) - 1.0));
   return static_cast<std::uint32_t>(std::floor(count / unit) * unit);

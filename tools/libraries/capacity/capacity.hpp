@@ -103,7 +103,7 @@ struct CapacityRow {
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
-  /// Time per bristle and step, ns: median and quartiles.
+  /// Time of this loop per bristle and step, ns: median and quartiles.
   double ns_per_bristle = 0.0, ns_low = 0.0, ns_high = 0.0;
   /// Time of this loop over that of the library: median and quartiles.
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;
@@ -112,7 +112,7 @@ struct ComparisonRow {
 /// Speed target that the library promises, and the value measured on this machine.
 struct TargetRow {
   std::string name, what;
-  /// Measured value: median and quartiles (none for a 99th percentile).
+  /// Value measured on this machine: median and quartiles (a 99th percentile has no quartiles).
   double measured = 0.0, low = 0.0, high = 0.0;
   double limit = 0.0;
   bool at_least = false;  ///< whether the target is reached at `limit` or above; if not, at `limit` or below
@@ -181,7 +181,7 @@ Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
 /// Function that shows, in a progress line, the name of what is measured next.
 using Report = std::function<void(const std::string& what)>;
-/// Measures the library's speed targets. Defined in targets.cpp.
+/// Measures whether this machine meets the library's speed targets. Defined in targets.cpp.
 std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Report& report);
 
 /// Makes a case of infinite patches of the default material that move in this regime. Defined in
@@ -219,7 +219,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
 std::string capacity_json(const CapacityOptions& options, const CapacityResult& result);
 std::string capacity_csv(const CapacityOptions& options, const CapacityResult& result);
 
-/// Runs the command `bristle capacity`. Throws UserError.
+/// Runs the command `bristle capacity`: measures and writes the reports. Throws UserError.
 void capacity_command(const CapacityOptions& options);
 
 }  // namespace cli

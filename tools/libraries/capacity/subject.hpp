@@ -21,7 +21,7 @@ class CapacitySubject {
   /// Throws UserError if the machine lacks the instruction set.
   CapacitySubject(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 
-  /// Runs one step of the steady motion, without timing it.
+  /// Runs one step of the steady motion, for callers that time it themselves.
   void step() noexcept { scene_.step(); }
 
   std::uint64_t bristles() const noexcept { return scene_.bristles(); }

@@ -401,7 +401,7 @@ class Targets {
                      quantile(ratios, 0.75), limit, true, "x"});
   }
 
-  /// Returns the median time of successive steps.
+  /// Returns the median time of steps that follow each other without a pause, s.
   static double median_in_a_row(CapacitySubject& subject) {
     return bristle_bench::median_time([&] { subject.step(); }, 4, 11, [] {});
   }

@@ -1,4 +1,4 @@
-// The command `bristle experiment`, with its options and its output.
+// The command `bristle experiment`: its options, and the text that it prints.
 #pragma once
 
 #include <span>

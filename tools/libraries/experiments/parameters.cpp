@@ -1,4 +1,4 @@
-// The parameters of all experiments, with their ranges and defaults.
+// The parameters that all experiments have, with their ranges and defaults.
 #include <cmath>
 #include <stdexcept>
 #include <utility>

@@ -61,7 +61,7 @@ class Subject {
 };
 
 bool is_brush(std::string_view model);
-/// Returns the brush's material for these settings. Throws bristle::Error.
+/// Returns the material of the brush `model` for these settings. Throws bristle::Error.
 bristle::Material brush_material(std::string_view model, const Settings& settings);
 /// Returns patch options for this brush on two axes. Does not check them; PatchBatch::add
 /// does.

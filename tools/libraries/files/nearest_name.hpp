@@ -16,7 +16,7 @@ inline std::string nearest_name(std::string_view name, const NameList& names) {
   std::string best;
   std::size_t least = std::min(std::max<std::size_t>(2, name.size() / 2) + 1, name.size());
   for (const std::string& other : names) {
-    // Computes Levenshtein's edit distance row by row.
+    // Computes Levenshtein's edit distance (insertions, deletions, replacements) row by row.
     std::vector<std::size_t> row(other.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
     for (std::size_t i = 0; i < name.size(); ++i) {

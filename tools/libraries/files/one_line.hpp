@@ -1,4 +1,4 @@
-// Makes any text safe to print on a terminal.
+// Makes any text safe to print on a terminal, whatever file it comes from.
 #pragma once
 
 #include <string>

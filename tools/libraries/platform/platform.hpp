@@ -24,10 +24,10 @@ namespace cli::platform {
 void hold_standard_streams() noexcept;
 
 bool is_terminal(std::FILE* stream) noexcept;
-/// Returns whether stdout is a terminal that shows colours.
+/// Returns whether stdout is a terminal that can show colours.
 bool shows_colours() noexcept;
 
-/// Returns the folder of the running program; empty if unknown.
+/// Returns the folder of the running program, beside which its data lie; empty if unknown.
 std::filesystem::path program_folder();
 /// Returns the number of this process, which no other living process has.
 unsigned process_number() noexcept;
@@ -79,7 +79,7 @@ std::FILE* create_file(const std::string& path) noexcept;
 /// Kind of file that a path names. After the answer `nothing`, `errno` says why.
 enum class Kind { nothing, file, other };
 Kind kind_of(const std::string& path) noexcept;
-/// Returns whether this process may write an existing file.
+/// Returns whether the system allows this process to write an existing file.
 bool is_writable(const std::string& path) noexcept;
 /// Returns whether two names mean the same file. Devices may be named twice, so they count as different.
 bool is_same(const std::string& a, const std::string& b);
@@ -90,7 +90,7 @@ bool flush_to_disk(std::FILE* file) noexcept;
 /// Replaces the file `to` by the file `from` in one moment: a reader of `to` finds the whole old file or the
 /// whole new one.
 bool replace_file(const std::string& from, const std::string& to) noexcept;
-/// Deletes a file. Safe to call in a signal handler.
+/// Deletes a file. Allocates nothing, so that a signal handler may call it.
 void remove_file(const char* path) noexcept;
 
 /// File that only one process at a time may write, at its end.
@@ -110,7 +110,7 @@ class LockedFile {
   std::int64_t size() noexcept;
   bool cut(std::int64_t size) noexcept;
   bool append(std::string_view text) noexcept;
-  /// Forces the file's bytes to the disk.
+  /// Forces the written bytes to the disk, so that a power failure does not lose them.
   void flush() noexcept;
   void close() noexcept;
 

@@ -1,4 +1,4 @@
-// Parses JSON from files that may contain anything.
+// Parses JSON from files that may contain anything, within a limit of depth.
 #pragma once
 
 #include <string>

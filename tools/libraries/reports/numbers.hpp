@@ -1,4 +1,4 @@
-// Formats numbers for the tables and sentences of reports.
+// Formats numbers in the way in which the tables and sentences of reports show them.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace cli {
 
-/// Formats a time given in seconds: "12.3 us", "1.00 ms".
+/// Formats a time given in seconds with a suitable unit: "12.3 us", "1.00 ms".
 std::string time_text(double seconds);
 /// Formats a count with commas: "1,234,567".
 std::string count_text(unsigned long long count);

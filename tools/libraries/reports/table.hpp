@@ -29,7 +29,7 @@ class Table {
   explicit Table(std::vector<std::string> headers);
 
   void add(std::vector<Cell> row);
-  /// Adds a row above all rows added before.
+  /// Adds a row as the first one, above all rows added before.
   void add_first(std::vector<Cell> row);
   /// Adds a line of text below the last row; it spans all columns.
   void add_note(std::string text);
@@ -43,7 +43,7 @@ class Table {
   std::size_t natural_width() const;
   /// Returns the table as CSV (RFC 4180, but lines end in \n), without its lines of text.
   std::string csv() const;
-  /// Returns the table in Markdown, without its lines of text.
+  /// Returns the table in Markdown, without the lines of text added by add_note().
   std::string markdown() const;
 
  private:

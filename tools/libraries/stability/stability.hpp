@@ -138,7 +138,7 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
 std::string stability_json(const StabilityOptions& options, const StabilityResult& result);
 std::string stability_csv(const StabilityResult& result);
 
-/// Runs the command `bristle stability`. Throws UserError.
+/// Runs the command `bristle stability`: simulates and writes the reports. Throws UserError.
 void stability_command(const StabilityOptions& options);
 
 }  // namespace cli

@@ -18,7 +18,7 @@ struct SweepOptions {
   std::string isa;
 };
 
-/// Exception that ends a sweep after a stop signal.
+/// Exception that ends a sweep after a stop signal such as Ctrl-C.
 struct SweepStopped : std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };

@@ -1,4 +1,4 @@
-// Formats the text of --help within 80 columns.
+// Formats the text that --help prints, within 80 columns.
 #pragma once
 
 #include <CLI/CLI.hpp>

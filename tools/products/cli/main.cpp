@@ -125,7 +125,7 @@ double parse_share(const std::string& text) {
   throw cli::UserError(fmt::format("--error is '{}'; allowed: 0.0001% to 100%, with its unit: 1%", text));
 }
 
-/// Parses a list of numbers of threads such as "1,2".
+/// Parses a list of numbers of threads such as "1,2", for which a command measures.
 std::vector<int> parse_threads(const std::string& text) {
   std::vector<int> counts;
   // Adds a comma, so that an empty last count is seen and refused; getline() would leave it out.
@@ -141,7 +141,7 @@ std::vector<int> parse_threads(const std::string& text) {
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
-/// Parses assignments of an option such as --columns: "x=Position,force=Fx".
+/// Parses an option of assignments, such as --columns: "x=Position,force=Fx".
 Assignments parse_assignments(const std::string& text, const char* option) {
   Assignments all;
   for (std::size_t begin = 0; begin <= text.size();) {

@@ -16,7 +16,7 @@ struct Compared {
 
 constexpr int comparisons = 3;  ///< number of comparisons of models: drift, rubbing, rolling
 
-/// Returns the names of the friction models in a comparison.
+/// Returns the names of the friction models that a comparison of the page shows.
 std::vector<std::string> compared_models(int comparison);
 Compared compare(int comparison, const std::string& model);
 

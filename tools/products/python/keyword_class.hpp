@@ -19,7 +19,7 @@
 
 namespace bristle_python {
 
-/// Python names of the values of a C++ enumeration.
+/// Names by which Python spells the values of a C++ enumeration.
 template <class E>
 using Names = std::vector<std::pair<const char*, E>>;
 
@@ -105,7 +105,7 @@ class KeywordClass {
         name, [=](const T& self) { return name_of(names, self.*member); },
         [=](T& self, const std::string& value) { self.*member = value_of(names, name, value); }, doc);
   }
-  /// Adds all fields that bristle/fields.hpp lists for the struct.
+  /// Adds to the Python class all fields that bristle/fields.hpp lists for the struct.
   KeywordClass& listed_fields() {
     bristle::for_each_field<T>([&](const auto& listed) {
       using Value = std::decay_t<decltype(std::declval<T>().*listed.member)>;

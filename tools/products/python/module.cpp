@@ -1,4 +1,4 @@
-// Defines the extension module that `import bristle` loads.
+// Defines the extension module `_bristle`, which `import bristle` loads.
 #include <cstring>
 
 #include "tools/products/python/module.hpp"

@@ -84,7 +84,7 @@ void take_lock_or_sleep(const TakeLock& take_lock) noexcept {
 #endif
 }
 
-/// Releases the interpreter's lock while this guard lives.
+/// Releases Python's lock while this guard lives, so that other Python threads run meanwhile.
 class WithoutLock {
  public:
   WithoutLock() : thread_(PyEval_SaveThread()) {}

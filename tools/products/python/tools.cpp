@@ -17,7 +17,7 @@ void InterruptCheck::operator()() {
 py::object report_of(const std::string& json) { return py::module_::import("json").attr("loads")(json); }
 
 void define_tools(py::module_& module) {
-  // Raises a UserError of the tools as bristle.Error in Python.
+  // Turns a UserError of the tools into the Python exception bristle.Error.
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       std::rethrow_exception(thrown);

@@ -22,7 +22,7 @@ class InterruptCheck {
   double next_ = 0.0;  ///< time of the next check, s by the monotonic clock
 };
 
-/// Returns a command's JSON report as Python dicts and lists.
+/// Converts a command's JSON report to Python dicts and lists.
 py::object report_of(const std::string& json);
 
 void define_scenes(py::module_& module);

@@ -50,7 +50,8 @@ inline const ComparedScene& scene_of(Comparison which) {
   return compared_scenes[std::min(static_cast<std::size_t>(which), compared_scenes.size() - 1)];
 }
 
-/// Returns the settings of block i beside the first one, which has the settings `s`.
+/// Returns the settings of compared block number i, which stands beside the first block; `s` are the settings
+/// of the first.
 inline Settings settings_beside(const Settings& s, std::size_t i) {
   Settings other = s;
   switch (s.compare) {

@@ -12,7 +12,7 @@ inline constexpr ImU32 panel = IM_COL32(22, 25, 30, 255), raised = IM_COL32(33, 
 inline constexpr ImU32 text = IM_COL32(226, 230, 236, 255), faint_text = IM_COL32(148, 157, 170, 255);
 inline constexpr ImU32 line = IM_COL32(52, 58, 68, 255), faint_line = IM_COL32(40, 45, 53, 255);
 inline constexpr ImU32 friction = IM_COL32(255, 133, 64, 255), applied = IM_COL32(70, 178, 255, 255);
-// Colours after Okabe and Ito, which the colour-blind can distinguish.
+// Colours after Okabe and Ito, which also the colour-blind can tell apart.
 inline constexpr ImU32 good = IM_COL32(36, 190, 145, 255), warning = IM_COL32(240, 228, 66, 255);
 inline constexpr ImU32 bad = IM_COL32(236, 92, 52, 255), accent = IM_COL32(70, 178, 255, 255);
 // Colours of the curves of compared blocks. The curve of the first block has the colour `friction`.

@@ -686,7 +686,7 @@ struct HapticLoop::Impl {
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
 
-  // Members that only the haptic thread reads and writes.
+  // Members that only the haptic thread reads and writes, without a lock.
   Device* device = nullptr;
   Hand hand;
   bool device_there = true, device_seen = false, paused = false, row_waits = false;

@@ -22,7 +22,7 @@ constexpr std::uint64_t most_ticks_at_once = 1000;
 struct Summary {
   double highest_friction = 0.0, highest_applied = 0.0, highest_device_force = 0.0;  // N, of all ticks
 
-  // Largest distance that the block reached, m.
+  // Largest displacement of the block along its motion, in either direction, m.
   double farthest = 0.0;
   std::string last_message;
 

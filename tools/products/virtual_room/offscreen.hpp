@@ -1,4 +1,4 @@
-// Draws pictures of the virtual room without a window.
+// Draws pictures of the virtual room without a window, for files and tests.
 #pragma once
 
 #include <memory>

@@ -19,7 +19,7 @@ struct OverlayWords {
   bool rates_are_low = false;  ///< whether the simulation is slower than real time
 };
 
-/// Draws the overlay into ImGui's background list.
+/// Draws the overlay into the list of shapes that ImGui draws behind its panels.
 void draw_overlay(const Layout& layout, const Fonts& fonts, const Snapshot& room, const BristleGlass& glass,
                   const Camera& camera, const RoomMeasures& measures, const OverlayWords& words);
 

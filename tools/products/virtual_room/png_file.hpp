@@ -1,4 +1,4 @@
-// Reads pictures from OpenGL and writes them as PNG files.
+// Reads pictures back from OpenGL and writes them as PNG files.
 #pragma once
 
 #include <cstddef>

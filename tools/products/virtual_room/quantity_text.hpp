@@ -1,4 +1,4 @@
-// Formats quantities with their units for people.
+// Formats quantities with their units for the room's panels and tables.
 #pragma once
 
 #include <cstdint>

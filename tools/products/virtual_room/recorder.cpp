@@ -79,7 +79,7 @@ void Recorder::abandon() noexcept {
     if (forces_) forces_->finish();
     if (hand_) hand_->finish();
   } catch (const cli::UserError&) {
-    // Ignores the error. Its cause has been reported already.
+    // Ignores the error of closing: that the recording failed has been reported already.
   }
   forces_.reset();
   hand_.reset();

@@ -30,7 +30,7 @@ struct RecordRow {
 
 class Recorder {
  public:
-  /// Adds the row of a tick; for the haptic thread.
+  /// Adds the row of a tick to the recording; for the haptic thread. Does not wait.
   void push(const RecordRow& row) noexcept { rows_.push(row); }
 
   /// @name For the writing thread. All throw cli::UserError.

@@ -23,7 +23,7 @@ using Eigen::Matrix4f;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
 
-// Colours of the drawn bodies, in linear light (before gamma).
+// Colours of the bodies in the picture, in linear light (before gamma).
 const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),
     slab_paint(0.10f, 0.11f, 0.13f), wood_paint(0.53f, 0.28f, 0.11f);
 const Vector3f edge_paint(0.22f, 0.25f, 0.30f), backdrop(0.014f, 0.017f, 0.022f);

@@ -96,10 +96,10 @@ inline double heading(double w, double x, double y, double z) noexcept {
 inline constexpr std::size_t most_contacts = 32;
 inline constexpr std::size_t bristles_shown = 400;
 
-/// Pairs of bodies that can touch with friction.
+/// Kinds of pairs of bodies that can touch with friction.
 enum class Between : unsigned char { block_floor, block_wall, block_roof, block_tool };
 
-/// Contact with all that its drawing needs.
+/// Contact between two bodies, with all that its drawing needs.
 struct ContactView {
   std::uint64_t key = 0;
   Between between = Between::block_floor;
@@ -174,7 +174,7 @@ struct Snapshot {
   ContactView contact[most_contacts];
   BristleView bristles;
   std::uint64_t bristles_total = 0;
-  /// Friction coefficients of the surface that follow from the settings.
+  /// Friction coefficients, kinetic and at the peak, that follow from the settings.
   double kinetic_coefficient = 0.0, peak_coefficient = 0.0;
 
   /// Mean deflection of a bristle at its snap, m, as it follows from the settings.
@@ -199,7 +199,7 @@ struct PlotPoint {
   float beside_displacement[most_compared] = {}, beside_friction[most_compared] = {};
 };
 
-/// Fixed dimensions of room, block and tool, m.
+/// Fixed sizes of room, block and tool, m.
 struct RoomMeasures {
   /// Size of the room along x, y and z; walls are at x = length/2 and y = +-width/2.
   double length = 0.60, width = 0.40, height = 0.30;

@@ -51,7 +51,7 @@ class RoomView {
   }
   const History& history() const { return history_; }
 
-  /// Returns the layout of the picture that was drawn last.
+  /// Returns where room and panels lie in the picture that was drawn last.
   const Layout& layout() const { return layout_; }
   const RoomMeasures& measures() const { return measures_; }
 

@@ -1,4 +1,4 @@
-// Options of the program bristle-room on the command line.
+// Options that the program bristle-room takes on the command line.
 #pragma once
 
 #include <string>

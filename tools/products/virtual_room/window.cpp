@@ -192,7 +192,7 @@ class RoomWindow {
     return shown_;
   }
 
-  // Measures, once per picture, how fast simulation and pictures run.
+  // Measures, once for each picture, the speed of the simulation and the rate of pictures.
   void measure() {
     const double now = glfwGetTime();
     ++pictures_counted_;

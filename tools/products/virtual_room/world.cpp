@@ -428,7 +428,7 @@ double World::applied_along() const noexcept {
 
 double World::holds() const noexcept {
   double sum = 0.0;
-  // Adds up the corners on the floor, which come first among the contact places.
+  // Adds up the friction limits of the corners on the floor, which come first among the contact places.
   for (std::size_t corner = 0; corner < corners; ++corner) {
     const Place& place = places_[corner];
     if (place.patch >= 0) sum += place.limit;
