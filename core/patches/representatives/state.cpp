@@ -115,9 +115,9 @@ struct Reading {
 };
 
 /// Checks a saved block and names its first fault; null if there is none. A deflection is the stored value
-/// plus the displacement of the patch since the block was rewritten. A renewed bristle stores minus that
-/// displacement, which may be larger than any deflection, so `farthest` bounds stored values and `longest`
-/// deflections.
+/// plus the displacement of the patch since the block was rewritten. A renewed bristle stores its deflection
+/// less that displacement, which may be larger than any deflection. So `farthest` bounds stored values, and
+/// `longest` deflections.
 const char* find_block_fault(const Block& block, const double (&moved)[2], double longest,
                              double farthest) noexcept {
   const double most = block_size * farthest * fixed_per_length;

@@ -25,7 +25,7 @@ struct AccuracyOptions {
 };
 
 /// Number of copies of a patch whose forces are compared with the reference. Further copies are only timed,
-/// because comparing more would not change the error.
+/// because comparing more would hardly change the error.
 constexpr std::uint32_t compared_copies = 64;
 
 /// Setting of the patches (number of bristles, time step, ...), with its errors and run times.
