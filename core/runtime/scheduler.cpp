@@ -312,7 +312,7 @@ class Scheduler::Step {
   }
 
   /// Prefetches the memory of patches that the next motions (before `last`) will need. Patches out of cache
-  /// then take half the time (core/decisions/007-memory-and-threads.md).
+  /// then take half the time (core/decisions/README.md, 007).
   [[gnu::always_inline]] void fetch_ahead(const Items& items, std::size_t i,
                                           std::size_t last) const noexcept {
     if (i + slots_ahead < last) {
