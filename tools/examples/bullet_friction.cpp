@@ -22,9 +22,9 @@ Vector3d from(const btVector3& v) {
 btVector3 to(const Vector3d& v) {
   return {static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()), static_cast<btScalar>(v.z())};
 }
-// Largest errors with which the linear solve of a group of bodies is accepted without iterations: error of
-// accelerations at normal impulses and joints, and at slips (m/s^2); and the change of a patch's force by
-// this step's slip, as a share of its limit.
+// Largest errors with which the linear solve of a group of bodies is accepted without further iterations: of
+// the velocity at normal impulses and joints and at slips, as accelerations (m/s^2), and of a patch's force,
+// as the change by this step's slip over the force limit.
 constexpr double row_error = 0.1, slip_error = 1e-3, most_bent = 0.05;
 
 constexpr std::uint32_t held_contacts = 4;  // largest number of contacts kept for each pair of surfaces
@@ -38,20 +38,22 @@ bool is_round(const btCollisionObject& body) {
   return type == SPHERE_SHAPE_PROXYTYPE || type == CAPSULE_SHAPE_PROXYTYPE ||
          type == CYLINDER_SHAPE_PROXYTYPE;
 }
-/// Returns which body of a manifold (0 or 1) is smaller.
+/// Returns which of the two bodies of a manifold is the smaller one, 0 or 1.
 int smaller_body(const btPersistentManifold& manifold) {
   btScalar radius[2];
   btVector3 centre;
   for (int k = 0; k < 2; ++k) body_of(manifold, k).getCollisionShape()->getBoundingSphere(centre, radius[k]);
   return radius[0] < radius[1] ? 0 : 1;
 }
-/// Returns which body of a manifold (0 or 1) is round, the smaller one if both are; -1 if none is.
+/// Returns which of the two bodies of a manifold is round, 0 or 1: the smaller one if both are, -1 if none
+/// is.
 int round_body(const btPersistentManifold& manifold) {
   const bool round[2] = {is_round(body_of(manifold, 0)), is_round(body_of(manifold, 1))};
   return round[0] && round[1] ? smaller_body(manifold) : round[0] ? 0 : round[1] ? 1 : -1;
 }
-/// Returns a frame in which the contacts of a manifold hardly move: that of a body that moves, or, centred in
-/// a round body, which may roll, with the world's axes.
+/// Returns a frame in which the contacts of a manifold hardly move, so that their points can be matched from
+/// step to step. It is the frame of a body that moves; for a round body, which may roll, one at its centre
+/// with the world's axes.
 btTransform frame_of(const btPersistentManifold& manifold) {
   const int round = round_body(manifold);
   if (round >= 0)
@@ -65,7 +67,8 @@ bristle::BodyPlace place_of(const btCollisionObject& body, const Vector3d& turn)
   place.turn = turn;
   return place;
 }
-/// Converts a bed's response to that of a patch without damper, whose stiffness is the mean of both axes.
+/// Converts the response of a bed to that of a patch without a damper. Its stiffness is the mean over both
+/// axes.
 Response as_patch(const bristle::BedResponse& bed, double force_limit) {
   Response to;
   for (int a = 0; a < 2; ++a) to.end[a] = to.elastic[a] = bed.force[a];
@@ -81,7 +84,7 @@ Vector2d stiffness_ratios(const bristle::BedMaterial& material) {
   if (flexibility[0] > 0.0) stiffness = {1.0 / flexibility[0], 1.0 / flexibility[1]};
   return stiffness / stiffness.mean();
 }
-/// Returns a key of the two bodies from Bullet's ids, which stay constant while both are in the world.
+/// Returns a key of the two bodies, from Bullet's ids, which are constant while both bodies are in the world.
 std::uint64_t pair_of(const btPersistentManifold& manifold) {
   const auto number = [](const btCollisionObject* body) {
     return static_cast<std::uint64_t>(static_cast<std::uint32_t>(body->getBroadphaseHandle()->getUid()));
@@ -106,9 +109,10 @@ struct BristleSolver::System {
     btSolverConstraint* constraint;
     Line line;
     double before, impulse;  // N s
-    // Target speed of the row, m/s; the row's own softness and the larger one used, 1/kg.
+    // Velocity that the row demands, m/s; its own softness, and the larger one with which it is solved, 1/kg.
     double wanted, own, softness;
-    // Whether the row's impulse is within its limits, so that it is an unknown of the solve.
+    // Whether the impulse of the row is within its limits, so that it is an unknown; otherwise it is fixed at
+    // a limit.
     bool active;
   };
   struct Friction {
@@ -175,7 +179,8 @@ void BristleSolver::System::set_masses(const btAlignedObjectArray<btSolverBody>&
   }
 }
 
-/// Solves for the velocity changes under the active rows and friction, and for the impulses of these rows.
+/// Solves for the velocity changes of the bodies with the active rows and the friction, and for the impulses
+/// of these rows.
 void BristleSolver::System::solve() {
   matrix = masses;
   for (const Row& row : rows)
@@ -192,7 +197,7 @@ void BristleSolver::System::solve() {
     if (row.active) row.impulse = row.before + (row.wanted - velocity(row.line, change)) / row.softness;
 }
 
-/// Removes most of the error of the added softness by one step of iterative refinement.
+/// Removes most of the error that the additional softness causes, by one step of iterative refinement.
 void BristleSolver::System::refine() {
   const auto missing = [&](const Row& row) {
     return row.active ? row.wanted - velocity(row.line, change) - row.own * (row.impulse - row.before) : 0.0;
@@ -209,8 +214,8 @@ void BristleSolver::System::refine() {
   change += matrix.right;
 }
 
-/// Fixes impulses beyond a limit at that limit, and removes the stiffness of patches beyond their force
-/// limit. Returns false if no impulse or patch was beyond.
+/// Fixes impulses beyond a limit at the limit, and lets patches beyond their force limit slip. Returns false
+/// if there were none, so that the solution stands.
 bool BristleSolver::System::drop() {
   bool dropped = false;
   for (Row& row : rows) {
@@ -227,7 +232,8 @@ bool BristleSolver::System::drop() {
   return dropped;
 }
 
-/// Returns the largest error of a row's velocity, m/s. A row at zero impulse may exceed its target speed.
+/// Returns the largest error of the velocity of a row, m/s. A row without an impulse may be faster than it
+/// demands, for surfaces may part.
 double BristleSolver::System::error() const {
   double largest = 0.0;
   for (const Row& row : rows) {
@@ -275,8 +281,8 @@ void BristleSolver::reset() {
   forget_contacts();
 }
 
-/// Prepares a step of all bodies; Bullet calls this once, before it solves the islands (groups of touching
-/// bodies).
+/// Prepares a step of all bodies. Bullet calls it once, before it solves the islands (groups of touching
+/// bodies) one after the other.
 void BristleSolver::prepareSolve(int, int) {
   touching_.clear();
   for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) {
@@ -291,8 +297,8 @@ void BristleSolver::prepareSolve(int, int) {
   match();
 }
 
-/// Steps patches and beds of all islands that were awake in the last step, by the slip from places; patches
-/// of sleeping bodies keep their state.
+/// Steps patches and beds by the slip of their contacts, taken from the places of the bodies. Only islands
+/// that were awake in the last step; patches of sleeping bodies keep their state.
 void BristleSolver::step_patches() {
   motions_.assign(solved_.size(), Motion{});
   responses_.resize(solved_.size());
@@ -327,7 +333,8 @@ void BristleSolver::step_patches() {
   }
 }
 
-/// Gives contacts the patches of the same contacts in the step before. Keeps those of sleeping bodies.
+/// Finds the patch of each contact: that of the same contact in the step before. Contacts of sleeping bodies
+/// keep their patches.
 void BristleSolver::match() {
   found_.clear();
   of_.clear();
@@ -389,7 +396,7 @@ void BristleSolver::match() {
             [](const Place& a, const Place& b) { return std::less<>{}(a.point, b.point); });
 }
 
-/// Makes room for this number of contacts. Allocates, when there are more than ever before.
+/// Makes room for a number of contacts. Allocates only if it is larger than ever before.
 void BristleSolver::reserve(std::size_t contacts) {
   if (contacts <= patches_.capacity()) return;
   const auto room = static_cast<std::uint32_t>(std::max(contacts, std::size_t{2} * patches_.capacity()));
@@ -399,10 +406,9 @@ void BristleSolver::reserve(std::size_t contacts) {
   index_.resize(room);
 }
 
-/// Keeps a contact that Bullet does not list at its point, though it lists the pair elsewhere, if the point
-/// still lies on both surfaces.
+/// Keeps a contact whose pair Bullet lists at other points only, if both surfaces still touch at its point.
 void BristleSolver::hold(const bristle::HeldContact& held) {
-  // Angle (rad) and distance (m) between the surfaces beyond which they have parted at the point.
+  // Angle (rad) and distance (m) between the surfaces from which on they no longer touch at the point.
   constexpr double steepest = 2e-3, deepest = 1e-4;
   const bristle::KeyedContact keyed = patches_.find_or_add_contact(held.key);
   std::size_t& index = index_[keyed.place];
@@ -425,7 +431,7 @@ void BristleSolver::hold(const bristle::HeldContact& held) {
   patches_.remove(held.key);
 }
 
-/// Finds the contacts whose surfaces are listed at other points than before.
+/// Finds the contacts that Bullet now lists at other points of the same two surfaces.
 void BristleSolver::find_surfaces() {
   surfaces_.clear();
   const auto named = [&](const Contact& contact) {
@@ -458,7 +464,8 @@ const BristleSolver::Place* BristleSolver::find_place(const btManifoldPoint& poi
   return place == places_.end() || place->point != &point ? nullptr : &*place;
 }
 
-/// Sets Bullet's friction coefficient to 0 while it makes its rows, so that only the bristles give friction.
+/// Sets Bullet's friction coefficient to 0 while Bullet makes its constraints, so that friction comes from
+/// the bristles alone.
 void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
                                     const btContactSolverInfo& info) {
   coefficients_.clear();
@@ -495,7 +502,7 @@ void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
   }
 }
 
-/// Prepares the contact for the iterations. They start from the present force of its patch.
+/// Prepares a contact for the iterations, which start from the present force of its patch.
 void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   const btSolverConstraint& normal = m_tmpSolverContactConstraintPool[row];
   const auto& point = *static_cast<const btManifoldPoint*>(normal.m_originalContactPoint);
@@ -527,8 +534,8 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
   solved_.push_back(&contact);
 }
 
-/// Sets the Jacobian of the contact's slip, and the slip that an impulse causes. Both bodies share one
-/// contact point, so that friction conserves angular momentum too.
+/// Sets the Jacobian of the contact's slip, and the change of slip by an impulse. Friction acts on both
+/// bodies at one common point, so that it conserves angular momentum too.
 void BristleSolver::set_sides(Contact& contact, const Vector3d& at) {
   const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
   const btVector3 place = to(at);
@@ -565,13 +572,13 @@ void BristleSolver::set_sides(Contact& contact, const Vector3d& at) {
     }
 }
 
-/// Sets the contact's linear force model to a spring and damper with the patch's present force and stiffness,
-/// clipped at its force limit. A new contact has no load yet, so its patch is evaluated at the highest load
-/// and scaled.
+/// Sets the linear model of the contact's force: spring and damper with the present force and stiffness of
+/// the patch, clipped at the force limit. The patch of a new contact has no load yet, so it is evaluated at
+/// the highest load, and its force is scaled.
 void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   if (contact.bed) {
-    // Finds the stiffness by a small slip back, because a bed that rolls far in a step is softer than its
-    // tangent.
+    // Finds the stiffness by a small slip back. A bed that rolls far in a step is softer than its tangent
+    // says.
     constexpr double small = 0.05;  // share of the force limit by which the slip changes the force
     const double load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;
     const Vector2d slip = slip_of(contact);
@@ -592,12 +599,12 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
   contact.answer = {contact.response, dt_s, load, contact.scale};
 }
 
-/// Returns the stiffness of the contact's patch or bed along each axis over the mean of both.
+/// Returns the stiffness of the contact's patch or bed along each axis, over the mean of both axes.
 Vector2d BristleSolver::axes_of(const Contact& contact) const {
   return contact.bed ? Vector2d(bed_axes_) : Vector2d(1.0, 1.0);
 }
 
-/// Returns the response of the contact's patch or bed to a slip (m/s) during this step.
+/// Returns the response that the contact's patch or bed would give to a slip velocity (m/s) in this step.
 Response BristleSolver::find_force(const Contact& contact, const Vector2d& slip, double load, double dt_s) {
   const Vector2d d = dt_s * slip;
   if (!contact.bed) return batch_.find_force(dt_s, Motion{contact.patch, {d[0], d[1]}, load});
@@ -607,8 +614,8 @@ Response BristleSolver::find_force(const Contact& contact, const Vector2d& slip,
       bed_friction_ * load);
 }
 
-/// Sets the contact's linear force model from the force of its patch or bed at a slip; the slope is the
-/// secant from `rest`, the response to no slip under this load.
+/// Sets the linear model of the contact's force through the force at a slip. Its slope is the secant from
+/// `rest`, the response without slip under the same load.
 void BristleSolver::set_secant(Contact& contact, const Vector2d& slip, const Response& rest, double load,
                                double dt_s) {
   contact.answer = bristle::LinearFriction::through(find_force(contact, slip, load, dt_s),
@@ -623,8 +630,8 @@ void BristleSolver::ask_patch(Contact& contact, double dt_s) {
   set_secant(contact, slip_of(contact), find_force(contact, Vector2d::Zero(), load, dt_s), load, dt_s);
 }
 
-/// Finds a contact's friction impulse, other contacts fixed. Returns the squared change of slip, as Bullet's
-/// rows do.
+/// Finds the friction impulse of a contact while all other contacts stay fixed. Returns the squared change of
+/// slip, in the unit in which Bullet measures the change by a row.
 double BristleSolver::rub(Contact& contact, double dt_s) {
   const Vector2d free = slip_of(contact) - contact.mobility * contact.impulse;
   const Vector2d impulse = contact.answer.impulse(normal_impulse(contact), dt_s, contact.mobility, free);
@@ -729,14 +736,14 @@ void BristleSolver::list_unknowns(double dt_s) {
   }
 }
 
-/// Solves normal impulses, joints and friction of a group in one linear system, as a start for Bullet's
-/// iterations. Iterations alone leave an error in each step, by which a stack creeps or falls. Loads on
-/// patches are those of the last step. Returns whether no iteration is needed.
+/// Solves normal impulses, joints and friction of a group in one linear system, with whose solution Bullet's
+/// iterations begin. Iterations alone leave an error in each step, by which a stack creeps or falls. Patches
+/// have the loads of the last step. Returns whether the solution needs no iteration.
 bool BristleSolver::solve_at_once(double dt_s) {
   System& system = *system_;
   list_unknowns(dt_s);
   system.set_shape();
-  // Leaves large systems to the iterations, because a direct solve would take longer.
+  // Leaves large systems to the iterations: a direct solve would take longer.
   if (system.masses.entries() > 400 * system.rows.size()) return false;
   system.set_masses(m_tmpSolverBodyPool);
   constexpr int passes = 8;
@@ -747,7 +754,8 @@ bool BristleSolver::solve_at_once(double dt_s) {
   system.refine();
   system.drop();
 
-  // Applies the impulses one by one, so that velocities match them even if the solution has an error.
+  // Applies the impulses one after the other, so that the velocities match the impulses even if the solution
+  // has an error.
   for (const System::Row& row : system.rows) {
     btSolverConstraint& to = *row.constraint;
     btSolverBody &a = m_tmpSolverBodyPool[to.m_solverBodyIdA], &b = m_tmpSolverBodyPool[to.m_solverBodyIdB];
@@ -758,7 +766,7 @@ bool BristleSolver::solve_at_once(double dt_s) {
   }
   for (const System::Friction& f : system.frictions)
     push(*f.contact, f.share * f.model.force(system.slip(f)));
-  // Takes forces from the patches themselves in later iterations, because their linear models may not hold
+  // Takes forces from the patches themselves in the later iterations, because the linear models may be wrong
   // there.
   const auto bends = [&](const Contact* c) {
     const double change = dt_s * c->response.stiffness * axes_of(*c).cwiseProduct(slip_of(*c)).norm();
@@ -769,7 +777,8 @@ bool BristleSolver::solve_at_once(double dt_s) {
          std::none_of(solved_.begin() + static_cast<std::ptrdiff_t>(first_of_group_), solved_.end(), bends);
 }
 
-/// Sweeps once over the friction of a group. Returns the largest squared change of a slip.
+/// Corrects the friction impulse of each contact of a group once. Returns the largest squared change of a
+/// slip.
 double BristleSolver::rub_all(double dt_s) {
   double change = 0.0;
   for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
@@ -790,13 +799,13 @@ btScalar BristleSolver::solveSingleIteration(int iteration, btCollisionObject** 
   if (ask)
     for (std::size_t i = first_of_group_; i < solved_.size(); ++i) ask_patch(*solved_[i], dt_s);
   for (int sweep = 0; sweep < friction_sweeps_; ++sweep) residual = std::max(residual, rub_all(dt_s));
-  // Reports a residual of at least 1 until the patches have been evaluated: Bullet stops iterating at a small
-  // one.
+  // Reports a residual of at least 1 until the patches have been evaluated, because Bullet stops its
+  // iterations at a small residual.
   const bool asked = iteration > half || first_of_group_ == solved_.size();
   return static_cast<btScalar>(asked ? residual : std::max(residual, 1.0));
 }
 
-/// Reads the impulses before Bullet integrates the bodies and deletes its rows.
+/// Reads the impulses at the end of a step, before Bullet moves the bodies and deletes its constraints.
 btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies, int count,
                                                       const btContactSolverInfo& info) {
   const double dt_s = static_cast<double>(info.m_timeStep);
@@ -815,7 +824,7 @@ btScalar BristleSolver::solveGroupCacheFriendlyFinish(btCollisionObject** bodies
   return btSequentialImpulseConstraintSolver::solveGroupCacheFriendlyFinish(bodies, count, info);
 }
 
-/// Sets the normal load of each contact of a group from the impulses of this step.
+/// Sets the normal load of each contact of a group, from the normal impulses of this step.
 void BristleSolver::share_loads(double dt_s) {
   const auto load_of = [&](int row) {
     return std::max(static_cast<double>(m_tmpSolverContactConstraintPool[row].m_appliedImpulse), 0.0) / dt_s;
@@ -840,12 +849,13 @@ void BristleSolver::share_loads(double dt_s) {
       load = bristle::held_load(contact.normal_load, of.before, of.now, load);
       if (!contact.is_listed && !(load > least * of.now)) matcher_.release(contact.key);
     }
-    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
+    // Ignores changes of the load in the last digits of the solver, so that a patch at rest stays exactly at
+    // rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
   }
 }
 
-/// Lists the contacts of all awake islands.
+/// Collects the contacts of all islands that are awake, for contacts().
 void BristleSolver::allSolved(const btContactSolverInfo&, btIDebugDraw*) {
   listed_.assign(solved_.begin(), solved_.end());
 }

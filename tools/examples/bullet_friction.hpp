@@ -49,12 +49,12 @@
 
 namespace bullet_example {
 
-/// Options of friction. With ContactOptions::rolling each contact of a sphere, capsule or cylinder has a bed,
-/// which resists slip; spin stays Bullet's.
+/// Options of the friction. With ContactOptions::rolling each contact of a sphere, capsule or cylinder has a
+/// bed, which resists slip; resistance to spin stays Bullet's.
 struct FrictionOptions : bristle_example::ContactOptions {
-  /// Number of friction passes over all contacts in each of Bullet's iterations. The stuck feet of a body
-  /// equalise their loads slowly: at steps of 1/60 s a block rocks on its bristles with 1 pass, and comes to
-  /// rest with 4.
+  /// Number of passes over the friction of all contacts in each of Bullet's iterations. The feet of a stuck
+  /// body equalise their loads slowly: at steps of 1/60 s a block rocks on its bristles with 1 pass, and
+  /// comes to rest with 4.
   int sweeps = 4;
 };
 
@@ -68,18 +68,18 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
                 const FrictionOptions& options = {});
   ~BristleSolver() override;
 
-  /// Contact point with friction, as the last step left it.
+  /// Contact point with friction, in its state after the last step.
   struct Contact {
     std::uint64_t key = 0;
     bristle::PatchId patch;
-    /// Contact frame. Its normal points from body B of the manifold to body A.
+    /// Axes of the contact in space. The normal points from body B of the manifold to body A.
     bristle::ContactFrame frame;
     Eigen::Vector3d point = {0, 0, 0};  ///< position of the contact point in the world, m
     double force[2] = {0, 0};  ///< friction along frame.along() and frame.aside(), N, acting on body A
     double normal_load = 0.0;  ///< N
     double scale = 1.0;        ///< friction coefficient of the contact over that of the material
     bristle::BedId bed;        ///< bed, if a body is round; the contact's patch then rests
-    /// Response of the contact's patch or bed in the step before, not scaled by `scale`.
+    /// Response of the contact's patch or bed in the step before, not yet multiplied by `scale`.
     bristle::Response response;
     bool is_listed = true;  ///< whether Bullet lists the contact; if not, the pair touches at other points
     const btCollisionObject* bodies[2] = {nullptr, nullptr};  ///< bodies A and B
@@ -93,17 +93,18 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     };
     int row = -1;    // index in Bullet's list of the contact's normal row, or of another one of its surfaces
     int round = -1;  // index, in bodies and sides, of the body that rolls on the bed, or -1
-    // Vector from the round body's centre to the contact, m; rotations of the bodies in this step, rad.
+    // Vector from the centre of the round body to the contact, m, and rotations of both bodies in this step,
+    // rad.
     Eigen::Vector3d arm = Eigen::Vector3d::Zero();
     Eigen::Vector3d turns[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     std::uint64_t pair = 0;
-    // The bodies as Bullet's objects, static bodies too.
+    // The two bodies as Bullet's objects, also where a body is static.
     const btCollisionObject* objects[2] = {nullptr, nullptr};
     int rider = 0;  // index of the body that may roll, or of the smaller one
     bristle::SlipByPlaces slip;
-    // Slip velocity by the bodies' velocities, m/s, and its correction: how much faster the slip of the last
-    // step was. This step will repeat the difference, because bodies that turn move along arcs, while Bullet
-    // moves them along tangents.
+    // Slip velocity that follows from the velocities of the bodies, m/s, and by how much the slip of the last
+    // step exceeded it (`arc`). The excess repeats in this step: bodies that turn move along arcs, while
+    // Bullet moves them along tangents.
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> by_velocity = Eigen::Vector2d::Zero(),
                                                   arc = Eigen::Vector2d::Zero();
     int surfaces = -1;       // index in surfaces_ if Bullet lists other points of the pair than before
@@ -112,7 +113,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     Eigen::Vector3d held_at = Eigen::Vector3d::Zero();  // place of a contact that is not listed, m
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
-    // Slip velocity at the start of the step, m/s, from which the iterations find the slip at its end.
+    // Slip velocity at the start of the step, m/s. The iterations find that at its end.
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> start = Eigen::Vector2d::Zero();
     Eigen::Matrix<double, 2, 1, Eigen::DontAlign> impulse = Eigen::Vector2d::Zero();  // N s
     bristle::LinearFriction answer;  // model of the force, made under some load
@@ -122,8 +123,8 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   const std::vector<const Contact*>& contacts() const { return listed_; }
   const bristle::KeyedPatches& patches() const { return patches_; }
 
-  /// Treats every contact as new, with straight bristles. Call it when bodies were moved by hand; reset()
-  /// does this too.
+  /// Treats every contact as new, with straight bristles. Call it after bodies were moved by hand. reset()
+  /// does the same.
   void forget_contacts();
   void reset() override;
   void prepareSolve(int bodies, int manifolds) override;
@@ -139,15 +140,15 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
                                          const btContactSolverInfo& info) override;
 
  private:
-  /// Point that Bullet lists, with its contact: index in known_, and whether the contact lies elsewhere on
-  /// the same surfaces.
+  /// Point that Bullet lists, with its contact: the index of the contact in known_, and whether the contact
+  /// lies elsewhere on the same surfaces.
   struct Place {
     const btManifoldPoint* point;
     std::size_t contact;
     bool joined;
   };
-  /// Surfaces whose listed points have changed: name of the pair, its rows in Bullet's list, and its loads in
-  /// the last step and in this one, N.
+  /// Two surfaces whose listed points have changed: key of the pair, its rows in Bullet's list, and its loads
+  /// in the last step and in this one, N.
   struct Surfaces {
     std::uint64_t pair;
     std::vector<int> rows;
@@ -185,7 +186,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   bristle::BedBatch bed_batch_;
   std::optional<bristle::KeyedBeds> beds_;
   double bed_friction_ = 1.0;  // kinetic coefficient of the beds' material
-  // Stiffness of the beds along each axis over the mean of both.
+  // Stiffness of the beds along each axis, over the mean of both axes.
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> bed_axes_ = Eigen::Vector2d::Ones();
   bristle::ContactMatcher matcher_;
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
@@ -197,7 +198,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<std::uint64_t> keys_;
   std::vector<Place> places_;  // sorted by the points' addresses
   std::vector<Surfaces> surfaces_;
-  // Pairs that touch, sorted, with their manifolds.
+  // Pairs of bodies that touch, sorted, with their manifolds.
   std::vector<std::pair<std::uint64_t, const btPersistentManifold*>> touching_;
   std::size_t first_of_group_ = 0;  // index in solved_ of the first contact of the islands being solved
   std::vector<Contact*> solved_;

@@ -18,16 +18,16 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr std::uint32_t held_contacts = 4;  // largest number of contacts kept for each pair of surfaces
-// Values of Contact::joined that are not indices: a contact with a patch of its own, and one without
-// friction, whose surfaces have parted where their patch was.
+// Values of Contact::joined that are no indices: for a contact with a patch of its own, and for one without
+// friction, because its surfaces have parted where their patch was.
 constexpr int own_patch = -1, no_friction = -2;
 
 std::uint64_t pair_of(const mjContact& contact) {
   return static_cast<std::uint64_t>(contact.geom1) << 32 | static_cast<std::uint32_t>(contact.geom2);
 }
 
-/// Returns the condims of all contacts. Refuses those that bristles cannot give, and the integrator RK4, for
-/// which MuJoCo has no step in two halves.
+/// Returns the condims of all contacts. Throws if bristles cannot give one of them, or if the integrator is
+/// RK4, for which MuJoCo has no step in two halves.
 ContactDims checked(const mjModel& model, const ContactDims& dims, bool leave_out_rolling) {
   if (model.opt.integrator == mjINT_RK4)
     throw bristle::Error("the integrator is RK4, which bristles lack: choose Euler or implicit");
@@ -52,8 +52,8 @@ Motion point_motion(const BristleFriction::Contact& contact, const Vector2d& mov
 bristle::ExtendedMotion disc_motion(const BristleFriction::Contact& contact, const Vector3d& moved) {
   return {contact.patch, {moved[0], moved[1], moved[2]}, contact.normal_load};
 }
-/// Calls visit(other, mass) for each entry of the inertia matrix in the row of degree of freedom `dof`, up to
-/// the diagonal.
+/// Calls visit(other, mass) for each entry of the inertia matrix in the row of a degree of freedom, up to the
+/// diagonal.
 template <class Visit>
 void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit& visit) {
 #if mjVERSION_HEADER < 3011000
@@ -79,8 +79,9 @@ bool is_round(const mjModel& model, int geom) {
          type == mjGEOM_CYLINDER;
 }
 
-/// Returns the axes of the frame in which a geom's contacts hardly move, even if it is fast: those of the
-/// geom, or of the world if it is round and may roll. The frame's centre is that of the geom.
+/// Returns axes, at the centre of a geom, in which the contacts of the geom hardly move even if it is fast:
+/// its own axes, or the world's if it is round and may roll. Contact points are matched in them from step to
+/// step.
 Eigen::Matrix3d axes_of(const mjModel& model, const mjData& data, int geom) {
   if (is_round(model, geom)) return Eigen::Matrix3d::Identity();
   return Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom);
@@ -264,7 +265,7 @@ const VectorXd& BristleFriction::find_friction(const mjModel& model, mjData& dat
     for (std::size_t k = contact.first_cell; k < contact.first_cell + contact.cells; ++k)
       cells_[k].model = {cells_[k].response, model.opt.timestep, contact.normal_load, contact.scale};
   guess_beds(model, data);
-  // Repeats the linear solve until no further cell slips. Cells that slip in one pass do so in later ones.
+  // Repeats the linear solve until no more cells slip. A cell that slips in one pass slips in all later ones.
   do {
     solve(model, data);
   } while (release_cells());
@@ -283,9 +284,8 @@ void BristleFriction::forget_contacts() {
   other_constraints_.setZero();
 }
 
-/// Returns a contact's condim (which motions it resists) by MuJoCo's rules. A listed pair of the model has
-/// its own condim. Otherwise the geom of higher priority decides, or between equal priorities the larger
-/// condim.
+/// Returns the condim of a contact (which motions it resists) by MuJoCo's rules: that of the listed pair if
+/// the model lists one; otherwise that of the geom of higher priority, or of equal priorities the larger one.
 int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) const {
   const int a = contact.geom1, b = contact.geom2;
   for (int p = 0; p < model.npair; ++p) {
@@ -298,7 +298,7 @@ int BristleFriction::dim_of(const mjModel& model, const mjContact& contact) cons
   return priority > 0 ? dim_a : priority < 0 ? dim_b : std::max(dim_a, dim_b);
 }
 
-/// Gives each contact the patch that it had in the step before.
+/// Finds the patch of each contact: the one that it had in the step before.
 void BristleFriction::match(const mjModel& model, const mjData& data) {
   before_.swap(contacts_);
   cells_before_.swap(cells_);
@@ -351,8 +351,8 @@ void BristleFriction::reserve(std::size_t contacts) {
   }
 }
 
-/// Adds a contact that has a normal force only. Its load is carried by the patch of a contact of the same
-/// surfaces, which has this key.
+/// Adds a contact that has only a normal force. The patch of another contact of the same surfaces, which has
+/// the key `key`, carries its load.
 void BristleFriction::join(const mjModel& model, const mjData& data, const mjContact& found,
                            std::uint64_t key) {
   const auto it = std::find_if(contacts_.begin(), contacts_.end(),
@@ -395,7 +395,8 @@ void BristleFriction::hold(const mjModel& model, const mjData& data, const brist
   matcher_.release(held.key);
 }
 
-/// Finds the contacts whose surfaces are listed at other points than before, and the patches for new points.
+/// Finds the contacts that MuJoCo now lists at other points of the same two surfaces, and the patches for new
+/// points.
 void BristleFriction::find_surfaces() {
   surfaces_.clear();
   const auto named = [&](const Contact& contact) {
@@ -434,13 +435,14 @@ void BristleFriction::share_loads(const mjData& data) {
       load = bristle::held_load(contact.normal_load, s.before, s.now, load);
       if (!contact.is_listed && !(load > least * s.now)) matcher_.release(contact.key);
     }
-    // Ignores load changes in the solver's last digits, so that a patch at rest stays exactly at rest.
+    // Ignores changes of the load in the last digits of the solver, so that a patch at rest stays exactly at
+    // rest.
     if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
   }
 }
 
-/// Finds a contact of the previous step by its key, or null. Tries the next in order first, as MuJoCo mostly
-/// keeps the order.
+/// Looks up a contact of the previous step by its key; null if there is none. Tries the next one first,
+/// because MuJoCo mostly keeps the order.
 const BristleFriction::Contact* BristleFriction::find_before(std::uint64_t key) {
   if (next_before_ < before_.size() && before_[next_before_].key == key) return &before_[next_before_++];
   if (by_key_.empty()) {
@@ -453,8 +455,8 @@ const BristleFriction::Contact* BristleFriction::find_before(std::uint64_t key) 
   return &before_[found->second];
 }
 
-/// Adds a contact with the patch that it had in the step before, or a fresh one. `held_at`: its place (m), if
-/// `found` is another contact of the same surfaces.
+/// Adds a contact with the patch that it had in the step before, or with a fresh one. `held_at`: its place
+/// (m) if `found` is another contact of the same surfaces.
 void BristleFriction::take_over(const mjModel& model, const mjData& data, const mjContact& found,
                                 std::uint64_t key, const Vector3d* held_at) {
   const Contact* const old = find_before(key);
@@ -483,8 +485,8 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   contact.point = held_at ? *held_at : Map<const Vector3d>(found.pos);
   const Eigen::Matrix3d axes = axes_of(model, data, small);
   if (known && old->surfaces >= 0 && !held_at) {
-    // Keeps the height of a point that changes by less than 0.1 mm from step to step. The change comes from
-    // rocking of the body, and following it would make the body walk.
+    // Keeps the height of a contact point whose height changes by less than 0.1 mm from step to step. The
+    // body is only rocking then, and would walk if its friction followed.
     constexpr double hop = 1e-4;  // m
     const double up = normal.dot(contact.point - centre_of(data, small) - axes * contact.place);
     if (std::fabs(up) < hop) contact.point -= up * normal;
@@ -581,7 +583,8 @@ void BristleFriction::set_rows(const mjModel& model, const mjData& data, const C
   contact.start += contact.surface;
 }
 
-/// Returns the velocity of geom2's own surface against that of geom1, in the axes of Contact::velocity.
+/// Returns the velocity of the surface of geom2 (a belt) against that of geom1, beyond the motion of the
+/// bodies, in the axes of Contact::velocity.
 Eigen::Vector4d BristleFriction::surface_velocity(const mjModel& model, const mjData& data,
                                                   const Contact& contact) const {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
@@ -652,8 +655,8 @@ void BristleFriction::number_dofs(const mjModel& model) {
   for (const Contact& contact : contacts_) system_.couple(columns_.data() + contact.first_dof, contact.dofs);
 }
 
-/// Gives every new contact the normal load that a step without friction finds. If its bodies slide already,
-/// its bristles begin with the deflections of steady sliding along the slip.
+/// Gives each new contact the normal load that a step without friction finds. If its bodies already slide,
+/// its bristles begin as bent as in steady sliding along the slip.
 void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   const auto is_new = [](const Contact& contact) { return contact.is_new && (contact.patch || contact.bed); };
   if (std::none_of(contacts_.begin(), contacts_.end(), is_new)) return;
@@ -667,7 +670,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
     if (contact.bed) continue;  // a bed reaches its force limit within a presliding displacement
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
-    // Slides so far that the bristles' deflections become those of steady sliding.
+    // Slides the patch so far that its bristles are bent as in steady sliding.
     const bool slides = speed * model.opt.timestep > presliding_length_;
     moved *= slides ? 32.0 * presliding_length_ / speed : 0.0;
     set_motions(contact, moved);
@@ -762,7 +765,7 @@ void BristleFriction::sum_cells(const Contact& contact, Eigen::Matrix3d& gain, V
   gain(2, 1) = gain(1, 2);
 }
 
-/// Lets cells slip whose predicted force exceeds their limit. Returns false if there are none.
+/// Lets those cells slip whose predicted force exceeds their limit. Returns false if there are none.
 bool BristleFriction::release_cells() {
   bool released = false;
   for (const Contact& contact : contacts_) {
@@ -775,7 +778,7 @@ bool BristleFriction::release_cells() {
   return released;
 }
 
-/// Returns the motion of a contact's bed. `moved`: slip (m) and spin (rad) of geom2's body in this step.
+/// Returns the motion of a contact's bed in this step. `moved`: slip (m) and spin (rad) of the body of geom2.
 bristle::BedMotion BristleFriction::bed_motion(const mjModel& model, const mjData& data,
                                                const Contact& contact, const Vector3d& moved) const {
   return bristle_example::bed_motion(contact.bed, contact.frame, contact.slip.arm(),
@@ -783,9 +786,9 @@ bristle::BedMotion BristleFriction::bed_motion(const mjModel& model, const mjDat
                                      moved, contact.normal_load);
 }
 
-/// Makes the linear model of each bed from its forces without slip and at a small slip back, after this
-/// step's rolling: a bed that rolls far in a step is softer than its tangent. Slip back bends a bed that has
-/// reached its limit, so that the prediction cannot reverse it.
+/// Makes the linear model of each bed from two of its forces after the rolling of this step: without slip,
+/// and at a small slip back. (A bed that rolls far in a step is softer than its tangent says.) A slip back
+/// bends even a bed at its limit, so that the prediction cannot reverse it.
 void BristleFriction::guess_beds(const mjModel& model, const mjData& data) {
   constexpr double small = 0.05;  // share of the force limit by which the slip changes the force
   const double dt_s = model.opt.timestep;
@@ -810,8 +813,8 @@ void BristleFriction::guess_beds(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Computes the patches' forces for the slip that solve() predicts, and the generalised friction force on
-/// each degree of freedom.
+/// Computes the forces of the patches at the slip that solve() predicts, and from them the generalised
+/// friction force on each degree of freedom.
 void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   friction_.setZero();
@@ -874,7 +877,8 @@ Vector3d BristleFriction::moved_by_places(const mjModel& model, const mjData& da
   return moved + model.opt.timestep * contact.surface.tail<3>();
 }
 
-/// Steps all patches and beds by the actual slip of the contacts, under the normal loads of that step.
+/// Steps all patches and beds by the slip that their contacts really had in the last step, under the normal
+/// loads of that step.
 void BristleFriction::step_patches(const mjModel& model, const mjData& data) {
   motions_.assign(cells_.size(), Motion{});
   responses_.resize(cells_.size());

@@ -47,18 +47,19 @@
 
 namespace mujoco_example {
 
-/// The condim of each geom and listed pair. MuJoCo's condim says which motions a contact resists.
+/// The condim (number that says which motions a contact resists) of each geom and of each listed pair.
 struct ContactDims {
   std::vector<int> geom, pair;
 };
-/// Makes every contact of the model frictionless (condim 1) and keeps its friction coefficients. Returns the
-/// condims that it had.
+/// Makes every contact of the model frictionless (condim 1), and keeps the friction coefficients. Returns the
+/// condims that the contacts had, by which bristles resist.
 ContactDims remove_friction(mjModel& model);
 
-/// Options of friction. With ContactOptions::rolling each contact whose smaller geom is a sphere, capsule,
-/// cylinder or ellipsoid has a bed, which resists slip and spin, whatever condim 3 or 4 says.
+/// Options of the friction. With ContactOptions::rolling each contact whose smaller geom is a sphere,
+/// capsule, cylinder or ellipsoid has a bed, which resists slip and spin with condim 3 as well as 4.
 struct FrictionOptions : bristle_example::ContactOptions {
-  /// Number of rings of cells in a disc (condim 4): 1, 2, 3 rings have 4, 12, 27 cells.
+  /// Number of rings of cells in a disc (condim 4): 1, 2 or 3 rings have 4, 12 or 27 cells. More are more
+  /// exact and take longer.
   int rings = 1;
   /// Writes the velocity of a geom's own surface (a belt) into `velocity`, as MuJoCo 3.11's `surfacevel`:
   /// linear (m/s) and angular (rad/s), in the geom's frame. By default that of the model, if it has any.
@@ -79,12 +80,12 @@ class BristleFriction {
   /// Computes accelerations, constraint forces and sensors of the present state with friction, in place of
   /// mj_forward, which knows none.
   void forward(const mjModel& model, mjData& data);
-  /// Writes the force of contact `id` of data.contact as mj_contactForce does, with its friction: N along the
-  /// axes of mjContact::frame, N m about them. Call it after step() or forward().
+  /// Writes the force of contact `id` of data.contact as mj_contactForce does, but with the friction of the
+  /// bristles: N along the axes of mjContact::frame, N m about them. Call it after step() or forward().
   void contact_force(const mjModel& model, const mjData& data, int id, mjtNum (&force)[6]) const;
-  /// Returns the generalised friction force of this step. Together with end_step() it replaces step() in a
-  /// program with a step of its own: call it after mj_fwdAcceleration and add the result to the forces before
-  /// mj_fwdConstraint. Further calls in the same step have no effect.
+  /// Returns the generalised friction force of this step, for programs that make a step by their own calls
+  /// instead of step(). Call it after mj_fwdAcceleration, add the result to the forces before
+  /// mj_fwdConstraint, and call end_step() later. Further calls in the same step have no effect.
   const Eigen::VectorXd& find_friction(const mjModel& model, mjData& data);
   /// Records loads and velocities of the step. Call it once MuJoCo has advanced the velocities. The patches
   /// step when the next find_friction() sees where the bodies are.
@@ -106,7 +107,7 @@ class BristleFriction {
     std::uint64_t key = 0;
     bristle::PatchId patch;       ///< id of the patch in the batch, or of a disc in the extended patches
     bristle::ContactFrame frame;  ///< contact frame; its normal points from geom1 to geom2
-    /// Turn of each body, rad, that is not yet applied to `frame` because it is too small to matter.
+    /// Turn of each body, rad, that `frame` has not yet followed, because it is too small to matter.
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     Eigen::Vector3d point = {0, 0, 0};  ///< position of the contact point in the world, m
 
@@ -118,14 +119,15 @@ class BristleFriction {
     double radius = 0.0;       ///< radius of the contact, if it is a disc, m
     double normal_load = 0.0;  ///< normal load from MuJoCo's solver in this step, N
 
-    /// Friction coefficient of the contact over that of the material, by which the patch's forces are
-    /// multiplied.
+    /// Friction coefficient of the contact over that of the material; the forces of the patch are multiplied
+    /// by it.
     double scale = 1.0;
-    /// Predicted slip: m/s along the normal and the two axes, rad/s about the normal.
+    /// Predicted slip velocity: m/s along the normal and the two axes, rad/s about the normal.
     Eigen::Vector4d velocity = Eigen::Vector4d::Zero();
     int bodies[2] = {0, 0};  ///< ids of the bodies of geom1 and geom2
 
-    /// Index of the contact's normal force among MuJoCo's constraint forces; -1 if it is not listed.
+    /// Index of the contact's normal force among MuJoCo's constraint forces; -1 for a contact that MuJoCo
+    /// does not list.
     int row = -1;
     std::size_t first_cell = 0, cells = 0;
     bristle::ExtendedMotion moved;  ///< displacement and turn of a disc contact in this step
@@ -138,14 +140,15 @@ class BristleFriction {
     bristle::SlipByPlaces slip;
     std::uint64_t pair = 0;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // point from the smaller geom's centre, in its axes, m
-    // Velocity of the surfaces themselves, in the axes of `velocity`.
+    // Velocity of the surfaces against each other beyond that of the bodies (belts), in the axes of
+    // `velocity`.
     Eigen::Vector4d surface = Eigen::Vector4d::Zero();
     int surfaces = -1;       // index in surfaces_ if MuJoCo lists other points of the pair than before
     int joined = -1;         // index of the contact whose patch carries the load of this one, or below 0
     double on_points = 0.0;  // load of this step on the contact's points, N
     Eigen::Vector3d moved_by_velocity = Eigen::Vector3d::Zero();  // slip (m) and spin (rad) of the last step
-    // Slip of the last step over its time beyond the slip velocity, m/s, which this step will repeat: bodies
-    // that turn move along arcs, and MuJoCo moves them along tangents.
+    // Slip of the last step over its time, less the slip velocity, m/s. The difference repeats in this step:
+    // bodies that turn move along arcs, while MuJoCo moves them along tangents.
     Eigen::Vector2d arc = Eigen::Vector2d::Zero();
     // Linear model of the bed's force at the velocity v of slip and spin: steady - slope v.
     Eigen::Vector3d steady = Eigen::Vector3d::Zero();
@@ -162,7 +165,7 @@ class BristleFriction {
   }  ///< patches of the contacts that are discs; null if no contact may spin
 
  private:
-  /// Cell of a contact's patch: a point contact has one, a disc several.
+  /// Cell of a contact's patch. A point contact has one cell, a disc several.
   struct Cell {
     bristle::Response response;     ///< response of the cell's bristles to no slip, at the step's start
     Eigen::Vector2d at = {0, 0};    ///< offset of the cell from the contact point, m
@@ -224,8 +227,8 @@ class BristleFriction {
   std::vector<bristle::ContactPoint> found_points_;
   std::vector<double> found_normals_;
   std::vector<std::uint64_t> keys_;
-  // Surfaces whose listed points have changed: name of the pair, and its loads in the last step and in this
-  // one, N.
+  // Two surfaces whose listed points have changed: key of the pair, and its loads in the last step and in
+  // this one, N.
   struct Surfaces {
     std::uint64_t pair;
     double before, now;

@@ -53,8 +53,8 @@ void BristleJoints::step(const mjModel& model, mjData& data) {
   speed_ = speed;
   if (!begun_) batch_.step(in, out);  // makes the bristles straight at the joint's first angle
   begun_ = true;
-  // Newton's method, which halves a change of speed that makes the equations worse: the torque of stiff
-  // joints turns from one limit to the other within a small angle.
+  // Solves by Newton's method, and halves a change of speed that makes the error larger: the torque of a
+  // stiff joint changes from one limit to the other within a small angle, which a full step may jump over.
   double least = std::numeric_limits<double>::infinity();
   VectorXd change = VectorXd::Zero(n);
   for (int round = 0; round < 60; ++round) {
@@ -69,8 +69,8 @@ void BristleJoints::step(const mjModel& model, mjData& data) {
       continue;
     }
     least = error;
-    // Takes into Newton's matrix only friction that rises with speed, since falling friction could make the
-    // matrix singular.
+    // Takes only friction that rises with speed into Newton's matrix. Friction that falls with speed could
+    // make the matrix singular.
     const VectorXd slope = dt * by_angle_ + by_speed_.cwiseMin(0.0);
     const Eigen::MatrixXd matrix =
         Eigen::MatrixXd::Identity(n, n) - dt * inverse_inertia_ * slope.asDiagonal().toDenseMatrix();

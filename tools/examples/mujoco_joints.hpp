@@ -24,17 +24,17 @@ namespace mujoco_example {
 
 class BristleJoints {
  public:
-  /// Makes the friction of the hinges or slides with these ids. Materials are given to them in turn. Throws
-  /// bristle::Error.
+  /// Makes the friction of the hinges or slides with these ids. Joint i gets the material i modulo the number
+  /// of materials. Throws bristle::Error.
   BristleJoints(const mjModel& model, const std::vector<int>& joints,
                 bristle::Span<const bristle::JointMaterial> materials,
                 const bristle::JointOptions& options = {});
 
-  /// Runs one step of the model, in place of mj_step. Forces that the caller put into qfrc_applied act, and
-  /// stay there.
+  /// Makes one step of the model with friction; call it in place of mj_step. Forces that the caller put into
+  /// qfrc_applied act, and stay there.
   void step(const mjModel& model, mjData& data);
-  /// Makes all bristles straight at the present angles. Call it after mj_resetData, or when joints were moved
-  /// by hand.
+  /// Makes all bristles straight at the present angles of the joints. Call it after mj_resetData or after
+  /// joints were moved by hand.
   void forget() {
     batch_.reset();
     begun_ = false;
@@ -47,7 +47,7 @@ class BristleJoints {
   std::vector<int> dofs_, places_;
   bristle::JointFriction batch_;
   Eigen::VectorXd angle_, speed_, motor_, outside_, torque_, by_angle_, by_speed_;
-  /// J M^-1 J^T, the change of the joints' speeds per impulse on each joint.
+  /// Matrix J M^-1 J^T: change of the joints' speeds by an impulse on each joint.
   Eigen::MatrixXd inverse_inertia_;
   std::vector<double> unit_, column_;
   bool begun_ = false;

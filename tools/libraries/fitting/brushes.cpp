@@ -18,7 +18,7 @@ constexpr double blocks = 32.0;
 
 volatile std::sig_atomic_t stopped = 0;
 
-/// Handles Ctrl-C. The first signal asks the fit to end with the best that it has, the second ends the
+/// Handles Ctrl-C. At the first signal the fit ends with the best brush found so far; the second one ends the
 /// program.
 void stop(int signal) {
   if (stopped != 0) {
@@ -28,7 +28,8 @@ void stop(int signal) {
   stopped = 1;
 }
 
-/// Returns the options of a fit with the given snap rule. Throws UserError where they contradict the rule.
+/// Returns the options of a fit with this snap rule. Throws UserError if an option that the user gave does
+/// not go with the rule.
 FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
   FitOptions held = options;
   held.rule = rule;
@@ -88,7 +89,8 @@ std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& opti
       if (failed != nullptr) failed->emplace_back(name, reason);
     }
   };
-  // Adds the brush found last once more, with the terms that `extend` finds for it, unless it finds none.
+  // Adds one more brush to the list: the last one with the terms that `extend` finds for it. Adds nothing if
+  // it finds none.
   const auto add_with = [&](const char* suffix, Found (Fitter::*extend)(const Found&)) {
     if (fit_stopped() || all.empty()) return;
     FittedBrush more = all.back();

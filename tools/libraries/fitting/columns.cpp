@@ -1,4 +1,4 @@
-// Reads the CSV files of measured friction that `bristle fit` fits a material to.
+// Reads the CSV files of measured friction for `bristle fit`, and converts their columns to SI units.
 #include <algorithm>
 #include <cmath>
 
@@ -29,7 +29,7 @@ enum Column : unsigned {
   column_torque,
   column_count
 };
-/// Name of the unit g of a load: files of tribometers mean by it the weight of a gram, not a mass.
+/// Unit name "g" of a column of loads. Tribometers mean by it the weight of a gram, not a mass.
 constexpr std::string_view grams = "g";
 constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {"mN", 1e3},
@@ -42,7 +42,8 @@ constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {"kip", 1e-3 / 4.4482216152605}};
 constexpr Unit place_units[] = {{"m", 1.0},  {"cm", 1e2},          {"mm", 1e3},           {"um", 1e6},
                                 {"nm", 1e9}, {"in", 1.0 / 0.0254}, {"inch", 1.0 / 0.0254}};
-/// Units of a speed; the last three are those of a body that turns, and its speed is that at --radius.
+/// Units in which a file may give a speed. The last three are angular; the speed is then that of a point at
+/// the radius --radius.
 constexpr Unit moving_units[] = {{"m/s", 1.0},
                                  {"cm/s", 1e2},
                                  {"mm/s", 1e3},
@@ -71,12 +72,13 @@ constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time},
                                             {"torque", torque_units, most_force}};
 constexpr const char* expected = "t,x,load,force";
 
-// Columns of which a file may have one: for the position, for the speed, for the force.
+// Columns that exclude each other: a file may have only one column for position, one for speed, one for
+// force.
 constexpr unsigned place_columns[] = {column_x, column_angle},
                    speed_columns[] = {column_v, column_vx, column_speed},
                    force_columns[] = {column_force, column_fx, column_friction, column_torque};
 
-/// Returns the one of several columns that the CSV header has; column_count if it has none of them.
+/// Returns which of several alternative columns a CSV header has; column_count if it has none.
 unsigned pick(const CsvHeader& header, std::span<const unsigned> names, const std::string& where) {
   unsigned found = column_count;
   for (const unsigned c : names) {
@@ -93,8 +95,8 @@ bool varies(const std::vector<double>& column) {
   return std::any_of(column.begin(), column.end(), [&](double value) { return value != column.front(); });
 }
 
-/// Decides whether a record of friction is in the plane, which needs columns y and fy. If both are constant,
-/// as `bristle run` writes them for a patch on one axis, the record is on one axis.
+/// Decides whether a record of friction has one axis or two. Two axes need the columns y and fy. If both are
+/// constant, as `bristle run` writes them for a patch on one axis, the record has one axis.
 void settle_axes(FitColumns& data, bool has_y, bool has_fy) {
   const bool moves = has_y && varies(data.y), measured = has_fy && varies(data.force_y);
   if (moves && !has_fy)
@@ -134,12 +136,13 @@ bool is_record(const std::vector<bool>& present, const FitReading& reading) {
          any(force_columns);
 }
 
-/// Columns from which position, speed and force are read; column_count: none.
+/// Columns of a file that give position, speed and force; column_count for a quantity that the file lacks.
 struct Choice {
   unsigned x = column_count, v = column_count, force = column_count;
 };
 
-/// Returns the numbers of the file's columns that have no name, as a sentence; empty: all have one.
+/// Returns a sentence with the numbers of those columns of a file that have no name in the header; an empty
+/// text if all have one.
 std::string unnamed_columns(const PlainCsv& csv) {
   std::string all;
   for (const std::size_t column : csv.unnamed) all += fmt::format("{}{}", all.empty() ? "" : ", ", column);
@@ -184,7 +187,7 @@ Choice choose(const CsvHeader& header, const PlainCsv& csv, const FitReading& re
   return choice;
 }
 
-/// Warns if the times of a file without a unit of time look like milliseconds.
+/// Warns if the times of a file, whose header names no unit of time, look like milliseconds.
 void doubt_time(const PlainCsv& csv, FitColumns& data) {
   if (!csv.units[column_t].empty() || data.t.size() < 2) return;
   const double between = (data.t.back() - data.t.front()) / static_cast<double>(data.t.size() - 1);
@@ -194,7 +197,7 @@ void doubt_time(const PlainCsv& csv, FitColumns& data) {
         between));
 }
 
-/// Reverses the sign of loads of which none is positive, from a sensor that counts pressing as negative.
+/// Reverses the sign of the loads if none is positive: the sensor then counts pressing as negative.
 void settle_load_sign(FitColumns& data) {
   if (data.load.empty() || *std::max_element(data.load.begin(), data.load.end()) > 0.0) return;
   if (!varies(data.load) && data.load.front() == 0.0) return;
@@ -203,15 +206,15 @@ void settle_load_sign(FitColumns& data) {
   data.replayable = false;
 }
 
-/// Returns the part of an error message that names the allowed normal loads.
+/// Returns the end of an error message about a normal load: which loads are allowed, and which option helps.
 std::string allowed_loads(const FitReading& reading) {
   return fmt::format("allowed: {}; --clip-load NEWTONS takes what a sensor shows at zero load as 0",
                      reading.clip_load > 0.0 ? fmt::format("{} N or more (--clip-load)", -reading.clip_load)
                                              : std::string("0 or more"));
 }
 
-/// Returns the normal load (N) of a row. If the user allows it (--clip-load), slightly negative loads, a
-/// sensor's noise at zero load, count as 0.
+/// Returns the normal load (N) of a row. With --clip-load, small negative loads, which are the sensor's noise
+/// out of contact, count as 0; otherwise negative loads throw.
 double clipped(double load, std::string_view cell, const FitReading& reading, const std::string& where,
                std::size_t& clipped_rows, double& lowest) {
   if (load >= 0.0) return load;
@@ -223,7 +226,8 @@ double clipped(double load, std::string_view cell, const FitReading& reading, co
   throw UserError(fmt::format("{}: column load: {} is negative; {}", where, cell, allowed_loads(reading)));
 }
 
-/// Checks a number passed in memory against the range that a cell of a CSV file must respect.
+/// Checks a number that a program passes in memory (not in a file) against the range that the column has in
+/// files. Throws for a number outside.
 void require_within(double value, const ColumnKind& kind, const std::string& where) {
   if (std::fabs(value) <= kind.most) return;
   throw UserError(fmt::format("{}: column {} is {} {}; allowed: {} to {}", where, kind.name, value,
@@ -254,7 +258,8 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
   data.disc = reading.disc && reading.radius;
   std::size_t clipped_rows = 0;
   double lowest_load = 0.0;
-  // Whether all loads that were read so far are negative; the first other load settles the sign.
+  // Whether all loads read so far are negative, as a sensor writes them that counts pressing as negative. The
+  // first other load clears this.
   bool all_negative = true;
   std::vector<unsigned> as_written;
   if (!reading.rate) as_written.push_back(column_t);
@@ -375,7 +380,8 @@ FitColumns join_fit_columns(std::vector<FitColumns> records) {
   return all;
 }
 
-/// Refuses files that are no text, or no table, by a message that says how to convert them.
+/// Refuses a file that is no text or no table (such as a spreadsheet), with a message that says how to
+/// convert it.
 static void require_text(const std::string& file, std::string_view text) {
   const struct {
     const char *ending, *begin, *kind, *convert;

@@ -14,9 +14,10 @@ namespace cli {
 namespace {
 
 constexpr std::size_t fewest_samples = 20;
-// Share of the travel in the less travelled direction above which a motion counts as to and fro.
+// Least share of the travel that goes in the less travelled direction, from which on a motion counts as to
+// and fro.
 constexpr double to_and_fro = 0.1;
-// Relative deviation of the normal load below which it counts as constant.
+// Relative deviation of the normal load up to which the fit takes it as constant.
 constexpr double steady_load_deviation = 0.02;
 
 double quantile_of(std::vector<double> values, double share) {
@@ -30,7 +31,8 @@ double quantile_of(std::vector<double> values, double share) {
   throw UserError(fmt::format("{}: {}", data.name, why));
 }
 
-/// Returns differences of successive values, except those from the last row of a file to the next file.
+/// Returns the differences of successive values. Leaves out the difference from the last row of a file to the
+/// first row of the next, which is no motion.
 std::vector<double> differences(const FitColumns& c, const std::vector<double>& values) {
   std::vector<double> result;
   for (std::size_t i = 1; i < values.size(); ++i)
@@ -38,7 +40,7 @@ std::vector<double> differences(const FitColumns& c, const std::vector<double>& 
   return result;
 }
 
-/// Calls take(begin, end) with the range of samples of each file that the record was joined from.
+/// Calls take(begin, end) with the range of samples of each of the files from which the record was joined.
 template <class Take>
 void for_parts(const FitColumns& c, Take&& take) {
   std::size_t begin = 0;
@@ -60,8 +62,9 @@ void append(std::vector<double>& to, const std::vector<double>& more) {
 
 // ------------------------------------------------------------------- functions on measured positions
 
-/// Returns whether successive moves of the position are equal over long runs, as those of a programmed stage
-/// are. With an encoder, moves change at every other sample by counts.
+/// Returns whether the position moves by equal amounts from sample to sample over long stretches, as a
+/// programmed stage does. Measured by an encoder, the amounts would change at every other sample by whole
+/// counts.
 bool runs_evenly(const std::vector<double>& moves, double smallest) {
   std::size_t changes = 0, moving = 0;
   for (std::size_t i = 1; i < moves.size(); ++i) {
@@ -72,8 +75,8 @@ bool runs_evenly(const std::vector<double>& moves, double smallest) {
   return 10 * changes < moving;
 }
 
-/// Returns the rounding error of a move between two samples: the least difference between moves of different
-/// size, which comes from the number of digits in the file.
+/// Returns the error with which the file's digits round a move between two samples: the least difference
+/// between moves of unequal size.
 double coarseness(std::vector<double> moves, double smallest) {
   for (double& d : moves) d = std::fabs(d);
   std::sort(moves.begin(), moves.end());
@@ -90,8 +93,8 @@ struct Encoder {
   bool rounded = false;  // whether the file's digits are too few for the count
 };
 
-/// Detects an encoder in measured positions: all moves between samples are whole multiples of one count, up
-/// to the file's digits, and many samples repeat.
+/// Detects an encoder from positions: every move is a whole multiple of one count (up to the rounding of the
+/// file), and many samples repeat the one before.
 Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   const double range = *std::max_element(x.begin(), x.end()) - *std::min_element(x.begin(), x.end());
   const std::vector<double> moves = differences(c, x);
@@ -104,8 +107,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   if (runs_evenly(moves, smallest)) return {};
   const std::size_t repeats = moves.size() - sizes.size();
   if (repeats * 50 <= moves.size()) return {};
-  // Refines the encoder's count (a length) from the smallest moves on: each larger move is a whole multiple
-  // of it, and the more moves have been used, the surer that multiple is.
+  // Refines the length of an encoder's count, from the smallest moves on. A larger move is a whole multiple
+  // of the count; the more moves have been used, the surer it is which multiple.
   const bool many = sizes.size() >= 50;  // many moves are not all near whole counts by chance
   const double slack = many && digits < 0.4 * smallest ? 1.05 * digits : 0.0;
   double sum = 0.0, counts = 0.0, quantum = smallest;
@@ -123,8 +126,8 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
   return encoder;
 }
 
-/// Restores the positions of an encoder from a file that rounded them: fits a line that maps counts to
-/// positions, and sets each position to a whole count.
+/// Restores the positions of an encoder from a file that rounded them: fits a line from counts to positions,
+/// and puts each position on its whole count.
 std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
   const double first = x.front(), n = static_cast<double>(x.size());
   std::vector<double> counts(x.size(), 0.0);
@@ -142,9 +145,9 @@ std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) 
   return counts;
 }
 
-/// Smooths an encoder's positions where they creep by single counts: puts them on the line between the
-/// middles of the steps, which moves them by half a count at most. Rests and turns stay: a count that lasts
-/// much longer than its neighbours is a rest.
+/// Smooths the staircase of an encoder where the body moves by single counts: puts positions on the line
+/// between the middles of the steps, at most half a count away. Rests and turns stay; a step that lasts much
+/// longer than its neighbours is a rest.
 std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector<double>& x, double quantum) {
   constexpr double rest = 4.0;
   std::vector<double> smooth = x;
@@ -175,8 +178,9 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
 double position_noise(const std::vector<double>& x, double least) {
   std::vector<double> bends;
   for (std::size_t i = 2; i < x.size(); ++i) bends.push_back(std::fabs(x[i] - 2.0 * x[i - 1] + x[i - 2]));
-  // Converts the median of second differences to the standard deviation of the noise: the median of |normal|
-  // is 0.6745 deviations, and a second difference of noise has sqrt(6) of them.
+  // Converts the median of the second differences to the standard deviation of the noise. The median of the
+  // magnitude of normal noise is 0.6745 standard deviations, and a second difference has sqrt(6) times the
+  // deviation of one position.
   return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
 }
 
@@ -194,10 +198,12 @@ std::vector<double> smoothed_positions(const FitColumns& c, const std::vector<do
 
 namespace {
 
-/// Finds velocities by differences over so many samples that the motion exceeds the noise of the position.
+/// Finds velocities by differences of positions. Each difference spans so many samples that the motion in it
+/// exceeds the noise of a position.
 std::vector<double> find_velocity(const std::vector<double>& t, const std::vector<double>& x, double noise) {
   constexpr std::size_t widest = 25;
-  // Fewest equal samples to either side that show a rest; fewer may be an encoder's late count.
+  // Least number of equal samples on either side that makes a rest. Fewer may only be a late count of an
+  // encoder.
   constexpr std::size_t rest_window = 6;
   const std::size_t n = t.size();
   std::vector<double> velocity(n);
@@ -205,8 +211,8 @@ std::vector<double> find_velocity(const std::vector<double>& t, const std::vecto
     for (std::size_t w = 1; w <= widest; ++w) {
       const std::size_t a = i > w ? i - w : 0, b = std::min(i + w, n - 1);
       velocity[i] = (x[b] - x[a]) / (t[b] - t[a]);
-      // Sets the velocity to zero during rests, where only noise moves the position, up to the samples at
-      // which motion starts or stops.
+      // Sets the velocity to zero during rests, up to the samples at which motion stops and starts: the
+      // position moves there by noise alone.
       const auto moved = [&](std::size_t by) {
         return std::fabs(x[std::min(i + by, n - 1)] - x[i > by ? i - by : 0]);
       };
@@ -236,8 +242,8 @@ int count_reversals(const std::vector<double>& x, double slack) {
   return reversals;
 }
 
-/// Returns whether the motion turns at sample i like a parabola: it slows down before and speeds up after. A
-/// stage that reverses suddenly turns at a sample, or at an unknown place between two, instead.
+/// Returns whether the motion turns at sample i like a parabola, slower before and faster after the turn. A
+/// stage that reverses suddenly does not; it turns at the sample, or at an unknown place between two samples.
 bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
   if (i < 2 || i + 2 >= x.size()) return false;
   const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i],
@@ -274,7 +280,8 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
 
 namespace {
 
-/// Makes a path in the plane from the samples alone: a smooth motion in the plane has no turning points.
+/// Makes the path of a motion in the plane, from the samples alone. Extra turning points, as on one axis, are
+/// not needed: a smooth motion in the plane does not reverse.
 std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std::vector<double>& x,
                                         const std::vector<double>& y, const std::vector<double>& load) {
   std::vector<PathPoint> path;
@@ -291,7 +298,7 @@ double share_back(const FitColumns& c, const std::vector<double>& x) {
   return std::min(forth, back) / std::max(forth + back, 1e-300);
 }
 
-/// Measured positions x (m) and forces f (N) along one axis.
+/// Measured positions x (m) and forces f (N) along one of the two axes.
 struct Axis {
   const std::vector<double>&x, &f;
 };
@@ -300,9 +307,10 @@ std::vector<Axis> axes_of(const FitColumns& c) {
   return {{c.x, c.force}};
 }
 
-/// Returns the correlation of the force with the motion, -1 to 1: the force's work over the largest possible.
-/// In a motion to and fro the mean force is subtracted first, so that an offset of the sensor does no work.
-/// In a slide with a few samples backwards it is not, since its friction has one sign.
+/// Returns the correlation of force and motion, from -1 to 1, by which the sign of the force is recognised:
+/// the force's work over the largest possible. In a motion to and fro the mean force is subtracted first, so
+/// that an offset of the sensor does no work. In a slide with few samples backwards it stays, because
+/// friction has one sign there.
 double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -318,7 +326,8 @@ double relative_work(const FitColumns& c) {
   return most > 0.0 ? work / most : 0.0;
 }
 
-/// Returns the correlation of force and displacement, which shows the force's sign in small motions.
+/// Returns the correlation of force and displacement, by which the sign of the force is recognised in motions
+/// too small to slide.
 double relative_stiffness(const FitColumns& c) {
   double xf = 0.0, xx = 0.0, ff = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
@@ -387,15 +396,17 @@ void refuse_hopeless(const FitColumns& c) {
     refuse(c, fmt::format("the force is constant ({} N in every row): no friction was measured", *least));
 }
 
-/// Extreme points of a path between two samples that are kept. On one axis: the highest and the lowest if
-/// they lie beyond both samples; in the plane: the point farthest from the line between the samples.
+/// Extreme points of the path between two samples that stay when a record is thinned; the fit needs them
+/// because friction reverses there. On one axis they are the highest and the lowest point, if they lie beyond
+/// both samples; in the plane, the point farthest from the line between the samples.
 class Between {
  public:
   void add(const PathPoint& point) {
     passed_.push_back(point);
     passed_.back().wanted = false;
   }
-  /// Appends the extreme points and the sample `end` to the path; forgets them for the next stretch.
+  /// Appends to the path the extreme points since the last sample, then the sample `end`; starts the next
+  /// stretch.
   void close(double slack, const PathPoint& end, unsigned axes, std::vector<PathPoint>& path) {
     const PathPoint from = path.empty() ? end : path.back();
     if (axes == 1)
@@ -463,7 +474,8 @@ void take_columns(const FitData& data, const std::vector<std::size_t>& stay, Fit
   take(data.velocity, part.velocity);
 }
 
-/// Returns a record with only the samples of indices `stay`, in order, and the turning points between them.
+/// Returns a record that has only the samples with the indices `stay`, in order, and the turning points of
+/// the motion between them.
 FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   const std::size_t n = data.samples();
   FitData part = data;
@@ -485,7 +497,8 @@ FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   return part;
 }
 
-/// Returns the distance (m) by which noise may move the measured position during a rest.
+/// Returns the distance (m) up to which a change of the measured position is noise, so that the body counts
+/// as resting.
 double rest_slack(const FitData& data) {
   return std::max(4.0 * std::min(data.position_noise, 1e-3 * data.range), 1e-5 * data.range);
 }
@@ -536,9 +549,9 @@ FitData with_samples(const FitData& data, const std::vector<std::size_t>& stay) 
 
 namespace {
 
-/// Returns the ratio of a fast to a slow speed: one is exceeded in a fifth, the other not reached in a fifth,
-/// of the samples or of the distance, whichever gives the larger ratio. Brief turns fall outside both fifths;
-/// strokes at another speed may show only in samples or only in distance.
+/// Returns the ratio of fast to slow speeds in a record. Slow is a speed below which a fifth lies, fast one
+/// above which a fifth lies, so that brief turns do not count. Takes fifths of the samples and of the
+/// distance, and returns the larger ratio, because strokes at another speed may show in one of the two only.
 double ratio_of(std::vector<double> speeds) {
   constexpr std::size_t fewest = 20;
   constexpr double tail = 0.2;
@@ -554,7 +567,7 @@ double ratio_of(std::vector<double> speeds) {
                   at_way(1.0 - tail) / at_way(tail));
 }
 
-/// Records the speeds at which the body moves, and the range of normal loads of the moving samples.
+/// Records the speeds at which the body moves, and the range of normal loads while it moves.
 void describe_motion(FitData& data, const std::vector<double>& speed) {
   const double fastest = *std::max_element(speed.begin(), speed.end());
   std::vector<double> speeds, loads, forth, back;
@@ -566,15 +579,15 @@ void describe_motion(FitData& data, const std::vector<double>& speed) {
   }
   data.slow = quantile_of(speeds, 0.1);
   data.fast = quantile_of(speeds, 0.9);
-  // Compares speeds within each direction only: an offset of the sensor, too, makes friction differ between
-  // the directions.
+  // Compares speeds within each direction only. Between the directions friction may differ by an offset of
+  // the sensor, not by speed.
   data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
   data.least_load = quantile_of(loads, 0.1);
   data.most_load = quantile_of(loads, 0.9);
 }
 
-/// Returns the first (`order` 1) or second (2) derivative of `values` by time at every sample, from a
-/// parabola fitted to 2 w + 1 samples.
+/// Returns the first (`order` 1) or second (2) derivative by time of `values` at every sample, from a
+/// parabola through 2 w + 1 samples.
 std::vector<double> slope_of(const std::vector<double>& t, const std::vector<double>& values, std::size_t w,
                              int order) {
   const std::size_t n = t.size();
@@ -597,8 +610,8 @@ std::vector<double> slope_of(const std::vector<double>& t, const std::vector<dou
   return result;
 }
 
-/// Estimates the noise of a position (m), or of a speed (m/s), from the median of its fourth differences, to
-/// which even a curved motion adds little.
+/// Estimates the noise of a position (m) or of a speed (m/s) from the median of its fourth differences, in
+/// which even a curved motion hardly shows.
 double noise_of_bends(const FitData& data, const std::vector<double>& x, bool of_speed) {
   std::vector<double> fourth;
   for_parts(data.columns, [&](std::size_t begin, std::size_t end) {
@@ -619,8 +632,8 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   const double dt = data.sample_time, noise = noise_of_bends(data, of_speed ? c.v : x, of_speed);
   std::size_t w = 1;
   for (;; ++w) {
-    // Factors of noise: standard deviation of the second and first derivative of a parabola through 2 w + 1
-    // samples, for unit noise and unit spacing.
+    // Computes how noise grows in the derivatives: the standard deviations of the second and the first
+    // derivative of a parabola through 2 w + 1 samples, for noise 1 and spacing 1.
     const double m = 2.0 * static_cast<double>(w) + 1.0;
     const double bend = std::sqrt(720.0 / (m * (m * m - 1.0) * (m * m - 4.0))),
                  slope = std::sqrt(12.0 / (m * (m * m - 1.0)));
@@ -666,7 +679,8 @@ double root_mean_square(const std::vector<double>& values) {
 
 namespace {
 
-/// Takes out the rows whose force is far outside the range of all others, and names them.
+/// Removes rows whose force lies far outside the range of all others, which are errors of the measurement,
+/// and names them to the user.
 void take_out_wild_rows(FitColumns& c) {
   constexpr double far = 3.0;          // distance from the middle, in widths of the others' range
   constexpr double most_wild = 0.005;  // share of wild rows beyond which they are the record
@@ -716,7 +730,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     double quantum = 0.0;
     const std::vector<double> place = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
     std::vector<double> velocity;
-    // Error of positions (m): `noise` as such, `coarse` as far as it affects velocities.
+    // Errors of positions, m: `noise` as it is, `coarse` as far as it affects velocities.
     double noise = 0.0, coarse = 0.0, longest = 0.0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
       const std::vector<double> x = slice(place, begin, end);

@@ -14,8 +14,8 @@
 
 namespace cli {
 
-/// Sign convention of the measured force: the force on the body opposes the motion, the force by the body
-/// points along it.
+/// Sign convention of a measured force. The force on the body opposes the motion; the force by the body
+/// points along it. `automatic`: the data decide.
 enum class ForceSign : unsigned char { automatic, on_body, by_body };
 
 /// What the user states about a file of measured friction: units, names, and quantities that it lacks.
@@ -30,7 +30,7 @@ struct FitReading {
   bool automatic() const { return columns.empty() && units.empty() && !rate && !radius && clip_load == 0.0; }
 };
 
-/// Column of a measured file in its own units, before conversion.
+/// Column of a measured file, in the file's own units.
 struct WrittenColumn {
   std::string header;  ///< header cell of the column, with its unit
   std::vector<double> values;
@@ -39,12 +39,13 @@ struct WrittenColumn {
 struct FitColumns {
   std::string name;  ///< name of the file of measured friction
 
-  /// Columns in SI units. v is empty if the file has no speed; x is the integral of v if it has no position.
+  /// Columns in SI units. v is empty if the file has no speed. x is the integral of v if the file has no
+  /// position.
   std::vector<double> t, x, v, load, force;
-  /// Position and force on the second axis, if the record is in the plane; else empty.
+  /// Position and force along the second axis; empty for a record on one axis.
   std::vector<double> y, force_y;
   bool has_x = false, has_load = false;
-  /// Whether the contact is a disc under even pressure that turns about its centre; x is then the path of its
+  /// Whether the contact is a disc under even pressure that turns about its centre. x is then the path of its
   /// rim, and force the torque over its radius.
   bool disc = false;
   bool planar() const { return !y.empty(); }
@@ -54,7 +55,8 @@ struct FitColumns {
   std::vector<std::string> understood;  ///< sentences that tell how the file was understood
   std::vector<WrittenColumn> written;   ///< time, path, load and force in the file's own units
 
-  /// Returns whether row i continues the motion of the row before; the first row of each file does not.
+  /// Returns whether row i continues the motion of the row before. The first row of each joined file does
+  /// not.
   bool follows(std::size_t i) const { return i > 0 && !std::binary_search(parts.begin(), parts.end(), i); }
 };
 
@@ -63,11 +65,12 @@ struct FitData {
   ForceSign sign = ForceSign::by_body;
   bool sign_found = false;  ///< whether the force's sign was found from the data, not given
   unsigned axes = 1;
-  /// Measured force by the body, N: positive along the motion. In the plane, all x components, then all y.
+  /// Measured force by the body, N: positive along the motion. In the plane, all x components, then all y
+  /// components.
   std::vector<double> force;
   std::vector<double> load;  ///< normal load used by the fit, N
 
-  /// Velocity for terms that depend on speed, m/s; in the plane, all x components, then all y.
+  /// Velocity for terms that depend on speed, m/s. In the plane, all x components, then all y components.
   std::vector<double> velocity;
   std::vector<PathPoint> path;  ///< samples of the motion, with turning points between them
 
@@ -80,7 +83,8 @@ struct FitData {
   int reversals = 0;
   double slow = 0.0, fast = 0.0;  ///< 10th and 90th percentile of speed while moving, m/s
 
-  /// Ratio of fast to slow speed while moving; on one axis, the larger of the two directions' ratios.
+  /// Ratio of fast to slow speed while the body moves; on one axis the larger of the ratios of the two
+  /// directions.
   double ratio_of_speeds = 1.0;
   double mean_load = 0.0, force_scale = 0.0;  ///< mean normal load; rms of the force, N
   double sample_time = 0.0;                   ///< median interval between samples, s
@@ -92,44 +96,50 @@ struct FitData {
   double length() const { return columns.t.back() - columns.t.front(); }
 };
 
-/// Parses the columns of a file of measured friction. Throws UserError naming file, line and column.
+/// Parses the text of a file of measured friction to columns. Throws UserError that names file, line and
+/// column.
 FitColumns parse_fit_columns(std::string_view text, const std::string& name, const FitReading& reading = {});
 
-/// Joins several records into one: clocks that restart are continued, and the brush begins each record with
-/// no memory of the one before. Throws UserError where their columns differ.
+/// Joins several records into one. A clock that restarts is continued, and at the start of each record the
+/// brush has no memory of the one before. Throws UserError if the records have different columns.
 FitColumns join_fit_columns(std::vector<FitColumns> records);
 /// Reads several files of measured friction and joins them into one record.
 FitColumns read_fit_columns(const std::vector<std::string>& files, const FitReading& reading);
 
-/// Checks columns given in memory (t, x, force, and load unless empty) by the rules for files; error messages
-/// name a row, counted from 0. Throws UserError.
+/// Checks columns that a program gives in memory (t, x, force, and load unless empty) by the rules for files.
+/// Throws UserError that names the row, counted from 0.
 void check_fit_columns(const FitColumns& columns);
 
-/// Returns positions (m) without an encoder's staircase; sets `quantum` to the encoder's count (0: none).
+/// Returns the positions (m) without the staircase of an encoder, if one is found; sets `quantum` to its
+/// count (m; 0: none found).
 std::vector<double> smoothed_positions(const FitColumns& columns, const std::vector<double>& x,
                                        double& quantum);
 
-/// Estimates the noise of positions (m) from the median of second differences, to which motion adds little.
-/// `least` is a lower limit: smoothed encoder positions are wrong by 0.2 counts, at most by half.
+/// Estimates the noise of positions (m) from the median of their second differences, to which motion adds
+/// little. Returns at least `least`: smoothed positions of an encoder err by 0.2 counts, at most by half a
+/// count.
 double position_noise(const std::vector<double>& x, double least);
 
-/// Makes the path that a fit replays: the samples, and the turning points between them, which sampling misses
-/// though friction reverses there. Parabolas through samples find them.
+/// Makes the path that a fit replays: the samples, and the turning points between them, found by parabolas
+/// through samples. Sampling misses the turning points, but friction reverses there.
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise);
 
-/// Prepares measured columns for a fit. `load` replaces the column of loads. `mass` (kg) moves with the force
-/// sensor, so its inertia is subtracted. Throws UserError on data that determine no parameter.
+/// Prepares measured columns for a fit. `load` (N) replaces the column of loads. `mass` (kg) is a mass that
+/// moves with the force sensor, whose inertia is subtracted. Throws UserError on data that determine no
+/// parameter.
 FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<double> load, double mass = 0.0);
 
-/// Thins out samples within rests, where nothing changes: the longer the rest, the fewer samples stay.
+/// Thins out samples within rests, where nothing changes, so that long rests do not slow the fit: the longer
+/// the rest, the smaller the share that stays.
 FitData without_rests(const FitData& data);
 
-/// Returns a record that has the force only of the samples `stay` (indices, in order), but the whole motion.
+/// Returns a record with the force of the samples `stay` (indices, in order) only, but the whole motion, on
+/// which the state of the bristles depends.
 FitData with_samples(const FitData& data, const std::vector<std::size_t>& stay);
 
-/// Returns a record of at most `most` evenly chosen samples and the turning points between them. Sign, noise
-/// and speeds stay those of the whole record.
+/// Returns a record of at most `most` evenly chosen samples and of the turning points between them, for a
+/// faster fit. Sign, noise and speeds stay those of the whole record.
 FitData thinned(const FitData& data, std::size_t most);
 
 }  // namespace cli

@@ -1,4 +1,5 @@
-// Finds the fitted parameters that the data do not determine, holds them at what fits, and explains why.
+// Finds the fitted parameters that the data do not determine, holds each at the value that fits best, and
+// explains why to the user.
 #include <algorithm>
 #include <cmath>
 
@@ -10,24 +11,26 @@
 namespace cli {
 namespace {
 
-// Standard deviation of the logarithm of a parameter above which it counts as undetermined: its 95 % interval
-// then spans a factor of seven.
+// Standard deviation of the logarithm of a parameter, above which the parameter counts as undetermined: its
+// 95 % interval then spans a factor of seven.
 constexpr double widest_deviation = 0.5;
-// Standard deviation of the sensor's offset, over the rms force, above which it counts as undetermined.
+// Standard deviation of the sensor's offset, over the rms force, above which the offset counts as
+// undetermined.
 constexpr double widest_offset = 0.25;
-// Range of the motion, in presliding lengths, below which the record may show no sliding.
+// Range of the motion, in presliding lengths, below which the record may show no sliding at all.
 constexpr double no_sliding = 4.0;
 constexpr double longer = 3.0;         // factor on the presliding length to test whether longer bristles fit
 constexpr double clearly_worse = 8.0;  // loss in twice the log likelihood that refutes longer bristles
 constexpr double fewest_informing = 4.0;  // number of samples below which a parameter is undetermined
-// Ratio of the sums of squares without and with an undetermined term, up to which the term is left out.
+// Ratio of the sums of squares without and with an undetermined term, up to which the fit does without the
+// term.
 constexpr double little_worse = 1.02;
-// Ratio of rms errors, with undetermined parameters held and with all fitted, above which the fit with all
+// Ratio of two rms errors, with undetermined parameters held and with all fitted. Above it the fit of all
 // parameters is kept.
 constexpr double spoilt = 1.05;
 
-/// Returns the effective number of samples that determine a parameter: (sum of squares)^2 over the sum of
-/// fourth powers of its weights, a column of J (J'J)^-1. Least squares would trust a single sample.
+/// Returns by how many samples, in effect, a parameter is determined: (sum of w^2)^2 / sum of w^4, with w the
+/// weights of the samples, a column of J (J'J)^-1. Least squares alone would trust a single sample.
 double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter) {
   const Eigen::VectorXd length = jacobian.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
@@ -38,9 +41,9 @@ double informing_samples(const Eigen::MatrixXd& jacobian, Eigen::Index parameter
   return fourth > 0.0 ? std::pow(weight.square().sum(), 2) / fourth : 0.0;
 }
 
-/// Returns whether the record slides far enough to determine the presliding length. If the motion is short,
-/// bristles three times as long and equally stiff may fit as well, which no derivative shows; so the function
-/// fits such bristles.
+/// Returns whether the record slides far enough to determine the presliding length. In a short motion
+/// bristles three times as long and equally stiff may fit as well. No derivative shows that, so the function
+/// fits these bristles and compares.
 bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   if (!contains(point.free, fit_kinetic) || !contains(point.free, fit_length)) return true;
   if (model.data().range > no_sliding * point.values[fit_length]) return true;
@@ -52,8 +55,8 @@ bool shows_sliding(FitModel& model, const FitPoint& point, double count) {
   return count * std::log(other.sum_of_squares / std::max(point.sum_of_squares, 1e-300)) > clearly_worse;
 }
 
-/// Returns whether a parameter belongs to a term that adds to the brush's friction. Its value is 0 without
-/// the term.
+/// Returns whether a parameter belongs to a term that adds to the plain brush. The parameter is 0 without the
+/// term.
 bool is_added(FitParameter p) { return p >= fit_residual && p != fit_stribeck; }
 
 }  // namespace
@@ -81,7 +84,7 @@ std::string Fitter::lacking(FitParameter p) const {
   }
 }
 
-/// Finds a parameter that the fit drove to an end of its range.
+/// Finds a parameter that the fit has driven to an end of its range, where its interval means nothing.
 bool Fitter::at_an_edge(const FitPoint& point, FitParameter& edge, std::string& why) const {
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_softening, fit_delay}) {
     if (!contains(point.free, p)) continue;
@@ -116,8 +119,9 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   return std::fabs(point.values[p]) >= least * deviation * model_.scale(point.values, p);
 }
 
-/// Returns a fit that has the parameter p no longer among the fitted ones: without it, if that fits about as
-/// well or if the term `must_go`; else held at the value that fits best, the others fitted again.
+/// Returns a fit in which the parameter p is no longer fitted. Leaves out its term if the fit is about as
+/// good without it, or if the term `must_go`; otherwise holds p at the value that fits best. Fits the other
+/// parameters again.
 FitPoint Fitter::without(const FitPoint& point, FitParameter p, const std::string& why, bool must_go) {
   FitPoint held = point;
   const bool damper = p == fit_damping || p == fit_stribeck;
@@ -125,7 +129,8 @@ FitPoint Fitter::without(const FitPoint& point, FitParameter p, const std::strin
     take_out(held.free, q);
     why_[q] = why;
   }
-  // A record that does not resolve presliding shows neither its spread nor how a stage bends meanwhile.
+  // Leaves out the spread and the stage's bending together with the presliding length: a record that does not
+  // resolve presliding shows neither.
   if (p == fit_length && point.values[p] < data_.range) {
     for (const FitParameter q : {fit_spread, fit_softening}) {
       if (contains(held.free, q)) why_[q] = lacking(q);
@@ -146,7 +151,8 @@ FitPoint Fitter::without(const FitPoint& point, FitParameter p, const std::strin
   return minimise(model_, held);
 }
 
-/// Finds the most expendable one of the undetermined parameters. Returns false if all are determined.
+/// Finds, among the undetermined parameters, the one that the fit can best do without. Returns false if all
+/// are determined.
 bool Fitter::undetermined(const FitPoint& point, FitParameter& open, std::string& why) {
   if (at_an_edge(point, open, why)) return true;
   const Eigen::MatrixXd j = jacobian(model_, point);
@@ -172,8 +178,8 @@ bool Fitter::undetermined(const FitPoint& point, FitParameter& open, std::string
   return false;
 }
 
-/// Fits with a range of fixed spreads, refined about the best one until several fit about equally well.
-/// Returns these fits, ordered by the spread.
+/// Fits with several fixed values of the spread, refined about the best one until several fit about equally
+/// well. Returns these fits, in the order of the spread.
 std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) {
   constexpr int tried = 5, passes = 2;
   constexpr std::size_t several_fits = 3;
@@ -202,8 +208,8 @@ std::vector<FitPoint> Fitter::as_good(const FitPoint& point, FitParameter open) 
   return row;
 }
 
-/// Replaces an undetermined spread by the middle of the values that fit as well as the best. The scatter over
-/// these values then widens the interval of every parameter.
+/// Replaces an undetermined spread by the middle of those values that fit as well as the best. How much the
+/// other parameters vary over these values then widens their intervals.
 FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
   if (!contains(point.free, fit_length) || !contains(point.free, fit_kinetic)) return point;
   if (!has_spread(options_.law) || contains(point.free, open) || why_[open] != lacking(open)) return point;
@@ -215,8 +221,8 @@ FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
   return as_good_[as_good_.size() / 2];
 }
 
-/// Holds one after the other the parameters that the record does not determine, and leaves out terms that do
-/// not predict. If what is left fits clearly worse, the fit with all parameters stays.
+/// Holds the parameters that the record does not determine, one after the other, and leaves out terms that do
+/// not predict held-out data. If the remaining fit is clearly worse, the fit with all parameters stays.
 FitPoint Fitter::keep_determined(FitPoint point) {
   for (const FitParameter p : {fit_offset, fit_drift, fit_offset_y, fit_drift_y})
     if (!two_ways()) why_[p] = "the motion has one direction only";

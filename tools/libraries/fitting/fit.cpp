@@ -19,16 +19,18 @@ namespace {
 
 using bristle::SnapLaw;
 
-// Share of the force's sum of squares that a fit must explain; below it, the force is refused as not being
-// friction of this motion.
+// Share of the force's sum of squares that a fit has to explain. Below it the record is refused: the force is
+// not friction of this motion.
 constexpr double least_explained = 0.3;
-// Ratio of the ends of an interval beyond which the stiffness counts as undetermined.
+// Ratio of the ends of its 95 % interval beyond which the stiffness counts as undetermined.
 constexpr double widest_ratio = 7.0;
-// Share of the measured force that must be friction of the brush; below it, the record is refused.
+// Share of the measured force that has to be friction of the brush; a record with less is refused.
 constexpr double least_friction = 0.01;
-// Numbers of samples to which a record is thinned: to search for a brush, and to fit the chosen one.
+// Numbers of samples to which a record is thinned to save time: to search for a brush, and to fit the chosen
+// one.
 constexpr std::size_t search_samples = 2000, fit_samples = 10000;
-// Prefers a brush to a simpler one if its error on held-out blocks is below this share of the simpler one's.
+// Largest error on held-out blocks, over the error of a simpler brush, with which a brush is preferred to the
+// simpler one.
 constexpr double clearly_closer = 0.97;
 // Fits to the whole record those brushes whose error on held-out blocks is below this multiple of the lowest.
 constexpr double nearly_closest = 1.1;
@@ -53,7 +55,8 @@ bristle::Material make_material(const FitValues& p, const FitOptions& options, c
   return m;
 }
 
-/// Returns the measured force (N, by the body) without the fitted offset and drift of the sensor.
+/// Returns the measured force (N, by the body) less the fitted offset and drift of the sensor, which are no
+/// friction.
 Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
   Eigen::VectorXd f(static_cast<Eigen::Index>(data.force.size()));
   const double middle = data.start() + 0.5 * data.length();
@@ -65,7 +68,7 @@ Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
   return f;
 }
 
-/// Returns whether a parameter affects the estimates of stiffness and peak.
+/// Returns whether the estimates of stiffness and peak depend on a parameter.
 bool shapes_friction(FitParameter p) { return p == fit_kinetic || FitModel::bends(p); }
 
 }  // namespace
@@ -81,8 +84,8 @@ void Fitter::refuse_without_friction(const FitPoint& point) {
                   data_.columns.name, 100.0 * brush / force, 100.0 * least_friction));
 }
 
-/// Explains why the record does not show the peak of friction at first loading; returns "" if it
-/// does.
+/// Returns the reason why the record does not show the peak of friction at first loading; an empty text if it
+/// shows the peak.
 std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) {
   if (data_.columns.disc) return "a disc does not show it: its rings pass their peaks one after the other";
   assume(model_, point);
@@ -108,7 +111,8 @@ std::string Fitter::why_no_peak(const FitPoint& point, const FitResult& result) 
   return {};
 }
 
-/// Computes peak coefficient and stiffness, with intervals, from the fitted parameters.
+/// Computes the peak coefficient and the stiffness, which follow from the fitted parameters, and their
+/// intervals.
 void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result) {
   const auto moved = [&](FitParameter p, double by) {
     FitValues values = point.values;
@@ -117,7 +121,8 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
       values[p] = std::clamp(values[p], p == fit_kinetic ? 0.0 : model_.lowest(p), model_.highest(p));
     return values;
   };
-  // Differentiates the log of an estimate by the parameters, by differences in units of FitModel::scale.
+  // Differentiates the logarithm of an estimate by each parameter, by differences, in units of
+  // FitModel::scale.
   const auto interval = [&](FitEstimate& estimate, const auto& function) {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(cov.rows());
     for (std::size_t i = 0; i < point.free.size(); ++i) {
@@ -138,7 +143,8 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
            [&](const FitValues& p) { return make_material(p, options_, model_).peak_coefficient(); });
   interval(result.stiffness,
            [&](const FitValues& p) { return p[fit_kinetic] / model_.kinetic_deflection(p); });
-  // Counts the peak as fitted if the kinetic coefficient and, unless the law has none, the spread are.
+  // Counts the peak as fitted if the parameters that determine it are: the kinetic coefficient and, for a law
+  // that has one, the spread.
   result.peak.fitted = result.estimates[fit_kinetic].fitted &&
                        (result.estimates[fit_spread].fitted || !has_spread(options_.law));
   if (!result.peak.fitted) {
@@ -152,7 +158,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
   if (!result.stiffness.fitted) result.stiffness.why = "follows from presliding_length";
 }
 
-/// Adds remarks to the result that say what its numbers stand for, such as the rim of a disc.
+/// Adds remarks that say what the numbers of the result stand for, such as the rim of a disc.
 void Fitter::note(FitResult& result) const {
   if (data_.columns.disc)
     result.notes.push_back(
@@ -173,10 +179,11 @@ void Fitter::note(FitResult& result) const {
   result.notes.insert(result.notes.end(), notes_.begin(), notes_.end());
 }
 
-/// Adds to the covariance how far the mean length of the bristles that touch, a random sample of the law,
-/// differs from the law's. The same bristles bend in every small loop, so residuals show little of it. A fit
-/// finds the stiffness, which has no such error, and so a spread that makes up for the length.
-/// Their number is the usual one, or what the residuals show: friction of few bristles wanders in sliding.
+/// Adds to the covariance the error by chance of the mean snap length: the bristles that touch are a random
+/// sample of the law. The same bristles bend in every small loop, so residuals show little of this error. A
+/// fit finds the stiffness without such an error, and so a spread that makes up for a wrong length. Takes the
+/// usual number of bristles, or the one that the residuals show, since friction of few bristles wanders in
+/// sliding.
 void Fitter::add_chance_of_bristles(Eigen::MatrixXd& cov, const FitPoint& point,
                                     const Eigen::VectorXd& residuals) const {
   constexpr double step = 0.02;
@@ -190,7 +197,7 @@ void Fitter::add_chance_of_bristles(Eigen::MatrixXd& cov, const FitPoint& point,
   const double bristles = std::min(bristles_per_newton * data_.mean_load, shown);
   FitValues narrower = point.values;
   narrower[fit_spread] *= std::exp(-step);
-  // Change of the length, over that of the spread, for the same stiffness.
+  // Change of the length's logarithm over that of the spread at which the stiffness stays the same.
   const double slope =
       std::log(model_.kinetic_deflection(point.values) / model_.kinetic_deflection(narrower)) / step;
   const double of_spread = std::min(spread / std::max(slope, 1e-3), most);
@@ -301,7 +308,7 @@ FitResult Fitter::finish(const Found& refined) {
 
 namespace {
 
-/// Fits a brush, found on a part of a record, to all of it.
+/// Fits a brush, which was found on a part of a record, to the whole record.
 void fit_to_all(FittedBrush& brush, const FitData& data) {
   if (fit_stopped()) return;
   const bool free_law = brush.options.law == SnapLaw::table;
@@ -313,7 +320,7 @@ void fit_to_all(FittedBrush& brush, const FitData& data) {
   brush.options.law = SnapLaw::table;
 }
 
-/// Returns the rms error (N) of a fitted brush on fifths of the record that are held out in turn.
+/// Returns the rms error (N) of a fitted brush on the fifths of a record, each predicted from the others.
 double error_in_fifths(const FittedBrush& brush, const FitData& data) {
   FitModel model(data, brush.options, Detail::search);
   const Eigen::MatrixXd j = jacobian(model, brush.found.point);
@@ -367,9 +374,9 @@ FittedBrush choose_brush(const FitData& thin, const FitOptions& options, Progres
   return std::move(*best);
 }
 
-/// Returns the record without the samples at which the motion turns, or rests for a sample, nor those around
-/// them that fall short of the fitted kinetic friction: where presliding is shorter than the moves between
-/// samples, friction there may be anything from its one limit to the other.
+/// Returns the record without those samples at which the motion turns or rests for a single sample, and
+/// without those around them that fall short of the fitted kinetic friction. Where presliding is shorter than
+/// the moves between samples, friction there may be anything between its two limits, and would spoil the fit.
 FitData without_turns(const FitData& data, const FitValues& fitted) {
   std::vector<double> x;
   for (const PathPoint& point : data.path)
@@ -418,7 +425,7 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
       if (2 * cut.samples() < whole_thin.samples()) break;
       thin = std::move(cut);
       moving = without_turns(whole_moving, found.values);
-      // The shortest presliding length is that of the finer record, so that both are fitted alike.
+      // Takes the shortest presliding length from the finer record, so that both records are fitted alike.
       thin.finest_move = moving.finest_move = std::min(thin.finest_move, moving.finest_move);
       chosen = choose_brush(thin, options, progress, note);
       chosen.found.notes = {

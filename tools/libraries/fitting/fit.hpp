@@ -13,7 +13,7 @@
 
 namespace cli {
 
-/// Largest residual and shared renewal (together called rubbing) that a fit may find.
+/// Largest residual and shared renewal that a fit may find. Both together are called rubbing.
 inline constexpr double widest_residual = 0.95;  ///< largest residual, as a share of the presliding
                                                  ///< length
 inline constexpr double most_renewed = 8.0;
@@ -25,23 +25,25 @@ struct FitOptions {
   double mass = 0.0;              ///< mass between force sensor and contact, kg; the sensor measures its
                                   ///< inertia, which is subtracted
   ForceSign sign = ForceSign::automatic;
-  /// Law of snap lengths; `table` stands for any law, which only the rule slide can have.
+  /// Law of the snap lengths. `table` stands for a free law, which only the rule slide can have.
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
-  /// Whether to choose the brush (rule redraw without or with rubbing, rule slide with this law or a free
-  /// one) by its error on blocks of the record left out of the fit.
+  /// Whether the fit chooses the kind of brush (redraw without or with rubbing, slide with this law or with a
+  /// free one) by its error on blocks of the record that it is not fitted to.
   bool choose_rule = false;
   bristle::DamperDecay decay = bristle::DamperDecay::exponential;
-  /// Quantiles of the snap lengths over their mean, for SnapLaw::table; found by the fit.
+  /// Quantiles of the snap lengths over their mean, for SnapLaw::table. The fit finds them.
   std::vector<double> quantiles;
   std::optional<double> residual;  ///< residual over presliding length; fixed if given, 0 with the rule slide
   std::optional<double> renewal;   ///< bristles renewed for each snap; fixed if given, 0 with the rule slide
 
-  /// Whether to fit the friction of a geared joint (joint.hpp), with the two options below.
+  /// Whether to fit the friction of a geared joint (joint.hpp) instead of a material, with the two options
+  /// below.
   bool joint = false;
   std::optional<double> torque_constant;  ///< motor torque per current, N m/A
 
-  /// Gravity torque of a pendulum on the joint when horizontal, N m; at angle 0 it hangs down.
+  /// Torque of gravity, N m, on a joint with a pendulum when the pendulum is horizontal; at the angle 0 it
+  /// hangs down.
   std::optional<double> pendulum;
   bool rivals = false;  ///< whether to judge other friction models too: all fitted to a part of the record,
                         ///< judged on the rest
@@ -58,8 +60,8 @@ inline bool has_spread(bristle::SnapLaw law) {
   return law != bristle::SnapLaw::exponential && law != bristle::SnapLaw::table;
 }
 
-/// Parameters of a fit: five of the brush, one of the stage, three that go with the speed, then those of the
-/// sensor.
+/// Parameters of a fit: five of the brush, one of the stage that carries the specimen, three of terms that
+/// depend on speed, then those of the sensor.
 enum FitParameter : unsigned {
   fit_kinetic,    ///< kinetic coefficient
   fit_length,     ///< presliding length, m: residual plus mean snap length
@@ -93,7 +95,7 @@ struct FitEstimate {
 
 struct FitResult {
   std::array<FitEstimate, fit_parameters> estimates;
-  /// Estimates derived from the fitted parameters: peak coefficient, and stiffness over load (1/m).
+  /// Estimates that follow from the fitted parameters: peak coefficient, and stiffness over load (1/m).
   FitEstimate peak, stiffness;
   std::vector<std::string> notes;  ///< remarks that a reader of the fitted numbers needs
   bristle::SnapRule rule = bristle::SnapRule::redraw;
@@ -101,41 +103,46 @@ struct FitResult {
   std::vector<double> quantiles;  ///< quantiles of snap lengths over their mean, for SnapLaw::table
   bristle::Material material;
   Past past;
-  /// Fitted force by the body at the samples, N, including the sensor's offset and drift.
+  /// Force by the body at the samples, N, as fitted, with the sensor's offset and drift.
   std::vector<double> curve;
   double residual_rms = 0.0;  ///< rms of measured minus fitted force, N
   double held_out_rms = 0.0;  ///< rms error on parts of the record, each predicted from the rest, N
   double explained = 0.0;     ///< share of the force's sum of squares explained by the fit
 
-  /// Number of correlated samples that carry as much information as one independent sample.
+  /// Number of correlated samples that carry as much information as one independent sample, by which
+  /// intervals are widened.
   double correlated_samples = 1.0;
-  /// Smallest over largest singular value of the fit's Jacobian, its columns scaled to length 1.
+  /// Smallest over largest singular value of the fit's Jacobian, with its columns scaled to length 1. Near 0,
+  /// some combination of parameters is not determined.
   double smallest_singular_value = 0.0;
   int evaluations = 0;  ///< number of times the brush was stepped along the path
 };
 
-/// Names of the numbers in a fit's report: those of FitParameter in order, then peak and stiffness.
+/// Number of rows in a fit's report, and the name of each: the parameters in the order of FitParameter, then
+/// peak and stiffness.
 inline constexpr std::size_t fit_report_rows = fit_parameters + 2;
 const char* fit_name(std::size_t row);
 const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
 
-/// The force of another friction model that was fitted to the record.
+/// Force of another friction model that was fitted to the same record, for comparison.
 struct ModelForce {
   std::string model;
   std::vector<double> force;  ///< force on each sample, N, with the sign of FitData::force
 };
 
-/// Fits a material to a record. Throws UserError where the brush explains too little of the force.
+/// Fits a material to a record of measured friction. Throws UserError if the brush explains too little of the
+/// force.
 FitResult fit_material(const FitData& data, const FitOptions& options);
 
 std::string fit_table(const FitData& data, const FitResult& result);
 std::string fit_json(const FitData& data, const FitResult& result);
-/// Returns a row per sample, with a column for the force of each model in `beside`, which reports of one axis
-/// may have.
+/// Returns CSV text with a row per sample. Each model in `beside`, which only records of one axis may have,
+/// gets a column for its force.
 std::string fit_csv(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside = {});
-/// Returns the prepared motion as text of a motion file, with the columns t,x,load or t,x,y,load.
+/// Returns the motion of the prepared record as text of a motion file, with the columns t,x,load or
+/// t,x,y,load.
 std::string fit_motion(const FitData& data);
-/// Returns a scene file that has the fitted material and replays the measured motion by `bristle run`.
+/// Returns a scene file with the fitted material, by which `bristle run` replays the measured motion.
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& result);
 
 /// Runs the command `bristle fit`: reads files, fits, reports. Throws UserError.

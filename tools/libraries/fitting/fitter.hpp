@@ -1,5 +1,5 @@
-// Fits one kind of brush to one record of measured friction: searches the best point, adds terms that the
-// data show, and holds the parameters that they do not determine. Used within this folder only.
+// Fits one kind of brush to one record of measured friction: searches the best parameters, adds terms that
+// the data show, and holds parameters that the data do not determine. Used only within this folder.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,8 @@
 
 namespace cli {
 
-// Ratio of fast to slow speed below which a record counts as having a single speed.
+// Ratio of fast to slow speed below which a record counts as having a single speed, and shows no dependence
+// on speed.
 inline constexpr double one_speed = 1.3;
 inline constexpr double bristles_per_newton = 900.0;
 
@@ -28,14 +29,14 @@ inline void take_out(FitParameterSet& set, FitParameter p) {
 
 inline bool better(const FitPoint& a, const FitPoint& b) { return a.sum_of_squares < b.sum_of_squares; }
 
-/// Returns the Stribeck velocities that a fit tries, in geometric progression around the record's speeds.
+/// Returns the Stribeck velocities that a fit tries, in a geometric series around the record's speeds.
 inline std::vector<double> trial_stribeck_velocities(const FitData& data) {
   std::vector<double> all;
   for (double speed = data.slow / 4.0; speed < 4.0 * data.fast; speed *= 1.8) all.push_back(speed);
   return all;
 }
 
-/// Result of a search: the fitted point, and for each parameter not fitted the reason.
+/// Result of a search: the best point, and for each parameter that is not fitted the reason.
 struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
@@ -44,29 +45,32 @@ struct Found {
   std::vector<FitPoint> as_good;  ///< points that fit as well, with other values of what is not determined
 };
 
-/// Fitter of one kind of brush to one record of friction.
+/// Fits one kind of brush to one record of measured friction.
 class Fitter {
  public:
   Fitter(const FitData& data, const FitOptions& options, Detail detail)
       : data_(data), options_(options), model_(data, options, detail) {}
 
-  /// Searches the brush without rubbing (residual and shared renewal other than those that the options hold).
+  /// Searches the best brush without rubbing; residual and shared renewal are 0, or as the options fix them.
   Found search_plain();
-  /// Adds rubbing (residual and shared renewal) to a brush if the information criterion favours it.
+  /// Adds rubbing (residual and shared renewal) to a brush if the information criterion says that the better
+  /// fit justifies the two parameters.
   Found add_rubbing(const Found& plain);
-  /// Adds a lubricant, a damper or both even where they do not justify their parameters by the criterion;
-  /// blocks held out decide.
+  /// Adds a lubricant, a damper or both, even if the information criterion does not justify them; held-out
+  /// blocks then decide.
   Found with_speed_terms(const Found& plain);
-  /// Adds a stage that bends, a sensor that lags, or both, if the information criterion favours them.
+  /// Adds a stage that bends under the force, a sensor that lags, or both, if the information criterion
+  /// justifies their parameters.
   Found add_stage(const Found& plain);
-  /// Fits the slide rule with a free law of snap lengths. Sets `quantiles` to those of that law.
+  /// Fits a brush with the rule slide and a free law of snap lengths. Sets `quantiles` to those of the law
+  /// found.
   Found with_free_law(const Found& found, std::vector<double>& quantiles);
-  /// Fits to this record, starting from a point that was found on another record or with another detail.
+  /// Fits to this record from a point that was found on another record or with another detail.
   Found fit_again(const Found& found);
-  /// Fits a point to this record and holds what the record does not determine. Throws UserError where there
-  /// is no friction.
+  /// Fits to this record from a point, and holds the parameters that the record does not determine. Throws
+  /// UserError if there is no friction.
   Found hold_undetermined(const Found& found);
-  /// Fits to this record the parameters that were not held.
+  /// Fits to this record those parameters of a point that were not held.
   Found refine(const Found& held);
   FitResult finish(const Found& refined);
 
@@ -85,11 +89,13 @@ class Fitter {
   bool promises(const FitPoint& point, const FitPoint& core);
   std::vector<FitPoint> speed_candidates(const FitPoint& core);
   FitPoint add_speed_terms(const FitPoint& core);
-  /// Returns whether several samples lie in the presliding of a point, enough to see its course.
+  /// Returns whether several samples lie within the presliding of a point, so that the record shows the
+  /// course of presliding.
   bool resolves(const FitPoint& point) const { return point.values[fit_length] >= data_.finest_move; }
   bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }
-  /// Returns whether turns of the motion pass through speeds well below the fastest. That suffices to fit a
-  /// damper, which vanishes at high speed, but not a lubricant, for which the sliding speed must vary.
+  /// Returns whether the motion passes, at its turns, through speeds well below the fastest. That suffices to
+  /// fit a damper, which vanishes at high speed, but not a lubricant, for which the speed of sliding has to
+  /// vary.
   bool slow_turns() const { return data_.fast >= one_speed * data_.slow; }
   FitPoint keep_determined(FitPoint point);
   FitPoint keep_predicting(FitPoint point);
@@ -103,8 +109,8 @@ class Fitter {
   FitPoint without(const FitPoint& point, FitParameter p, const std::string& why, bool must_go = false);
   std::vector<FitPoint> as_good(const FitPoint& point, FitParameter open);
   FitPoint take_middle(FitPoint point, FitParameter open);
-  /// Returns the mean square by which a function of the parameters varies over the points that fit as well as
-  /// the best, for parameters that the data leave open.
+  /// Returns the mean square by which a function of the parameters varies over those points that fit as well
+  /// as the best; it widens intervals where data leave a parameter open.
   template <typename Function>
   double open_variance(const Function& function) const {
     double sum = 0.0;
@@ -129,22 +135,24 @@ class Fitter {
   double samples_that_count(const FitPoint& point) {
     return static_cast<double>(samples()) / correlated_samples(residuals(point));
   }
-  /// Returns Bayes' information criterion of a fit for the effective number of samples `count`. The weight of
-  /// parameters is doubled, so that the chance properties of few bristles do not pass for a damper.
+  /// Returns Bayes' information criterion of a fit for the effective number of samples `count`; lower is
+  /// better. Parameters weigh twice as much as usual, so that the chance properties of few bristles do not
+  /// pass for a damper.
   double criterion(const FitPoint& point, double count) const {
     return count * std::log(std::max(point.sum_of_squares, 1e-300)) +
            2.0 * static_cast<double>(point.free.size()) * std::log(count);
   }
-  /// Whether a fit has the lower criterion, at its own number of samples that count, than another one.
+  /// Returns whether the information criterion of a fit is lower than that of another one, with the number of
+  /// samples that count for the first.
   bool justified(const FitPoint& point, const FitPoint& other) {
     const double count = samples_that_count(point);
     return criterion(point, count) < criterion(other, count);
   }
   /// Lists the parameters in which the force is linear: the kinetic coefficient and, if the motion goes both
-  /// ways, offset and drift of the sensor.
+  /// ways, the sensor's offset and drift. Least squares solve for these without a search.
   FitParameterSet linear_set() const;
   /// Returns whether the motion goes forward and backward far enough to tell an offset of the sensor from
-  /// friction; a few samples backwards are not.
+  /// friction. A few samples backwards do not suffice.
   bool two_ways() const;
 
   const FitData& data_;
@@ -155,7 +163,7 @@ class Fitter {
   std::vector<FitPoint> as_good_;  // points that fit as well as the best, with other spreads
 };
 
-/// Asks all fits of this process to end with the best that they have, once Ctrl-C was pressed.
+/// Installs a handler of Ctrl-C, after which all fits of this process end with the best that they have found.
 void stop_fits_on_signals();
 bool fit_stopped() noexcept;
 

@@ -1,4 +1,4 @@
-// Fits a free law of snap lengths for the slide rule: a histogram with weights by least squares.
+// Fits a free law of snap lengths for the rule slide, as a histogram whose weights follow from least squares.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,8 +15,8 @@ using Eigen::VectorXd;
 
 constexpr int bins = 28;
 constexpr std::size_t folds = 5;
-// Ratio of squared errors on held-out parts, with a lubricant or damper to without, below which it is kept:
-// the best of many trials predicts even noise a little better by chance.
+// Ratio of squared errors on held-out parts, with and without a lubricant or damper, below which the term is
+// kept. It is below 1, because the best of many trials predicts even noise a little better by chance.
 constexpr double clearly_less = 0.98;
 
 struct Bins {
@@ -26,7 +26,8 @@ struct Bins {
   double middle(int i) const { return 0.5 * (low(i) + high(i)); }
 };
 
-/// Makes bins of snap length in geometric progression, from the samples' resolution to the motion's range.
+/// Makes bins of snap length in a geometric series, from the shortest length that the samples resolve to the
+/// range of the motion.
 Bins make_bins(const FitModel& model, double presliding_length) {
   const double low = std::max(model.lowest(fit_length), 0.03 * presliding_length);
   const double high = std::max(std::min(model.data().range, 12.0 * presliding_length), 4.0 * low);
@@ -36,7 +37,8 @@ Bins make_bins(const FitModel& model, double presliding_length) {
   return all;
 }
 
-/// Least squares over weights w as the function w' N w - 2 w' s + const: matrix N and right side s.
+/// Least squares over weights w, written as the function w' N w - 2 w' s + const with the matrix N and the
+/// right-hand side s.
 struct Normal {
   MatrixXd matrix;
   VectorXd side;
@@ -44,8 +46,8 @@ struct Normal {
   double left(const VectorXd& w) const { return w.dot(matrix * w) - 2.0 * w.dot(side) + squares; }
 };
 
-/// Returns the penalty matrix for a rough histogram: squared second differences of neighbouring weights.
-/// Weights beyond either end count as 0.
+/// Returns the matrix of a penalty that keeps the histogram smooth: squared second differences of
+/// neighbouring weights. Weights beyond either end count as 0.
 MatrixXd roughness(Eigen::Index unknowns) {
   MatrixXd d = MatrixXd::Zero(bins, unknowns);
   for (int i = 0; i < bins; ++i) {
@@ -56,8 +58,8 @@ MatrixXd roughness(Eigen::Index unknowns) {
   return d.transpose() * d;
 }
 
-/// Returns the quantiles, divided by their mean, of a law of snap lengths given as a histogram: the
-/// probability of each bin.
+/// Returns the quantiles, over their mean, of a law of snap lengths that is given by the probability of each
+/// bin of a histogram.
 std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& probability) {
   constexpr int last = bristle::SnapLength::max_table_size - 1;
   double total = 0.0, mean = 0.0;
@@ -78,8 +80,8 @@ std::vector<double> quantiles_of(const Bins& all, const std::vector<double>& pro
   return quantiles;
 }
 
-/// Lists variants of a fitted point: without lubricant and damper, and with each or both of them if the
-/// record's speeds can show it. Their coefficients are still 0.
+/// Lists variants of a fitted point: without lubricant and damper and, if the record's speeds can show them,
+/// with each and with both. Their coefficients are still 0 here.
 std::vector<FitPoint> with_terms_of_speed(const FitData& data, const FitPoint& bare) {
   const bool several_speeds = data.ratio_of_speeds >= one_speed;
   std::vector<FitPoint> all{bare};
@@ -98,7 +100,7 @@ std::vector<FitPoint> with_terms_of_speed(const FitData& data, const FitPoint& b
   return all;
 }
 
-/// Weighted histogram of snap lengths with the point's other terms, and the error on held-out parts.
+/// Histogram of snap lengths, the other terms of the fit, and the error on held-out parts.
 struct Weighed {
   FitPoint terms;
   std::vector<FitParameter> linear;
@@ -106,8 +108,9 @@ struct Weighed {
   double held_out = std::numeric_limits<double>::infinity();  // N^2
 };
 
-/// Finds the weights of the histogram of snap lengths and the linear terms of a point, with the smoothness
-/// that gives the least error on held-out parts. Weights, lubricant and damper are not negative.
+/// Finds the weights of the histogram of snap lengths, and the terms in which the force is linear. Of several
+/// degrees of smoothness takes the one with the least error on held-out parts. Weights, lubricant and damper
+/// are not negative.
 Weighed weigh(FitModel& model, const MatrixXd& of_bins, const VectorXd& force, const FitPoint& terms) {
   Weighed found{terms, {}, {}};
   Eigen::Index positive = bins;
@@ -156,14 +159,15 @@ Weighed weigh(FitModel& model, const MatrixXd& of_bins, const VectorXd& force, c
 
 }  // namespace
 
-/// Finds the law of snap lengths and the parameters in which the force is linear; the others stay as in
-/// `about`. Chooses smoothness, lubricant and damper by the error on held-out samples.
+/// Finds the free law of snap lengths and the parameters in which the force is linear; the other parameters
+/// stay as in `about`. Chooses smoothness, lubricant and damper by the error on held-out samples.
 FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about) {
   assume(model, about);
   const FitData& data = model.data();
   const Bins all = make_bins(model, about.values[fit_length]);
 
-  // Matrix with a column per bin: the force if bristles with snap lengths of this bin carried all the load.
+  // Matrix with a column for each bin: the force if bristles with the snap length of that bin carried all the
+  // load.
   MatrixXd of_bins(static_cast<Eigen::Index>(data.force.size()), bins);
   FitOptions uniform = options;
   uniform.law = bristle::SnapLaw::uniform;
@@ -194,7 +198,8 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
     if (tried.held_out < best.held_out) best = std::move(tried);
   };
   for (const FitPoint& terms : with_terms_of_speed(data, bare)) attempt(terms);
-  // Refines the damper's Stribeck velocity: the best of those tried lies within a factor of 1.34 of it.
+  // Refines the Stribeck velocity of the damper. The best of the tried velocities lies within a factor of
+  // 1.34 of the true one.
   for (const double factor : {1.34, 1.16, 1.08, 1.04}) {
     if (!contains(best.terms.free, fit_damping)) break;
     for (const FitPoint from = best.terms; const double by : {factor, 1.0 / factor}) {
@@ -206,7 +211,8 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
   if (best.held_out > clearly_less * plain.held_out) best = plain;
   const VectorXd& weights = best.weights;
   FreeLaw found;
-  // Relative number of bristles in each bin: proportional to the stiffness, which is force over length.
+  // Relative number of bristles in each bin: in proportion to the stiffness, which is the bin's force over
+  // its length.
   std::vector<double> probability;
   double stiffness = 0.0, kinetic = 0.0;
   for (int i = 0; i < bins; ++i) {

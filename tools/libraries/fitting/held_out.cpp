@@ -1,4 +1,4 @@
-// Tests whether a term of a fit predicts parts of the record that the fit did not use.
+// Tests whether a term of a fit predicts parts of the record to which it was not fitted.
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -8,9 +8,9 @@
 
 namespace cli {
 
-/// Cuts the record into blocks and holds out every fifth in turn, so that each kind of event occurs in fitted
-/// and in held-out parts, while correlated neighbours stay together. Parameters of the fit to the rest follow
-/// to first order from derivatives, so that no fit is repeated.
+/// Cuts the record into blocks and holds out every fifth one in turn. Each kind of event then occurs in
+/// fitted and in held-out parts, and correlated neighbours stay together. The parameters of a fit without a
+/// part follow to first order from derivatives, so no fit is repeated.
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples) {
   constexpr std::size_t folds = 5;
@@ -43,9 +43,9 @@ double Fitter::held_out(const FitPoint& point) {
   return held_out_squares(jacobian(model_, point), residuals(point), data_.samples());
 }
 
-/// Returns the sum of squared errors (N^2) in the later fifths of a record, if each is forecast by the
-/// sensor's offset and drift as fitted to all earlier samples. A drift fitted to samples on both sides would
-/// follow any slow change.
+/// Returns the sum of squared errors (N^2) in the later fifths of a record, where each is forecast by the
+/// sensor's offset and drift as fitted to all earlier samples. (A drift fitted to samples on both sides would
+/// follow any slow change.)
 double Fitter::forecast(const FitPoint& point) {
   constexpr std::size_t parts = 5, first = 2;
   FitPoint sensor = point;
@@ -71,8 +71,8 @@ double Fitter::forecast(const FitPoint& point) {
   return squares;
 }
 
-/// Removes terms that lower the residuals but do not predict held-out parts of the record. The brush itself
-/// and the sensor's offset stay.
+/// Removes terms that lower the residuals but do not predict held-out parts of the record. The plain brush
+/// and the sensor's offset stay in any case.
 FitPoint Fitter::keep_predicting(FitPoint point) {
   for (const FitParameter p : {fit_drift, fit_drift_y, fit_softening, fit_delay, fit_damping, fit_viscous,
                                fit_renewal, fit_residual}) {

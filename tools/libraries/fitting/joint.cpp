@@ -51,24 +51,26 @@ constexpr double least_by_motor = 0.02;
 /// Share of the torques that the outside torque must have beside what follows the motion, to tell how
 /// friction depends on a torque.
 constexpr double least_load = 0.05;
-/// Least gain in the information criterion, and largest ratio of errors, at which a richer set of terms is
+/// Least gain in the information criterion, and largest ratio of errors, with which a model of more terms is
 /// preferred.
 constexpr double clearly_closer = 12.0, least_gain = 0.99;
-/// Share of the noise expected in the residual below which the log contradicts itself.
+/// Residual, as a share of the noise that it should have, below which the log contradicts itself: another
+/// column follows the motor's torque, and the fitted numbers are no friction.
 constexpr double too_close = 0.3;
-/// Number of parts of equal duration that a log of a joint is cut into; every second one is held out.
+/// Number of parts of equal duration into which a log of a joint is cut. Every second one is held out, to
+/// judge models by it.
 constexpr double parts = 24.0;
 
-/// Friction model of a joint, computed along a log. Its parameters are all positive; the first is the
-/// inertia, kg m^2.
+/// Friction model of a joint, to be computed along a log. All its parameters are positive; the first is the
+/// joint's inertia, kg m^2.
 struct Model {
   std::string name;
   std::vector<const char*> names, units;
   std::vector<VectorXd> guesses;
-  /// Computes the friction torque on the joint for each interval between samples, N m; if a matrix is passed,
-  /// also its derivatives by the parameters.
+  /// Computes the friction torque on the joint, N m, for each interval between samples. If a matrix is
+  /// passed, fills it with the derivatives by the parameters.
   std::function<void(const VectorXd&, VectorXd&, MatrixXd*)> friction;
-  /// Computes the derivative of the friction torque by the motor's torque in interval k.
+  /// Returns the derivative of the friction torque by the motor's torque in interval k.
   std::function<double(const VectorXd&, std::size_t k)> by_motor = [](const VectorXd&, std::size_t) {
     return 0.0;
   };
@@ -90,18 +92,19 @@ double median(std::vector<double> x) {
   return *at;
 }
 
-/// Returns the standard deviation of a column's noise, from the median of its second differences.
+/// Returns the standard deviation of the noise in a column of a log, estimated from the median of its second
+/// differences.
 double noise_of(const std::vector<double>& x) {
   std::vector<double> bends;
   for (std::size_t k = 1; k + 1 < x.size(); ++k) bends.push_back(std::fabs(x[k - 1] - 2.0 * x[k] + x[k + 1]));
   return median(bends) / (0.6745 * std::sqrt(6.0));
 }
 
-/// Returns the speed (rad/s) below which a joint may stick: friction then balances what acts, up to its
-/// limit.
+/// Returns the speed (rad/s) below which a joint may stick. Friction then balances the torques that act, up
+/// to its limit.
 double slow_speed(const JointLog& log) { return std::max(1e-3 * size(log.speed), 3.0 * noise_of(log.speed)); }
 
-/// Returns the change of motor torque between two samples above which it counts as a jump, whose exact time
+/// Returns the change of motor torque between two samples from which on it counts as a jump, whose exact time
 /// between the samples is unknown.
 double jump_of(const JointLog& log) {
   std::vector<double> change;
@@ -112,10 +115,11 @@ double jump_of(const JointLog& log) {
   return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
 }
 
-/// Differences of the motor's torque as observed and as inertia, load and friction ask for it, one for each
-/// block of a log. Friction may take a share of the motor's torque; the balance of torques, divided by what
-/// the motor's torque adds to it, is the difference in that torque, which no share can scale down. Blocks of
-/// the fitted part come first. Blocks with a jump of the motor torque are left out.
+/// Errors of a friction model of a joint: the motor's torque as observed, less the one that inertia, load and
+/// friction ask for, one value for each block of a log. Friction may take a share of the motor's torque. The
+/// balance of torques is therefore divided by what the motor's torque adds to it, otherwise a large share
+/// would scale the errors down. Blocks of the fitted part come first; blocks in which the motor's torque
+/// jumps are left out.
 class Balance {
  public:
   Balance(const JointLog& log, JointPart part) : log_(log) {
@@ -212,14 +216,16 @@ VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& l
   return s;
 }
 
-/// Point of a minimisation: parameters, unbalanced torques of the fitted blocks, and their derivatives.
+/// Point of a minimisation: the parameters, the errors of the torque in the fitted blocks, and their
+/// derivatives.
 struct Place {
   VectorXd numbers, left;
   MatrixXd by;
   double squares() const { return left.squaredNorm(); }
 };
 
-/// Fits positive parameters by Levenberg-Marquardt steps. Adds the runs of the model along the log to `runs`.
+/// Fits positive parameters by Levenberg-Marquardt steps. Adds to `runs` how often the model was run along
+/// the log.
 Place minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
   const auto at = [&](const VectorXd& p, bool with_slopes) {
     runs += with_slopes ? model.runs_with_slopes : 1;
@@ -237,7 +243,7 @@ Place minimise(const Balance& balance, const Model& model, const VectorXd& from,
     const double floor = 1e-12 * std::max(a.diagonal().maxCoeff(), 1e-300);
     a.diagonal() = (a.diagonal() * (1.0 + damping)).array() + floor;
     const VectorXd g = here.by.transpose() * here.left;
-    // Limits a Levenberg-Marquardt step: no parameter grows more than tenfold or falls below a thousandth of
+    // Limits a Levenberg-Marquardt step: no parameter grows more than tenfold, or falls below a thousandth of
     // its first guess.
     const VectorXd most = 10.0 * here.numbers.array().max(0.1 * from.array());
     const VectorXd least = here.numbers.array().min(1e-3 * from.array()).max(1e-9 * from.array());
@@ -278,7 +284,8 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   fit.fitted_rms = rms(fitted);
   fit.judged_rms = rms(left.tail(balance.blocks() - balance.fitted()));
 
-  // Lists in `told` the parameters that have an effect; the others stay out of the covariance.
+  // Lists in `told` those parameters that affect the torque. The others stay out of the covariance, which
+  // would be singular.
   std::vector<Eigen::Index> told;
   const double noise = std::max(fit.fitted_rms, 1e-12 * balance.scale());
   for (Eigen::Index i = 0; i < p.size(); ++i)
@@ -322,7 +329,8 @@ VectorXd vector_of(std::initializer_list<double> x) {
   return Eigen::Map<const VectorXd>(x.begin(), static_cast<Eigen::Index>(x.size()));
 }
 
-/// Makes a model differentiate its friction by differences, which takes one more run for each parameter.
+/// Makes a model compute the derivatives of its friction by differences, which takes one more run for each
+/// parameter.
 void use_differences(Model& model) {
   model.runs_with_slopes = 1 + static_cast<int>(model.names.size());
   model.friction = [along = model.friction](const VectorXd& p, VectorXd& friction, MatrixXd* by) {
@@ -352,7 +360,8 @@ bristle::JointMaterial material_of(const VectorXd& p) {
   return m;
 }
 
-/// Makes the brush model of a joint. First guesses scale with the log's rms torque and rms speed.
+/// Makes the brush as a model of a joint's friction. First guesses of its parameters are in proportion to the
+/// log's rms torque and rms speed.
 Model brush_model(const JointLog& log, double torque, double speed) {
   Model model;
   model.name = "brush";
@@ -382,7 +391,8 @@ Model brush_model(const JointLog& log, double torque, double speed) {
     const double falls = std::exp(-(v / p[13]) * (v / p[13]));
     return motor * v > 0.0 ? -(p[4] + falls * p[9]) : p[5] + falls * p[10];
   };
-  // Motor torque in the interval before each sample; where it jumps, the previous sample's value.
+  // Motor torque in the interval before each sample. In an interval in which it jumps, that of the sample
+  // before.
   std::vector<double> led = log.motor;
   const double jump = jump_of(log);
   for (std::size_t k = 1; k < led.size(); ++k)
@@ -415,9 +425,9 @@ Model brush_model(const JointLog& log, double torque, double speed) {
   return model;
 }
 
-/// Adds a friction model that stops a slow joint within an interval if its limit of friction (the budget)
-/// allows: Coulomb, Stribeck, and bam (Duclusaud et al. 2025). Parameters: inertia, viscous coefficient, and
-/// those of the function `budget`.
+/// Adds a friction model that stops a slow joint within an interval if its limit of friction, computed by
+/// `budget`, allows: Coulomb, Stribeck, and bam (Duclusaud et al. 2025). Parameters: inertia, viscous
+/// coefficient, then those of `budget`.
 void add_budget(
     std::vector<Model>& models, const JointLog& log, const char* name, std::vector<const char*> names,
     std::vector<VectorXd> guesses,
@@ -440,7 +450,8 @@ void add_budget(
       const double motor = middle(log.motor, k), outside = middle(log.outside, k),
                    speed = middle(log.speed, k);
       const double most = budget(p, motor, outside, speed) + p[1] * std::abs(speed);
-      // A joint that moves bears the whole limit; only one that may stick bears what balances the torques.
+      // Takes the whole limit as friction of a joint that moves. A joint that may stick has only as much as
+      // balances the torques.
       const double stops = std::abs(speed) > slow
                                ? -std::copysign(most, speed)
                                : -(motor + outside) - p[0] * log.speed[k] / (log.t[k + 1] - log.t[k]);
@@ -454,8 +465,8 @@ void add_budget(
 std::vector<Model> rival_models(const JointLog& log, double torque, double speed) {
   std::vector<Model> models;
   const double inertia = 0.01 * torque / speed, viscous = 0.02 * torque / speed;
-  /// Returns the Stribeck factor of friction at speed v, which is 1 at rest. Its speed is parameter i, its
-  /// exponent parameter i + 1.
+  /// Returns Stribeck's factor of friction at the speed v, which is 1 at rest. Parameter i is its speed,
+  /// parameter i + 1 its exponent.
   const auto falls = [](const VectorXd& p, Eigen::Index i, double v) {
     return std::exp(-std::pow(std::abs(v) / p[i], std::clamp(p[i + 1], 0.3, 20.0)));
   };
@@ -532,8 +543,9 @@ void require_motion(const JointLog& log) {
   if (!(size(log.motor) + size(log.outside) > 0.0)) throw UserError(log.name + ": no torque acts");
 }
 
-/// Returns whether the outside torque varies by itself: it is more than a constant and what follows the
-/// motion (acceleration, speed, its direction). If not, the log cannot tell how friction depends on a torque.
+/// Returns whether the outside torque varies by itself, beyond a constant and what follows the motion
+/// (acceleration, speed, its direction). If it does not, the log cannot tell how friction depends on a
+/// torque.
 bool varies_by_itself(const JointLog& log, double torque) {
   const auto n = static_cast<Eigen::Index>(log.t.size());
   MatrixXd motion = MatrixXd::Ones(n, 4);
@@ -547,9 +559,10 @@ bool varies_by_itself(const JointLog& log, double torque) {
   return rms(project(motion, outside).left) > least_load * torque;
 }
 
-/// Fits a joint's brush whose deflection follows the log's angle; or, if that fits better, a brush too stiff
-/// for the angles to show its bending, which stops the joint up to a limit, as bam's models do. Either finds
-/// which terms the log justifies: from Coulomb's friction on, Stribeck's fall, shares of the torques, all.
+/// Fits the brush of a joint. Its deflection follows the angle of the log or, if that fits better, is too
+/// small for the angles to show; the brush is then rigid and stops the joint up to a limit, as bam's models
+/// do. Begins with Coulomb's friction, then adds Stribeck's fall, shares of the torques, and both, as far as
+/// the log justifies.
 JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differences = false) {
   const double torque = balance.scale(), speed = size(log.speed);
   const bool loaded = varies_by_itself(log, torque);
@@ -625,7 +638,7 @@ JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differen
   return fit;
 }
 
-/// Returns warnings about a fit that the log does not bear, each on a line of its own.
+/// Returns warnings about results that the log does not support, each on a line of its own.
 std::string joint_warnings(const JointLog& log, const JointFit& fit) {
   std::string text;
   const double dt = (log.t.back() - log.t.front()) / static_cast<double>(log.t.size() - 1);

@@ -15,7 +15,7 @@ namespace cli {
 struct FitOptions;
 struct FitReading;
 
-/// Log of a joint's motion and torques in SI units; every column has one number per sample.
+/// Log of a joint's motion and torques, in SI units. Every column has one number per sample.
 struct JointLog {
   std::string name;
   std::string understood;  ///< sentences that tell how the file was understood
@@ -43,20 +43,21 @@ struct JointEstimate {
   bool determined = false;       ///< whether the log distinguishes the parameter from 0
 };
 
-/// Part of a log to which models are fitted: its first seconds, or every second of 24 parts of equal time.
+/// Part of a log to which models are fitted: its first seconds, or every second one of 24 parts of equal
+/// time.
 struct JointPart {
   bool alternate = false;
-  /// End of the fitted part, s, where the first seconds are fitted.
+  /// End of the fitted part, s after the start, where the first seconds are fitted.
   double until = std::numeric_limits<double>::infinity();
 };
 
-/// Friction model of a joint, as fitted to a part of a log.
+/// Friction model of a joint, fitted to a part of a log.
 struct JointFit {
   std::string model;
   std::vector<JointEstimate> numbers;
   bristle::JointMaterial material;  ///< fitted material, if the model is the brush
 
-  /// Rms error of the torque on the fitted part and on the rest of the log, N m.
+  /// Rms error of the torque, N m, on the fitted part of the log and on the rest.
   double fitted_rms = 0.0, judged_rms = 0.0;
   bool rigid = false;  ///< whether the angles are too coarse to show how the brush bends
   bool loaded =
@@ -68,13 +69,14 @@ struct JointFit {
   int runs = 0;
 };
 
-/// Returns the options with which a joint's brush is fitted: number of bristles and spread of the law.
+/// Returns the options with which the brush of a joint is fitted: number of bristles, spread of their limits.
 bristle::JointOptions joint_fit_options();
 
-/// Fits the brush to a part of a log. `by_differences` replaces its own derivatives, to test them.
+/// Fits the brush to a part of a joint's log. `by_differences`: computes derivatives by differences instead
+/// of the library's, to test the library's.
 JointFit fit_joint(const JointLog& log, JointPart part = {}, bool by_differences = false);
 /// Fits the brush, Coulomb, Stribeck, LuGre and the models m3 to m6 of bam (Duclusaud et al. 2025) to a part
-/// of a log, and computes their errors on the rest.
+/// of a joint's log, and computes their errors on the rest.
 std::vector<JointFit> judge_joint(const JointLog& log, JointPart part);
 
 /// Runs the command `bristle fit --joint`. Throws UserError.

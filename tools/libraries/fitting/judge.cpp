@@ -21,25 +21,26 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Samples of the thinned records to which brushes and rivals are fitted; the fewest that are enough. LuGre's
-// equation needs short steps.
+// Numbers of samples to which records are thinned to fit brushes and rivals, and the least number that
+// suffices. Rivals get more, because LuGre's equation needs short steps.
 constexpr std::size_t brush_samples = 2000, rival_samples = 20000, fewest_fitted = 20;
-// Fewest samples after turns for which the report judges reversals.
+// Least number of samples after turns of the motion with which the report judges reversals.
 constexpr std::size_t fewest_turning = 10;
-// Ratio of errors below which two models are equally close.
+// Ratio of the errors of two models below which they count as equally close.
 constexpr double alike = 1.01;
 
-/// Rival friction model as a function of its fitted parameters. First come `logarithms` parameters that are
-/// fitted as logarithms, last viscous friction and offset, in which the force is linear.
+/// Rival friction model as a function of its fitted parameters. The first `logarithms` parameters are fitted
+/// as logarithms; the last two are viscous friction and offset, in which the force is linear.
 struct RivalModel {
   std::string name;
   int logarithms = 0;
-  /// Makes the rival model, at rest, from the fitted parameters. Its mean load is 1.
+  /// Makes the rival model from the fitted parameters: at rest, for a mean load of 1.
   std::function<rivals::Rival(const VectorXd&)> make;
   std::function<std::string(const VectorXd&)> describe;
 };
 
-/// Returns a rival model's friction along the path (N, by the body), without viscous friction and offset.
+/// Returns the friction of a rival model along the path of a record (N, by the body), without viscous
+/// friction and offset.
 VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
   if (start != StartState::straight) {  // slides far before the record begins
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
@@ -60,7 +61,8 @@ VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState star
   return force;
 }
 
-/// Adds viscous friction (coefficient `viscous`, N s/m) and the sensor's offset (N) to the elastic force.
+/// Adds viscous friction (coefficient `viscous`, N s/m) and the sensor's offset (N) to a model's elastic
+/// force.
 VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscous, double offset) {
   VectorXd force = elastic.array() + offset;
   for (Eigen::Index i = 0; i < force.size(); ++i)
@@ -120,8 +122,8 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   double least = std::numeric_limits<double>::infinity();
   for (const StartState tried : {StartState::straight, StartState::forward, StartState::backward}) {
     RivalResiduals{model, data, tried, speed}.fill(guess, residuals);
-    // Prefers a rival's elements to start unloaded, as the brush's bristles start straight, unless another
-    // start lowers the sum of squares by 2 %.
+    // Prefers a start with unloaded elements, as the brush starts with straight bristles. Another start has
+    // to lower the sum of squares by 2 %.
     const double squares = residuals.squaredNorm() * (tried == StartState::straight ? 0.98 : 1.0);
     if (squares < least) {
       least = squares;
@@ -170,8 +172,8 @@ rivals::Surface bare_surface(double kinetic) {
   return s;
 }
 
-/// Returns presliding lengths to try, evenly spaced in the logarithm from the data's resolution to the range
-/// of the motion.
+/// Returns presliding lengths to try, in a geometric series from the resolution of the data to the range of
+/// the motion.
 std::vector<double> trial_lengths(const FitData& data, int count) {
   const double low = std::max({0.5 * data.quantum, 0.3 * data.finest_move, 1e-4 * data.range}),
                high = data.range;
@@ -211,8 +213,8 @@ RivalModel lugre_model(const FitData& data) {
 
 constexpr int elements = rivals::MaxwellSlip::elements;
 
-/// Makes the Maxwell-slip model, whose parameters are the stiffness over load (1/m) of each element, then the
-/// slip length (m) of each element at the mean load.
+/// Makes the Maxwell-slip model. Its parameters are first the stiffnesses over load (1/m) of its elements,
+/// then the slip lengths (m) of the elements at the mean load.
 RivalModel maxwell_model(const FitData& data) {
   const double load = data.mean_load;
   return {"Maxwell-slip", 2 * elements,
@@ -227,8 +229,8 @@ RivalModel maxwell_model(const FitData& data) {
             return m;
           },
           [](const VectorXd& p) {
-            // Describes only elements with at least a hundredth of the strongest element's force; the data do
-            // not determine the slip lengths of others.
+            // Describes only elements that have at least a hundredth of the strongest element's force. The
+            // data do not determine the slip lengths of the others.
             double strongest = 0.0, low = 1e300, high = 0.0;
             int count = 0;
             const auto limit = [&](int i) { return std::exp(p[i] + p[elements + i]); };
@@ -246,8 +248,8 @@ RivalModel maxwell_model(const FitData& data) {
           }};
 }
 
-/// Returns a first guess of the Maxwell-slip parameters: ten fixed slip lengths, with stiffnesses, viscous
-/// friction and offset by nonnegative least squares.
+/// Returns a first guess for the Maxwell-slip model: ten fixed slip lengths, with the stiffnesses, viscous
+/// friction and offset that nonnegative least squares give.
 VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low, double high) {
   const auto samples = static_cast<Eigen::Index>(data.force.size());
   const double speed = std::max(data.fast, 1e-12);
@@ -274,7 +276,7 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   return p;
 }
 
-/// Returns for each sample the path since the last turn of the motion (or the first sample), m.
+/// Returns for each sample the path, m, since the last turn of the motion (or since the first sample).
 std::vector<double> way_since_turn(const FitData& data) {
   const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
   std::vector<double> ways;
@@ -293,7 +295,8 @@ std::vector<double> way_since_turn(const FitData& data) {
   return ways;
 }
 
-/// Returns the 99th percentile, which a few outliers do not raise; 0 for no values.
+/// Returns the 99th percentile of some values, as a maximum that a few outliers do not raise; 0 for no
+/// values.
 double nearly_highest(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
@@ -367,8 +370,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
     throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
   const FitData whole = prepare_fit_data(columns, options.sign, options.load, options.mass);
   std::vector<bool> fitted = fitted_blocks(whole.columns.t, options.fit_until);
-  // Fits to the half of the record that has the wider range of motion, so that no model is extrapolated to
-  // the other.
+  // Fits to that half of the record in which the motion has the wider range, so that no model has to
+  // extrapolate to the other half.
   Judgements halves;
   Judge(whole, fitted, 0.0).count(halves);
   const bool other_half = !options.fit_until && !halves.within_range();
@@ -387,7 +390,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   Progress progress("rivals", options.quiet);
   progress.update(0.0);
 
-  // Fits the brushes without a drift of the sensor, which would be extrapolated beyond the fitted part.
+  // Fits the brushes without a drift of the sensor. A fitted drift would be extrapolated beyond the fitted
+  // part.
   FitOptions held = options;
   held.no_drift = true;
   std::vector<std::pair<std::string, std::string>> failed;
@@ -431,7 +435,8 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
 
   guesses.clear();
   for (const double length : trial_lengths(train, 14)) {
-    // Ratio of bristle damping to stiffness, over the time in which the motion covers a presliding length.
+    // Damping of a bristle over its stiffness, in units of the time in which the motion covers a presliding
+    // length.
     for (const double damper : {1e-3, 0.3}) {
       const double time = length / std::max(train.slow, 1e-12);
       for (const double rise : {1.1, 2.0}) {
@@ -464,7 +469,7 @@ std::string judgement_table(const Judgements& all) {
     const Judgement* least = nullptr;
     for (const Judgement& j : all.models)
       if (j.failed.empty() && !std::isnan(of(j)) && (least == nullptr || of(j) < of(*least))) least = &j;
-    // Names no winner among models whose errors print alike.
+    // Names no winner among models whose printed errors are equal.
     for (const Judgement& j : all.models)
       if (least != nullptr && &j != least && j.failed.empty() && of(j) < alike * of(*least))
         return least->model + " (" + j.model + " as close)";

@@ -1,5 +1,5 @@
-// Fits brushes and rival friction models to half of a record, all to the same blocks of time, and compares
-// their errors on the rest: `bristle fit --rivals`.
+// Compares the brush with rival friction models (`bristle fit --rivals`): fits all to the same blocks of
+// time, half of the record, and compares their errors on the rest.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 
 namespace cli {
 
-/// Root mean square residuals (N) of a model on all samples, and on those soon after a turn and far from
-/// turns; NaN: there are no such samples.
+/// Rms residuals (N) of a model: on all samples, on those soon after a turn, and on those far from turns; NaN
+/// where there are no such samples.
 struct Residuals3 {
   double all = 0.0;
   double reversal = 0.0;  ///< rms residual within two presliding lengths after a turn, N
@@ -31,20 +31,21 @@ struct Judgements {
   std::optional<double> until;     ///< end of the part to which models are fitted, s; none: blocks of time
   double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
-  /// Path since a turn (m) and speed (m/s) that 1 % of the samples of the fitted and of the judged part
-  /// exceed. They show whether the judged part lies within the range of the fitted one.
+  /// Path since a turn (m) and speed (m/s) that 1 % of the samples exceed, in the fitted and in the judged
+  /// part. They show whether the judged part lies within the range of the fitted one.
   double fitted_stroke = 0.0, judged_stroke = 0.0, fitted_speed = 0.0, judged_speed = 0.0;
   std::vector<Judgement> models;
   std::vector<ModelForce> rivals;  ///< forces of the models other than brushes, on the whole record
 
-  /// Whether the judged part lies within the range of the fitted one; beyond it no verdict is given.
+  /// Returns whether the judged part lies within the range of the fitted one. Beyond it models extrapolate,
+  /// and no verdict is given.
   bool within_range() const {
     return judged_stroke <= 1.2 * fitted_stroke && judged_speed <= 1.2 * fitted_speed;
   }
 };
 
 /// Fits brushes and rival friction models to blocks of the record (or to its first `fit_until` seconds), and
-/// computes their errors on the rest. Throws UserError where either part determines no parameter.
+/// computes their errors on the rest. Throws UserError if either part determines no parameter.
 Judgements judge_rivals(const FitColumns& columns, const FitOptions& options);
 
 std::string judgement_table(const Judgements& judgements);

@@ -1,4 +1,5 @@
-// Steps a stratified population of bristles that keep their snap lengths along a measured path.
+// Steps bristles that keep their snap lengths (SnapRule::keep) along a measured path. Lengths and phases are
+// spread evenly instead of at random, so that the force is smooth in the fitted parameters.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -11,34 +12,37 @@ namespace {
 
 using bristle::SnapLength;
 
-// Longest step in mean snap lengths: the snaps in a step are counted in 32 bits.
+// Longest step, in mean snap lengths. The snaps of a step are counted in 32 bits, so longer ones are
+// shortened.
 constexpr double longest_way = 1e9;
-// Shortest step in mean snap lengths. Shorter ones are summed first, since float would round them away.
+// Shortest step, in mean snap lengths. Shorter ones are added up first, because single precision would round
+// them away.
 constexpr double shortest_way = 1e-4;
 
 double part(double value) { return value - std::floor(value); }
 
-/// Range of path (in mean snap lengths) over which a long slide in one direction makes bristles forget their
-/// phases: where forgetting begins and where it is complete.
+/// Path, in mean snap lengths, over which a long slide in one direction makes bristles forget their phases:
+/// where forgetting begins, and where it is complete.
 struct Forgetting {
   double begins, ends;
   explicit Forgetting(const SnapLength& law)
       : begins(5.0 + 2.0 / law.cv()), ends(std::min(15.0 + 4.0 / law.cv(), 400.0)) {}
-  /// Returns the share of its individual shift (below a snap length) by which a bristle's phase has moved
-  /// after a slide of length `run`; smooth from 0 to 1.
+  /// Returns how far bristles have forgotten their phases after a slide of length `run`, smooth from 0 to 1,
+  /// as a share of the shift that each bristle has in the end (below its snap length).
   double share(double run) const {
     const double u = std::clamp((run - begins) / (ends - begins), 0.0, 1.0);
     return u * u * (3.0 - 2.0 * u);
   }
 };
 
-/// Bristles that keep their snap lengths, in the order in which load engages them. Unit: mean snap length.
+/// Bristles that keep their snap lengths, in the order in which a rising load brings them into contact.
+/// Lengths are in mean snap lengths.
 class KeptBristles {
  public:
   KeptBristles(const SnapLength& law, std::size_t count, double most_load)
       : most_load_(most_load), forgetting_(law) {
-    // Samples snap lengths and phases by additive sequences (powers of the plastic number), so that the first
-    // k bristles, for any k, cover both evenly.
+    // Samples snap lengths and phases by additive sequences (powers of the plastic number). The first k
+    // bristles then cover both evenly, whatever k is.
     for (std::size_t i = 0; i < count; ++i) {
       const double k = static_cast<double>(i) + 0.5;
       length_.push_back(static_cast<float>(law.quantile(part(0.7548776662466927 * k)) / law.mean()));
@@ -56,7 +60,8 @@ class KeptBristles {
     active_ = now;
   }
 
-  /// Sets the bristles to the state after a slide in direction `e` (1 or -1) that forgot its start.
+  /// Sets the bristles to their state after a slide in the direction `e` (1 or -1), so long that its start is
+  /// forgotten.
   void slide(double e) {
     direction_ = e;
     run_ = forgetting_.ends;
@@ -75,7 +80,7 @@ class KeptBristles {
     }
     const double before = run_;
     run_ += std::fabs(d);
-    // Shifts phases twice as far in backward slides: equal shifts in both directions would cancel.
+    // Shifts phases twice as far in backward slides. Equal shifts in both directions would cancel.
     const double spread = forgetting_.share(run_) - forgetting_.share(before);
     advance(static_cast<float>(e), static_cast<float>(std::min(std::fabs(d), longest_way)),
             static_cast<float>(e > 0.0 ? spread : 2.0 * spread));
@@ -96,8 +101,8 @@ class KeptBristles {
   }
 
  private:
-  /// Advances all bristles by `way`. A bristle bent against the motion does not snap until it has become
-  /// straight: its negative number of whole lengths is truncated to 0.
+  /// Advances all bristles by the path `way`. A bristle bent against the motion does not snap before it is
+  /// straight: its negative number of whole lengths is cut to 0.
   void advance(float e, float way, float spread) {
     const auto count = static_cast<std::size_t>(std::ceil(active_));
     float* bent = bent_.data();

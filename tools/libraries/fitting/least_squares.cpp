@@ -12,7 +12,7 @@
 namespace cli {
 namespace {
 
-/// Wraps a SumOfSquares in the interface that Eigen's Levenberg-Marquardt requires.
+/// Adapts a SumOfSquares to the interface that Eigen's Levenberg-Marquardt expects.
 struct Function {
   using Scalar = double;
   const SumOfSquares& sum;
@@ -62,7 +62,8 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::Ve
         steepest = i;
     if (steepest < 0) break;
     used.push_back(steepest);
-    // Moves towards the unconstrained solution until an unknown reaches 0, and fixes that unknown there.
+    // Moves towards the solution without bounds until an unknown reaches 0, then fixes that unknown at 0 and
+    // solves again.
     for (;;) {
       const Eigen::VectorXd to = solved();
       double share = 1.0;

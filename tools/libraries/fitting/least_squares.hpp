@@ -1,4 +1,4 @@
-// Wraps Eigen's least squares in plain functions, so that Eigen's decompositions are compiled only once.
+// Least squares as plain functions over Eigen, so that Eigen's decompositions are compiled only once.
 #pragma once
 
 #include <functional>
@@ -7,14 +7,14 @@
 
 namespace cli {
 
-/// Returns an x that minimises |a x - b|; unknowns whose columns depend on other columns are 0.
+/// Returns an x that minimises |a x - b|. Unknowns whose columns depend on other columns are 0.
 Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
-/// Returns, of all x that minimise |a x - b|, the shortest.
+/// Returns the shortest of all x that minimise |a x - b|.
 Eigen::VectorXd solve_shortest(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
-/// Returns x that minimises x' normal x - 2 x' side with its first `count` components >= 0 (the method of
-/// Lawson and Hanson).
+/// Returns the x that minimises x' normal x - 2 x' side with its first `count` components >= 0, by the method
+/// of Lawson and Hanson.
 Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::VectorXd& side,
                                   Eigen::Index count);
 
@@ -27,21 +27,22 @@ struct EigenBasis {
 };
 EigenBasis eigen_basis(const Eigen::MatrixXd& symmetric);
 
-/// Sum of squares to minimise, given by functions that compute the residuals and their derivatives (a column
-/// per unknown).
+/// Sum of squares to be minimised: functions that compute the residuals and their derivatives (a column for
+/// each unknown).
 struct SumOfSquares {
   Eigen::Index residuals = 0;
   std::function<void(const Eigen::VectorXd&, Eigen::VectorXd&)> fill;
   std::function<void(const Eigen::VectorXd&, Eigen::MatrixXd&)> differentiate;
 };
 
-/// Limits that stop Levenberg-Marquardt, as in MINPACK's lmder; `factor` limits the first step.
+/// Limits at which Levenberg-Marquardt stops, as in MINPACK's lmder; `factor` limits the first step.
 struct LevenbergLimits {
   int evaluations;
   double ftol, xtol, factor;
 };
 
-/// Minimises a sum of squares by Levenberg-Marquardt (MINPACK's lmder), starting and ending in `unknowns`.
+/// Minimises a sum of squares by Levenberg-Marquardt (MINPACK's lmder). `unknowns`: the starting point,
+/// replaced by the solution.
 void minimise(const SumOfSquares& sum, const LevenbergLimits& limits, Eigen::VectorXd& unknowns);
 
 }  // namespace cli

@@ -52,12 +52,12 @@ bristle::Material FitModel::unit_material(const FitValues& p) const {
   return shape(p).material(p[fit_length]);
 }
 
-/// Returns the damping coefficient at speed `u` (in Stribeck velocities), relative to that at rest.
+/// Returns the damping coefficient at a speed over that at rest; `u`: speed in Stribeck velocities.
 double FitModel::decay(double u) const {
   return std::exp(options_.decay == bristle::DamperDecay::gaussian ? -u * u : -u);
 }
 
-/// Returns the damping force divided by load, speed and damping coefficient.
+/// Returns the force of the damper over load, speed and damping coefficient.
 double FitModel::damper(double speed, double stribeck) const {
   if (!(stribeck > 0.0)) return 0.0;
   return over_rings([&](double lever) { return decay(lever * speed / stribeck); });
@@ -79,8 +79,8 @@ std::vector<double> FitModel::force_on_stage(const FitValues& p) {
 void FitModel::settle(const FitValues& p) {
   if (data_.axes == 2 || p == settled_) return;
   constexpr int most_rounds = 30;
-  // Relaxes an iteration that converges slowly, which it then does for stages up to three times as soft as
-  // the bristles.
+  // Relaxes an iteration that converges slowly, as it does for stages up to three times as soft as the
+  // bristles.
   constexpr double relaxed = 0.5, slow = 0.7, small = 1e-3;
   double change = data_.force_scale, share = 1.0;
   for (int round = 0; round < most_rounds && change > small * data_.force_scale; ++round) {
@@ -145,8 +145,9 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
   return f;
 }
 
-/// Differentiates the force by differences of a parameter or of its logarithm. Steps are far above rounding,
-/// and the force is smooth over them; with the rule keep it has waves, which need other steps.
+/// Differentiates the force by a parameter or by its logarithm, by differences. The steps are far above
+/// rounding, and the force is smooth over them. With the rule keep the force has waves, which need other
+/// steps.
 Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter parameter, bool central) {
   const bool keep = options_.rule == bristle::SnapRule::keep;
   const double smooth = !keep ? 0.02 : parameter == fit_spread ? 0.05 : 0.01;
@@ -222,8 +223,8 @@ double FitModel::scale(const FitValues& p, FitParameter parameter) const {
   if (parameter == fit_residual || parameter == fit_renewal) return 1.0;
   const double force = data_.force_scale;
   if (parameter == fit_viscous) return force / std::max(data_.fast, 1e-12);
-  // Scale of the damping coefficient: the damper's highest force, at the Stribeck velocity, then equals the
-  // data's.
+  // Scales the damping coefficient so that the damper's highest force, which is at the Stribeck velocity,
+  // equals the force of the data.
   if (parameter == fit_damping) return force / (data_.mean_load * p[fit_stribeck]) * 2.7;
   if (parameter == fit_softening) return data_.range / (force * force);
   return parameter == fit_drift || parameter == fit_drift_y ? force / data_.length() : force;
@@ -239,7 +240,8 @@ FitModel::Range FitModel::range(FitParameter parameter) const {
       return {low, std::min(std::max(10.0 * data_.range, 10.0 * low), 100.0)};
     }
     case fit_spread:
-      // Begins above 0.05, the least spread of an infinite brush, since derivatives look below.
+      // Begins above 0.05, the least spread of an infinite brush, because derivatives need a smaller spread
+      // as well.
       return {0.0525, largest_spread(options_.law, options_.rule)};
     case fit_residual:
       return {0.0, widest_residual};

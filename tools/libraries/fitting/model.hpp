@@ -1,4 +1,4 @@
-// Computes friction along a measured path, and its derivatives, as a function of a fit's parameters.
+// Computes the friction along a measured path, and its derivatives, as a function of the parameters of a fit.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,10 +15,11 @@ class FitModel {
     if (past != past_) known_values_ = settled_ = {};
     past_ = past;
   }
-  /// Sets the force by which the stage bends to the brush's own under these values. Between settlings the
-  /// stage's force stays as it is, whatever values are tried.
+  /// Sets the force that bends the stage to the brush's own force at these values. Until the next call the
+  /// stage's force stays, whatever values are tried, so that the minimised function does not change
+  /// meanwhile.
   void settle(const FitValues& values);
-  /// Bends the stage by the force that bends it in another model of the record.
+  /// Bends the stage by the force that bends it in another model of the same record.
   void bend_as(const FitModel& other) {
     stage_force_ = other.stage_force_;
     known_values_ = {};
@@ -26,18 +27,20 @@ class FitModel {
   const Past& past() const { return past_; }
   Detail detail() const { return detail_; }
 
-  /// Returns the force by the body at the samples (N), as the sensor measures it.
+  /// Returns the force by the body at the samples (N), as the sensor measures it: with offset, drift and
+  /// delay.
   Eigen::VectorXd force(const FitValues& values);
-  /// Returns the derivative of the force by a parameter, times scale() of that parameter. Parameters that
-  /// shape the brush need differences: central ones, or one-sided ones at half the cost.
+  /// Returns the derivative of the force by a parameter, times scale() of that parameter. For parameters that
+  /// shape the brush takes central differences or, at half the cost, one-sided ones.
   Eigen::VectorXd derivative(const FitValues& values, FitParameter parameter, bool central = true);
-  /// Returns the unit in which a parameter is varied: its own value if it is positive by nature (then its
-  /// logarithm is fitted), else a unit that suits the data.
+  /// Returns the unit in which a parameter is varied. A parameter that is positive by nature has its own
+  /// value as unit, so its logarithm is fitted; others have a unit that suits the data.
   double scale(const FitValues& values, FitParameter parameter) const;
   static bool is_logarithmic(FitParameter p) {
     return p == fit_kinetic || p == fit_length || p == fit_spread || p == fit_stribeck || p == fit_delay;
   }
-  /// Returns whether a parameter shapes the elastic force, so that the brush must be stepped again.
+  /// Returns whether a parameter shapes the elastic force, so that the brush has to be stepped again for each
+  /// value.
   static bool bends(FitParameter p) { return p >= fit_length && p <= fit_softening; }
   struct Range {
     double low, high;
@@ -47,13 +50,15 @@ class FitModel {
   double lowest(FitParameter parameter) const { return range(parameter).low; }
   double highest(FitParameter parameter) const { return range(parameter).high; }
 
-  /// Returns the elastic friction at the samples (N) for an elastic friction coefficient of 1.
+  /// Returns the elastic friction at the samples (N), for an elastic friction coefficient of 1.
   const Eigen::VectorXd& elastic(const FitValues& values);
-  /// Returns the mean deflection in steady sliding (m): kinetic coefficient over stiffness per newton.
+  /// Returns the mean deflection in steady sliding (m), which is the kinetic coefficient over the stiffness
+  /// per newton of load.
   double kinetic_deflection(const FitValues& values) const {
     return unit_material(values).kinetic_coefficient();
   }
-  /// Returns a material with one bristle per newton whose kinetic coefficient is 1 per metre of deflection.
+  /// Returns a material with one bristle per newton and a kinetic coefficient of 1 per metre of mean
+  /// deflection.
   bristle::Material unit_material(const FitValues& values) const;
   int evaluations() const { return evaluations_; }
   const FitData& data() const { return data_; }
@@ -61,8 +66,8 @@ class FitModel {
 
  private:
   double decay(double u) const;
-  /// Returns the sum of share x lever^2 x function(lever) over the rings of a turning disc; function(1) for a
-  /// contact that slides as a whole.
+  /// Returns a sum over the rings of a turning disc: share of the load x lever^2 x function(lever). For a
+  /// contact that slides as a whole this is function(1).
   template <class Function>
   double over_rings(Function&& function) const {
     double sum = 0.0;
@@ -70,14 +75,14 @@ class FitModel {
     return sum;
   }
   double damper(double speed, double stribeck) const;
-  /// Returns the friction (N) at every point of the path, without what the sensor adds.
+  /// Returns the friction (N) at every point of the path, without offset, drift and delay of the sensor.
   std::vector<double> force_on_stage(const FitValues& values);
-  /// Applies the sensor's first-order low-pass to a force that is linear between samples.
+  /// Applies the sensor's first-order low-pass of this time (s) to a force that is linear between samples.
   Eigen::VectorXd low_passed(Eigen::VectorXd force, double time) const;
   BrushShape shape(const FitValues& values) const;
-  /// Bends the path of the contact by the stage.
+  /// Subtracts from the path of the contact the distance by which the stage bends.
   void bend_path(const FitValues& values);
-  /// Returns the friction at the samples (N), without what the sensor adds.
+  /// Returns the friction at the samples (N), without offset, drift and delay of the sensor.
   Eigen::VectorXd friction(const FitValues& values);
   Eigen::VectorXd derivative_before_sensor(const FitValues& values, FitParameter parameter, bool central);
   Eigen::VectorXd elastic_at(const FitValues& values);

@@ -13,18 +13,18 @@ namespace {
 
 using bristle::SnapRule;
 
-/// Presliding length (m) that every computed brush has. The path is scaled to it, so that one material serves
-/// all presliding lengths.
+/// Presliding length (m) of every computed brush. The path is scaled to it instead, so that one material
+/// serves all presliding lengths.
 constexpr double unit_length = 1e-5;  // m
 
 constexpr double shortest_step = 1e-9;  // shortest duration of a step, s
 constexpr std::size_t most_made = 8;
 constexpr double same_load = 0.05;  // relative change of load below which a slide goes on being steady
 
-/// Returns the path, in presliding lengths, that a brush must slide in one direction until its friction is
-/// steady to 1e-3. A longer slide before a record need not be computed. Bristles with nearly equal lengths
-/// (small spread s) snap together along some 0.4 / s^2 lengths; in a brush of large spread the longest
-/// bristles decide.
+/// Returns the path, in presliding lengths, along which a brush must slide in one direction until its
+/// friction is steady to 1e-3. Of a slide before a record no more than this path need be computed. Bristles
+/// of nearly equal lengths (small spread s) snap together along some 0.4 / s^2 lengths; under a large spread
+/// the longest bristles decide.
 double steady_path(const BrushShape& shape) {
   const double s = std::max(shape.spread, 0.05);
   return shape.rule == SnapRule::redraw ? 10.0 + 0.4 / (s * s) + 20.0 * s * s * s : 1e300;
@@ -33,8 +33,8 @@ double steady_path(const BrushShape& shape) {
 struct Direction {
   double x, y;
 };
-/// Returns the direction of a slide before the record: +x on one axis, that of the first motion in the
-/// plane.
+/// Returns the direction of an assumed slide before the record: +x on one axis, that of the first motion in
+/// the plane.
 Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   if (axes == 1) return {1.0, 0.0};
   double range = 0.0;
@@ -70,7 +70,7 @@ bristle::Material BrushShape::material(double length) const {
   return m;
 }
 
-/// Brush whose force is computed along the path: a single patch in a batch of its own.
+/// Brush whose force is computed along a path: a single patch in a batch of its own.
 struct PathForce::Brush {
   BrushShape shape;
   Detail detail;
@@ -96,8 +96,8 @@ struct PathForce::Brush {
   struct Force {
     double x, y;
   };
-  /// Steps the brush and returns its friction (N, by the body), for a bristle stiffness of 1 N/m and one
-  /// bristle per newton.
+  /// Steps the brush and returns its friction (N, by the body), for bristles of 1 N/m and one bristle per
+  /// newton.
   Force step(double dx, double dy, double load, double dt) {
     bristle::Motion motion;
     motion.id = patch;
@@ -164,8 +164,8 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
   const double steady = steady_path(shape) * unit_length, slide = std::min(steady, 3000.0 * unit_length);
   std::vector<double> forces, across;
   forces.reserve(axes_ * path_.size());
-  // On one axis, a slide longer than `steady` in one direction is not stepped: its force is known, and so is
-  // the state that it leaves. `slid` is the signed path since the last turn or change of load.
+  // Signed path since the last turn or change of load. A slide on one axis that is longer than `steady` is
+  // not stepped further, because its force, and the state that it leaves, are known.
   double slid = 0.0, slid_load = 0.0;
   bool skips = false;
   const auto settle = [&] {

@@ -1,6 +1,6 @@
-// Computes the expected friction of a brush along a measured path, without noise and smooth in the
-// parameters, as a fit needs it: the library's infinite brush (rule redraw), a brush of strata (rule slide)
-// or evenly drawn bristles that keep their snap lengths (rule keep) step along the path.
+// Computes the expected friction of a brush along a measured path, free of noise and smooth in the
+// parameters, as a fit needs it. By the snap rule the library's infinite brush (redraw), strata (slide), or
+// evenly sampled bristles that keep their lengths (keep) step along the path.
 #pragma once
 
 #include <list>
@@ -11,8 +11,8 @@
 
 namespace cli {
 
-/// Point of a measured path. The motion between points is straight; the load of a point acts on the way from
-/// the previous point to it.
+/// Point of a measured path. The motion between points is straight, and the load of a point acts from the
+/// previous point to this one.
 struct PathPoint {
   double x = 0.0;       ///< position, m
   double load = 0.0;    ///< normal load, N
@@ -29,7 +29,7 @@ enum class StartState : unsigned char {
   backward   ///< state after a long slide towards -x (in the plane, against the first motion)
 };
 
-/// State of the bristles before the first sample of a record.
+/// State of the bristles before the first sample of each record.
 struct Past {
   StartState start = StartState::straight;
   std::vector<StartState> later = {};  ///< starting states of the second and later joined records; those not
@@ -40,39 +40,41 @@ struct Past {
   friend bool operator==(const Past&, const Past&) = default;
 };
 
-/// Shape of a brush's elastic force; its lengths are shares of the presliding length.
+/// Shape of a brush's elastic force. Its lengths are shares of the presliding length.
 struct BrushShape {
   bristle::SnapLaw law = bristle::SnapLaw::lognormal;
   bristle::SnapRule rule = bristle::SnapRule::redraw;
   double spread = 0.3;
-  /// Share of the presliding length that a snap leaves. It and the shared renewal need the rule redraw.
+  /// Share of the presliding length that a snap leaves (residual). Residual and shared renewal need the rule
+  /// redraw.
   double residual_share = 0.0;
   double shared_renewal = 0.0;
   std::vector<double> quantiles = {};  ///< quantiles of snap lengths over their mean, for SnapLaw::table
   friend bool operator==(const BrushShape&, const BrushShape&) = default;
 
-  /// Returns a material of this shape with a bristle stiffness of 1 N/m and one bristle per newton.
+  /// Returns a material of this shape, with bristles of 1 N/m and one bristle per newton.
   bristle::Material material(double presliding_length_m) const;
 };
 
-/// Resolution at which friction along a path is computed.
+/// Accuracy with which friction along a path is computed: less to search, more for the final fit.
 enum class Detail : unsigned char {
   search,  ///< redraw: error 0.8 % rms at most; slide: 32 strata; keep: 512 bristles
   refine,  ///< redraw: error 0.2 % rms at most; slide: 64 strata; keep: 2048 bristles
   finish   ///< redraw: error 0.05 % rms at most; slide and keep: as refine
 };
 
-/// Ring of a turning contact, all of whose points move equally far.
+/// Ring of a turning contact: all its points move equally far.
 struct Ring {
   double lever = 1.0;  ///< radius of the ring over the radius of the record's path and force
   double share = 1.0;  ///< share of the load that the ring bears
 };
-/// Returns the rings into which a contact is cut: one of lever 1 if it slides as a whole; for a turning disc
-/// under even pressure, rings at Gauss points, which give its stiffness and sliding friction exactly.
+/// Returns the rings into which a contact is cut. A contact that slides as a whole is one ring of lever 1. A
+/// turning disc under even pressure is cut into rings at Gauss points, by which its stiffness and sliding
+/// friction are exact.
 std::vector<Ring> rings_of(bool disc, Detail detail);
 
-/// Computes friction along one path. Caches its latest brushes, so that a shape used recently needs no new
-/// table of its law of snap lengths. For one thread.
+/// Computes friction along one path. Caches the latest brushes, so that a shape that is used again needs no
+/// new table of its law of snap lengths. For one thread.
 class PathForce {
  public:
   explicit PathForce(const std::vector<PathPoint>& path, unsigned axes = 1, bool disc = false);
@@ -80,9 +82,9 @@ class PathForce {
   PathForce(const PathForce&) = delete;
   PathForce& operator=(const PathForce&) = delete;
 
-  /// Returns the elastic friction (N, positive along the motion) at every point that wants it, for a kinetic
-  /// coefficient of 1; `everywhere`, at every point. In the plane, all x, then all y components. For a disc,
-  /// torque over radius.
+  /// Returns the elastic friction (N, positive along the motion) for a kinetic coefficient of 1, at each
+  /// point that asks for it, or at every point (`everywhere`). In the plane, all x, then all y components;
+  /// for a disc, torque over radius.
   std::vector<double> find(const BrushShape& shape, double presliding_length_m, const Past& past,
                            Detail detail, bool everywhere = false);
 
@@ -99,8 +101,8 @@ class PathForce {
   std::list<std::unique_ptr<Brush>> made_;  // cache of brushes, the most recently used first
 };
 
-/// Returns the friction along a path of bristles that keep their snap lengths (the rule keep), as
-/// PathForce::find.
+/// Returns the friction along a path of bristles that keep their snap lengths (SnapRule::keep), in the form
+/// of PathForce::find.
 std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape,
                                double presliding_length_m, const Past& past, Detail detail, bool everywhere);
 

@@ -36,7 +36,7 @@ struct Row {
   double per_si;
   const char* key;  ///< name of the parameter in JSON and Python
 };
-/// Rows of the report: FitParameter in order, then peak and stiffness.
+/// Rows of the report: the parameters in the order of FitParameter, then peak and stiffness.
 constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"presliding_length", "um", 1e6, "presliding_length"},
                                        {"spread", "", 1.0, "spread"},
@@ -54,8 +54,8 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"peak", "", 1.0, "peak"},
                                        {"stiffness / load", "1/mm", 1e-3, "stiffness_per_newton"}};
 
-/// Returns whether a row (a parameter) of the report has a meaning for this record. What follows from numbers
-/// that are not determined has none.
+/// Returns whether a row (a parameter) of the report has a meaning for this record. A number that follows
+/// from undetermined numbers has none.
 bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
   if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
   if (row == fit_softening) return data.axes == 1;
@@ -70,12 +70,13 @@ const char* start_text(StartState start) {
 
 const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
 
-/// Returns the time step of a replay: the sampling interval, or a whole fraction of it, at most 1 ms.
+/// Returns the time step with which a scene replays the record: the sampling interval or a whole fraction of
+/// it, at most 1 ms.
 std::string replay_dt(const FitData& data) {
   return fmt::format("{:.9g}", data.sample_time / std::ceil(data.sample_time / 1e-3 - 1e-9));
 }
 
-/// Draws measured and fitted force into a file: runs gnuplot on a built-in script that contains the samples.
+/// Draws measured and fitted force into a file, by gnuplot with a built-in script that contains the samples.
 void draw(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside, bool vectors,
           const std::string& place, const char* option) {
   const std::string names = [&] {
@@ -90,8 +91,8 @@ void draw(const FitData& data, const FitResult& result, const std::vector<ModelF
   run_gnuplot(script, option);
 }
 
-/// Returns a page with reports and, for a record of one axis, the picture. `unfinished` is the name of a file
-/// that the picture may use.
+/// Returns an HTML page with the reports and, for a record of one axis, the picture. `unfinished`: file name
+/// that the picture may use meanwhile.
 std::string page(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside,
                  const std::string& reports, const std::string& unfinished) {
   std::string picture;
@@ -113,7 +114,7 @@ const FitEstimate& report_estimate(const FitResult& r, std::size_t row) {
   return *follow[row - fit_parameters];
 }
 
-/// Returns a sentence that says how well the brush fits, and gives the first two fitted parameters.
+/// Returns the sentence that says how well the brush fits, with the first two fitted parameters.
 static std::string fit_answer(const FitData& data, const FitResult& r) {
   std::string found;
   std::size_t fitted = 0;
@@ -192,7 +193,7 @@ namespace {
 
 constexpr std::size_t most_drawn = 1500;  // limit of samples that a report's curve has
 
-/// Selects evenly spaced samples to draw, including the first and the last sample of each file.
+/// Selects evenly spaced samples for a drawing, including the first and the last sample of each joined file.
 std::vector<std::size_t> drawn(const FitColumns& c) {
   const std::size_t n = c.t.size(), every = (n + most_drawn - 1) / most_drawn;
   std::vector<std::size_t> places;
@@ -224,7 +225,7 @@ Json curves(const FitData& data, const FitResult& r) {
   return out;
 }
 
-/// Returns the columns of time, path, load and force in the file's own units, as JSON.
+/// Returns the columns of time, path, load and force as the file has them, in its own units, as JSON.
 Json as_written(const FitData& data) {
   const std::vector<std::size_t> places = drawn(data.columns);
   Json out = Json::array();
@@ -316,8 +317,8 @@ std::string fit_csv(const FitData& data, const FitResult& r, const std::vector<M
 
 namespace {
 
-/// Returns the name of the motion file to write beside the scene if the data file is no motion file itself;
-/// empty if the scene is not written to disk.
+/// Returns the name of the motion file that is written beside a scene. Empty if no scene is written to disk,
+/// or if the data file is a motion file itself.
 std::string motion_file(const FitOptions& options) {
   if (options.write.empty() || options.write == "-") return {};
   return std::filesystem::path(options.write).replace_extension().string() + "_motion.csv";
@@ -329,7 +330,7 @@ std::string fit_motion(const FitData& data) {
   const FitColumns& c = data.columns;
   const bool planar = c.planar(), with_load = c.has_load;
   std::string text = fmt::format("t,x{}{}\n", planar ? ",y" : "", with_load ? ",load" : "");
-  // Jump of the position between two joined files, which is no motion of the body, m.
+  // Jump of the position, m, from one joined file to the next; it is no motion of the body, so it is removed.
   double jump_x = 0.0, jump_y = 0.0;
   for (std::size_t i = 0; i < c.t.size(); ++i) {
     if (i > 0 && !c.follows(i)) {
@@ -363,7 +364,8 @@ std::string by_coefficients(const FitResult& r) {
   return text;
 }
 
-/// Writes a material as TOML by its bristles, for a law of snap lengths that coefficients cannot state.
+/// Writes a material as TOML by the parameters of its bristles, for a law of snap lengths that coefficients
+/// cannot express.
 std::string own_law(const bristle::Material& m) {
   const auto quantiles = m.snap_length.table_values();
   return fmt::format(
@@ -397,8 +399,8 @@ std::string fit_toml(const FitData& data, const FitOptions& options, const FitRe
     }
   }
   for (const std::string& note : r.notes) text += "# " + note + '\n';
-  // Highest normal load of the replayed motion. It may exceed the fit's load, which is the mean where the fit
-  // took the load as constant.
+  // Highest normal load of the replayed motion, N. It may exceed the load of the fit, which is the mean if
+  // the fit took the load as constant.
   double most_load = data.mean_load;
   if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
@@ -445,8 +447,8 @@ Judgements judge_record(const FitOptions& options) {
   return judgements;
 }
 
-/// Fits the record and writes the output files that the options ask for. `judged` is the report on rivals
-/// that the page holds too, and `rivals` are their forces.
+/// Fits the record and writes the output files that the options ask for. `judged`: report on rival models,
+/// which the page includes; `rivals`: the forces of these models.
 void fit_record(const FitOptions& options, bool prints, const std::string& judged,
                 const std::vector<ModelForce>& rivals) {
   const FitData data = prepare_fit_data(read_fit_columns(options.data, options.reading), options.sign,

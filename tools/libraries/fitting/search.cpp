@@ -1,4 +1,5 @@
-// Searches starting points of a fit and minimises the residuals from them.
+// Searches starting points of a fit, minimises the residuals from them, and adds terms where these lower the
+// residuals enough.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,17 +16,19 @@ namespace {
 using bristle::SnapLaw;
 using bristle::SnapRule;
 
-// Share of the travel that must lead backwards for a record to determine the sensor's offset.
+// Share of the travel that has to lead backwards, for a record to determine the sensor's offset.
 constexpr double least_back = 0.02;
-// Factor between the presliding lengths that a search tries.
+// Factor from one presliding length that a search tries to the next. With kept snap lengths it is smaller,
+// because minima are narrow.
 constexpr double length_factor = 1.7, length_factor_kept = 1.2;
-// Times of a sensor's low-pass from which a fit starts, in intervals between samples.
+// Delays of a sensor (first-order low-pass) from which a fit starts, in intervals between samples.
 constexpr double tried_delays[] = {0.5, 5.0};
-// Loss in twice the log likelihood up to which the shortest presliding length counts as fitting as well.
+// Loss in twice the log likelihood, up to which the shortest presliding length counts as fitting as well as
+// the best.
 constexpr double as_well = 8.0;
 
-/// Returns the share of the travelled distance in the less travelled direction; in the plane, the share that
-/// does not lead away from the start.
+/// Returns the share of the travelled distance that goes in the less travelled direction; in the plane, the
+/// share that does not lead away from the start.
 double share_back(const std::vector<PathPoint>& path) {
   double travel = 0.0, away = 0.0;
   std::size_t begin = 0;
@@ -42,7 +45,8 @@ double share_back(const std::vector<PathPoint>& path) {
   return 0.5 * (1.0 - away / std::max(travel, 1e-300));
 }
 
-/// Returns the lowest local minima, at most `most`, in a row of points ordered by length.
+/// Returns the lowest local minima of the error, at most `most`, in a row of points ordered by presliding
+/// length.
 std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
   std::vector<FitPoint> low;
   for (std::size_t i = 0; i < row.size(); ++i) {
@@ -70,8 +74,8 @@ FitParameterSet Fitter::linear_set() const {
   return linear;
 }
 
-/// Makes a starting point of a fit: shape parameters (length, spread, rubbing, Stribeck velocity) from
-/// `bent`, the others, in which the force is linear, from least squares.
+/// Makes a starting point of a fit. The parameters that shape the brush (length, spread, rubbing, Stribeck
+/// velocity) are those of `bent`; the others, in which the force is linear, follow from least squares.
 FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& linear) {
   FitPoint point;
   point.past = model_.past();
@@ -92,16 +96,17 @@ FitPoint Fitter::linear_start(const FitValues& bent, const FitParameterSet& line
 }
 
 /// Searches a grid of presliding lengths and spreads, with the linear parameters from least squares. From the
-/// best lengths, Levenberg-Marquardt refines the linear parameters and, unless the shortest length fits as
+/// best lengths Levenberg-Marquardt refines the linear parameters and, unless the shortest length fits as
 /// well (the record then shows no presliding), length and spread. Returns a point without free parameters if
 /// no length gives positive friction.
 FitPoint Fitter::search_grid() {
   const FitParameterSet terms = linear_set();
   FitParameterSet linear = terms;
-  // Fits no lubricant to a record of a single speed, which cannot tell it from the brush.
+  // Fits no lubricant to a record of a single speed, in which it looks like friction of the brush.
   if (several_speeds()) linear.push_back(fit_viscous);
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
-  // The force of kept snap lengths has waves, and its sum of squares many narrow minima.
+  // Tries closely spaced lengths if bristles keep their snap lengths. Their force has waves, so the sum of
+  // squares has many narrow minima.
   const bool keep = options_.rule == SnapRule::keep;
   const int count =
       static_cast<int>(std::log(high / low) / std::log(keep ? length_factor_kept : length_factor)) + 2;
@@ -125,7 +130,7 @@ FitPoint Fitter::search_grid() {
       if (point.values[fit_kinetic] > 0.0 && better(point, best)) best = point;
       if (point.values[fit_kinetic] > 0.0) of_spreads[k].push_back(point);
     }
-    // Leaves out a length at which no spread gives positive friction.
+    // Leaves out a presliding length at which no spread gives positive friction.
     if (best.sum_of_squares < std::numeric_limits<double>::infinity()) row.push_back(best);
   }
   if (row.empty()) return {};
@@ -134,8 +139,8 @@ FitPoint Fitter::search_grid() {
   FitPoint best;
   best.sum_of_squares = std::numeric_limits<double>::infinity();
   std::vector<FitPoint> starts = valleys(row, 3);
-  // With the rule keep, also starts from the best lengths of each spread: a large spread fits fairly at all
-  // lengths and would hide a better fit of small spread.
+  // Also starts from the best lengths of each spread, with the rule keep. A large spread fits fairly at all
+  // lengths, and would hide a better fit of small spread.
   for (const std::vector<FitPoint>& of_spread : of_spreads)
     if (keep) {
       const std::vector<FitPoint> low_points = valleys(of_spread, 2);
@@ -148,7 +153,7 @@ FitPoint Fitter::search_grid() {
     const FitPoint point = minimise(model_, start);
     if (better(point, best)) best = point;
   }
-  // Compares with the shortest length, both with a lubricant if the speeds may show one.
+  // Compares with the shortest length, both with a lubricant if the speeds of the record can show one.
   FitPoint shortest = row.front(), refined = linear_start(best.values, linear);
   const double gain = samples_that_count(refined) *
                       std::log(shortest.sum_of_squares / std::max(refined.sum_of_squares, 1e-300));
@@ -177,8 +182,8 @@ Found Fitter::search_plain() {
   return found(whole);
 }
 
-/// Starts from a little and from more rubbing (residual and shared renewal), and keeps what lowers the
-/// residuals enough to justify its parameters.
+/// Starts from little and from more rubbing (residual and shared renewal). Keeps what lowers the residuals
+/// enough to justify its parameters.
 Found Fitter::add_rubbing(const Found& plain) {
   why_ = plain.why;
   notes_ = plain.notes;
@@ -217,9 +222,9 @@ Found Fitter::with_speed_terms(const Found& plain) {
   return found(options_.rule == SnapRule::keep ? polish(best) : best);
 }
 
-/// Refines a fit with kept snap lengths, whose sum of squares has waves that stop Levenberg-Marquardt: tries
-/// a grid of lengths and spreads about the point, then ever smaller steps from the best. The other parameters
-/// but the Stribeck velocity are linear.
+/// Refines a fit with kept snap lengths, whose sum of squares has waves in which Levenberg-Marquardt gets
+/// stuck. Tries a grid of lengths and spreads about the point, then ever smaller steps from the best one. In
+/// the other parameters, except the Stribeck velocity, the force is linear.
 FitPoint Fitter::polish(const FitPoint& point) {
   if (!contains(point.free, fit_length) || !contains(point.free, fit_kinetic)) return point;
   FitParameterSet linear;
@@ -252,8 +257,9 @@ FitPoint Fitter::polish(const FitPoint& point) {
   return best;
 }
 
-/// Returns whether the parameters of `point`, which has one or two more than `core`, promise half the gain
-/// that would justify them, if the force were linear in all of them.
+/// Returns whether the parameters of `point`, which has one or two more than `core`, promise at least half of
+/// the gain that would justify them, if the force were linear in all of them. If not, a full fit is not worth
+/// its time.
 bool Fitter::promises(const FitPoint& point, const FitPoint& core) {
   const Eigen::VectorXd left = project(jacobian(model_, point), residuals(point)).left;
   const double count = static_cast<double>(samples()) / correlated_samples(left);
@@ -261,9 +267,9 @@ bool Fitter::promises(const FitPoint& point, const FitPoint& core) {
   return gain > std::log(count) * static_cast<double>(point.free.size() - core.free.size());
 }
 
-/// Fits with a sensor's low-pass, with a stage that is stiffer one way than the other, and with both, and
-/// takes what lowers the residuals enough to justify its parameters. Adds terms of speed to a brush that had
-/// none.
+/// Fits with a sensor that lags (low-pass), with a stage that is stiffer one way than the other, and with
+/// both. Takes what lowers the residuals enough to justify its parameters. Adds terms of speed to a brush
+/// that had none.
 Found Fitter::add_stage(const Found& plain) {
   why_ = plain.why;
   notes_ = plain.notes;
@@ -313,14 +319,14 @@ Found Fitter::fit_again(const Found& start) {
   return found(start.point.free.empty() ? start.point : try_starts(minimise(model_, start.point)));
 }
 
-/// Chooses the brush's state at the first sample: straight bristles, unless the data say clearly that the
-/// body was already sliding.
+/// Chooses the state of the brush at the first sample: straight bristles, unless the data say clearly that
+/// the body was sliding already.
 FitPoint Fitter::try_starts(FitPoint best) {
   const FitPoint straight = best;
   for (const StartState start : {StartState::forward, StartState::backward}) {
     FitPoint from = straight;
     from.past.start = start;
-    // Skips a state at the first sample that contradicts the first stroke.
+    // Skips a state at the first sample that contradicts the first stroke of the record.
     if (residuals(from).squaredNorm() > 1.1 * straight.sum_of_squares) continue;
     const FitPoint point = minimise(model_, from);
     const double count = samples_that_count(point);
@@ -330,7 +336,7 @@ FitPoint Fitter::try_starts(FitPoint best) {
   return try_later_starts(best);
 }
 
-/// Chooses the starting state of each later record with all parameters fixed, then fits everything again.
+/// Chooses the state at the start of each later record with all parameters fixed, then fits everything again.
 FitPoint Fitter::try_later_starts(FitPoint point) {
   if (data_.columns.parts.empty()) return point;
   bool changed = false;
@@ -351,8 +357,8 @@ FitPoint Fitter::try_later_starts(FitPoint point) {
   return changed ? minimise(model_, point) : point;
 }
 
-/// Returns candidates that add lubricant (viscous friction), damper, or both to the brush of `core`. With the
-/// rule redraw the brush's shape stays fixed, so that it need not be stepped again.
+/// Returns candidates that add a lubricant (viscous friction), a damper, or both to the brush of `core`. With
+/// the rule redraw the shape of the brush stays fixed, so that it need not be stepped again.
 std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   FitPoint rigid = core;
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_softening, fit_delay})
@@ -364,7 +370,8 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
     for (const FitParameter p : core.free) {
       if (!contains(point.free, p)) point.free.push_back(p);
     }
-    // Fits the lengths anew with the rule slide, which shows a damper only with lengths fitted beside it.
+    // Fits the lengths again with the rule slide: a damper shows only beside lengths that were fitted with
+    // it.
     if (options_.rule != SnapRule::redraw) point = minimise(model_, point);
     candidates.push_back(point);
   };
@@ -397,7 +404,7 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
   return candidates;
 }
 
-/// Adds lubricant (viscous friction), damper, or both to a fit where they lower the residuals enough to
+/// Adds a lubricant (viscous friction), a damper, or both to a fit, if they lower the residuals enough to
 /// justify their parameters.
 FitPoint Fitter::add_speed_terms(const FitPoint& core) {
   const std::string speeds = fmt::format("{:.3g} and {:.3g} m/s", data_.slow, data_.fast);

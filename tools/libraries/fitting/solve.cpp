@@ -9,8 +9,8 @@
 namespace cli {
 namespace {
 
-/// Unbounded coordinates for the fitted parameters: logarithms of positive ones, logistic functions of those
-/// with a range.
+/// Coordinates without bounds for the fitted parameters, in which Levenberg-Marquardt searches: the logarithm
+/// of a positive parameter, a logistic function for one with a range.
 class Coordinates {
  public:
   Coordinates(const FitModel& model, const FitPoint& from) : model_(model), from_(from) {
@@ -42,7 +42,7 @@ class Coordinates {
       if (ranged(p)) {
         const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
         const double at = low + (high - low) / (1.0 + std::exp(-place));
-        // Clamps a parameter to its range, which rounding may leave if the parameter is at an end of it.
+        // Clamps a parameter to its range, which rounding may leave at an end.
         values[p] =
             std::clamp(FitModel::is_logarithmic(p) ? std::exp(at) : at, model_.lowest(p), model_.highest(p));
       } else {
@@ -53,7 +53,7 @@ class Coordinates {
     return values;
   }
 
-  /// Returns the derivative of a parameter by its unbounded coordinate, over FitModel::scale.
+  /// Returns the derivative of a parameter by its coordinate, in units of FitModel::scale.
   double slope(std::size_t i, const FitValues& values, double place) const {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
@@ -88,7 +88,7 @@ void assume(FitModel& model, const FitPoint& point) {
 
 namespace {
 
-/// Minimises with the stage bent by the force that the model has.
+/// Minimises once, while the stage stays bent by the force that the model has now.
 FitPoint minimise_once(FitModel& model, const FitPoint& from) {
   const Coordinates coordinates(model, from);
   FitPoint best = from;
@@ -101,7 +101,8 @@ FitPoint minimise_once(FitModel& model, const FitPoint& from) {
       out = (model.force(coordinates.outside(u)) - measured) / scale;
     };
     sum.differentiate = [&](const Eigen::VectorXd& u, Eigen::MatrixXd& out) {
-      // One-sided differences suffice to search; the last fit would end beside its minimum by them.
+      // Takes one-sided differences in a search, where they suffice, and central ones in the last fit, which
+      // would otherwise end beside its minimum.
       const FitValues p = coordinates.outside(u);
       for (std::size_t i = 0; i < from.free.size(); ++i) {
         const auto column = static_cast<Eigen::Index>(i);
@@ -109,8 +110,8 @@ FitPoint minimise_once(FitModel& model, const FitPoint& from) {
                           coordinates.slope(i, p, u[column]) / scale;
       }
     };
-    // Limits the first Levenberg-Marquardt step to a factor e of each parameter, and more tightly with
-    // rubbing (residual and renewal), whose ranges have near, flat ends.
+    // Limits the first Levenberg-Marquardt step to a factor e for each parameter. Limits it more with rubbing
+    // (residual and renewal), whose ranges are short and flat at the ends.
     const bool rubbed = std::any_of(from.free.begin(), from.free.end(), [](FitParameter p) {
       return FitModel::bends(p) && !FitModel::is_logarithmic(p);
     });
@@ -124,7 +125,7 @@ FitPoint minimise_once(FitModel& model, const FitPoint& from) {
   return best;
 }
 
-/// Takes a lubricant or a damper that came out negative, which no material has, out of a fit. Returns whether
+/// Takes a lubricant or a damper that came out negative, as no material has it, out of a fit. Returns whether
 /// there was one.
 bool drop_negative(FitPoint& point) {
   bool dropped = false;
@@ -175,7 +176,8 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
   const Eigen::VectorXd r = residuals.array() - residuals.mean();
   const double power = r.squaredNorm();
   if (!(power > 0.0)) return 1.0;
-  // Sums autocorrelations of the residuals up to a lag of five times the sum (Sokal): later terms are noise.
+  // Adds up autocorrelations of the residuals up to a lag of five times their sum (Sokal); later terms are
+  // noise.
   double sum = 1.0;
   const Eigen::Index n = r.size();
   for (Eigen::Index lag = 1; lag < n / 3; ++lag) {
@@ -199,7 +201,7 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
          length.cwiseInverse().asDiagonal();
 }
 
-/// Raises variances to those of `other` where these are larger; correlations stay.
+/// Raises each variance to that of `other` if the latter is larger; correlations stay.
 void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
   for (Eigen::Index i = 0; i < cov.rows(); ++i) {
     if (cov(i, i) >= other(i, i)) continue;
@@ -241,7 +243,8 @@ void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen:
     gradients.col(static_cast<Eigen::Index>(part)) += j.row(row).transpose() * residuals[row];
   }
   const double freedom = static_cast<double>(parts) - 1.0;
-  // Widens intervals by Student's law, since five parts of a record determine their spread poorly.
+  // Widens intervals by Student's law, because the five parts of a record determine the scatter between parts
+  // poorly.
   const double wider = student_quantile(freedom) / student_quantile(1e9);
   const Eigen::MatrixXd normal = inverse_normal_matrix(j);
   Eigen::MatrixXd seen =
@@ -253,15 +256,15 @@ void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen:
 
 double student_quantile(double nu) {
   if (nu < 3.0) {
-    // Interpolates Student's quantile below 3 degrees of freedom: exact at 1, 2 and 3; between them, a
+    // Interpolates Student's quantile below 3 degrees of freedom. It is exact at 1, 2 and 3; in between, a
     // parabola of its logarithm over 1 / nu is within 1 %.
     const double one = std::log(12.70620), two = std::log(4.302653), three = std::log(3.182446);
     const double x = 1.0 / std::max(nu, 1.0);
     return std::exp(one * 3.0 * (x - 1.0 / 2.0) * (x - 1.0 / 3.0) - two * 12.0 * (x - 1.0) * (x - 1.0 / 3.0) +
                     three * 9.0 * (x - 1.0) * (x - 1.0 / 2.0));
   }
-  // Expands Student's quantile about the normal law's 1.96 (Abramowitz and Stegun 26.7.5), which is within 1
-  // % from 3 degrees of freedom on.
+  // Expands Student's quantile about 1.96, that of the normal law (Abramowitz and Stegun 26.7.5). From 3
+  // degrees of freedom on the expansion is within 1 %.
   constexpr double z = 1.959963984540054;
   constexpr double z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
   return z + (z3 + z) / (4 * nu) + (5 * z5 + 16 * z3 + 3 * z) / (96 * nu * nu) +

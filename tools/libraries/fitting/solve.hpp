@@ -1,4 +1,4 @@
-// Solves the nonlinear least squares of a fit, and finds parameters' intervals.
+// Solves the nonlinear least squares of a fit, and computes the parameters' intervals.
 #pragma once
 
 #include <algorithm>
@@ -19,34 +19,35 @@ struct FitPoint {
   double sum_of_squares = 0.0;  ///< sum of squares of measured minus computed force, N^2
 };
 
-/// Returns whether a stage bends at this point, or is free to bend.
+/// Returns whether the stage bends at a point of the fit, or would bend if the fit chose so.
 inline bool bends_stage(const FitPoint& point) {
   return point.values[fit_softening] != 0.0 ||
          std::count(point.free.begin(), point.free.end(), fit_softening) > 0;
 }
-/// Sets the model's past, and the force that bends its stage, to those of a point.
+/// Sets the model's state before the record, and the force that bends its stage, to those of a point.
 void assume(FitModel& model, const FitPoint& point);
 
-/// Minimises the sum of squares by Levenberg-Marquardt over the free parameters of `from`, starting there.
+/// Minimises the sum of squares over the free parameters of `from` by Levenberg-Marquardt, beginning at
+/// `from`.
 FitPoint minimise(FitModel& model, FitPoint from);
 
-/// Returns derivatives of the force by a point's free parameters, in units of FitModel::scale.
+/// Returns the derivatives of the force by the free parameters of a point, in units of FitModel::scale.
 Eigen::MatrixXd jacobian(FitModel& model, const FitPoint& point);
 
-/// Least-squares fit of a force by columns: the columns' coefficients, and the remainder of the force.
+/// Least-squares fit of a force by columns: their coefficients, and the part of the force that is left.
 struct Projection {
   Eigen::VectorXd coefficients, left;
 };
 Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force);
 
-/// Returns how many correlated residuals carry as much information as one independent: their integrated
-/// autocorrelation time.
+/// Returns how many correlated residuals carry as much information as one independent residual (integrated
+/// autocorrelation time).
 double correlated_samples(const Eigen::VectorXd& residuals);
 
-/// Returns the covariance of the free parameters, in units of FitModel::scale: that for independent residuals
-/// times `correlated`, its variances raised to those of (J'J)^-1 M (J'J)^-1 where these are larger. M is the
-/// gradient's covariance with correlated neighbouring residuals (Newey and West). Singular directions get
-/// very large variances.
+/// Returns the covariance of the free parameters, in units of FitModel::scale: that of independent residuals
+/// times `correlated`. Its variances are raised to those of (J'J)^-1 M (J'J)^-1 where these are larger, M
+/// being the covariance of the gradient when neighbouring residuals are correlated (Newey and West).
+/// Undetermined directions get very large variances.
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated);
 
@@ -56,23 +57,24 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorX
 void raise_to_parts(Eigen::MatrixXd& covariance, const Eigen::MatrixXd& jacobian,
                     const Eigen::VectorXd& residuals, std::size_t samples);
 
-/// Number of blocks into which a record is cut to test predictions; every fifth is held out in turn.
+/// Number of blocks into which a record is cut to test predictions. Every fifth one is held out in turn.
 inline constexpr std::size_t mixed_blocks = 25;
 /// Returns the sum of squared errors (N^2) of the held-out parts of a record, each predicted from the rest.
 double held_out_squares(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                         std::size_t samples);
 
-/// Free law of snap lengths (a histogram), and the fitted point that it belongs to.
+/// Free law of snap lengths (a histogram), and the fitted point that goes with it.
 struct FreeLaw {
-  /// Quantiles of the snap lengths over their mean, as SnapLength::table takes them.
+  /// Quantiles of the snap lengths over their mean, in the form that SnapLength::table takes.
   std::vector<double> quantiles;
   FitPoint point;
 };
-/// Finds a free law of snap lengths for the slide rule, as a histogram with nonnegative weights. Throws
-/// UserError if no such law fits.
+/// Finds a free law of snap lengths for the rule slide, as a histogram with nonnegative weights. Throws
+/// UserError if no law fits.
 FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint& about);
 
-/// Returns the 97.5 % quantile of Student's law, within 1 %; below one degree of freedom, that of one.
+/// Returns the 97.5 % quantile of Student's law, within 1 %; for less than one degree of freedom, that of
+/// one.
 double student_quantile(double degrees_of_freedom);
 
 }  // namespace cli
