@@ -367,6 +367,35 @@ TEST_CASE("The mean of a tick, where asked for, is the force of half a tick ago 
   CHECK(point.frame().along().dot(force) == Approx(-0.5));
 }
 
+TEST_CASE("A patch without the mean force gives the hand the force at the end of the tick, and says so",
+          "[haptic]") {
+  const Material spring = Material{}.with_snap_length(SnapLength::single(1e-3));
+  for (const bool computed : {false, true}) {
+    CAPTURE(computed);
+    PatchBatch batch;
+    Motion motion;
+    motion.id = batch.add(spring, PatchOptions{}.with_max_normal_load(2.0).with_outputs(
+                                      computed ? Outputs::mean : Outputs::end));
+    Response response;
+    HapticPoint point(HapticOptions{}.with_mean(true));
+    CHECK_FALSE(point.lacks_mean());
+    for (int i = 0; i <= 20; ++i) {
+      point.prepare(tick, {10e-6 * i, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
+      batch.step(tick, {&motion, 1}, {&response, 1});
+      point.finish(response);
+    }
+    CHECK(point.lacks_mean() == !computed);
+    const double ticks = computed ? 19.5 : 20.0;  // the mean is half a tick old
+    CHECK(-point.friction()[0] == Approx(response.stiffness * ticks * 10e-6).epsilon(1e-6));
+    // Checks that a contact without a force lacks nothing.
+    point.prepare(tick, {200e-6, 0.0, 0.0}, {0, 0, 1}, 0.0, motion);
+    response = {};
+    batch.step(tick, {&motion, 1}, {&response, 1});
+    point.finish(response);
+    CHECK_FALSE(point.lacks_mean());
+  }
+}
+
 TEST_CASE("A wall that takes all of the limit leaves a damper no force", "[haptic]") {
   // With a peak coefficient of 0 the wall may take the whole limit, although the patch still has a damper
   // force from its lubricant.

@@ -99,7 +99,7 @@ struct HapticOptions {
   /// smoothed. 0: the damper uses displacement / dt.
   double resolution = 0.0;
   /// Whether to render the force averaged over the tick, which ripples less and comes half a tick late. The
-  /// patch then needs Outputs::mean.
+  /// patch then needs Outputs::mean (see lacks_mean).
   bool mean = false;
 
   HapticOptions& with_force_limit(double newtons) { return detail::set(*this, force_limit, newtons); }
@@ -165,7 +165,9 @@ class HapticPoint {
           std::sqrt(std::max(0.0, options_.force_limit * options_.force_limit - wall_ * wall_));
       Eigen::Vector2d damper(response.damper[0], response.damper[1]);
       Eigen::Vector2d elastic(response.elastic[0], response.elastic[1]);
-      if (options_.mean) elastic = Eigen::Vector2d(response.mean[0], response.mean[1]) - damper;
+      const Eigen::Vector2d mean(response.mean[0], response.mean[1]);
+      lacks_mean_ = options_.mean && mean.isZero(0.0) && !elastic.isZero(0.0);
+      if (options_.mean && !lacks_mean_) elastic = mean - damper;
       limit(elastic, damper, room);
       const double tangential[2] = {elastic[0] + damper[0], elastic[1] + damper[1]};
       friction_ = frame_.force(tangential);
@@ -187,6 +189,10 @@ class HapticPoint {
 
   /// Whether the force limit has cut the last wall force, elastic friction or damper.
   bool limited() const noexcept { return limited_; }
+
+  /// Whether the options ask for the mean force but the patch computed none, for lack of Outputs::mean. The
+  /// last force was then that at the end of the tick.
+  bool lacks_mean() const noexcept { return lacks_mean_; }
   const ContactFrame& frame() const noexcept { return frame_; }
   /// Returns the energy that the hand put in so far, J, with each force held until the next position, as a
   /// device holds it. A passive contact keeps it above 0 from the first touch on. A value below 0 is the
@@ -225,6 +231,7 @@ class HapticPoint {
   double missed_s_ = 0.0;  // duration of the bad ticks since the last good one, s
   bool started_ = false;
   bool limited_ = false;
+  bool lacks_mean_ = false;
 };
 
 }  // namespace bristle
