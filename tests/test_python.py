@@ -1,5 +1,9 @@
 #!/usr/bin/python3
-"""The Python module: arrays in place, the interpreter's lock, errors, and closed forms of the model."""
+"""The Python module: arrays in place, the interpreter's lock, errors, and closed forms of the model.
+
+Needs the built module and numpy. For example:
+PYTHONPATH=build/release/python tests/test_python.py Sweeps
+"""
 
 import ast
 import copy
@@ -23,6 +27,10 @@ import time
 import types
 import unittest
 import unittest.mock
+import warnings
+
+if "--help" in sys.argv[1:]:
+    sys.exit(print(__doc__.strip()))
 
 import numpy as np
 
@@ -1258,7 +1266,7 @@ class Interface(unittest.TestCase):
         back = bristle.Material.from_coefficients(wide.coefficients())
         self.assertAlmostEqual(back.snap_length.cv, 0.8, places=12)
         self.assertEqual(bristle.Material.from_coefficients(peak=0.0, spread=0.8).snap_length.cv, 0.8)
-        with self.assertRaisesRegex(bristle.Error, "set spread = 0"):
+        with self.assertRaisesRegex(bristle.Error, "leave out peak"):
             bristle.Material.from_coefficients(spread=0.8)
 
     def test_a_deadline_monitor_counts(self):
@@ -1574,6 +1582,25 @@ class Sweeps(unittest.TestCase):
         self.assertTrue(np.isfinite(table[pad + "window_mean"][0]) and np.isnan(table[pad + "window_mean"][1]))
         self.assertEqual(table[pad + "sliding_steps"].dtype, np.int64)
         self.assertEqual(table[pad + "sliding_steps"][1], 0)
+
+    def test_a_sweep_says_once_why_rows_were_refused(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene = pathlib.Path(folder) / "scene.toml"
+            text = (SCENES / "stroke.toml").read_text().replace("kinetic = 0.40", "kinetic = 0.40\nspread = 0.3")
+            scene.write_text(text.replace('rule = "keep"', "").replace("peak = 0.46", "peak = 0.4552615953"))
+            vary = {"material.skin.kinetic": [0.4, 0.5, 0.6]}
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                table = bristle.sweep(scene, vary, report="kinetic", steps=5)
+            self.assertEqual(len(caught), 1)
+            self.assertEqual(caught[0].filename, __file__)
+            self.assertRegex(str(caught[0].message), r"^bristle.sweep: 2 of 3 rows were refused .*row 1: .*leave out peak")
+            self.assertEqual([bool(reason) for reason in table["failure"]], [False, True, True])
+            with self.assertRaisesRegex(bristle.Error, "every row was refused; row 0: .*leave out peak"):
+                bristle.sweep(scene, {"material.skin.kinetic": [0.5, 0.6]}, report="kinetic", steps=5)
+            scene.write_text(scene.read_text().replace("peak =", "# peak ="))
+            table = bristle.sweep(scene, vary, report="peak_in_theory", steps=5)
+            self.assertTrue(np.allclose(table["fingertip.peak_in_theory"] / [0.4, 0.5, 0.6], 0.4552615953 / 0.4, rtol=1e-6))
 
     def test_values_are_written_as_toml_writes_them(self):
         for value, text in ((True, "true"), (np.bool_(False), "false"), (np.float64(0.5), "0.5"), ([1, 2.5], "[1,2.5]"),

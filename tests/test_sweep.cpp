@@ -216,6 +216,36 @@ TEST_CASE("An unknown key, name or result is refused at once with the nearest on
   refused("--vary patch.tip.seed=10,20 --repeat 2", "take one of the two");
   refused("--vary patch.tip.bristles=10,20 --isa fast", "fast");
   refused("--vary patch.tip.bristles=1.5,2.5", "every row was refused");
+  for (const std::string option : {"--set", "--vary", "--reference"})
+    refused("--vary patch.tip.seed=1,2 " + option + " scene.dt=1e-3 patch.tip.bristles=10",
+            "'patch.tip.bristles=10' has no option before it; write " + option + " scene.dt=1e-3 " + option +
+                " patch.tip.bristles=10");
+}
+
+TEST_CASE("A sweep that every row refuses says once why, and which key to leave out", "[sweep]") {
+  const Folder folder;
+  std::string both = slide_scene;
+  both.replace(both.find("peak = 0.46"), 11, "peak = 0.4668168944\nspread = 0.3");
+  const std::string scene = folder.write("both.toml", both);
+  const auto swept = [&](const std::string& values) {
+    return run_cli(folder, "sweep '" + scene + "' --vary material.wood.kinetic=" + values +
+                               " --report peak_in_theory --steps 5");
+  };
+  const Outcome none = swept("0.3,0.5");
+  CHECK(none.code == 2);
+  CHECK(none.out.empty());
+  CHECK_THAT(none.err, Contains("every row was refused; row 0") && Contains("leave out peak (0)"));
+  const Outcome some = swept("0.3,0.4");
+  CHECK(some.code == 0);
+  CHECK_THAT(some.out, Contains("1 of 2 rows were refused (column failure); row 0"));
+  // Follows the advice: the peak then is in proportion to the kinetic friction.
+  both.replace(both.find("peak = 0.4668168944"), 19, "");
+  folder.write("both.toml", both);
+  const auto table = csv_rows(table_of(
+      folder, "'" + scene + "' --vary material.wood.kinetic=0.3,0.5 --report peak_in_theory --steps 5"));
+  for (const std::size_t row : {0u, 1u})
+    CHECK(number(table, row, "tip.peak_in_theory") ==
+          Approx(0.4668168944 / 0.4 * (row == 0 ? 0.3 : 0.5)).epsilon(1e-6));
 }
 
 // ------------------------------------------------------------------------------------------------ rows

@@ -228,7 +228,7 @@ double check_spread(const Family& family, const Coefficients& c) {
         "Coefficients", "peak", c.peak,
         detail::number_text(peak) + " beside spread = " + detail::number_text(c.spread) +
             " and kinetic = " + detail::number_text(c.kinetic) +
-            ": set spread = 0 to have it solved from the peak, or peak = 0 to have the peak follow");
+            ": leave out peak (0), which then follows, or spread (0), which is then solved from the peak");
   return spread;
 }
 
@@ -287,7 +287,7 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
       detail::refuse(
           "Coefficients", "peak", c.peak,
           detail::number_text(peak) + " beside drop = " + detail::number_text(c.drop) +
-              ": set drop = 0 to have it solved from the peak, or peak = 0 to have the peak follow");
+              ": leave out peak (0), which then follows, or drop (0), which is then solved from the peak");
     return c.drop;
   }
   constexpr double rounding = 1e-9;

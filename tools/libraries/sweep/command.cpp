@@ -184,10 +184,13 @@ std::string report_json(const SweepRows& rows, const std::string& out, double se
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
-void refuse_if_all_failed(const SweepRows& rows) {
-  const Overview overview = overview_of(rows);
-  if (overview.failures == rows.rows().size() && overview.failures > 0)
-    throw UserError("every row was refused; " + overview.first_failure);
+std::string refusal_of(const Overview& overview, std::size_t rows) {
+  if (overview.failures == 0) return {};
+  return fmt::format("{}; {}",
+                     overview.failures == rows ? "every row was refused"
+                                               : fmt::format("{} of {} rows were refused (column failure)",
+                                                             count_text(overview.failures), count_text(rows)),
+                     overview.first_failure);
 }
 
 std::string resume_text(const std::string& unfinished, const SweepRows& rows) {
@@ -199,14 +202,18 @@ std::string resume_text(const std::string& unfinished, const SweepRows& rows) {
 
 }  // namespace
 
+SweepRefusal sweep_refusal(const SweepRows& rows) {
+  const Overview overview = overview_of(rows);
+  return {refusal_of(overview, rows.rows().size()), overview.failures == rows.rows().size()};
+}
+
 std::string sweep_summary(const SweepRows& rows, const std::string& out) {
   const Overview overview = overview_of(rows);
   std::string text =
       fmt::format("{} rows of scene {}{}\n", count_text(rows.done()),
                   rows.header()["scene"].get<std::string>(), out.empty() ? "" : ", in " + one_line(out));
-  if (overview.failures)
-    text += fmt::format("{} of them refused by the scene (column failure); {}\n",
-                        count_text(overview.failures), overview.first_failure);
+  if (const std::string refusal = refusal_of(overview, rows.rows().size()); !refusal.empty())
+    text += refusal + '\n';
   text += ranges_answer(rows, overview);
   if (overview.missed_peaks)
     text += fmt::format("{} of {} rows reach another peak than their material's (column missed_peak); {}.\n",
@@ -251,9 +258,10 @@ int sweep_command(const SweepOptions& options) {
   }
   if (!options.out.empty()) rows.write(options.out);
   if (json) json.write(report_json(rows, options.out, bristle::DeadlineMonitor::wall_now() - start));
-  if (!quiet_stdout) print_report(sweep_summary(rows, options.out));
   rows.remove();
-  refuse_if_all_failed(rows);
+  const SweepRefusal refusal = sweep_refusal(rows);
+  if (refusal.of_all) throw UserError(refusal.text);
+  if (!quiet_stdout) print_report(sweep_summary(rows, options.out));
   return 0;
 }
 

@@ -31,6 +31,13 @@ using RowDone = std::function<void(const std::string& row)>;
 void run_rows(const Study& study, const std::vector<std::uint64_t>& indices, int threads,
               const std::string& isa, const RowDone& done, const StepCheck& check = {});
 
+/// Number of rows of a sweep that were refused by their scenes, and why.
+struct SweepRefusal {
+  std::string text;  ///< number of rows and the reason of the first; empty: none was refused
+  bool of_all = false;
+};
+SweepRefusal sweep_refusal(const SweepRows& rows);
+
 std::string sweep_summary(const SweepRows& rows, const std::string& out);
 
 /// Runs the command `bristle sweep`. Returns its exit code: 0, or 130 after Ctrl-C.

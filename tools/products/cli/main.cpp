@@ -278,6 +278,20 @@ std::string complaint(const CLI::App& program, const CLI::ParseError& error,
   return fmt::format("{} (see {} --help)", text, called.call());
 }
 
+/// Refuses a second assignment behind an option that takes one (--set a=1 b=2), which CLI11 would take for
+/// the command's file.
+void check_assignments(const std::vector<std::string>& words) {
+  for (std::size_t i = 2; i < words.size(); ++i) {
+    const std::string &option = words[i - 2], &first = words[i - 1], &second = words[i];
+    const bool again = option == "--set" || option == "--vary" || option == "--reference";
+    if (!again && option != "--columns" && option != "--units") continue;
+    if (second.starts_with('-') || second.find('=') == std::string::npos) continue;
+    if (std::filesystem::exists(std::filesystem::path(second))) continue;  // the file that the command reads
+    throw cli::UserError(fmt::format("'{}' has no option before it; write {} {}{}{}", second, option, first,
+                                     again ? " " + option + ' ' : ",", second));
+  }
+}
+
 /// Adds an option whose value is one of some words. An error lists just the words; CLI11's own message would
 /// add the numbers behind them.
 template <class T>
@@ -669,6 +683,7 @@ int run(const std::vector<std::string>& words) {
     const std::string& name = words[1];
     if (name != "all" && name != "list") cli::find_experiment(name, {"all", "list"});
   }
+  check_assignments(words);
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // CLI11 takes words from the back
   } catch (const CLI::Success& success) {

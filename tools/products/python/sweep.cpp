@@ -90,6 +90,11 @@ void define_sweep(py::module_& module) {
       .def("lines", &Rows::rows)
       .def("table_hash", &Rows::table_hash)
       .def("write", &Rows::write)
+      .def("refusal",
+           [](const Rows& rows) {
+             const cli::SweepRefusal refusal = cli::sweep_refusal(rows);
+             return py::make_tuple(refusal.text, refusal.of_all);
+           })
       .def("summary", [](const Rows& rows) { return cli::sweep_summary(rows, {}); })
       .def("run_on_threads", &run_on_threads);
   module.def("_check_table_file", &cli::check_table_file);

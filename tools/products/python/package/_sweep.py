@@ -10,6 +10,7 @@ import sys
 import tempfile
 import threading
 import time
+import warnings
 
 import numpy as np
 
@@ -139,7 +140,8 @@ def sweep(scene: "os.PathLike", vary: "Union[Dict, List[str]]", *, repeat: "int"
     until it is done its rows stand in `out`.part, from which the same call goes on.
     threads: rows at a time, 0 = one per core. client: a distributed.Client; its workers run the rows, may come and go
     meanwhile, and need this module but no common disk. The table is the same bit for bit either way.
-    Raises bristle.Error.
+    Warns of rows that the scene refused: their numbers are NaN, and the column failure says why. Raises bristle.Error,
+    also if all rows were refused.
     """
     table = "" if out is None else os.fspath(out)
     _check_table_file(table)
@@ -156,6 +158,11 @@ def sweep(scene: "os.PathLike", vary: "Union[Dict, List[str]]", *, repeat: "int"
         if table:
             rows.write(table)
         rows.remove()
+        refusal, of_all = rows.refusal()
+        if of_all:
+            raise Error(refusal)
+        if refusal:
+            warnings.warn("bristle.sweep: " + refusal, stacklevel=3)  # the caller of the checked function
     finally:
         rows.close()
     return SweepTable(study, rows)
