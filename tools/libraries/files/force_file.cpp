@@ -1,5 +1,6 @@
 #include "tools/libraries/files/force_file.hpp"
 
+#include <cmath>
 #include <iterator>
 
 namespace cli {
@@ -14,7 +15,8 @@ ForceFile::ForceFile(const std::string& path, bool with_mean, bool with_energy)
 void ForceFile::write(double t, const std::string& patch, bristle::Outputs outputs,
                       const bristle::Response& r, double load, double bristles, double x, double y) {
   const auto to = std::back_inserter(buffer_);
-  fmt::format_to(to, "{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{}", t, patch, r.end[0], r.end[1], load, bristles,
+  fmt::format_to(to, "{:.9g},{},{:.9g},{:.9g},{:.9g},{},{}", t, patch, r.end[0], r.end[1], load,
+                 std::isnan(bristles) ? std::string() : fmt::format("{:.9g}", bristles),
                  status_text(r.status));
   if (with_mean_) {
     if (has(outputs, bristle::Outputs::mean)) {

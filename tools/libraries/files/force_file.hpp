@@ -2,6 +2,7 @@
 // tools/scenes/README.md.
 #pragma once
 
+#include <limits>
 #include <string>
 
 #include <fmt/format.h>
@@ -18,6 +19,7 @@ class ForceFile {
   /// patches that do not compute them get empty cells.
   ForceFile(const std::string& path, bool with_mean, bool with_energy);
 
+  /// Writes a row. `bristles`: of bristles_in_contact().
   void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
              double load, double bristles, double x, double y);
   /// Writes what is still buffered, so that a program that reads the path place() sees it. Throws UserError.
@@ -35,6 +37,11 @@ class ForceFile {
   bool with_mean_, with_energy_;
   fmt::memory_buffer buffer_;
 };
+
+/// Returns the number of representatives in contact; NaN, which makes an empty cell, for an infinite brush.
+inline double bristles_in_contact(const bristle::PatchInfo& info) noexcept {
+  return info.weight > 0.0 ? info.active : std::numeric_limits<double>::quiet_NaN();
+}
 
 /// Returns a patch's status as text: "ok", or the names of its flags joined by '+'.
 std::string status_text(bristle::Status status);

@@ -176,7 +176,7 @@ void SceneRun::account(double t) {
     if (c < result_.patches_written) {
       for (const auto& file : force_files_)
         file->write(t, copy.name, outputs, response, motion.normal_load,
-                    stepper_.batch().info(motion.id).active, way.x, way.y);
+                    bristles_in_contact(stepper_.batch().info(motion.id)), way.x, way.y);
     }
   }
   for (std::size_t b = 0; b < holds_.size(); ++b) account_body(b, t);
@@ -215,7 +215,7 @@ void SceneRun::account_body(std::size_t b, double t) {
   const double way = std::sqrt(dx * dx + dy * dy), reach = 10.0 * hold.length;
   if (way <= hold.length && !result.broke_away) {
     double applied[2];
-    scene_.bodies[b].applied_force(t, applied);
+    stepper_.bodies()[b].applied_force(t, applied);
     result.time = t;
     result.applied = std::sqrt(applied[0] * applied[0] + applied[1] * applied[1]);
   }

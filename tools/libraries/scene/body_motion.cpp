@@ -57,9 +57,34 @@ void BodyMotion::finish(Coupled<Dof>& coupled, double dt,
   for (int a = 0; a < Dof; ++a) velocity_[a] = coupled.body.velocity[a];
 }
 
+void BodyMotion::applied_force(double t, double (&force_n)[2]) const noexcept {
+  body_.applied_force(t, force_n);
+  if (!body_.spring) return;
+  const Position hand = body_.spring->hand.at(t);
+  force_n[0] += body_.spring->stiffness * (hand.x - position_[0]);
+  force_n[1] += body_.spring->stiffness * (hand.y - position_[1]);
+}
+
+// Adds the spring's force at the middle of the step to the applied force, for an unchanged velocity, and what
+// follows the change of velocity to the mass.
+void BodyMotion::add_spring(double t, double dt) noexcept {
+  const SceneSpring& spring = *body_.spring;
+  const Position begin = spring.hand.at(t), middle = spring.hand.at(t + 0.5 * dt),
+                 end = spring.hand.at(t + dt);
+  const double hand[2] = {middle.x, middle.y};
+  const double speed[2] = {(end.x - begin.x) / dt, (end.y - begin.y) / dt};
+  for (int a = 0; a < body_.axes; ++a)
+    applied_[a] += spring.stiffness * (hand[a] - position_[a] - 0.5 * dt * velocity_[a]) +
+                   spring.damping * (speed[a] - velocity_[a]);
+  const double mass = body_.mass + 0.25 * spring.stiffness * dt * dt + 0.5 * spring.damping * dt;
+  rail_.body.mass.setIdentity() *= mass;
+  plane_.body.mass.setIdentity() *= mass;
+}
+
 void BodyMotion::solve(bristle::PatchBatch& batch, double t, double dt,
                        bristle::Span<bristle::Motion> motions) noexcept {
   body_.applied_force(t + 0.5 * dt, applied_);
+  if (body_.spring) add_spring(t, dt);
   const double load = load_per_patch(t + 0.5 * dt);
   for (const std::size_t p : patches_) motions[p].normal_load = load;
   if (body_.axes == 1) {

@@ -23,7 +23,9 @@ struct SolveStatistics {
 /// Motion of a body of mass m under an external force F_ext and friction. Solves m (v1 - v0) = T (F_ext +
 /// F_mean(d)) with d = T (v0 + v1) / 2 for the displacement d in a step of time T, where v0 and v1 are the
 /// velocities before and after it, and F_mean is the mean friction over the step
-/// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy.
+/// (bristle::solve_displacements). This midpoint rule neither adds nor removes energy. A spring of stiffness
+/// k and damping c to a hand at X is part of it: its force at the middle of the step is k (X - x0 - T (v0 +
+/// v1) / 4) + c (V - (v0 + v1) / 2), whose part in v1 - v0 adds k T^2 / 4 + c T / 2 to the mass.
 class BodyMotion {
  public:
   /// Makes the motion of a body. `patches` are the indices of its patches in the batch's motions.
@@ -47,12 +49,18 @@ class BodyMotion {
     }
   }
 
+  /// Computes the force (N) on the body at time t without friction: the prescribed one, and that of the
+  /// spring if the body were at rest where it is.
+  void applied_force(double t, double (&force_n)[2]) const noexcept;
+
   const SolveStatistics& statistics() const noexcept { return statistics_; }
   const double (&position() const noexcept)[2] { return position_; }
   const double (&velocity() const noexcept)[2] { return velocity_; }
   double highest_speed() const noexcept { return highest_speed_; }
 
  private:
+  void add_spring(double t, double dt) noexcept;
+
   /// Solver for a body of one degree of freedom (on a rail) or two (in the plane). A body has one of the two.
   template <int Dof>
   struct Coupled {

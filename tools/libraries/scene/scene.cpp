@@ -341,22 +341,9 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   motion.trace = trace;
 }
 
-/// Reads a [[motion]] table. `traces` remembers motion files, so that each is read only once.
-PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
-  PrescribedMotion motion;
-  if (!table.has("type")) table.fail("key 'type' is missing");
-  motion.type =
-      static_cast<MotionType>(table.choice("type", {"hold", "ramp", "sine", "keyframes", "trace"}, 0));
-
-  if (table.has("load") && table.has("load_steps")) table.fail("load", "is given twice: load and load_steps");
-  if (table.has("load")) motion.load_steps = {{0.0, table.number("load", load_range)}};
-  if (table.has("load_steps")) motion.load_steps = read_load_steps(table, "load_steps", load_range);
-  motion.turn_per_copy = table.number("turn_per_copy", turns, 0.0);
-  motion.delay_per_copy = table.number("delay_per_copy", seconds, 0.0);
-
+/// Adds the keys that a motion of this type has to `keys`, and reads them; a trace has none here.
+void read_path(const TomlTable& table, std::vector<std::string_view> keys, PrescribedMotion& motion) {
   const auto allow = [&](std::initializer_list<std::string_view> own) {
-    std::vector<std::string_view> keys = {"patch",      "type",          "load",
-                                          "load_steps", "turn_per_copy", "delay_per_copy"};
     keys.insert(keys.end(), own);
     table.allow(keys);
   };
@@ -381,17 +368,37 @@ PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_pa
       allow({"keyframes"});
       motion.keyframes = read_keyframes(table, motion.load_steps.empty());
       break;
-    case MotionType::trace: {
-      allow({"file", "clip_load"});
-      const std::filesystem::path path =
-          std::filesystem::path(scene_path).parent_path() / std::filesystem::path(table.file("file"));
-      const double clip_load = table.number("clip_load", load_range, 0.0);
-      Trace& trace = traces[{path.string(), clip_load}];
-      if (!trace) trace = read_trace(path.string(), clip_load);
-      take_trace(motion, trace, table.where("file"));
+    case MotionType::trace:
       break;
-    }
   }
+}
+
+/// Reads a [[motion]] table. `traces` remembers motion files, so that each is read only once.
+PrescribedMotion read_motion(const TomlTable& table, const std::string& scene_path, Traces& traces) {
+  PrescribedMotion motion;
+  if (!table.has("type")) table.fail("key 'type' is missing");
+  motion.type =
+      static_cast<MotionType>(table.choice("type", {"hold", "ramp", "sine", "keyframes", "trace"}, 0));
+
+  if (table.has("load") && table.has("load_steps")) table.fail("load", "is given twice: load and load_steps");
+  if (table.has("load")) motion.load_steps = {{0.0, table.number("load", load_range)}};
+  if (table.has("load_steps")) motion.load_steps = read_load_steps(table, "load_steps", load_range);
+  motion.turn_per_copy = table.number("turn_per_copy", turns, 0.0);
+  motion.delay_per_copy = table.number("delay_per_copy", seconds, 0.0);
+
+  std::vector<std::string_view> keys = {"patch",      "type",          "load",
+                                        "load_steps", "turn_per_copy", "delay_per_copy"};
+  if (motion.type == MotionType::trace) {
+    keys.insert(keys.end(), {"file", "clip_load"});
+    table.allow(keys);
+    const std::filesystem::path path =
+        std::filesystem::path(scene_path).parent_path() / std::filesystem::path(table.file("file"));
+    const double clip_load = table.number("clip_load", load_range, 0.0);
+    Trace& trace = traces[{path.string(), clip_load}];
+    if (!trace) trace = read_trace(path.string(), clip_load);
+    take_trace(motion, trace, table.where("file"));
+  }
+  read_path(table, keys, motion);
   if (motion.load_steps.empty() && motion.rows().empty())
     table.fail("key 'load' (or 'load_steps') is missing");
   return motion;
@@ -435,13 +442,24 @@ std::vector<ForceSine> read_force_sines(const TomlTable& parent) {
   return sines;
 }
 
+SceneSpring read_spring(const TomlTable& table) {
+  SceneSpring spring;
+  spring.stiffness = table.number("stiffness", {0.0, 1e9, true, "N/m"});
+  spring.damping = table.number("damping", {0.0, 1e9, false, "N s/m"}, 0.0);
+  if (!table.has("type")) table.fail("key 'type' is missing");
+  spring.hand.type = static_cast<MotionType>(table.choice("type", {"hold", "ramp", "sine", "keyframes"}, 0));
+  spring.hand.load_steps = {{0.0, 0.0}};  // keyframes of a hand have no load
+  read_path(table, {"stiffness", "damping", "type"}, spring.hand);
+  return spring;
+}
+
 /// Reads a [[body]] table. `body_on` maps the index of a patch to the name of the body on it.
 SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
                     std::map<std::size_t, std::string>& body_on) {
   SceneBody body;
   body.name = table.name();
   table.allow({"name", "mass", "gravity", "extra_load", "extra_load_steps", "velocity", "patches", "force",
-               "force_sine"});
+               "force_sine", "spring"});
   body.mass = table.number("mass", {0.0, 1e9, true, "kg"});
   body.gravity = table.number("gravity", {0.0, 1e6, false, "m/s^2"}, body.gravity);
   if (table.has("velocity")) table.pair("velocity", {-1e6, 1e6, false, "m/s"}, body.velocity);
@@ -452,6 +470,7 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
   if (table.has("extra_load_steps")) body.extra_load = read_load_steps(table, "extra_load_steps", extra);
   body.force = read_force(table);
   body.force_sines = read_force_sines(table);
+  if (table.has("spring")) body.spring = read_spring(table.table("spring"));
 
   for (const std::string& name : table.texts("patches")) {
     const std::size_t index = patches.find(name, table, "patches");
@@ -470,7 +489,7 @@ SceneBody read_body(TomlTable table, Scene& scene, const Names& patches,
     body.patches.push_back(index);
   }
   if (body.patches.empty()) table.fail("key 'patches' is missing or empty");
-  const bool along_y = body.velocity[1] != 0.0 ||
+  const bool along_y = body.velocity[1] != 0.0 || (body.spring && body.spring->hand.moves_along_y()) ||
                        std::any_of(body.force.begin(), body.force.end(),
                                    [](const ForceRow& r) { return r.force[1] != 0.0; }) ||
                        std::any_of(body.force_sines.begin(), body.force_sines.end(),
@@ -493,10 +512,10 @@ void check_all_moved(const Scene& scene) {
   }
 }
 
-/// Returns the largest number of bristles that a patch may come to have. For an infinite patch it is that of
-/// cohorts (groups of bristles).
+/// Returns the largest number of bristles that a patch may simulate; 0 for an infinite brush, whose memory
+/// check_memory() counts.
 std::uint64_t most_bristles_of(const bristle::PatchOptions& options) {
-  if (options.population == bristle::Population::infinite) return options.resolution > 8.0 ? 512 : 256;
+  if (options.population == bristle::Population::infinite) return 0;
   return options.bristles ? options.bristles : 4096;
 }
 

@@ -51,6 +51,13 @@ struct ForceSine {
   double from = 0.0, until = 0.0;    ///< beginning and end, s
 };
 
+/// Spring (and damper) between a body and a place whose motion is prescribed, such as a hand that pulls.
+struct SceneSpring {
+  double stiffness = 0.0;  ///< N/m
+  double damping = 0.0;    ///< N s/m
+  PrescribedMotion hand;   ///< motion of the other end; both ends begin at 0
+};
+
 /// Rigid body that slides on patches without turning, pushed by a force that the scene prescribes.
 struct SceneBody {
   std::string name;
@@ -61,10 +68,11 @@ struct SceneBody {
   /// Pushing force over time, N: linear between rows; two rows at one time make a jump.
   std::vector<ForceRow> force;
   std::vector<ForceSine> force_sines;
+  std::optional<SceneSpring> spring;
   std::vector<std::size_t> patches;  ///< patches under the body, as indices into Scene::patches
   int axes = 2;
 
-  /// Computes the prescribed force (N) that pushes the body at time t.
+  /// Computes the prescribed force (N) that pushes the body at time t, without that of its spring.
   void applied_force(double t, double (&force_n)[2]) const noexcept;
 };
 

@@ -21,12 +21,10 @@ constexpr std::uint64_t beside_a_patch = 1900;  // bytes that a copy of a patch 
 // Bytes of memory that every machine has. A scene that needs less is not checked against the free memory.
 constexpr std::uint64_t surely_there = 128 << 20;
 
-/// Returns an upper bound on the bytes that a patch with these options takes.
+/// Returns an upper bound on the bytes that a patch of representatives with these options takes.
 std::uint64_t at_most(const bristle::PatchOptions& o) {
-  constexpr std::uint64_t most_bristle = 45, most_cohort = 80, fixed = 2048;
-  return o.population == bristle::Population::infinite
-             ? fixed + most_cohort * 512
-             : fixed + most_bristle * (o.bristles ? o.bristles : 4096);
+  constexpr std::uint64_t most_bristle = 45, fixed = 2048;
+  return fixed + most_bristle * (o.bristles ? o.bristles : 4096);
 }
 
 /// Estimates memory: asks the library for the bytes of patches with few bristles, and extrapolates to the
@@ -87,9 +85,12 @@ std::uint64_t estimate_memory(const Scene& scene) {
 }
 
 void check_memory(const Scene& scene) {
+  Probe probe(scene);
   std::uint64_t most = 0;
-  for (const ScenePatch& patch : scene.patches)
-    most += patch.count * (at_most(patch.options) + beside_a_patch);
+  for (const ScenePatch& patch : scene.patches) {
+    const bool infinite = patch.options.population == bristle::Population::infinite;
+    most += patch.count * ((infinite ? probe.bytes_of(patch) : at_most(patch.options)) + beside_a_patch);
+  }
   const std::uint64_t allowed = scene.limits.bytes.value_or(surely_there);
   if (most <= allowed) return;
   const std::uint64_t needed = estimate_memory(scene);

@@ -54,6 +54,8 @@ std::string unit_of(const VariedKey& varied) {
       {"m/s^2", " gravity "},
       {"N", " load clip_load extra_load "},
       {"Hz", " frequency "},
+      {"N/m", " stiffness "},
+      {"N s/m", " damping "},
       {"turns", " turn_per_copy phase "},
       {"kg", " mass "}};
   std::string path = varied.key;

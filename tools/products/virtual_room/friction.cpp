@@ -4,6 +4,8 @@
 
 #include <Eigen/LU>
 
+#include "tools/libraries/files/force_file.hpp"
+
 namespace room {
 namespace {
 
@@ -225,9 +227,10 @@ void Friction::step_brush(double dt_s, Body& body, const Velocity& external,
 
 double Friction::active_bristles(std::size_t i) const noexcept {
   if (model_ != FrictionModel::brush) return 0.0;
-  if (!is_pad(i)) return batch_.info(ids_[i]).active;
+  if (!is_pad(i)) return cli::bristles_in_contact(batch_.info(ids_[i]));
   double sum = 0.0;
-  for (const bristle::PatchId cell : pad_->cell_patches(pad_id_)) sum += batch_.info(cell).active;
+  for (const bristle::PatchId cell : pad_->cell_patches(pad_id_))
+    sum += cli::bristles_in_contact(batch_.info(cell));
   return sum;
 }
 

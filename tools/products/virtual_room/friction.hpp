@@ -62,8 +62,8 @@ class Friction {
   bristle::PatchId patch(std::size_t i) const noexcept {
     return is_pad(i) ? pad_->cell_patches(pad_id_)[0] : ids_[i];
   }
-  /// Returns the number of representatives in contact (it may have a fraction); 0 if the friction model is no
-  /// brush.
+  /// Returns the number of representatives in contact, which may have a fraction; NaN for an infinite brush,
+  /// 0 if the friction model is no brush.
   double active_bristles(std::size_t i) const noexcept;
   /// Returns how many bristles on the floor snapped in the last step; 0 if the friction model is no brush.
   std::uint64_t snaps() const noexcept { return model_ == FrictionModel::brush ? snaps_ : 0; }

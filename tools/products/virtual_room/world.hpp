@@ -68,7 +68,7 @@ class World {
     int key;
     double force[2], load;  ///< friction and normal load of the contact, N
     double point[2];        ///< displacement of the block along the patch's axes since the touch began, m
-    double bristles;        ///< number of representatives in contact
+    double bristles;        ///< number of representatives in contact; NaN for an infinite brush
     bristle::Status status;
   };
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
