@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <iomanip>
 #include <map>
@@ -151,6 +152,43 @@ TEST_CASE("Continued prose hangs below its text, behind a label", "[answers]") {
   CHECK(cli::filled(line) == line);
 }
 
+TEST_CASE("A body without damping is said to ring, and the damping that is named brings it to rest",
+          "[answers]") {
+  const Folder folder;
+  const std::string damped = read_file(BRISTLE_SCENES "/block_on_floor.toml");
+  std::string bare = damped;
+  bare.erase(bare.find("damping_per_newton"),
+             bare.find('\n', bare.find("damping_per_newton")) - bare.find("damping_per_newton"));
+  // Returns the largest change of the force per step within 100 ms before the block is pushed back.
+  const auto run = [&](const std::string& text, std::string& answer) {
+    const Outcome outcome =
+        run_cli(folder, "run '" + folder.write("s.toml", text) + "' --csv '" + folder.at("f.csv") + "'");
+    REQUIRE(outcome.code == 0);
+    answer = answer_of(outcome.out);
+    double most = 0.0, last = 0.0;
+    for (const std::string& row : lines_of(read_file(folder.at("f.csv")))) {
+      const double t = std::strtod(row.c_str(), nullptr);
+      const double force = std::strtod(row.c_str() + row.find("base,") + 5, nullptr);
+      if (t > 2.75 && t < 2.85) most = std::max(most, std::abs(force - last));
+      last = force;
+    }
+    return most;
+  };
+  std::string answer;
+  CHECK(run(damped, answer) < 1e-6);
+  CHECK_THAT(answer, !Contains("rings"));
+  CHECK(run(bare, answer) > 0.1);
+  const std::string name =
+      "block rings on its bristles when it sticks, because nothing damps it; "
+      "damping_per_newton = ";
+  REQUIRE_THAT(answer, Contains(name));
+  const std::string value = words_of(answer.substr(answer.find(name) + name.size()))[0];
+  // A quarter of critical damping by the formula of tools/scenes/README.md.
+  CHECK(std::stod(value) == Approx(0.5 * std::sqrt(1.95 * 0.4 / (9.81 * 20e-6))).epsilon(0.02));
+  bare.insert(bare.find("stribeck_velocity"), "damping_per_newton = " + value + "\n");
+  CHECK(run(bare, answer) < 1e-6);
+}
+
 TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room are named below",
           "[answers]") {
   cli::Table table({"<name", "a header of many words", "<why", "one", "two", "three", "four", "five", "six"});
@@ -169,7 +207,8 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   }
   CHECK(names == 1);
   CHECK(notes == 1);
-  CHECK_THAT(text, !Contains("6000000") && Catch::Matchers::EndsWith("\nColumns without room (--wide shows them): \"six\".\n"));
+  CHECK_THAT(text, !Contains("6000000") &&
+                       Catch::Matchers::EndsWith("\nColumns without room (--wide shows them): \"six\".\n"));
   {
     const Columns wide(0);
     CHECK(lines_of(table.text()).size() == 3);

@@ -205,7 +205,18 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(refused.find("core 1023: ") != std::string::npos);
   CHECK(realtime["fifo_priority"].is_null() == (refused.find("SCHED_FIFO 5: ") != std::string::npos));
   CHECK(realtime["locked_memory"] == (refused.find("locked memory: ") == std::string::npos));
-  CHECK(read_file(folder.at("out")).find("refused     core 1023: ") != std::string::npos);
+  const std::string text = read_file(folder.at("out"));
+  CHECK(text.find("refused     core 1023: ") != std::string::npos);
+  // Checks that 80 columns show all that the option measures.
+  const std::size_t lateness = text.find("loop, alternating"), forces = text.find("force on the body");
+  REQUIRE(lateness < forces);
+  const std::string tables = text.substr(lateness, forces - lateness);
+  CHECK(tables.find("without room") == std::string::npos);
+  for (const char* shown : {"program", "machine", "skipped", "run", "host", "step of bristle",
+                            "jitter of bristle", "jitter of bare sleep", "p99.9", "max"}) {
+    INFO(shown);
+    CHECK(tables.find(shown) != std::string::npos);
+  }
 
   std::map<std::string, std::uint64_t> ticks;
   std::istringstream lines(read_file(folder.at("h.csv")));

@@ -19,21 +19,21 @@ std::string times_text(std::uint64_t count) {
   return count == 1 ? "once" : fmt::format("{} times", count_text(count));
 }
 
-void add_times(std::vector<Cell>& row, const TimeHistogram& histogram) {
+std::vector<Cell> times_row(const char* name, const TimeHistogram& histogram) {
+  std::vector<Cell> row = {name};
   if (histogram.count() == 0) {
     row.insert(row.end(), 4, "-");
-    return;
+    return row;
   }
   for (double share : {0.5, 0.99, 0.999}) row.push_back(time_text(histogram.percentile(share)));
   row.push_back(time_text(histogram.max()));
+  return row;
 }
 
-std::vector<Cell> loop_row(const char* name, const PacedLoopResult& loop) {
+std::vector<Cell> lateness_row(const char* name, const PacedLoopResult& loop) {
   const DeadlineMonitor& m = loop.monitor;
-  std::vector<Cell> row = {name, count_text(m.count())};
-  add_times(row, m.step_times());
-  add_times(row, m.period_jitter());
-  for (std::uint64_t count : {m.misses_ours(), m.misses_machine(), m.skipped(), m.longest_run()})
+  std::vector<Cell> row = {name};
+  for (std::uint64_t count : {m.count(), m.misses_ours(), m.misses_machine(), m.skipped(), m.longest_run()})
     row.push_back(count_text(count));
   row.push_back(loop.stolen_s > 0.0 ? time_text(loop.stolen_s) : "0");
   return row;
@@ -149,11 +149,15 @@ std::string realtime_table(const RealtimeResult& r, int threads) {
         "{:<12}{} ticks, because writing and counting between ticks took too long: give fewer "
         "patches, no --out, or a lower --rate\n",
         "left out", count_text(r.held_up));
-  Table table({"<loop, alternating", "ticks", "step p50", "p99", "p99.9", "max", "jitter p50", "p99", "p99.9",
-               "max", "late: program", "machine", "skipped", "longest run", "stolen"});
-  table.add(loop_row("bristle", r.ours));
-  table.add(loop_row("bare sleep", r.bare));
-  text += '\n' + table.text();
+  Table lateness({"<loop, alternating", "ticks", "late by program", "by machine", "skipped", "longest run",
+                  "stolen by host"});
+  lateness.add(lateness_row("bristle", r.ours));
+  lateness.add(lateness_row("bare sleep", r.bare));
+  Table times({"<time", "p50", "p99", "p99.9", "max"});
+  times.add(times_row("step of bristle", r.ours.monitor.step_times()));
+  times.add(times_row("jitter of bristle", r.ours.monitor.period_jitter()));
+  times.add(times_row("jitter of bare sleep", r.bare.monitor.period_jitter()));
+  text += '\n' + lateness.text() + '\n' + times.text();
   text += fmt::format("worst of bristle     {}\n", worst_tick_text(r.ours, threads));
   text += fmt::format("worst of bare sleep  {}\n", worst_tick_text(r.bare, 1));
   return text;

@@ -108,23 +108,15 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
 }
 
 std::string force_table(const Scene& scene, const RunResult& r) {
-  const int axes = std::any_of(scene.patches.begin(), scene.patches.end(),
-                               [](const ScenePatch& p) { return p.options.axes == 2; })
-                       ? 2
-                       : 1;
-  std::vector<std::string> columns = {"<force on the body", "load N"};
-  for (int axis = 0; axis < axes; ++axis)
-    columns.insert(columns.end(), {axis == 0 ? "fx mean N" : "fy mean N", "rms", "min", "max"});
-  Table table(columns);
+  Table table({"<force on the body", "load N", "<along", "mean N", "rms", "min", "max"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const PatchResult& patch = r.patches[p];
-    std::vector<Cell> row = {name_of(scene.patches[p]), force_text(patch.load.mean())};
-    for (int axis = 0; axis < axes; ++axis) {
+    for (int axis = 0; axis < scene.patches[p].options.axes; ++axis) {
       const ForceStatistics& f = patch.force[axis];
-      for (const double value : {f.mean(), f.rms(), f.min, f.max})
-        row.push_back(axis < scene.patches[p].options.axes ? force_text(value) : "-");
+      table.add({axis == 0 ? name_of(scene.patches[p]) : "", axis == 0 ? force_text(patch.load.mean()) : "",
+                 axis == 0 ? "x" : "y", force_text(f.mean()), force_text(f.rms()), force_text(f.min),
+                 force_text(f.max)});
     }
-    table.add(std::move(row));
   }
   return table.text() + more_rows(r.patches.size());
 }
@@ -217,6 +209,31 @@ std::string crossing_reason(const ScenePatch& patch, const bristle::Material& m,
   return fmt::format("its {} bristles ripple", result.info.representatives);
 }
 
+/// Returns a sentence on a body that stuck with nothing to damp it, so that it rings on its bristles; "" for
+/// any other.
+std::string ringing_answer(const Scene& scene, const RunResult& r, std::size_t b) {
+  const SceneBody& body = scene.bodies[b];
+  if (r.bodies[b].sticking.stuck == 0.0 || (body.spring && body.spring->damping > 0.0)) return {};
+  double load = 0.0, bristles = 0.0, stiffness = 0.0;
+  for (const std::size_t p : body.patches) {
+    const bristle::Material& m = scene.materials[scene.patches[p].material].material;
+    if (m.bristle_damping > 0.0 || m.viscous_friction > 0.0) return {};
+    const double on_copies = scene.patches[p].count * r.patches[p].load.mean();
+    load += on_copies;
+    bristles += m.bristles_in_contact(on_copies);
+    stiffness += m.bristles_in_contact(on_copies) * m.bristle_stiffness;
+  }
+  if (!(load > 0.0)) return {};
+  const bool by_coefficients =
+      scene.materials[scene.patches[body.patches.front()].material].coefficients.has_value();
+  const double quarter = 0.5 * std::sqrt(stiffness * body.mass);  // of critical damping, N s/m
+  return fmt::format(
+      "{} rings on its bristles when it sticks, because nothing damps it; {} = {:.3g} in its material, a "
+      "quarter of critical, brings it to rest.\n",
+      body.name, by_coefficients ? "damping_per_newton" : "bristle_damping",
+      quarter / (by_coefficients ? load : bristles));
+}
+
 /// Returns the run's main result in words: whether the steps keep the deadline, and the friction.
 std::string run_answer(const Scene& scene, const RunResult& r) {
   const bristle::DeadlineMonitor& m = r.monitor;
@@ -237,6 +254,7 @@ std::string run_answer(const Scene& scene, const RunResult& r) {
                               scene.bodies[b].name, time_text(s.time), s.applied, time_text(s.stuck),
                               time_text(all))
                 : fmt::format("{} sticks all the time.\n", scene.bodies[b].name);
+    text += ringing_answer(scene, r, b);
   }
   std::size_t said = 0;
   std::uint64_t bad = 0;
@@ -265,15 +283,16 @@ std::string run_answer(const Scene& scene, const RunResult& r) {
 }
 
 std::string feature_table(const Scene& scene, const RunResult& r) {
-  Table table({"<features used", "<population", "<kernel", "bytes", "<features left out"});
+  Table table({"<features used", "<population", "<kernel", "bytes"});
   for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
     const ScenePatch& patch = scene.patches[p];
     const bristle::PatchInfo& info = r.patches[p].info;
     table.add({name_of(patch), population_text(patch.options, info), info.kernel,
                patch.options.population == bristle::Population::infinite
                    ? fmt::format("{} a patch", count_text(info.memory_bytes))
-                   : fmt::format("{} a bristle", info.bytes_per_representative),
-               joined(left_out(patch, scene.materials[patch.material].material))});
+                   : fmt::format("{} a bristle", info.bytes_per_representative)});
+    table.add_note(
+        fmt::format("  left out  {}", joined(left_out(patch, scene.materials[patch.material].material))));
   }
   std::string text = table.text() + more_rows(r.patches.size());
   if (r.threads == 1) text += "no worker threads\n";
