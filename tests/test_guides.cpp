@@ -65,7 +65,9 @@ TEST_CASE("The guides print the programs that the tests run", "[guides]") {
   for (const auto& [guide, program] : std::vector<std::pair<std::string, std::string>>{
            {"core/guides/GUIDE_HAPTICS.md", "tools/examples/hello_haptics.cpp"},
            {"core/guides/GUIDE_HAPTICS.md", "tools/examples/soft_finger.cpp"},
+           {"core/guides/GUIDE_HAPTICS.md", "tools/examples/servo_loop.cpp"},
            {"core/guides/GUIDE_ENGINES.md", "tools/examples/hello_engine.cpp"},
+           {"core/guides/GUIDE_ENGINES.md", "tools/examples/group_of_contacts.cpp"},
            {"core/guides/GUIDE_RESEARCH.md", "tools/examples/hello_research.cpp"},
            {"core/guides/GUIDE_BEDS.md", "tools/examples/bed_wheel.cpp"},
            {"core/guides/GUIDE_BEDS.md", "tools/examples/bed_finger.cpp"},

@@ -12,22 +12,18 @@ int main() {
   bristle::KeyedPatches patches(batch, bristle::Material{}, options,
                                 bristle::KeyedOptions{}.with_capacity(1000));  // allocates all memory
   batch.warm_up();
-  bristle::ContactFrames frames(patches);  // frame for each contact, kept as long as its key
+  bristle::ContactFrames frames(patches);  // frame of each contact
   for (int step = 0; step < 300; ++step) {
-    // Contact 42, from the engine: normal (from the other body to the moving one), force, relative velocity.
+    // Contact 42, from the engine: normal, force, relative velocity.
     const Eigen::Vector3d normal(0, 0, 1), velocity(0.01, 0.002, 0.0), arm(0.0, 0.0, -0.05 /* m */);
     const bristle::KeyedContact contact = patches.find_or_add_contact(42);
     bristle::Motion motion{contact.id, {0.0, 0.0}, 20.0 /* N */};
     const bristle::ContactFrame& frame = frames.carry(contact, normal);
     frame.set_displacement(1e-3 /* s */ * velocity, motion);
     bristle::Response response;
-    batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});  // steps all contacts in one call
-    patches.end_step();                                      // frees patches of contacts that the step lacked
-    if (has(response.status, bristle::Status::no_capacity)) {
-      std::printf("%llu contacts found no patch: raise the capacity\n",
-                  static_cast<unsigned long long>(patches.refused()));
-      return 1;
-    }
+    batch.step(1e-3 /* s */, {&motion, 1}, {&response, 1});            // all contacts
+    patches.end_step();                                                // frees patches that the step lacked
+    if (has(response.status, bristle::Status::no_capacity)) return 1;  // raise the capacity
     const auto wrench = bristle::ContactFrame::wrench(frame.force(response.end), arm);
     if (step % 100 == 99)
       std::printf("force %.3f %.3f N, moment %.3f N m\n", wrench[0], wrench[1], wrench[4]);
