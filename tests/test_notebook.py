@@ -4,6 +4,9 @@
 usage: test_notebook.py [--store] NOTEBOOK
 
 --store runs them by Debian's python3-nbconvert and python3-ipykernel instead and stores what they show.
+
+Needs the module and matplotlib. For example:
+PYTHONPATH=build/release/python tests/test_notebook.py tools/products/python/first_steps.ipynb
 """
 import contextlib
 import io
@@ -44,8 +47,10 @@ def run(path):
 
 
 def main():
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        sys.exit(print(__doc__.strip()))
     arguments = sys.argv[1:]
-    if not arguments or len(arguments) > 2 or "--help" in arguments:
+    if not arguments or len(arguments) > 2:
         sys.exit(__doc__.strip())
     store(arguments[1]) if arguments[0] == "--store" else run(arguments[0])
 

@@ -2,6 +2,8 @@
 """bristle.sweep on a Dask cluster: a real scheduler, worker processes on loopback, one of them killed in the middle.
 
 Exit code 77, which CTest shows as skipped, where Debian's python3-distributed is missing.
+
+Needs the built module. For example: PYTHONPATH=build/release/python python3 tests/test_sweep_dask.py
 """
 
 import os
@@ -13,6 +15,9 @@ import tempfile
 import threading
 import time
 import unittest
+
+if "--help" in sys.argv[1:]:
+    sys.exit(print(__doc__.strip()))
 
 import bristle
 

@@ -3,6 +3,8 @@
 
 Signatures come from the docstrings that pybind11 writes, those of functions in Python from their annotations, and the
 columns of responses from their dtype. Units and meaning are in the docstrings: help(bristle).
+
+Needs the built module. For example: python3 tools/products/python/stubs.py build/release/python
 """
 
 import ast
@@ -164,6 +166,10 @@ def stubs(bristle):
 
 
 if __name__ == "__main__":
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        sys.exit(print(__doc__.strip()))
+    if len(sys.argv) != 2:
+        sys.exit(__doc__.strip())
     sys.path.insert(0, sys.argv[1])
     import bristle as module
 
