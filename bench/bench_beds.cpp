@@ -87,7 +87,7 @@ void add_pair(const std::string& name, const std::string& label,
   });
 }
 
-// ---- a disc that slides and spins
+// Benchmarks of a disc that slides and spins.
 
 #ifdef BRISTLE_HAS_RIVALS
 constexpr double disc_radius = 0.01, disc_friction = 0.7, disc_load = 3.0, disc_limit = 1e-6;
@@ -156,7 +156,7 @@ void register_discs() {
 }
 #endif
 
-// ---- a rolling ellipse beside FASTSIM
+// Benchmarks of a rolling ellipse, beside the loop FASTSIM.
 
 constexpr double ellipse_a = 8e-3, ellipse_b = 4e-3, ellipse_load = 82e3, ellipse_friction = 0.3;
 constexpr double ellipse_flexibility[3] = {4.937e-14, 5.152e-14, 4.090e-14};
@@ -194,7 +194,7 @@ void register_ellipses() {
         });
 }
 
-// ---- beds of rows (slid spheres, rolling wheels) in a batch
+// Benchmarks of beds of rows in a batch: spheres that are slid, wheels that roll.
 
 void register_rows() {
   struct Row {

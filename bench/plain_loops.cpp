@@ -58,8 +58,7 @@ bool plain_loops_run_here() noexcept {
 #endif
 }
 
-// ---------------------------------------------------------------------------------------------------------
-// The paper's loop
+// The paper's loop.
 
 namespace {
 
@@ -152,8 +151,7 @@ Bristle PaperLoop<Real, Dimensions>::get(std::size_t i) const noexcept {
 template class PaperLoop<double, 3>;
 template class PaperLoop<float, 2>;
 
-// ---------------------------------------------------------------------------------------------------------
-// The plain loop over columns
+// The plain loop over columns.
 
 namespace {
 
@@ -504,8 +502,7 @@ Bristle PlainLoop::get(std::size_t i) const noexcept {
           static_cast<double>(columns_.delta[i])};
 }
 
-// ---------------------------------------------------------------------------------------------------------
-// Bristles that slide at their limit
+// Loop for bristles that slide at their limit.
 
 namespace {
 
@@ -579,8 +576,7 @@ void LanesLoop::step(const double* dx_m, const double* dy_m, const double* load,
   }
 }
 
-// ---------------------------------------------------------------------------------------------------------
-// Joints
+// Loop for joints.
 
 JointLoop::JointLoop(std::size_t n, double stiffness, double base, double by_motor)
     : n_(n), stiffness_(stiffness), base_(base), by_motor_(by_motor) {
@@ -608,8 +604,7 @@ void JointLoop::step(const double* angle, const double* motor, double* torque) n
   }
 }
 
-// ---------------------------------------------------------------------------------------------------------
-// The streaming limit
+// Loop for the streaming limit.
 
 namespace {
 

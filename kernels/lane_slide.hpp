@@ -312,8 +312,8 @@ class LaneSlider {
     return before + select_lanes(slides, change, none);
   }
 
-  // --- Limits that change with time: a tip that slides holds only the kinetic limit, one that has stuck
-  // holds more the longer it has.
+  // The functions below are for limits that change with time. A tip that slides holds only the kinetic limit;
+  // a tip that has stuck holds more, the longer it has stuck.
 
   [[gnu::always_inline]] AgeingLaw<T, V> ageing() const {
     return {static_cast<T>(law.ageing_strength), get(motion.per_length), law.ageing_form == 1};

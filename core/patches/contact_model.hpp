@@ -72,7 +72,9 @@ struct ContactModel {
   void (*read_bristles)(const Patch&, std::size_t count, Span<double> zx, Span<double> zy,
                         Span<double> delta) noexcept;
 
-  // --- saved state of the contact model, whose bytes follow those that all models share (saved_state.hpp)
+  // The functions below are for the saved state of the contact model. Its bytes follow those that all models
+  // share (saved_state.hpp).
+
   /// Returns a hash of the options and material with which a saved state must agree.
   std::uint64_t (*signature)(const Patch&) noexcept;
   /// Writes the state. The number of bytes depends on options and material alone, so a buffer's size can be

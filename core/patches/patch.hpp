@@ -69,7 +69,8 @@ constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64 uni
 /// patch is sum + whole (x - position) and, for bristles beyond full blocks, part_sum + part (x -
 /// part_position), rounded.
 struct alignas(64) Patch {
-  // --- cache line 1: all that a step reads of a patch that stays at rest
+  // Cache line 1 has all that a step reads of a patch that stays at rest.
+
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = the slot is empty
   bool rests : 1 = false;        ///< whether the numbers of this cache line answer a step without motion
   bool overloaded : 1 = false;
@@ -83,7 +84,8 @@ struct alignas(64) Patch {
   double rest_damping = 0.0;       ///< damping of the patch at rest, N s/m
   double force_limit = 0.0;        ///< highest elastic force, N (Response::force_limit)
 
-  // --- cache line 2: with the other three lines, all that a step reads in which no bristle snaps
+  // Cache line 2 begins here. The four lines together have all that a step reads in which no bristle snaps.
+
   std::int64_t position[2] = {0, 0};  ///< position of the patch, in fixed-point units of 2^-44 scaled lengths
   /// Ball about a position of the patch: no bristle snaps while the patch stays within this ball.
   Reach bound{{0, 0}, -1.0};
@@ -108,12 +110,14 @@ struct alignas(64) Patch {
   double part = 0.0;
   double newtons_per_unit = 0.0;  ///< elastic force, N, of one unit of the sum of deflections
 
-  // --- cache line 3: sums of deflections, from which the force follows, in fixed point
+  // Cache line 3 has the sums of deflections, in fixed point, from which the force follows.
+
   Int128 sum[2] = {0, 0};
   std::int64_t part_sum[2] = {0, 0};
   std::int64_t part_position[2] = {0, 0};
 
-  // --- cache line 4: scale, load, results that the next response reports, model and record
+  // Cache line 4 has scale, load, results that the next response reports, contact model and record.
+
   double lengths_per_metre = 1.0;
   double zeta = 0.0;  ///< number of physical bristles in contact, in proportion to the load
   /// Number of physical bristles that the load asks for, divided by the largest number of the patch; at least

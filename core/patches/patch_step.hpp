@@ -68,7 +68,8 @@ std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Respon
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 
-// --- contacts in lanes (Patch::in_lane): a step places all motions, runs the blocks, then answers
+// The functions below are for contacts in lanes (Patch::in_lane). A step first places all motions in the
+// blocks, then runs the blocks, then writes the responses.
 
 /// Writes a patch's motion into its lane of the block, from which the kernel reads the motions of all lanes.
 void place_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;

@@ -15,8 +15,7 @@
 
 namespace cli::platform {
 
-// ------------------------------------------------------------------------------------------ program and
-// terminal
+// Functions for the program and its terminal.
 
 /// Opens stdin, stdout and stderr if the caller left them closed. Otherwise the next file opened would get
 /// such a number, and printed text would go into that file. A closed stdout still refuses output. Also makes
@@ -42,8 +41,7 @@ std::uint64_t free_memory();
 /// Returns its exit code, 127 if it is not installed; empty if it could not be started or was killed.
 std::optional<int> feed_program(const char* name, std::string_view input);
 
-// -------------------------------------------------------------------------------------------------------
-// signals
+// Functions for signals.
 
 /// Calls `handler` at each signal that kills the program. Signals at which a command ends in order are not
 /// among them.
@@ -65,8 +63,7 @@ class HeldSignals {
   std::unique_ptr<Mask> before_;
 };
 
-// ---------------------------------------------------------------------------------------------------------
-// files
+// Functions for files.
 
 /// Opens a file to read. If it is a FIFO, waits for its writer; after a second a line on stderr says so.
 std::FILE* open_to_read(const std::string& path) noexcept;
@@ -118,8 +115,7 @@ class LockedFile {
   int file_ = -1;
 };
 
-// ------------------------------------------------------------------------------------------- clock and real
-// time
+// Functions for clocks and real time.
 
 /// Returns the clock of DeadlineMonitor::wall_now, ns.
 std::int64_t now_ns() noexcept;

@@ -74,7 +74,7 @@ inline Settings settings_beside(const Settings& s, std::size_t i) {
   return other;
 }
 
-// ------------------------------------------------------ motion of the carriage that moves compared blocks
+// Motion of the carriage that moves the compared blocks.
 
 /// Cycles of the carriage per second in the rubbing scene, and their amplitude in presliding lengths.
 inline constexpr double rubbing_per_s = 4.0, rubbing_amplitude = 1.25;
@@ -121,7 +121,7 @@ inline double carriage_place(const Settings& s, double t) {
   return s.compare == Comparison::rest ? rest_phase(t).place : 0.0;
 }
 
-// --------------------------------------------------------- figures that are shown for each compared block
+// Figures that are shown for each compared block.
 
 /// Measures the highest friction of a block that a carriage moves, which is the strength of its contact.
 class Strength {

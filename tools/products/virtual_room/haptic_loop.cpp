@@ -140,7 +140,7 @@ struct HapticLoop::Impl {
     recording = recorder.is_open();
   }
 
-  // ------------------------------------------------------------------- functions of the haptic thread
+  // Functions of the haptic thread.
 
   void tick(double due_s) noexcept {
     const double begin = bristle::DeadlineMonitor::wall_now(), cpu = bristle::DeadlineMonitor::cpu_now();
@@ -449,7 +449,7 @@ struct HapticLoop::Impl {
     release_device();
   }
 
-  // ----------------------------------------------- functions of the desk, the thread that allocates
+  // Functions of the desk, the thread that may allocate.
 
   bool order_waits() const noexcept { return orders_taken.load(std::memory_order_acquire) != orders_given; }
 

@@ -221,7 +221,8 @@ struct Renderer::Impl {
     return shape;
   }
 
-  // ----------------------------------------------------------- functions that list the bodies to draw
+  // Functions that list the bodies to draw.
+
   void place_room(const Camera& camera) {
     const Vector3f half = half_room();
     const float thick = 0.006f;
@@ -365,7 +366,8 @@ struct Renderer::Impl {
     place_contacts(room);
   }
 
-  // ---------------------------------------------------------- functions that draw the listed bodies
+  // Functions that draw the listed bodies.
+
   void draw_bodies(const std::vector<Body>& list) {
     for (const Body& body : list) {
       const Matrix3f normals = body.place.linear().inverse().transpose();
