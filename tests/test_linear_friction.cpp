@@ -130,25 +130,61 @@ TEST_CASE("Equations of bodies that touch have the solution of the full matrix",
     right[i] = system.right[i] = number(random);
   }
   for (const auto& c : columns) {
-    Eigen::Matrix<double, 2, 3> rows;
-    for (int k = 0; k < 3; ++k) rows.col(k) = Vector2d(number(random), number(random));
+    Eigen::Matrix<double, 3, 2> levers;
+    for (int k = 0; k < 3; ++k) levers.row(k) << number(random), number(random);
     Matrix2d gain;
     gain << 3.0, 0.5, 0.5, 2.0;
     const Vector2d pull(number(random), number(random));
-    system.add<2, 3>(c.data(), rows, gain, pull);
+    system.add(c.data(), levers, gain, pull);
     for (int i = 0; i < 3; ++i) {
       if (c[static_cast<std::size_t>(i)] < 0) continue;
-      right[c[static_cast<std::size_t>(i)]] += pull.dot(rows.col(i));
+      right[c[static_cast<std::size_t>(i)]] += levers.row(i).dot(pull);
       for (int k = 0; k < 3; ++k)
         if (c[static_cast<std::size_t>(k)] >= 0)
           full(c[static_cast<std::size_t>(i)], c[static_cast<std::size_t>(k)]) +=
-              rows.col(i).dot(gain * rows.col(k));
+              levers.row(i) * gain * levers.row(k).transpose();
     }
   }
   const Eigen::VectorXd wanted = full.ldlt().solve(right);
   system.factor();
   system.substitute();
   CHECK((system.right - wanted).norm() < 1e-13);
+}
+
+TEST_CASE("Contacts of free bodies enter the equations summed as they do one by one", "[coupling]") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-1.0, 1.0);
+  const int pairs[][2] = {{0, 6}, {0, 6}, {12, 6}, {-1, 0}, {12, -1}, {0, 6}};
+  BodySystem summed, single;
+  for (BodySystem* system : {&summed, &single}) {
+    system->begin(18);
+    for (int i = 0; i < 18; ++i) system->couple(i, 0);
+    system->set_zero();
+    for (int i = 0; i < 18; ++i) system->line(i)[i] = 5.0;
+  }
+  const auto add = [&](const int(&first)[2], const auto& levers, const auto& gain, const auto& pull) {
+    int columns[12];
+    for (int i = 0; i < 12; ++i) columns[i] = first[i / 6] < 0 ? -1 : first[i / 6] + i % 6;
+    summed.add_bodies(first, levers, gain, pull);
+    single.add(columns, levers, gain, pull);
+  };
+  for (const auto& first : pairs) {
+    Eigen::Matrix<double, 12, 2> levers;
+    for (int i = 0; i < 24; ++i) levers(i % 12, i / 12) = number(random);
+    Matrix2d gain;
+    gain << 3.0, 0.5, 0.5, 2.0;
+    add(first, levers, gain, Vector2d(number(random), number(random)));
+  }
+  Eigen::Matrix<double, 6, 1> alone;
+  for (double& x : alone) x = number(random);
+  using One = Eigen::Matrix<double, 1, 1>;
+  add({6, -1}, alone, One(0.7), One(0.3));
+  for (BodySystem* system : {&summed, &single}) {
+    system->factor();
+    system->substitute();
+  }
+  CHECK((summed.right - single.right).norm() < 1e-13);
+  CHECK(single.right.norm() > 0.1);
 }
 
 TEST_CASE("A contact of a rigid body slips with velocity, spin and arm", "[coupling]") {

@@ -7,6 +7,10 @@
 #include <string>
 #include <vector>
 
+#ifdef BRISTLE_MUJOCO_PLUGIN
+#include <dlfcn.h>
+#endif
+
 #include "tools/examples/mujoco_friction.hpp"
 #include "tools/examples/mujoco_scenes.hpp"
 
@@ -118,7 +122,7 @@ TEST_CASE("In MuJoCo a plate slides v^2 / (2 mu g) and turns by I w^2 / (2 mu W 
   const double inertia = 0.5 * (0.2 * 0.2 + 0.2 * 0.2) / 12.0;
   const double angle = 2.0 * std::atan2(turning.data->qpos[6], turning.data->qpos[3]);
   CHECK(angle == Approx(inertia * 64.0 / (2.0 * 0.5 * 0.5 * gravity * std::hypot(0.1, 0.1))).epsilon(0.02));
-  CHECK(std::fabs(turning.data->qvel[5]) < 1e-9);
+  CHECK(std::fabs(turning.data->qvel[5]) < 3e-9);  // MuJoCo 3 leaves 1.4e-9
 }
 
 TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thrown ball and a spun one",
@@ -816,8 +820,31 @@ TEST_CASE("In MuJoCo a belt carries a box at its speed, and holds one that is ti
 }
 
 #ifdef BRISTLE_MUJOCO_PLUGIN
+namespace {
+
+/// A scene with the plugin in place of MuJoCo's own friction. `keys`: its configuration beside that of
+/// World::law().
+Model load_with_plugin(std::string xml, const std::string& keys = "") {
+  static const bool loaded = (mj_loadPluginLibrary(BRISTLE_MUJOCO_PLUGIN), true);
+  REQUIRE(loaded);
+  const std::string instance = R"(<plugin plugin="bristle.friction"><instance name="friction">
+<config key="presliding_length" value="5e-6"/><config key="peak_over_kinetic" value="1.1"/>
+<config key="damping_per_newton" value="0"/><config key="max_normal_load" value="20"/>)" +
+                               keys + "</instance></plugin>";
+  xml.replace(xml.find("<default><geom"), 14,
+              "<extension>" + instance + "</extension><default><geom condim=\"1\"");
+  return load(xml);
+}
+void run_for(const mjModel& model, mjData& data, double seconds, const Scene& scene) {
+  for (const double end = data.time + seconds - 0.5 * model.opt.timestep; data.time < end;) {
+    scene.drive(model, data);
+    mj_step(&model, &data);
+  }
+}
+
+}  // namespace
+
 TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFriction::step does", "[mujoco]") {
-  mj_loadPluginLibrary(BRISTLE_MUJOCO_PLUGIN);
   Scene scene = pinch(12.0);
   const Model plain = load(scene.xml);
   const ContactDims dims = remove_friction(*plain);
@@ -830,12 +857,7 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
     friction.step(*plain, *held);
   }
 
-  const std::string instance = R"(<plugin plugin="bristle.friction"><instance name="friction">
-<config key="presliding_length" value="5e-6"/><config key="peak_over_kinetic" value="1.1"/>
-<config key="damping_per_newton" value="0"/><config key="max_normal_load" value="20"/></instance></plugin>)";
-  scene.xml.replace(scene.xml.find("<default><geom"), 14,
-                    "<extension>" + instance + "</extension><default><geom condim=\"1\"");
-  const Model model = load(scene.xml);
+  const Model model = load_with_plugin(scene.xml);
   const Data data = make_data(*model);
   const auto run = [&] {
     while (data->time < 0.5) {
@@ -853,6 +875,175 @@ TEST_CASE("In MuJoCo 3 mj_step with the plugin moves a capsule as BristleFrictio
   mj_resetData(model.get(), data.get());
   run();
   CHECK(data->qpos[4] == Approx(fallen).margin(1e-12));
+}
+
+TEST_CASE("In MuJoCo 3 mj_setState and mj_copyData carry the plugin's bristles: roll-outs equal to the bit",
+          "[mujoco]") {
+  for (const char* condim : {"3", "4"}) {
+    INFO("condim " << condim);
+    const Scene scene = tapped_block();
+    const Model model =
+        load_with_plugin(scene.xml, std::string("<config key=\"condim\" value=\"") + condim + "\"/>");
+    const Data data = make_data(*model), other = make_data(*model), copy = make_data(*model);
+    constexpr int all = mjSTATE_INTEGRATION;
+    const auto state = [&](const mjData& of) {
+      std::vector<mjtNum> numbers(static_cast<std::size_t>(mj_stateSize(model.get(), all)));
+      mj_getState(model.get(), &of, numbers.data(), all);
+      return numbers;
+    };
+    const auto is_equal = [&](const mjData& a, const mjData& b) { return state(a) == state(b); };
+    run_for(*model, *data, 0.83, scene);
+    const std::vector<mjtNum> saved = state(*data);
+    CHECK(std::all_of(saved.begin(), saved.end(), [](mjtNum x) { return std::isfinite(x); }));
+    run_for(*model, *other, 0.1, scene);  // has bristles of its own, and gets others
+    mj_setState(model.get(), other.get(), saved.data(), all);
+    mj_copyData(copy.get(), model.get(), data.get());
+    run_for(*model, *data, 0.5, scene);
+    run_for(*model, *other, 0.5, scene);
+    run_for(*model, *copy, 0.5, scene);
+    CHECK(is_equal(*data, *other));
+    CHECK(is_equal(*data, *copy));
+    // The same data returns to its own past.
+    mj_setState(model.get(), data.get(), saved.data(), all);
+    run_for(*model, *data, 0.5, scene);
+    CHECK(is_equal(*data, *other));
+    // Without the bristles the block settles anew.
+    mj_setState(model.get(), data.get(), saved.data(), all & ~mjSTATE_PLUGIN);
+    run_for(*model, *data, 0.5, scene);
+    CHECK_FALSE(is_equal(*data, *other));
+    // Copied to and fro in every step the block stays.
+    const mjtNum before = other->qpos[0];
+    mj_setState(model.get(), other.get(), saved.data(), all);
+    for (int i = 0; i < 500; ++i) {
+      mj_copyData(copy.get(), model.get(), other.get());
+      mj_step(model.get(), copy.get());
+      mj_copyData(other.get(), model.get(), copy.get());
+    }
+    CHECK(std::fabs(other->qpos[0] - before) < 2e-6);
+  }
+}
+
+TEST_CASE("In MuJoCo 3 the plugin's state has room for the contacts of its key, and says when it has not",
+          "[mujoco]") {
+  const Scene scene = ten_blocks();
+  const auto hold = [&](const char* contacts) {
+    const Model model =
+        load_with_plugin(scene.xml, std::string("<config key=\"contacts\" value=\"") + contacts + "\"/>");
+    const Data data = make_data(*model), other = make_data(*model);
+    static int warnings;
+    warnings = 0;
+    auto* const before = mju_user_warning;
+    mju_user_warning = [](const char*) { ++warnings; };
+    run_for(*model, *data, 0.5, scene);
+    std::vector<mjtNum> state(static_cast<std::size_t>(mj_stateSize(model.get(), mjSTATE_INTEGRATION)));
+    mj_getState(model.get(), data.get(), state.data(), mjSTATE_INTEGRATION);
+    mj_setState(model.get(), other.get(), state.data(), mjSTATE_INTEGRATION);
+    run_for(*model, *data, 0.2, scene);
+    run_for(*model, *other, 0.2, scene);
+    mju_user_warning = before;
+    const bool equal = std::equal(data->qpos, data->qpos + model->nq, other->qpos);
+    CHECK(data->qpos[0] < 1e-4);  // friction holds all blocks in any case
+    return std::make_pair(equal, warnings);
+  };
+  CHECK(hold("40") == std::make_pair(true, 0));
+  CHECK(hold("8") == std::make_pair(false, 2));  // one in each data
+  CHECK_FALSE(hold("0").first);
+}
+
+TEST_CASE("In MuJoCo 3 a block that sleeps and wakes keeps its bristles, and where it is", "[mujoco]") {
+  // Returns how far the block moves in the last five of thirteen taps, after each of which it sleeps. It
+  // falls asleep before it has settled, so the first taps move it by 0.5 um in all; straight bristles would
+  // move it by 5.6 um after each tap.
+  const auto tap = [&](const mjModel& model, mjData& data, const auto& step) {
+    const auto rest = [&](double seconds) {
+      for (const double end = data.time + seconds; data.time < end;) step();
+    };
+    rest(1.0);
+    mjtNum before = 0.0;
+    for (int i = 0; i < 13; ++i) {
+      if (i == 8) before = data.qpos[0];
+      CHECK(data.ntree_awake == 0);
+      data.xfrc_applied[8] = -1.0;  // wakes the block
+      rest(0.01);
+      CHECK(data.ntree_awake == model.ntree);
+      data.xfrc_applied[8] = 0.0;
+      rest(0.4);
+    }
+    return std::fabs(data.qpos[0] - before);
+  };
+  Scene scene = tapped_block();
+  scene.xml.insert(scene.xml.find("<default>"), "<option><flag sleep=\"enable\"/></option>");
+  const Model model = load_with_plugin(scene.xml);
+  const Data data = make_data(*model);
+  CHECK(tap(*model, *data, [&] { mj_step(model.get(), data.get()); }) < 0.01e-6);
+  World world(scene.xml);
+  CHECK(tap(*world.model, *world.data, [&] { world.friction->step(*world.model, *world.data); }) < 0.01e-6);
+}
+
+TEST_CASE("In MuJoCo 3 force sensors know the friction of the plugin, and so does bristle_contact_force",
+          "[mujoco]") {
+  const Model model = load_with_plugin(on_force_plate());
+  const Data data = make_data(*model);
+  Scene none;
+  run_for(*model, *data, 1.0, none);
+  const Eigen::Vector3d gravity_vector(2.539, 0.0, -9.476);
+  const auto expect_held = [&] {
+    const Eigen::Map<const Eigen::Vector3d> sensed(data->sensordata);
+    CHECK((sensed + 0.3 * gravity_vector).norm() < 1e-3 * 0.3 * gravity);
+    for (int i = 0; i < 6; ++i) CHECK(std::fabs(data->qacc[i]) < 1e-3);
+  };
+  expect_held();
+  mj_forward(model.get(), data.get());
+  expect_held();
+  CHECK(std::all_of(data->xfrc_applied, data->xfrc_applied + 18, [](mjtNum f) { return f == 0.0; }));
+  using ContactForce = void (*)(const mjModel*, const mjData*, int, mjtNum*);
+  void* const library = dlopen(BRISTLE_MUJOCO_PLUGIN, RTLD_NOW | RTLD_NOLOAD);
+  REQUIRE(library != nullptr);
+  const auto contact_force = reinterpret_cast<ContactForce>(dlsym(library, "bristle_contact_force"));
+  REQUIRE(contact_force != nullptr);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = 0; i < data->ncon; ++i) {
+    mjtNum force[6], in_world[3];
+    contact_force(model.get(), data.get(), i, force);
+    mju_mulMatTVec(in_world, data->contact[i].frame, force, 3, 3);
+    sum += Eigen::Vector3d(in_world[0], in_world[1], in_world[2]);
+  }
+  CHECK((sum + 0.2 * gravity_vector).norm() < 1e-3 * 0.2 * gravity);
+}
+
+TEST_CASE("In MuJoCo 3 belts of the model carry boxes on bristles, and adhesion holds them", "[mujoco]") {
+  const auto run = [](const std::string& xml, bool bristles) {
+    const Model model = load(xml);
+    const Data data = make_data(*model);
+    std::optional<BristleFriction> friction;
+    if (bristles) {
+      const ContactDims dims = remove_friction(*model);
+      friction.emplace(*model, dims, World::law());
+    }
+    while (data->time < 1.5) {
+      if (friction)
+        friction->step(*model, *data);
+      else
+        mj_step(model.get(), data.get());
+    }
+    return Eigen::Vector3d(data->qpos[0], data->qpos[1], data->qpos[2]);
+  };
+  const auto with = [](const char* attribute, const char* gravity_vector) {
+    std::string xml = on_floor(R"(<geom type="box" size="0.05 0.05 0.02" mass="0.2"/>)", 0.0199, 0.5);
+    xml.insert(xml.find("type=\"plane\""), std::string(attribute) + " ");
+    xml.replace(xml.find("timestep"), 8, std::string(gravity_vector) + " timestep");
+    return xml;
+  };
+  const std::string belt = with("surfacevel=\"1 0 0 0 0 0\"", "");
+  const double carried = run(belt, true)[0];
+  CHECK(carried > 1.0);
+  CHECK(carried == Approx(run(belt, false)[0]).epsilon(0.002));
+  // A wall in whose plane gravity acts. At four corners, 1.5 N of adhesion each hold the weight of 1.96 N by
+  // friction of 0.5, and 0.75 N do not.
+  const char* along = "gravity=\"9.81 0 0\"";
+  CHECK(run(with("margin=\"0.001\" gap=\"0.001\" adhesion=\"1.5\"", along), true)[0] < 50e-6);
+  const double slides = run(with("margin=\"0.001\" gap=\"0.001\" adhesion=\"0.75\"", along), true)[0];
+  CHECK(slides == Approx(0.5 * (gravity - 0.5 * 3.0 / 0.2) * 1.5 * 1.5).epsilon(0.02));
 }
 #endif
 

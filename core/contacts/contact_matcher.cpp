@@ -65,9 +65,10 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     bool joined = false;           ///< whether a new contact has the number of one that is held
 
     bool agrees(const Point& other) const noexcept {
-      const double squares = dot(normal, normal) * dot(other.normal, other.normal);
-      return squares == 0.0 || dot(normal, other.normal) > least_cosine;
+      const double cosine = dot(normal, other.normal);
+      return cosine > least_cosine || (cosine == 0.0 && (has_any_normal() || other.has_any_normal()));
     }
+    bool has_any_normal() const noexcept { return dot(normal, normal) == 0.0; }
     double squared_distance(const Point& other) const noexcept {
       const double d[3] = {at[0] - other.at[0], at[1] - other.at[1], at[2] - other.at[2]};
       return dot(d, d);
@@ -145,9 +146,27 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
-    for (int side : {0, 1})
-      for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after)
-        find_nearest(pair, side, points[side][i]);
+    for (std::uint32_t i = pair.first[0]; i != none; i = points[0][i].after) {
+      points[0][i].nearest = none;
+      points[0][i].distance = reach_squared;
+    }
+    // Finds the nearest contacts of both steps in one pass, as find_nearest() does for one contact.
+    for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
+      Point& now = points[1][i];
+      now.nearest = none;
+      now.distance = reach_squared;
+      for (std::uint32_t j = pair.first[0]; j != none; j = points[0][j].after) {
+        Point& before = points[0][j];
+        const double distance = now.squared_distance(before);
+        const auto nearer = [&](const Point& p) {
+          return distance < p.distance || (distance == p.distance && p.nearest == none);
+        };
+        const bool of_now = nearer(now), of_before = nearer(before);
+        if ((!of_now && !of_before) || !now.agrees(before)) continue;
+        if (of_now) now.nearest = j, now.distance = distance;
+        if (of_before) before.nearest = i, before.distance = distance;
+      }
+    }
     for (bool more = true; more;) {
       more = false;
       for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {

@@ -97,10 +97,10 @@ std::uint64_t pair_of(const btPersistentManifold& manifold) {
 /// Linear system whose unknowns are the velocity changes of a group's bodies, six for each.
 struct BristleSolver::System {
   using Vector12 = Eigen::Matrix<double, 12, 1>;
-  /// Jacobian of a constraint with respect to the velocities of its two bodies, six for each, and their
-  /// columns in the matrix. A body that cannot move has columns -1.
+  /// Jacobian of a constraint with respect to the velocities of its two bodies, six for each, and the first
+  /// column of each body in the matrix, -1 if it cannot move.
   struct Line {
-    int columns[12];
+    int first[2];
     Vector12 along;
   };
   /// Bullet's constraint row of a normal impulse or a joint. It is solved with `softness`, slightly above the
@@ -125,8 +125,8 @@ struct BristleSolver::System {
 
   static double velocity(const Line& l, const Eigen::VectorXd& of) {
     double sum = 0.0;
-    for (int side = 0; side < 12; side += 6)
-      if (l.columns[side] >= 0) sum += l.along.segment<6>(side).dot(of.segment<6>(l.columns[side]));
+    for (int side = 0; side < 2; ++side)
+      if (l.first[side] >= 0) sum += l.along.segment<6>(6 * side).dot(of.segment<6>(l.first[side]));
     return sum;
   }
   Vector2d slip(const Friction& f) const {
@@ -135,7 +135,7 @@ struct BristleSolver::System {
   /// Adds a constraint or friction along a line, whose impulse is `pull` less `gain` times its velocity.
   void add(const Line& l, double gain, double pull) {
     using One = Eigen::Matrix<double, 1, 1>;
-    matrix.add<1, 12>(l.columns, l.along.transpose(), One(gain), One(pull));
+    matrix.add_bodies(l.first, l.along, One(gain), One(pull));
   }
   void set_shape();
   void set_masses(const btAlignedObjectArray<btSolverBody>& bodies);
@@ -155,8 +155,12 @@ struct BristleSolver::System {
 /// joins.
 void BristleSolver::System::set_shape() {
   for (int i = 0; i < masses.size(); ++i) masses.couple(i, i - i % 6);
-  for (const Row& row : rows) masses.couple(row.line.columns, 12);
-  for (const Friction& f : frictions) masses.couple(f.lines[0].columns, 12);
+  const auto couple = [this](const Line& line) {
+    const int low = std::min(line.first[0], line.first[1]), high = std::max(line.first[0], line.first[1]);
+    for (int i = 0; low >= 0 && i < 6; ++i) masses.couple(high + i, low);
+  };
+  for (const Row& row : rows) couple(row.line);
+  for (const Friction& f : frictions) couple(f.lines[0]);
   masses.set_zero();
 }
 
@@ -205,8 +209,9 @@ void BristleSolver::System::refine() {
   matrix.right.setZero();
   for (const Row& row : rows) {
     const double impulse = missing(row) / row.softness;
-    for (int i = 0; i < 12; ++i)
-      if (row.line.columns[i] >= 0) matrix.right[row.line.columns[i]] += impulse * row.line.along[i];
+    for (int side = 0; side < 2; ++side)
+      if (row.line.first[side] >= 0)
+        matrix.right.segment<6>(row.line.first[side]) += impulse * row.line.along.segment<6>(6 * side);
   }
   matrix.substitute();
   for (Row& row : rows)
@@ -685,8 +690,7 @@ void BristleSolver::list_unknowns(double dt_s) {
   }
   system.masses.begin(unknowns);
   const auto set_columns = [&](System::Line& line, int side, int body) {
-    const int first = system.column[static_cast<std::size_t>(body)];
-    for (int i = 0; i < 6; ++i) line.columns[6 * side + i] = first < 0 ? -1 : first + i;
+    line.first[side] = system.column[static_cast<std::size_t>(body)];
   };
 
   // Adds a slight softness to Bullet's rows of normal impulses. It shares the load among all four corners

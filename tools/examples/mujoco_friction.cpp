@@ -65,13 +65,16 @@ void visit_masses(const mjModel& model, const mjData& data, int dof, const Visit
 #endif
 }
 
-/// Returns the smaller geom of a contact; a plane counts as the larger one.
-int smaller_geom(const mjModel& model, const mjContact& contact) {
+/// Returns the smaller of two geoms; a plane counts as the larger one.
+int smaller_geom(const mjModel& model, int geom1, int geom2) {
   const auto radius = [&](int geom) {  // m; a plane has none and counts as larger
     const double bound = model.geom_rbound[geom];
     return bound > 0.0 ? bound : HUGE_VAL;
   };
-  return radius(contact.geom2) <= radius(contact.geom1) ? contact.geom2 : contact.geom1;
+  return radius(geom2) <= radius(geom1) ? geom2 : geom1;
+}
+int smaller_geom(const mjModel& model, const mjContact& contact) {
+  return smaller_geom(model, contact.geom1, contact.geom2);
 }
 bool is_round(const mjModel& model, int geom) {
   const int type = model.geom_type[geom];
@@ -92,20 +95,20 @@ Map<const Vector3d> centre_of(const mjData& data, int geom) {
 Map<const Vector3d> spin_of(const mjData& data, int body) {  // rad/s
   return Map<const Vector3d>(data.cvel + 6 * body);
 }
-bristle::BodyPlace place_of(const mjModel& model, const mjData& data, int geom) {
-  return {centre_of(data, geom),
-          Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom),
-          model.opt.timestep * spin_of(data, model.geom_bodyid[geom])};
-}
-
 /// Returns the last degree of freedom that moves a body, or -1.
 int last_dof(const mjModel& model, int body) {
   while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
   return body > 0 ? model.body_dofadr[body] + model.body_dofnum[body] - 1 : -1;
 }
+/// Returns whether a degree of freedom moves a free body along an axis of the world.
+bool shifts(const mjModel& model, int dof) {
+  const int joint = model.dof_jntid[dof];
+  return model.jnt_type[joint] == mjJNT_FREE && dof < model.jnt_dofadr[joint] + 3;
+}
 std::size_t tree_of(const mjModel& model, int dof) {
   return static_cast<std::size_t>(model.body_rootid[model.dof_bodyid[dof]]);
 }
+bool reads_forces(int sensor_type) { return sensor_type == mjSENS_FORCE || sensor_type == mjSENS_TORQUE; }
 bool has_spin(const ContactDims& dims) {
   const auto spins = [](int dim) { return dim >= 4; };
   return std::any_of(dims.geom.begin(), dims.geom.end(), spins) ||
@@ -133,8 +136,7 @@ BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
       matcher_(bristle::MatcherOptions{}.with_capacity(options.contacts).with_reach(options.reach)),
       tree_start_(static_cast<std::size_t>(model.nbody)),
       friction_(VectorXd::Zero(model.nv)),
-      other_constraints_(friction_),
-      applied_(static_cast<std::size_t>(model.nv)) {
+      other_constraints_(friction_) {
   surface_velocity_ = options.surface_velocity;
   matcher_.set_hold(held_contacts);
   if (has_spin(dims_))
@@ -154,7 +156,7 @@ BristleFriction::BristleFriction(const mjModel& model, const ContactDims& dims,
 void BristleFriction::step(const mjModel& model, mjData& data) {
   prepare(model, data);
   mj_step2(&model, &data);
-  withdraw(model, data);
+  correct_sensors(model, data);
   end_step(model, data);
 }
 
@@ -163,26 +165,25 @@ void BristleFriction::forward(const mjModel& model, mjData& data) {
   mj_fwdActuation(&model, &data);
   mj_fwdAcceleration(&model, &data);
   mj_fwdConstraint(&model, &data);
+#if mjVERSION_HEADER >= 3011000
+  data.flg_rnepost = 0;  // the forces on bodies that sensors read are those of an earlier state
+#endif
   mj_sensorAcc(&model, &data);
-  withdraw(model, data);
+  correct_sensors(model, data);
 }
 
-/// Runs a step as far as the friction force, and adds that force to the applied forces. Where sensors look at
-/// the bodies of a contact, it acts on both bodies; elsewhere it is added as a generalised force, which costs
-/// less.
+/// Runs a step as far as the friction force, and adds that force to the passive forces. (Among applied forces
+/// it would keep MuJoCo 3 from putting bodies to sleep.)
 void BristleFriction::prepare(const mjModel& model, mjData& data) {
   mj_step1(&model, &data);
   mj_fwdActuation(&model, &data);
   mj_fwdAcceleration(&model, &data);
   find_friction(model, data);
-  std::copy_n(data.qfrc_applied, model.nv, applied_.begin());
-  applied_to_bodies_.clear();
-  const auto looks = [](int type) { return type == mjSENS_FORCE || type == mjSENS_TORQUE; };
-  if (std::none_of(model.sensor_type, model.sensor_type + model.nsensor, looks)) {
-    Map<VectorXd>(data.qfrc_applied, model.nv) += friction_;
-    return;
-  }
-  applied_to_bodies_.assign(data.xfrc_applied, data.xfrc_applied + 6 * model.nbody);
+  Map<VectorXd>(data.qfrc_passive, model.nv) += friction_;
+}
+
+/// Adds the friction of each contact to the forces on both of its bodies (xfrc_applied).
+void BristleFriction::add_wrenches(const mjModel&, mjData& data) const {
   for (const Contact& contact : contacts_) {
     const Vector3d force = contact.frame.force({contact.force[0], contact.force[1]});
     for (int side = 0; side < 2; ++side) {
@@ -196,11 +197,26 @@ void BristleFriction::prepare(const mjModel& model, mjData& data) {
   }
 }
 
-/// Restores the applied forces of the caller (qfrc_applied, xfrc_applied), to which prepare() added
-/// friction.
-void BristleFriction::withdraw(const mjModel& model, mjData& data) const {
-  std::copy_n(applied_.begin(), model.nv, data.qfrc_applied);
-  std::copy(applied_to_bodies_.begin(), applied_to_bodies_.end(), data.xfrc_applied);
+void BristleFriction::correct_sensors(const mjModel& model, mjData& data) const {
+  if (std::none_of(model.sensor_type, model.sensor_type + model.nsensor, reads_forces)) return;
+  const std::vector<double> applied(data.xfrc_applied, data.xfrc_applied + 6 * model.nbody);
+  add_wrenches(model, data);
+  mj_rnePostConstraint(&model, &data);
+  std::copy(applied.begin(), applied.end(), data.xfrc_applied);
+  for (int i = 0; i < model.nsensor; ++i) {
+    if (!reads_forces(model.sensor_type[i])) continue;
+#if mjVERSION_HEADER >= 3011000
+    if (model.sensor_delay[i] > 0.0) continue;
+#endif
+    const int site = model.sensor_objid[i], body = model.site_bodyid[site];
+    mjtNum local[6];
+    mju_transformSpatial(local, data.cfrc_int + 6 * body, 1, data.site_xpos + 3 * site,
+                         data.subtree_com + 3 * model.body_rootid[body], data.site_xmat + 9 * site);
+    const double most = model.sensor_cutoff[i] > 0.0 ? model.sensor_cutoff[i] : HUGE_VAL;
+    for (int a = 0; a < 3; ++a)
+      data.sensordata[model.sensor_adr[i] + a] =
+          std::clamp(local[model.sensor_type[i] == mjSENS_FORCE ? 3 + a : a], -most, most);
+  }
 }
 
 void BristleFriction::contact_force(const mjModel& model, const mjData& data, int id,
@@ -215,44 +231,162 @@ void BristleFriction::contact_force(const mjModel& model, const mjData& data, in
   }
 }
 
+namespace {
+
+/// Head of a saved state. Equal frictions have equal bytes, so nothing in it is padding.
+struct StateHead {
+  std::uint32_t capacity, contacts, slipped, moved;
+};
+struct Writer {
+  BristleFriction::State& to;
+  template <class T>
+  void operator()(const T& value) {
+    const auto* const from = reinterpret_cast<const std::byte*>(&value);
+    to.insert(to.end(), from, from + sizeof value);
+  }
+  template <class Kept>
+  void part(const Kept& kept) {
+    const std::size_t at = to.size();
+    to.resize(at + kept.state_size());
+    kept.save_state({to.data() + at, to.size() - at});
+  }
+};
+struct Reader {
+  const BristleFriction::State& from;
+  std::size_t at = 0;
+  const std::byte* take(std::size_t bytes) {
+    if (from.size() - at < bytes) throw bristle::Error("a state of BristleFriction is cut short");
+    at += bytes;
+    return from.data() + at - bytes;
+  }
+  template <class T>
+  void operator()(T& value) {
+    const std::byte* const bytes = take(sizeof value);
+    std::copy_n(bytes, sizeof value, reinterpret_cast<std::byte*>(&value));
+  }
+};
+
+}  // namespace
+
+/// Calls visit(field) for each field of a contact that the next step reads.
+template <class AnyContact, class Visit>
+void BristleFriction::visit_fields(AnyContact& contact, Visit& visit) {
+  visit(contact.key), visit(contact.pair), visit(contact.patch.value), visit(contact.bed.value);
+  bristle::ContactFrame::visit_fields(contact.frame, visit);
+  bristle::SlipByPlaces::visit_fields(contact.slip, visit);
+  for (auto* const vector : {&contact.turn[0], &contact.turn[1], &contact.point, &contact.force,
+                             &contact.place, &contact.moved_by_velocity})
+    visit(*vector);
+  visit(contact.surface), visit(contact.arc), visit(contact.normal_load), visit(contact.scale);
+  visit(contact.cells);
+  for (auto* const number : {&contact.bodies[0], &contact.bodies[1], &contact.geoms[0], &contact.geoms[1],
+                             &contact.row, &contact.surfaces})
+    visit(*number);
+  for (auto* const flag : {&contact.is_disc, &contact.is_listed, &contact.is_asleep}) visit(*flag);
+}
+
 BristleFriction::State BristleFriction::save() const {
   State to;
-  const auto keep = [](const auto& from, std::vector<std::byte>& bytes) {
-    bytes.resize(from.state_size());
-    from.save_state(bytes);
-  };
-  keep(patches_, to.patches);
-  keep(points_, to.points);
-  keep(bed_batch_, to.beds);
-  keep(matcher_, to.matcher);
-  if (discs_) keep(*discs_, to.discs);
-  if (beds_) keep(*beds_, to.keyed_beds);
-  to.contacts = contacts_;
-  to.cells = cells_;
-  to.dofs = dofs_;
-  to.surfaces = surfaces_;
-  to.other_constraints = other_constraints_;
-  to.capacity = points_.capacity();
-  to.moved = moved_;
-  to.slipped = slipped_;
+  save(to);
   return to;
 }
 
-void BristleFriction::restore(const State& from) {
-  reserve(from.capacity);
-  patches_.restore_state(from.patches);
-  points_.restore_state(from.points);
-  bed_batch_.restore_state(from.beds);
-  matcher_.restore_state(from.matcher);
-  if (discs_) discs_->restore_state(from.discs);
-  if (beds_) beds_->restore_state(from.keyed_beds);
-  contacts_ = from.contacts;
-  cells_ = from.cells;
-  dofs_ = from.dofs;
-  surfaces_ = from.surfaces;
-  other_constraints_ = from.other_constraints;
-  moved_ = from.moved;
-  slipped_ = from.slipped;
+void BristleFriction::save(State& to) const {
+  to.clear();
+  Writer write{to};
+  const auto keeps = [](const Contact& contact) { return contact.patch || contact.bed; };
+  const auto kept = std::count_if(contacts_.begin(), contacts_.end(), keeps);
+  write(StateHead{points_.capacity(), static_cast<std::uint32_t>(kept), slipped_, moved_});
+  for (const double force : other_constraints_) write(force);
+  for (const Contact& contact : contacts_) {
+    if (!keeps(contact)) continue;
+    visit_fields(contact, write);
+    // Patches that have yet to step answer anew when they do.
+    for (std::size_t k = contact.first_cell; !slipped_ && k < contact.first_cell + contact.cells; ++k) {
+      write(cells_[k].response);
+      write(cells_[k].at);
+    }
+  }
+  const auto add = [&](const auto& kept_beside) {
+    write(kept_beside.state_size());
+    write.part(kept_beside);
+  };
+  add(patches_);
+  add(points_);
+  add(bed_batch_);
+  add(matcher_);
+  if (discs_) add(*discs_);
+  if (beds_) add(*beds_);
+}
+
+std::size_t BristleFriction::largest_state() const {
+  State one;
+  Writer write{one};
+  const Contact contact;
+  visit_fields(contact, write);
+  constexpr std::size_t of_matcher = 68 * 2, other = 256;
+  return patches_.state_size() + points_.state_size() + bed_batch_.state_size() +
+         (discs_ ? discs_->state_size() : 0) + (beds_ ? beds_->state_size() : 0) + matcher_.state_size() +
+         points_.capacity() * (one.size() + of_matcher) +
+         sizeof(double) * static_cast<std::size_t>(other_constraints_.size()) + other;
+}
+
+std::uint32_t BristleFriction::capacity_of(const State& state) {
+  StateHead head{};
+  Reader{state}(head);
+  return head.capacity;
+}
+
+void BristleFriction::restore(const State& state) {
+  try {
+    read(state);
+  } catch (const bristle::Error&) {
+    forget_contacts();
+    throw;
+  }
+}
+
+void BristleFriction::read(const State& state) {
+  Reader reader{state};
+  StateHead head{};
+  reader(head);
+  reserve(head.capacity);
+  for (double& force : other_constraints_) reader(force);
+  contacts_.clear();
+  cells_.clear();
+  dofs_.clear();
+  std::vector<Cell> cells;
+  for (std::uint32_t i = 0; i < head.contacts; ++i) {
+    Contact& contact = contacts_.emplace_back();
+    visit_fields(contact, reader);
+    contact.is_new = false;
+    const auto names = [](int id, std::size_t count) {
+      return id >= 0 && static_cast<std::size_t>(id) < count;
+    };
+    for (int side = 0; side < 2; ++side)
+      if (!names(contact.bodies[side], tree_start_.size()) || !names(contact.geoms[side], dims_.geom.size()))
+        throw bristle::Error("a state of BristleFriction is of another model");
+    for (std::size_t k = 0; head.slipped == 0 && k < contact.cells; ++k) {
+      reader(cells.emplace_back().response);
+      reader(cells.back().at);
+    }
+  }
+  const auto restore_part = [&](auto& kept) {
+    std::size_t bytes = 0;
+    reader(bytes);
+    const std::byte* const from = reader.take(bytes);
+    kept.restore_state({from, bytes});
+  };
+  restore_part(patches_);
+  restore_part(points_);
+  restore_part(bed_batch_);
+  restore_part(matcher_);
+  if (discs_) restore_part(*discs_);
+  if (beds_) restore_part(*beds_);
+  for (Contact& contact : contacts_) add_cells(nullptr, contact);
+  if (head.slipped == 0 && cells.size() == cells_.size()) cells_ = cells;
+  slipped_ = head.slipped != 0;
+  moved_ = head.moved != 0;
   column_.clear();
 }
 
@@ -280,6 +414,7 @@ void BristleFriction::forget_contacts() {
   if (beds_) beds_->clear();
   contacts_.clear();
   cells_.clear();
+  dofs_.clear();
   slipped_ = false;
   other_constraints_.setZero();
 }
@@ -308,36 +443,91 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   contacts_.clear();
   cells_.clear();
   dofs_.clear();
-  rows_.clear();
+  levers_.clear();
   found_.clear();
   found_points_.clear();
   found_normals_.clear();
-  for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c) {
-    // Skips contacts of soft bodies (flexes), which MuJoCo 3 has.
-    if (c->efc_address < 0 || c->geom1 < 0 || c->geom2 < 0) continue;
-    found_.push_back(c);
-    const int geom = smaller_geom(model, *c);
-    const Eigen::Matrix3d to_geom = axes_of(model, data, geom).transpose();
-    const Vector3d place = to_geom * (Map<const Vector3d>(c->pos) - centre_of(data, geom)),
-                   normal = to_geom * Map<const Vector3d>(c->frame);
-    found_points_.push_back({pair_of(*c), {place[0], place[1], place[2]}});
-    found_normals_.insert(found_normals_.end(), normal.data(), normal.data() + 3);
-  }
+  near_[0].first = near_[1].first = -1;
+  // Skips contacts of soft bodies (flexes), which MuJoCo 3 has.
+  for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c)
+    if (c->efc_address >= 0 && c->geom1 >= 0 && c->geom2 >= 0) list(model, data, *c);
+  list_asleep(model, data);
   keys_.resize(found_points_.size());
-  reserve(found_.size());
+  reserve(found_points_.size());
   matcher_.match(found_points_, keys_, found_normals_);
-  reserve(found_.size() + matcher_.held().size());
+  reserve(found_points_.size() + matcher_.held().size());
   for (std::size_t i = 0; i < found_.size(); ++i)
-    if (!matcher_.has_joined(i) && keys_[i] != bristle::no_contact_key)
+    if (keys_[i] != bristle::no_contact_key && !matcher_.has_joined(i))
       take_over(model, data, *found_[i], keys_[i], nullptr);
   for (const bristle::HeldContact& held : matcher_.held()) hold(model, data, held);
   for (std::size_t i = 0; i < found_.size(); ++i)
     if (matcher_.has_joined(i)) join(model, data, *found_[i], keys_[i]);
+  for (std::size_t i = found_.size(); i < keys_.size(); ++i) keep_asleep(keys_[i]);
   find_surfaces();
   points_.end_step();
   if (discs_) discs_->end_step();
   if (beds_) beds_->end_step();
   moved_ = false;
+}
+
+/// Adds a contact to those that are matched.
+void BristleFriction::list(const mjModel& model, const mjData& data, const mjContact& found) {
+  found_.push_back(&found);
+  const int geom = smaller_geom(model, found);
+  Vector3d place = Map<const Vector3d>(found.pos) - centre_of(data, geom),
+           normal = Map<const Vector3d>(found.frame);
+  if (!is_round(model, geom)) {
+    const Eigen::Matrix3d to_geom = axes_of(model, data, geom).transpose();
+    place = to_geom * place;
+    normal = to_geom * normal;
+  }
+  found_points_.push_back({pair_of(found), {place[0], place[1], place[2]}});
+  found_normals_.insert(found_normals_.end(), normal.data(), normal.data() + 3);
+}
+
+/// Adds the contacts of bodies that sleep, which MuJoCo does not list, to those that are matched.
+void BristleFriction::list_asleep([[maybe_unused]] const mjModel& model,
+                                  [[maybe_unused]] const mjData& data) {
+#if mjVERSION_HEADER >= 3011000
+  if (data.ntree_awake == model.ntree) return;
+  const auto rests = [&](int body) {
+    const int tree = model.body_treeid[body];
+    return tree < 0 || data.tree_asleep[tree] >= 0;
+  };
+  const std::size_t listed = found_points_.size();
+  for (const Contact& contact : before_) {
+    const auto same_pair = [&](const bristle::ContactPoint& point) { return point.pair == contact.pair; };
+    const auto end = found_points_.begin() + static_cast<std::ptrdiff_t>(listed);
+    if ((!contact.patch && !contact.bed) || !rests(contact.bodies[0]) || !rests(contact.bodies[1]) ||
+        std::any_of(found_points_.begin(), end, same_pair))
+      continue;
+    const int a = static_cast<int>(contact.pair >> 32), b = static_cast<int>(contact.pair & 0xffffffffu);
+    const Vector3d normal =
+        axes_of(model, data, smaller_geom(model, a, b)).transpose() * contact.frame.normal();
+    found_points_.push_back({contact.pair, {contact.place[0], contact.place[1], contact.place[2]}});
+    found_normals_.insert(found_normals_.end(), normal.data(), normal.data() + 3);
+  }
+#endif
+}
+
+/// Keeps a contact of bodies that sleep as it is.
+void BristleFriction::keep_asleep(std::uint64_t key) {
+  const Contact* const old = find_before(key);
+  if (!old) return;
+  Contact& contact = contacts_.emplace_back(*old);
+  if (contact.bed)
+    beds_->find_or_add(key);
+  else
+    (contact.is_disc ? *discs_ : points_).find_or_add(key);
+  contact.is_asleep = true;
+  contact.is_new = false;
+  contact.surfaces = -1;
+  contact.row = -1;
+  contact.arc.setZero();
+  contact.moved_by_velocity.setZero();
+  contact.first_dof = dofs_.size();
+  contact.dofs = 0;
+  add_cells(old, contact);
 }
 
 /// Makes room for this number of contacts. Allocates, when there are more than ever before.
@@ -371,7 +561,7 @@ void BristleFriction::join(const mjModel& model, const mjData& data, const mjCon
   contact.row = found.efc_address;
   contact.first_cell = cells_.size();
   contact.normal_load = found.dist < 0.0 ? 1.0 : 0.0;  // positive: its normal force counts in the prediction
-  set_rows(model, data, nullptr, contact);
+  set_levers(model, data, nullptr, contact);
 }
 
 /// Keeps a contact that MuJoCo does not list at its point, though it lists the pair elsewhere, if the point
@@ -404,7 +594,8 @@ void BristleFriction::find_surfaces() {
                         [&](const Surfaces& s) { return s.pair == contact.pair; });
   };
   for (const Contact& contact : contacts_)
-    if ((!contact.is_listed || contact.joined != own_patch) && named(contact) == surfaces_.end())
+    if (!contact.is_asleep && (!contact.is_listed || contact.joined != own_patch) &&
+        named(contact) == surfaces_.end())
       surfaces_.push_back({contact.pair, 0.0, 0.0});
   for (Contact& contact : contacts_) {
     const auto of = named(contact);
@@ -415,12 +606,11 @@ void BristleFriction::find_surfaces() {
 /// Sets each contact's normal load from MuJoCo's normal forces of this step.
 void BristleFriction::share_loads(const mjData& data) {
   for (Surfaces& s : surfaces_) s.before = s.now = 0.0;
-  for (Contact& contact : contacts_)
-    contact.on_points = contact.is_listed ? data.efc_force[contact.row] : 0.0;
+  for (Contact& contact : contacts_) contact.on_points = contact.row >= 0 ? data.efc_force[contact.row] : 0.0;
   for (Contact& contact : contacts_) {
     if (contact.surfaces < 0) continue;
     Surfaces& s = surfaces_[static_cast<std::size_t>(contact.surfaces)];
-    s.now += contact.is_listed ? data.efc_force[contact.row] : 0.0;
+    s.now += contact.on_points;
     if (contact.joined == own_patch)
       s.before += contact.normal_load;
     else if (contact.joined >= 0)
@@ -428,7 +618,7 @@ void BristleFriction::share_loads(const mjData& data) {
   }
   constexpr double least = 1e-3;  // share of the load of its surfaces with which a contact is held
   for (Contact& contact : contacts_) {
-    if (contact.joined != own_patch) continue;
+    if (contact.joined != own_patch || contact.is_asleep) continue;
     double load = contact.on_points;
     if (contact.surfaces >= 0) {
       const Surfaces& s = surfaces_[static_cast<std::size_t>(contact.surfaces)];
@@ -467,6 +657,7 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
   contact.pair = pair_of(found);
   contact.is_new = !known;
   contact.is_listed = held_at == nullptr;
+  contact.is_asleep = false;
   contact.bodies[0] = model.geom_bodyid[found.geom1];
   contact.bodies[1] = model.geom_bodyid[found.geom2];
   const bool rounds[2] = {is_round(model, found.geom1), is_round(model, found.geom2)};
@@ -492,26 +683,45 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
     if (std::fabs(up) < hop) contact.point -= up * normal;
   }
   contact.place = axes.transpose() * (contact.point - centre_of(data, small));
-  contact.slip.hold(place_of(model, data, contact.geoms[0]), place_of(model, data, contact.geoms[1]),
-                    contact.point, rounds[0] && rounds[1]);
+  contact.slip.hold(place_of(model, data, contact, 0), place_of(model, data, contact, 1), contact.point,
+                    rounds[0] && rounds[1]);
   contact.scale = found.friction[0] / (rolls ? bed_friction_ : kinetic_);
   contact.row = held_at ? -1 : found.efc_address;
   contact.patch = {};
-  contact.cells = 0;
   if (disc) {
     const double mu = found.friction[0], torsional = found.friction[2];
     contact.patch = discs_->find_or_add(key);
-    contact.cells = patches_.cell_count(contact.patch);
     contact.radius = mu > 0.0 ? 1.5 * torsional / mu : 0.0;
     patches_.set_scale(contact.patch, contact.radius);
   } else if (dim == 3 && !rolls) {
     contact.patch = points_.find_or_add(key);
-    contact.cells = contact.patch ? 1 : 0;
   }
+  add_cells(old, contact);
+  set_levers(model, data, old, contact);
+}
+
+/// Appends the cells of a contact's patch; `old`: this contact in the step before, or null.
+void BristleFriction::add_cells(const Contact* old, Contact& contact) {
+  const std::size_t before = old ? old->cells : 0, first = old ? old->first_cell : 0;
+  contact.cells = !contact.patch ? 0 : contact.is_disc ? patches_.cell_count(contact.patch) : 1;
   contact.first_cell = cells_.size();
   for (std::size_t k = 0; k < contact.cells; ++k)
-    cells_.push_back(known && k < old->cells ? cells_before_[old->first_cell + k] : Cell{});
-  set_rows(model, data, old, contact);
+    cells_.push_back(k < before ? cells_before_[first + k] : Cell{});
+}
+
+/// Returns where the geom on one side of a contact is. Contacts of the same geoms mostly follow each other,
+/// so it keeps the last answers.
+const bristle::BodyPlace& BristleFriction::place_of(const mjModel& model, const mjData& data,
+                                                    const Contact& contact, int side) {
+  const int geom = contact.geoms[side];
+  auto& [known, place] = near_[side];
+  if (known != geom) {
+    place.centre = centre_of(data, geom);
+    place.axes = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom);
+    place.turn = model.opt.timestep * spin_of(data, model.geom_bodyid[geom]);
+    known = geom;
+  }
+  return place;
 }
 
 /// Turns the contact's frame with the bodies. Small turns are added up and applied once they matter, since
@@ -538,46 +748,52 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
 
 /// Computes a contact's Jacobian (as mj_jac, without columns of zeros) and velocity. `old`: this contact in
 /// the step before, or null.
-void BristleFriction::set_rows(const mjModel& model, const mjData& data, const Contact* old,
-                               Contact& contact) {
-  int last[2];
-  const std::size_t begin = dofs_.size();
-  for (int side = 0; side < 2; ++side) {
-    last[side] = last_dof(model, contact.bodies[side]);
-    for (int dof = last[side]; !old && dof >= 0; dof = model.dof_parentid[dof]) dofs_.push_back(dof);
-  }
-  if (old) {
+void BristleFriction::set_levers(const mjModel& model, const mjData& data, const Contact* old,
+                                 Contact& contact) {
+  const int last[2] = {last_dof(model, contact.bodies[0]), last_dof(model, contact.bodies[1])};
+  contact.first_dof = dofs_.size();
+  if (old && old->dofs > 0) {
     const auto from = dofs_before_.begin() + static_cast<std::ptrdiff_t>(old->first_dof);
     dofs_.insert(dofs_.end(), from, from + static_cast<std::ptrdiff_t>(old->dofs));
+  } else {
+    for (const int end : last)
+      for (int dof = end; dof >= 0; dof = model.dof_parentid[dof]) dofs_.push_back(dof);
+    const auto begin = dofs_.begin() + static_cast<std::ptrdiff_t>(contact.first_dof);
+    std::sort(begin, dofs_.end());
+    dofs_.erase(std::unique(begin, dofs_.end()), dofs_.end());
   }
-  contact.first_dof = begin;
-  const auto first = dofs_.begin() + static_cast<std::ptrdiff_t>(begin);
-  if (!old) {
-    std::sort(first, dofs_.end());
-    dofs_.erase(std::unique(first, dofs_.end()), dofs_.end());
-  }
-  contact.dofs = dofs_.size() - begin;
-  rows_.resize(4 * dofs_.size(), 0.0);
-  Rows rows = rows_of(contact);
-  const Vector3d normal = contact.frame.normal();
-  Eigen::Matrix3d axes;
-  axes << normal.transpose(), contact.frame.along().transpose(), contact.frame.aside().transpose();
-  const bool in_line =
-      contact.dofs > 0 && static_cast<std::size_t>(dofs_.back() - *first) + 1 == contact.dofs;
+  contact.dofs = dofs_.size() - contact.first_dof;
+  levers_.resize(4 * dofs_.size(), 0.0);
+  const int* const first = dofs_.data() + contact.first_dof;
+  double* const levers = levers_.data() + 4 * contact.first_dof;
+  const std::size_t count = contact.dofs;
+  const Vector3d axes[3] = {contact.frame.normal(), contact.frame.along(), contact.frame.aside()};
+  const bool in_line = count > 0 && static_cast<std::size_t>(dofs_.back() - *first) + 1 == count;
   for (int side = 0; side < 2; ++side) {
+    if (last[side] < 0) continue;
     const double sign = side == 0 ? -1.0 : 1.0;
     const int root = model.body_rootid[contact.bodies[side]];
     const Vector3d arm = contact.point - Map<const Vector3d>(data.subtree_com + 3 * root);
+    const Vector3d moments[3] = {arm.cross(axes[0]), arm.cross(axes[1]), arm.cross(axes[2])};
     for (int dof = last[side]; dof >= 0; dof = model.dof_parentid[dof]) {
       const Map<const Vector3d> turn(data.cdof + 6 * dof), shift(data.cdof + 6 * dof + 3);
-      auto column = rows.col(in_line ? dof - *first : std::lower_bound(first, dofs_.end(), dof) - first);
-      column.head<3>() += sign * (axes * (shift + turn.cross(arm)));
-      column[3] += sign * normal.dot(turn);
+      double* const to =
+          levers + (in_line ? dof - *first : std::lower_bound(first, first + count, dof) - first);
+      if (shifts(model, dof)) {  // along an axis of the world
+        for (std::size_t a = 0; a < 3; ++a)
+          to[a * count] += sign * axes[a][dof - model.jnt_dofadr[model.dof_jntid[dof]]];
+        continue;
+      }
+      for (std::size_t a = 0; a < 3; ++a) to[a * count] += sign * (axes[a].dot(shift) + moments[a].dot(turn));
+      to[3 * count] += sign * axes[0].dot(turn);
     }
   }
-  contact.start.setZero();
-  for (std::size_t k = 0; k < contact.dofs; ++k)
-    contact.start += data.qvel[dofs_[contact.first_dof + k]] * rows.col(static_cast<Eigen::Index>(k));
+  for (int a = 0; a < 4; ++a) {
+    double speed = 0.0;
+    for (std::size_t k = 0; k < count; ++k)
+      speed += data.qvel[first[k]] * levers[static_cast<std::size_t>(a) * count + k];
+    contact.start[a] = speed;
+  }
   contact.start.segment<2>(1) += contact.arc;
   contact.surface = surface_velocity(model, data, contact);
   contact.start += contact.surface;
@@ -589,11 +805,12 @@ Eigen::Vector4d BristleFriction::surface_velocity(const mjModel& model, const mj
                                                   const Contact& contact) const {
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
   for (const int geom : contact.geoms) {
-    double own[6] = {};
-    if (surface_velocity_) surface_velocity_(model, geom, own);
+    double given[6] = {};
+    const double* own = given;
+    if (surface_velocity_) surface_velocity_(model, geom, given);
 #if mjVERSION_HEADER >= 3011000
     else
-      std::copy_n(model.geom_surfacevel + 6 * geom, 6, own);
+      own = model.geom_surfacevel + 6 * geom;
 #endif
     if (std::all_of(own, own + 6, [](double v) { return v == 0.0; })) continue;
     const Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.geom_xmat + 9 * geom);
@@ -606,8 +823,8 @@ Eigen::Vector4d BristleFriction::surface_velocity(const mjModel& model, const mj
   return sum;
 }
 
-BristleFriction::Rows BristleFriction::rows_of(const Contact& contact) {
-  return {rows_.data() + 4 * contact.first_dof, 4, static_cast<Eigen::Index>(contact.dofs)};
+BristleFriction::Levers BristleFriction::levers_of(const Contact& contact) {
+  return {levers_.data() + 4 * contact.first_dof, static_cast<Eigen::Index>(contact.dofs), 4};
 }
 
 /// Numbers the matrix columns of the degrees of freedom that contacts act on. Kinematic trees that touch get
@@ -710,34 +927,55 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
     line[column] += dt_s * model.dof_damping[dof];  // joint damping, implicit in MuJoCo's integrators too
   }
   for (const Contact& contact : contacts_) {
-    Eigen::Matrix4d gain = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d pull = Eigen::Vector4d::Zero();
+    if (contact.dofs == 0) continue;
+    const bool point = contact.cells == 1 && !contact.is_disc;
+    Eigen::Vector4d pull = Eigen::Vector4d::Zero(), straight = Eigen::Vector4d::Zero();
     if (contact.is_listed && contact.normal_load > 0.0) {
-      gain(0, 0) = 1.0 / data.efc_R[contact.row];
-      pull[0] = dt_s * data.efc_aref[contact.row] * gain(0, 0);
+      straight[0] = 1.0 / data.efc_R[contact.row];
+      pull[0] = dt_s * data.efc_aref[contact.row] * straight[0];
     }
-    if (contact.cells > 0 || contact.bed) {
-      Eigen::Matrix3d of_cells = Eigen::Matrix3d::Zero();
-      Vector3d elastic = Vector3d::Zero();
-      sum_cells(contact, of_cells, elastic);
-      gain.bottomRightCorner<3, 3>() = dt_s * of_cells;
-      pull.tail<3>() = dt_s * (elastic - of_cells * contact.start.tail<3>());
+    if (contact.cells <= 1 && !contact.bed) {
+      if (point) {
+        const bristle::LinearFriction& model_of_cell = cells_[contact.first_cell].model;
+        straight[1] = straight[2] = dt_s * model_of_cell.slope()[0];
+        pull.segment<2>(1) = dt_s * model_of_cell.steady - straight[1] * contact.start.segment<2>(1);
+      }
+      add(contact, straight.asDiagonal(), pull);
+      continue;
     }
-    const int* const columns = columns_.data() + contact.first_dof;
-    if (contact.dofs == 6)  // a single free body has a fixed size, which halves the time
-      system_.add<4, 6>(columns, rows_of(contact), gain, pull);
-    else
-      system_.add<4, Eigen::Dynamic>(columns, rows_of(contact), gain, pull);
+    Eigen::Matrix3d of_cells = Eigen::Matrix3d::Zero();
+    Vector3d elastic = Vector3d::Zero();
+    sum_cells(contact, of_cells, elastic);
+    Eigen::Matrix4d gain = straight.asDiagonal();
+    gain.bottomRightCorner<3, 3>() = dt_s * of_cells;
+    pull.tail<3>() = dt_s * (elastic - of_cells * contact.start.tail<3>());
+    add(contact, gain, pull);
   }
   system_.factor();
   system_.substitute();
   for (Contact& contact : contacts_) {
-    const Rows rows = rows_of(contact);
+    const double* lever = levers_.data() + 4 * contact.first_dof;
+    const int* const columns = columns_.data() + contact.first_dof;
     contact.velocity = contact.start;
-    for (Eigen::Index i = 0; i < rows.cols(); ++i)
-      contact.velocity +=
-          system_.right[columns_[contact.first_dof + static_cast<std::size_t>(i)]] * rows.col(i);
+    for (int a = 0; a < 4; ++a)
+      for (std::size_t k = 0; k < contact.dofs; ++k)
+        contact.velocity[a] += system_.right[columns[k]] * *lever++;
   }
+}
+
+/// Adds a contact to the linear solve. Contacts of one or two free bodies, and of the ground, have sizes that
+/// are fixed, which is faster.
+template <class Gain>
+void BristleFriction::add(const Contact& contact, const Gain& gain, const Eigen::Vector4d& pull) {
+  const int* const columns = columns_.data() + contact.first_dof;
+  const double* const levers = levers_.data() + 4 * contact.first_dof;
+  const auto in_row = [&](int at) { return columns[at + 5] == columns[at] + 5; };
+  if (contact.dofs == 6 && in_row(0))
+    system_.add_bodies({columns[0], -1}, Map<const Eigen::Matrix<double, 6, 4>>(levers), gain, pull);
+  else if (contact.dofs == 12 && in_row(0) && in_row(6))
+    system_.add_bodies({columns[0], columns[6]}, Map<const Eigen::Matrix<double, 12, 4>>(levers), gain, pull);
+  else
+    system_.add(columns, levers_of(contact), gain, pull);
 }
 
 /// Sums the cells' gain G (force per velocity) and elastic force E about the contact point. A slipping cell
@@ -819,6 +1057,7 @@ void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   friction_.setZero();
   for (Contact& contact : contacts_) {
+    if (contact.is_asleep) continue;
     contact.force.setZero();
     if (!contact.patch && !contact.bed) continue;
     const Vector3d moved = dt_s * contact.velocity.tail<3>();
@@ -840,10 +1079,11 @@ void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
       }
       contact.force.head<2>() = contact.scale * force;
     }
-    const Rows rows = rows_of(contact);
-    for (Eigen::Index i = 0; i < rows.cols(); ++i)
-      friction_[dofs_[contact.first_dof + static_cast<std::size_t>(i)]] +=
-          contact.force.dot(rows.col(i).tail<3>());
+    const double* const lever = levers_.data() + 4 * contact.first_dof + contact.dofs;
+    for (std::size_t k = 0; k < contact.dofs; ++k)
+      friction_[dofs_[contact.first_dof + k]] += contact.force[0] * lever[k] +
+                                                 contact.force[1] * lever[k + contact.dofs] +
+                                                 contact.force[2] * lever[k + 2 * contact.dofs];
   }
 }
 
@@ -851,14 +1091,20 @@ void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
 void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
+#if mjVERSION_HEADER >= 3011000
+  for (int dof = 0; data.ntree_awake < model.ntree && dof < model.nv; ++dof)
+    if (data.tree_asleep[model.dof_treeid[dof]] >= 0) other_constraints_[dof] = 0.0;
+#endif
   for (Contact& contact : contacts_) {
-    const Rows rows = rows_of(contact);
-    const double load = contact.is_listed ? data.efc_force[contact.row] : 0.0;
+    const double load = contact.row >= 0 ? data.efc_force[contact.row] : 0.0;
+    const double* const lever = levers_.data() + 4 * contact.first_dof;
     contact.moved_by_velocity.setZero();
-    for (Eigen::Index i = 0; i < rows.cols(); ++i) {
-      const int dof = dofs_[contact.first_dof + static_cast<std::size_t>(i)];
-      contact.moved_by_velocity += dt_s * data.qvel[dof] * rows.col(i).tail<3>();
-      other_constraints_[dof] -= load * rows(0, i);
+    for (std::size_t k = 0; k < contact.dofs; ++k) {
+      const int dof = dofs_[contact.first_dof + k];
+      for (int a = 0; a < 3; ++a)
+        contact.moved_by_velocity[a] +=
+            dt_s * data.qvel[dof] * lever[k + static_cast<std::size_t>(a + 1) * contact.dofs];
+      other_constraints_[dof] -= load * lever[k];
     }
   }
   share_loads(data);
@@ -867,9 +1113,8 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
 
 /// Returns the slip (m) and spin (rad) of geom2 against geom1 in the last step, and keeps by how much the
 /// slip differs from that by velocities.
-Vector3d BristleFriction::moved_by_places(const mjModel& model, const mjData& data, Contact& contact) const {
-  Vector3d slip =
-      contact.slip.find(place_of(model, data, contact.geoms[0]), place_of(model, data, contact.geoms[1]));
+Vector3d BristleFriction::moved_by_places(const mjModel& model, const mjData& data, Contact& contact) {
+  Vector3d slip = contact.slip.find(place_of(model, data, contact, 0), place_of(model, data, contact, 1));
   if (model.geom_bodyid[contact.geoms[0]] == contact.bodies[0]) slip = -slip;
   const Vector3d moved(contact.frame.along().dot(slip), contact.frame.aside().dot(slip),
                        contact.moved_by_velocity[2]);
@@ -883,8 +1128,9 @@ void BristleFriction::step_patches(const mjModel& model, const mjData& data) {
   motions_.assign(cells_.size(), Motion{});
   responses_.resize(cells_.size());
   bed_motions_.clear();
+  near_[0].first = near_[1].first = -1;
   for (Contact& contact : contacts_) {
-    if (!contact.patch && !contact.bed) continue;
+    if ((!contact.patch && !contact.bed) || contact.is_asleep) continue;
     const Vector3d moved = moved_by_places(model, data, contact);
     if (contact.bed)
       bed_motions_.push_back(bed_motion(model, data, contact, moved));
@@ -894,9 +1140,10 @@ void BristleFriction::step_patches(const mjModel& model, const mjData& data) {
   batch_.step(model.opt.timestep, motions_, responses_);
   bed_responses_.resize(bed_motions_.size());
   bed_batch_.step(bed_motions_, bed_responses_);
-  for (std::size_t k = 0; k < cells_.size(); ++k) cells_[k].response = responses_[k];
+  for (std::size_t k = 0; k < cells_.size(); ++k)
+    if (motions_[k].id) cells_[k].response = responses_[k];
   for (const Contact& contact : contacts_)
-    if (contact.is_disc && contact.patch) turn_disc(contact);
+    if (contact.is_disc && contact.patch && !contact.is_asleep) turn_disc(contact);
   slipped_ = false;
 }
 

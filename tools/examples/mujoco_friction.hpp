@@ -22,8 +22,8 @@
 //
 // The order of a step. After mj_step1, mj_fwdActuation and mj_fwdAcceleration, a clipped predictor finds how
 // each contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force how its
-// patch will answer. The answers are in qfrc_applied during mj_step2. Once the next mj_step1 has placed the
-// bodies, patches and beds step by the actual slip of the contacts, taken from places
+// patch will answer. The answers are among the passive forces in mj_step2. Once the next mj_step1 has placed
+// the bodies, patches and beds step by the actual slip of the contacts, taken from places
 // (bristle::SlipByPlaces). They follow the bodies, so nothing drifts, even on turning surfaces. Normal loads
 // are those of the step before, for a new contact those of the step without friction.
 //
@@ -74,8 +74,7 @@ class BristleFriction {
   BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
-  /// Runs one step of the model, in place of mj_step. Forces that the caller put into qfrc_applied act, and
-  /// stay there.
+  /// Runs one step of the model, in place of mj_step.
   void step(const mjModel& model, mjData& data);
   /// Computes accelerations, constraint forces and sensors of the present state with friction, in place of
   /// mj_forward, which knows none.
@@ -90,17 +89,26 @@ class BristleFriction {
   /// Records loads and velocities of the step. Call it once MuJoCo has advanced the velocities. The patches
   /// step when the next find_friction() sees where the bodies are.
   void end_step(const mjModel& model, const mjData& data);
+  /// Adds the friction to force and torque sensors, which MuJoCo has computed without it. For programs that
+  /// call find_friction(): step() and forward() do this. Sensors with a delay keep MuJoCo's value.
+  void correct_sensors(const mjModel& model, mjData& data) const;
   /// Treats every contact as new, with straight bristles. Call it after mj_resetData, or when bodies were
   /// moved by hand.
   void forget_contacts();
 
   /// Deflections of all bristles and what belongs to them.
-  struct State;
+  using State = std::vector<std::byte>;
   /// Returns the present state. Together with the data's (mj_copyData) it repeats a run to the bit.
   State save() const;
+  void save(State& to) const;
   /// Restores the state of this or another BristleFriction that was made with the same arguments. Throws
-  /// bristle::Error, among others if this one has room for more contacts than the other had.
+  /// bristle::Error, among others if this one has room for more contacts than the other had; every contact is
+  /// new then.
   void restore(const State& state);
+  /// Returns the number of contacts for which the BristleFriction of a state had room.
+  static std::uint32_t capacity_of(const State& state);
+  /// Returns the largest size of a state after end_step(), bytes, while the room for contacts is as it is.
+  std::size_t largest_state() const;
 
   /// Contact point, as the last step left it.
   struct Contact {
@@ -115,6 +123,7 @@ class BristleFriction {
     Eigen::Vector3d force = {0, 0, 0};
     bool is_new = true;        ///< whether this contact did not exist in the step before
     bool is_listed = true;     ///< whether MuJoCo lists the contact; if not, the pair touches at other points
+    bool is_asleep = false;    ///< whether the bodies sleep (MuJoCo 3), so that the contact keeps its state
     bool is_disc = false;      ///< whether the contact resists spin (condim 4)
     double radius = 0.0;       ///< radius of the contact, if it is a disc, m
     double normal_load = 0.0;  ///< normal load from MuJoCo's solver in this step, N
@@ -135,7 +144,6 @@ class BristleFriction {
 
    private:
     friend class BristleFriction;
-    int round = -1;         // geom whose surface rolls through the bed
     int geoms[2] = {0, 0};  // the geom that may roll, or the smaller one; the other one
     bristle::SlipByPlaces slip;
     std::uint64_t pair = 0;
@@ -153,7 +161,8 @@ class BristleFriction {
     // Linear model of the bed's force at the velocity v of slip and spin: steady - slope v.
     Eigen::Vector3d steady = Eigen::Vector3d::Zero();
     Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
-    // Index of the contact's first entry in dofs_ and rows_, and number of its entries.
+    // Index of the contact's first entry in dofs_ and levers_, and number of its entries; 0 if they are not
+    // known yet.
     std::size_t first_dof = 0, dofs = 0;
     // Slip velocity at the start of the step, in the axes of `velocity`.
     Eigen::Vector4d start = Eigen::Vector4d::Zero();
@@ -171,15 +180,24 @@ class BristleFriction {
     Eigen::Vector2d at = {0, 0};    ///< offset of the cell from the contact point, m
     bristle::LinearFriction model;  ///< model of the cell in the linear solve
   };
-  /// Jacobian of a contact: its velocity along the normal and both axes and its spin, per unit velocity of
-  /// each degree of freedom.
-  using Rows = Eigen::Map<Eigen::Matrix<double, 4, Eigen::Dynamic>>;
+  /// Transposed Jacobian of a contact: its velocity along the normal and both axes and its spin, per unit
+  /// velocity of each degree of freedom, which has a line.
+  using Levers = Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 4>>;
 
   void prepare(const mjModel& model, mjData& data);
-  void withdraw(const mjModel& model, mjData& data) const;
   Eigen::Vector4d surface_velocity(const mjModel& model, const mjData& data, const Contact& contact) const;
   void match(const mjModel& model, const mjData& data);
+  void list(const mjModel& model, const mjData& data, const mjContact& found);
+  void list_asleep(const mjModel& model, const mjData& data);
+  void keep_asleep(std::uint64_t key);
   void reserve(std::size_t contacts);
+  void add_cells(const Contact* old, Contact& contact);
+  template <class AnyContact, class Visit>
+  static void visit_fields(AnyContact& contact, Visit& visit);
+  void read(const State& state);
+  void add_wrenches(const mjModel& model, mjData& data) const;
+  const bristle::BodyPlace& place_of(const mjModel& model, const mjData& data, const Contact& contact,
+                                     int side);
   const Contact* find_before(std::uint64_t key);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
                  const Eigen::Vector3d* held_at);
@@ -189,11 +207,13 @@ class BristleFriction {
   void share_loads(const mjData& data);
   void carry_frame(const mjModel& model, const mjData& data, const Eigen::Vector3d& normal, Contact& contact);
   int dim_of(const mjModel& model, const mjContact& contact) const;
-  void set_rows(const mjModel& model, const mjData& data, const Contact* old, Contact& contact);
-  Rows rows_of(const Contact& contact);
+  void set_levers(const mjModel& model, const mjData& data, const Contact* old, Contact& contact);
+  Levers levers_of(const Contact& contact);
   void begin_new_contacts(const mjModel& model, mjData& data);
   void number_dofs(const mjModel& model);
   void solve(const mjModel& model, const mjData& data);
+  template <class Gain>
+  void add(const Contact& contact, const Gain& gain, const Eigen::Vector4d& pull);
   bool release_cells();
   bristle::BedMotion bed_motion(const mjModel& model, const mjData& data, const Contact& contact,
                                 const Eigen::Vector3d& moved) const;
@@ -201,7 +221,7 @@ class BristleFriction {
   void sum_cells(const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(const mjModel& model, const mjData& data);
   void step_patches(const mjModel& model, const mjData& data);
-  Eigen::Vector3d moved_by_places(const mjModel& model, const mjData& data, Contact& contact) const;
+  Eigen::Vector3d moved_by_places(const mjModel& model, const mjData& data, Contact& contact);
   void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
 
@@ -218,6 +238,9 @@ class BristleFriction {
   bristle::ContactMatcher matcher_;
   std::vector<Contact> contacts_, before_;
   std::size_t next_before_ = 0;  // index in before_ at which the next contact is probably found
+
+  // Places of the geoms of the contact that was asked for last, which mostly has those of the next one.
+  std::pair<int, bristle::BodyPlace> near_[2] = {{-1, {}}, {-1, {}}};
 
   // Keys of the contacts in before_ with their indices, sorted by key. Filled only when contacts come in
   // another order than in the step before.
@@ -240,7 +263,7 @@ class BristleFriction {
   std::vector<bristle::BedResponse> bed_responses_;
   std::vector<bristle::PatchCell> places_;
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
-  std::vector<double> rows_;             // Jacobians, four values for each entry of dofs_
+  std::vector<double> levers_;           // transposed Jacobians, four values for each entry of dofs_
   std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree
   // `trees_`: kinematic trees in contact, in the order of their columns in the system's matrix. `column_`:
   // for each degree of freedom its column, or -1 if its tree touches nothing.
@@ -249,21 +272,9 @@ class BristleFriction {
   std::vector<int> columns_;                   // matrix column of each entry of dofs_
   bristle::BodySystem system_;
   Eigen::VectorXd friction_, other_constraints_;
-  std::vector<double> applied_, applied_to_bodies_;  // the caller's forces in qfrc_applied and xfrc_applied
   std::function<void(const mjModel&, int, double (&)[6])> surface_velocity_;
   bool moved_ = true;     // whether bodies have moved since contacts were matched with patches
   bool slipped_ = false;  // whether patches have yet to step by the slip of the last step
-};
-
-struct BristleFriction::State {
-  std::vector<std::byte> patches, points, discs, beds, keyed_beds, matcher;
-  std::vector<Contact> contacts;
-  std::vector<Cell> cells;
-  std::vector<int> dofs;
-  std::vector<Surfaces> surfaces;
-  Eigen::VectorXd other_constraints;
-  std::uint32_t capacity = 0;
-  bool moved = true, slipped = false;
 };
 
 /// Steps many data of one model with friction, shared over threads: `steps` steps each, calling `drive`, if

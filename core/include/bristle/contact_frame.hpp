@@ -212,6 +212,16 @@ class ContactFrame {
     return w;
   }
 
+  /// Calls visit(field) for each field of a frame, so that a program can save and restore it.
+  template <class Frame, class Visit>
+  static void visit_fields(Frame& frame, Visit&& visit) {
+    for (auto* axes : {&frame.now_, &frame.midway_}) {
+      visit(axes->along);
+      visit(axes->aside);
+      visit(axes->normal);
+    }
+  }
+
   /// Returns force and moment of a force that acts at `arm` (m, from the point about which moments are
   /// taken).
   static Wrench wrench(const Eigen::Vector3d& force, const Eigen::Vector3d& arm) noexcept {
@@ -349,6 +359,14 @@ class SlipByPlaces {
   }
   /// Vector from A's centre to the contact, m.
   const Eigen::Vector3d& arm() const noexcept { return arm_a_; }
+  /// Calls visit(field) for each field of `slip`, so that a program can save and restore it.
+  template <class Slip, class Visit>
+  static void visit_fields(Slip& slip, Visit&& visit) {
+    visit(slip.apart_);
+    visit(slip.arm_a_);
+    visit(slip.arm_b_);
+    visit(slip.both_round_);
+  }
 
  private:
   Eigen::Vector3d apart_ = Eigen::Vector3d::Zero(), arm_a_ = Eigen::Vector3d::Zero(),

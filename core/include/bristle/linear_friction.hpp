@@ -8,7 +8,7 @@
 //
 //   do {
 //     ... masses and constraints into `system`
-//     for (contacts) system.add(columns, rows, share * f.slope().asDiagonal(), share * f.force(s0));
+//     for (contacts) system.add(columns, levers, share * f.slope().asDiagonal(), share * f.force(s0));
 //     system.solve(change);
 //   } while (some f.release(slip after the change));
 //
@@ -144,6 +144,7 @@ class BodySystem {
     }
     entries_.assign(entries, 0.0);
     right.setZero(size());
+    std::fill_n(sum_.first, 2, -1);
   }
   int size() const { return static_cast<int>(first_.size()); }
   std::size_t entries() const { return entries_.size(); }
@@ -152,43 +153,70 @@ class BodySystem {
     return entries_.data() + start_[static_cast<std::size_t>(i)] - static_cast<std::size_t>(first(i));
   }
 
-  /// Adds a contact to the equations: its force is pull - gain (rows u), so rows' gain rows is added to the
-  /// matrix and rows' pull to the right-hand side (' is the transpose). columns[k] is the unknown of column k
-  /// of `rows`; -1 if that cannot move. Pass force and gain multiplied by the time step.
-  template <int forces, int size>
-  void add(const int* columns, const Eigen::Ref<const Eigen::Matrix<double, forces, size>>& rows,
-           const Eigen::Matrix<double, forces, forces>& gain, const Eigen::Matrix<double, forces, 1>& pull) {
-    const Eigen::Index n = rows.cols();
-    for (Eigen::Index i = 0; i < n; ++i) {
+  /// Adds a contact to the equations: its force is pull - gain (levers' u), so levers gain levers' is added
+  /// to the matrix and levers pull to the right-hand side (' is the transpose). `levers` has a line for each
+  /// unknown and a column for each force; columns[i] is the unknown of line i, -1 if that cannot move. Pass
+  /// force and gain multiplied by the time step.
+  template <class Levers, class Gain, class Pull>
+  void add(const int* columns, const Eigen::MatrixBase<Levers>& levers, const Gain& gain, const Pull& pull) {
+    for (Eigen::Index i = 0; i < levers.rows(); ++i) {
       if (columns[i] < 0) continue;
-      const Eigen::Matrix<double, forces, 1> weighted = gain * rows.col(i);
+      const Eigen::Matrix<double, Levers::ColsAtCompileTime, 1> weighted = gain * levers.row(i).transpose();
       double* const to = line(columns[i]);
-      for (Eigen::Index k = 0; k < n; ++k)
-        if (columns[k] >= 0 && columns[k] <= columns[i]) to[columns[k]] += weighted.dot(rows.col(k));
-      right[columns[i]] += pull.dot(rows.col(i));
+      for (Eigen::Index k = 0; k < levers.rows(); ++k)
+        if (columns[k] >= 0 && columns[k] <= columns[i]) to[columns[k]] += levers.row(k).dot(weighted);
+      right[columns[i]] += levers.row(i).dot(pull);
+    }
+  }
+  /// Adds a contact of one or two free bodies, whose six unknowns each begin at column first[0] and first[1];
+  /// -1 if a body cannot move. Like add(), but faster: contacts of the same bodies, added one after another,
+  /// are summed before they enter the matrix. `levers` has six lines for each body.
+  template <class Levers, class Gain, class Pull>
+  void add_bodies(const int (&first)[2], const Eigen::MatrixBase<Levers>& levers, const Gain& gain,
+                  const Pull& pull) {
+    constexpr int forces = Levers::ColsAtCompileTime;
+    if (first[0] != sum_.first[0] || first[1] != sum_.first[1]) flush(first);
+    const auto add_half = [&](int side, const Eigen::Matrix<double, 6, forces>& half) {
+      const Eigen::Matrix<double, forces, 6> weighted = gain * half.transpose();
+      sum_.own[side] += half.lazyProduct(weighted);
+      sum_.pull[side] += half.lazyProduct(pull);
+      return weighted;
+    };
+    if constexpr (Levers::RowsAtCompileTime == 6) {
+      add_half(0, levers);
+    } else {
+      static_assert(Levers::RowsAtCompileTime == 12, "one or two bodies");
+      const Eigen::Matrix<double, 6, forces> half = levers.template bottomRows<6>();
+      if (first[0] >= 0) {
+        const Eigen::Matrix<double, forces, 6> weighted = add_half(0, levers.template topRows<6>());
+        if (first[1] >= 0) sum_.between += half.lazyProduct(weighted);
+      }
+      if (first[1] >= 0) add_half(1, half);
     }
   }
 
-  /// Replaces the matrix by its Cholesky factor. Call it before substitute().
+  /// Replaces the matrix by its Cholesky factor, with the reciprocals of its diagonal. Call it before
+  /// substitute().
   void factor() {
+    flush({-1, -1});
     for (int i = 0; i < size(); ++i) {
       double* const a = line(i);
       for (int j = first(i); j < i; ++j) {
         const double* const b = line(j);
-        a[j] = (a[j] - dot(a, b, std::max(first(i), first(j)), j)) / b[j];
+        a[j] = (a[j] - dot(a, b, std::max(first(i), first(j)), j)) * b[j];
       }
-      a[i] = std::sqrt(a[i] - dot(a, a, first(i), i));
+      a[i] = 1.0 / std::sqrt(a[i] - dot(a, a, first(i), i));
     }
   }
   /// Replaces the right-hand side of the equations by their solution. Call it after factor().
   void substitute() {
     for (int i = 0; i < size(); ++i) {
       const double* const a = line(i);
-      right[i] = (right[i] - dot(a, right.data(), first(i), i)) / a[i];
+      right[i] = (right[i] - dot(a, right.data(), first(i), i)) * a[i];
     }
     for (int i = size() - 1; i >= 0; --i) {
       const double* const a = line(i);
-      right[i] /= a[i];
+      right[i] *= a[i];
       for (int j = first(i); j < i; ++j) right[j] -= right[i] * a[j];
     }
   }
@@ -196,15 +224,46 @@ class BodySystem {
   Eigen::VectorXd right;  ///< right-hand side; after substitute() the changes of velocity
 
  private:
+  /// Sum of the contacts of one pair of bodies that are not in the matrix yet.
+  struct Sum {
+    int first[2] = {-1, -1};  ///< first unknown of each body, -1 if it cannot move
+    Eigen::Matrix<double, 6, 6, Eigen::DontAlign> own[2], between;  ///< `between`: lines of body 1
+    Eigen::Matrix<double, 6, 1, Eigen::DontAlign> pull[2];
+  };
+
   int& first(int i) { return first_[static_cast<std::size_t>(i)]; }
+  /// Returns the sum of a[k] b[k] for k from `from` to `to` - 1.
   static double dot(const double* a, const double* b, int from, int to) {
-    return Eigen::Map<const Eigen::VectorXd>(a + from, to - from)
-        .dot(Eigen::Map<const Eigen::VectorXd>(b + from, to - from));
+    double even = 0.0, odd = 0.0;
+    for (; from + 1 < to; from += 2) {
+      even += a[from] * b[from];
+      odd += a[from + 1] * b[from + 1];
+    }
+    return from < to ? even + a[from] * b[from] + odd : even + odd;
+  }
+  /// Puts the sum of the contacts of two bodies into the matrix, and begins one of the bodies `next`.
+  void flush(const int (&next)[2]) {
+    for (int side = 0; side < 2; ++side) {
+      const int at = sum_.first[side];
+      if (at >= 0) {
+        for (int i = 0; i < 6; ++i)
+          for (int j = 0; j <= i; ++j) line(at + i)[at + j] += sum_.own[side](i, j);
+        right.segment<6>(at) += sum_.pull[side];
+      }
+      sum_.own[side].setZero();
+      sum_.pull[side].setZero();
+    }
+    const int a = sum_.first[0], b = sum_.first[1];
+    for (int i = 0; a >= 0 && b >= 0 && i < 6; ++i)
+      for (int j = 0; j < 6; ++j) (b > a ? line(b + i)[a + j] : line(a + j)[b + i]) += sum_.between(i, j);
+    sum_.between.setZero();
+    std::copy_n(next, 2, sum_.first);
   }
 
   std::vector<int> first_;
   std::vector<std::size_t> start_;
   std::vector<double> entries_;
+  Sum sum_;
 };
 
 }  // namespace bristle
