@@ -209,8 +209,8 @@ std::string crossing_reason(const ScenePatch& patch, const bristle::Material& m,
   return fmt::format("its {} bristles ripple", result.info.representatives);
 }
 
-/// Returns a sentence on a body that stuck with nothing to damp it, so that it rings on its bristles; "" for
-/// any other.
+/// Returns a sentence for a body that stuck in the run without any damping, and so rings on its bristles: it
+/// names the damping that would stop that. Returns "" for other bodies.
 std::string ringing_answer(const Scene& scene, const RunResult& r, std::size_t b) {
   const SceneBody& body = scene.bodies[b];
   if (r.bodies[b].sticking.stuck == 0.0 || (body.spring && body.spring->damping > 0.0)) return {};

@@ -65,8 +65,8 @@ void BodyMotion::applied_force(double t, double (&force_n)[2]) const noexcept {
   force_n[1] += body_.spring->stiffness * (hand.y - position_[1]);
 }
 
-// Adds the spring's force at the middle of the step to the applied force, for an unchanged velocity, and what
-// follows the change of velocity to the mass.
+// Adds the spring's force at the middle of the step to the equation of motion. The part for an unchanged
+// velocity is added to the applied force, the part that changes with the velocity to the mass.
 void BodyMotion::add_spring(double t, double dt) noexcept {
   const SceneSpring& spring = *body_.spring;
   const Position begin = spring.hand.at(t), middle = spring.hand.at(t + 0.5 * dt),

@@ -341,7 +341,8 @@ void take_trace(PrescribedMotion& motion, const Trace& trace, const std::string&
   motion.trace = trace;
 }
 
-/// Adds the keys that a motion of this type has to `keys`, and reads them; a trace has none here.
+/// Reads the keys of a motion of this type from its table, after it has added them to the allowed `keys`. The
+/// keys of a trace are read elsewhere.
 void read_path(const TomlTable& table, std::vector<std::string_view> keys, PrescribedMotion& motion) {
   const auto allow = [&](std::initializer_list<std::string_view> own) {
     keys.insert(keys.end(), own);
