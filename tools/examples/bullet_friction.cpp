@@ -94,7 +94,7 @@ std::uint64_t pair_of(const btPersistentManifold& manifold) {
 
 }  // namespace
 
-/// Linear system whose unknowns are the velocity changes of a group's bodies, six for each.
+/// Linear equations for the velocity changes of all bodies of a group, six unknowns for each body.
 struct BristleSolver::System {
   using Vector12 = Eigen::Matrix<double, 12, 1>;
   /// Jacobian of a constraint with respect to the velocities of its two bodies, six for each, and the first
@@ -103,8 +103,8 @@ struct BristleSolver::System {
     int first[2];
     Vector12 along;
   };
-  /// Bullet's constraint row of a normal impulse or a joint. It is solved with `softness`, slightly above the
-  /// row's own compliance.
+  /// Bullet's constraint of a normal impulse or a joint, as a row of the equations. It is solved with
+  /// `softness`, slightly more than its own compliance, so that redundant contacts share the load.
   struct Row {
     btSolverConstraint* constraint;
     Line line;
@@ -132,7 +132,8 @@ struct BristleSolver::System {
   Vector2d slip(const Friction& f) const {
     return f.before + Vector2d(velocity(f.lines[0], change), velocity(f.lines[1], change));
   }
-  /// Adds a constraint or friction along a line, whose impulse is `pull` less `gain` times its velocity.
+  /// Adds a constraint, or friction, that acts along a line with the impulse `pull` - `gain` x velocity along
+  /// the line.
   void add(const Line& l, double gain, double pull) {
     using One = Eigen::Matrix<double, 1, 1>;
     matrix.add_bodies(l.first, l.along, One(gain), One(pull));
@@ -151,8 +152,8 @@ struct BristleSolver::System {
   std::vector<Friction> frictions;
 };
 
-/// Allocates the matrix and its factor, with an entry for each pair of bodies that a constraint or contact
-/// joins.
+/// Allocates the matrix and its factor, with room for an entry for each two bodies that a constraint or a
+/// contact joins.
 void BristleSolver::System::set_shape() {
   for (int i = 0; i < masses.size(); ++i) masses.couple(i, i - i % 6);
   const auto couple = [this](const Line& line) {
@@ -693,8 +694,8 @@ void BristleSolver::list_unknowns(double dt_s) {
     line.first[side] = system.column[static_cast<std::size_t>(body)];
   };
 
-  // Adds a slight softness to Bullet's rows of normal impulses. It shares the load among all four corners
-  // where three would carry the body.
+  // Adds a slight softness to Bullet's normal impulses. The load is then shared by all four corners of a
+  // body, where three would carry it.
   constexpr double softness = 3e-3;  // softness of a normal row, relative to the inverse mass that the row
                                      // feels
   system.rows.clear();

@@ -95,7 +95,7 @@ Map<const Vector3d> centre_of(const mjData& data, int geom) {
 Map<const Vector3d> spin_of(const mjData& data, int body) {  // rad/s
   return Map<const Vector3d>(data.cvel + 6 * body);
 }
-/// Returns the last degree of freedom that moves a body, or -1.
+/// Returns the last degree of freedom that moves a body; -1 for a body that cannot move.
 int last_dof(const mjModel& model, int body) {
   while (body > 0 && model.body_dofnum[body] == 0) body = model.body_parentid[body];
   return body > 0 ? model.body_dofadr[body] + model.body_dofnum[body] - 1 : -1;
@@ -233,7 +233,7 @@ void BristleFriction::contact_force(const mjModel& model, const mjData& data, in
 
 namespace {
 
-/// Head of a saved state. Equal frictions have equal bytes, so nothing in it is padding.
+/// Head of a saved state. It has no padding, so that equal states have equal bytes.
 struct StateHead {
   std::uint32_t capacity, contacts, slipped, moved;
 };
@@ -301,7 +301,7 @@ void BristleFriction::save(State& to) const {
   for (const Contact& contact : contacts_) {
     if (!keeps(contact)) continue;
     visit_fields(contact, write);
-    // Patches that have yet to step answer anew when they do.
+    // Leaves out the answers of patches that have yet to step, because the step will replace them.
     for (std::size_t k = contact.first_cell; !slipped_ && k < contact.first_cell + contact.cells; ++k) {
       write(cells_[k].response);
       write(cells_[k].at);
@@ -448,7 +448,7 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   found_points_.clear();
   found_normals_.clear();
   near_[0].first = near_[1].first = -1;
-  // Skips contacts of soft bodies (flexes), which MuJoCo 3 has.
+  // Leaves out contacts of soft bodies (flexes), which MuJoCo 3 has.
   for (const mjContact* c = data.contact; c != data.contact + data.ncon; ++c)
     if (c->efc_address >= 0 && c->geom1 >= 0 && c->geom2 >= 0) list(model, data, *c);
   list_asleep(model, data);
@@ -470,7 +470,7 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
   moved_ = false;
 }
 
-/// Adds a contact to those that are matched.
+/// Adds a contact to the list of points that are matched with the contacts of the step before.
 void BristleFriction::list(const mjModel& model, const mjData& data, const mjContact& found) {
   found_.push_back(&found);
   const int geom = smaller_geom(model, found);
@@ -485,7 +485,8 @@ void BristleFriction::list(const mjModel& model, const mjData& data, const mjCon
   found_normals_.insert(found_normals_.end(), normal.data(), normal.data() + 3);
 }
 
-/// Adds the contacts of bodies that sleep, which MuJoCo does not list, to those that are matched.
+/// Adds contacts of sleeping bodies, which MuJoCo does not list, to the points that are matched, so that they
+/// keep their patches.
 void BristleFriction::list_asleep([[maybe_unused]] const mjModel& model,
                                   [[maybe_unused]] const mjData& data) {
 #if mjVERSION_HEADER >= 3011000
@@ -510,7 +511,7 @@ void BristleFriction::list_asleep([[maybe_unused]] const mjModel& model,
 #endif
 }
 
-/// Keeps a contact of bodies that sleep as it is.
+/// Keeps a contact of sleeping bodies with its patch, in the state in which the bodies fell asleep.
 void BristleFriction::keep_asleep(std::uint64_t key) {
   const Contact* const old = find_before(key);
   if (!old) return;
@@ -530,7 +531,7 @@ void BristleFriction::keep_asleep(std::uint64_t key) {
   add_cells(old, contact);
 }
 
-/// Makes room for this number of contacts. Allocates, when there are more than ever before.
+/// Makes room for a number of contacts. Allocates only if it is larger than ever before.
 void BristleFriction::reserve(std::size_t contacts) {
   while (contacts > points_.capacity()) {
     const std::uint32_t room = 2 * points_.capacity();
@@ -564,8 +565,7 @@ void BristleFriction::join(const mjModel& model, const mjData& data, const mjCon
   set_levers(model, data, nullptr, contact);
 }
 
-/// Keeps a contact that MuJoCo does not list at its point, though it lists the pair elsewhere, if the point
-/// still lies on both surfaces.
+/// Keeps a contact whose pair MuJoCo lists at other points only, if both surfaces still touch at its point.
 void BristleFriction::hold(const mjModel& model, const mjData& data, const bristle::HeldContact& held) {
   constexpr double steepest = 2e-3;  // angle between the surfaces beyond which they part there, rad
   const Contact* const old = find_before(held.key);
@@ -603,7 +603,7 @@ void BristleFriction::find_surfaces() {
   }
 }
 
-/// Sets each contact's normal load from MuJoCo's normal forces of this step.
+/// Sets the normal load of each contact, from MuJoCo's normal forces of this step.
 void BristleFriction::share_loads(const mjData& data) {
   for (Surfaces& s : surfaces_) s.before = s.now = 0.0;
   for (Contact& contact : contacts_) contact.on_points = contact.row >= 0 ? data.efc_force[contact.row] : 0.0;
@@ -709,8 +709,8 @@ void BristleFriction::add_cells(const Contact* old, Contact& contact) {
     cells_.push_back(k < before ? cells_before_[first + k] : Cell{});
 }
 
-/// Returns where the geom on one side of a contact is. Contacts of the same geoms mostly follow each other,
-/// so it keeps the last answers.
+/// Returns the place of the geom on one side of a contact. Successive contacts mostly have the same geoms, so
+/// the last answers are kept to save time.
 const bristle::BodyPlace& BristleFriction::place_of(const mjModel& model, const mjData& data,
                                                     const Contact& contact, int side) {
   const int geom = contact.geoms[side];
@@ -724,8 +724,8 @@ const bristle::BodyPlace& BristleFriction::place_of(const mjModel& model, const 
   return place;
 }
 
-/// Turns the contact's frame with the bodies. Small turns are added up and applied once they matter, since
-/// most contacts rest.
+/// Turns the axes of the contact with the bodies. Small turns are only added up until they matter, which
+/// saves time, since most contacts rest.
 void BristleFriction::carry_frame(const mjModel& model, const mjData& data, const Vector3d& normal,
                                   Contact& contact) {
   constexpr double negligible = 1e-6;  // rad
@@ -746,8 +746,8 @@ void BristleFriction::carry_frame(const mjModel& model, const mjData& data, cons
   contact.turn[1].setZero();
 }
 
-/// Computes a contact's Jacobian (as mj_jac, without columns of zeros) and velocity. `old`: this contact in
-/// the step before, or null.
+/// Computes the Jacobian of a contact (as mj_jac, without columns of zeros) and its velocity. `old`: the same
+/// contact in the step before, or null.
 void BristleFriction::set_levers(const mjModel& model, const mjData& data, const Contact* old,
                                  Contact& contact) {
   const int last[2] = {last_dof(model, contact.bodies[0]), last_dof(model, contact.bodies[1])};
@@ -827,8 +827,8 @@ BristleFriction::Levers BristleFriction::levers_of(const Contact& contact) {
   return {levers_.data() + 4 * contact.first_dof, static_cast<Eigen::Index>(contact.dofs), 4};
 }
 
-/// Numbers the matrix columns of the degrees of freedom that contacts act on. Kinematic trees that touch get
-/// near numbers, which keeps the lines of the matrix short.
+/// Numbers the columns of the matrix, one for each degree of freedom on which contacts act. Kinematic trees
+/// that touch get near numbers, so that the lines of the matrix are short.
 void BristleFriction::number_dofs(const mjModel& model) {
   if (!column_.empty() && dofs_ == dofs_before_ &&
       std::equal(contacts_.begin(), contacts_.end(), before_.begin(), before_.end(),
@@ -963,8 +963,8 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Adds a contact to the linear solve. Contacts of one or two free bodies, and of the ground, have sizes that
-/// are fixed, which is faster.
+/// Adds a contact to the linear solve. Contacts of one or two free bodies (or of one with the ground) have
+/// matrices of fixed size, with which the compiler makes faster code.
 template <class Gain>
 void BristleFriction::add(const Contact& contact, const Gain& gain, const Eigen::Vector4d& pull) {
   const int* const columns = columns_.data() + contact.first_dof;
@@ -978,8 +978,8 @@ void BristleFriction::add(const Contact& contact, const Gain& gain, const Eigen:
     system_.add(columns, levers_of(contact), gain, pull);
 }
 
-/// Sums the cells' gain G (force per velocity) and elastic force E about the contact point. A slipping cell
-/// has its force limit as force and no stiffness.
+/// Adds up the gain G (force per velocity) and the elastic force E of the cells about the contact point. A
+/// cell that slips contributes its force limit and no stiffness.
 void BristleFriction::sum_cells(const Contact& contact, Eigen::Matrix3d& gain, Vector3d& pull) const {
   if (contact.bed) {
     gain = contact.slope;
@@ -1087,7 +1087,7 @@ void BristleFriction::find_forces(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Records each contact's load and slip of this step.
+/// Records the load and the slip of each contact in this step, for the step of its patch.
 void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   const double dt_s = model.opt.timestep;
   other_constraints_ = Map<const VectorXd>(data.qfrc_constraint, model.nv);
@@ -1111,8 +1111,8 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   moved_ = slipped_ = true;
 }
 
-/// Returns the slip (m) and spin (rad) of geom2 against geom1 in the last step, and keeps by how much the
-/// slip differs from that by velocities.
+/// Returns the slip (m) and spin (rad) of geom2 against geom1 in the last step, from the places of the
+/// bodies. Stores by how much the slip differs from velocity times time.
 Vector3d BristleFriction::moved_by_places(const mjModel& model, const mjData& data, Contact& contact) {
   Vector3d slip = contact.slip.find(place_of(model, data, contact, 0), place_of(model, data, contact, 1));
   if (model.geom_bodyid[contact.geoms[0]] == contact.bodies[0]) slip = -slip;
@@ -1147,7 +1147,7 @@ void BristleFriction::step_patches(const mjModel& model, const mjData& data) {
   slipped_ = false;
 }
 
-/// Sets the motion of each cell of a contact for the next step of the patches.
+/// Sets the motion of each cell of a contact for the patches' next step.
 void BristleFriction::set_motions(Contact& contact, const Vector3d& moved) {
   if (!contact.is_disc) {
     motions_[contact.first_cell] = point_motion(contact, moved.head<2>());

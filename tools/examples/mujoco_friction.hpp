@@ -74,10 +74,10 @@ class BristleFriction {
   BristleFriction(const mjModel& model, const ContactDims& dims, const bristle::Coefficients& law,
                   const FrictionOptions& options = {});
 
-  /// Runs one step of the model, in place of mj_step.
+  /// Makes one step of the model with friction; call it in place of mj_step.
   void step(const mjModel& model, mjData& data);
-  /// Computes accelerations, constraint forces and sensors of the present state with friction, in place of
-  /// mj_forward, which knows none.
+  /// Computes accelerations, constraint forces and sensors of the present state with friction. Call it in
+  /// place of mj_forward, which knows no bristles.
   void forward(const mjModel& model, mjData& data);
   /// Writes the force of contact `id` of data.contact as mj_contactForce does, but with the friction of the
   /// bristles: N along the axes of mjContact::frame, N m about them. Call it after step() or forward().
@@ -86,31 +86,33 @@ class BristleFriction {
   /// instead of step(). Call it after mj_fwdAcceleration, add the result to the forces before
   /// mj_fwdConstraint, and call end_step() later. Further calls in the same step have no effect.
   const Eigen::VectorXd& find_friction(const mjModel& model, mjData& data);
-  /// Records loads and velocities of the step. Call it once MuJoCo has advanced the velocities. The patches
-  /// step when the next find_friction() sees where the bodies are.
+  /// Records loads and velocities of a step that began with find_friction(). Call it when MuJoCo has advanced
+  /// the velocities. The patches step in the next find_friction(), when the bodies are in their new places.
   void end_step(const mjModel& model, const mjData& data);
   /// Adds the friction to force and torque sensors, which MuJoCo has computed without it. For programs that
   /// call find_friction(): step() and forward() do this. Sensors with a delay keep MuJoCo's value.
   void correct_sensors(const mjModel& model, mjData& data) const;
-  /// Treats every contact as new, with straight bristles. Call it after mj_resetData, or when bodies were
+  /// Treats every contact as new, with straight bristles. Call it after mj_resetData or after bodies were
   /// moved by hand.
   void forget_contacts();
 
-  /// Deflections of all bristles and what belongs to them.
+  /// State of the friction as bytes: deflections of all bristles, and what belongs to them.
   using State = std::vector<std::byte>;
-  /// Returns the present state. Together with the data's (mj_copyData) it repeats a run to the bit.
+  /// Returns the present state of the friction. Restored together with MuJoCo's data (mj_copyData), it
+  /// repeats a run to the bit.
   State save() const;
   void save(State& to) const;
-  /// Restores the state of this or another BristleFriction that was made with the same arguments. Throws
-  /// bristle::Error, among others if this one has room for more contacts than the other had; every contact is
-  /// new then.
+  /// Restores a state that this object, or another one made with the same arguments, has saved. Throws
+  /// bristle::Error for a state that does not fit, also if this object has room for more contacts than the
+  /// other had; every contact is then new.
   void restore(const State& state);
-  /// Returns the number of contacts for which the BristleFriction of a state had room.
+  /// Returns the number of contacts for which there was room in the object that saved a state.
   static std::uint32_t capacity_of(const State& state);
-  /// Returns the largest size of a state after end_step(), bytes, while the room for contacts is as it is.
+  /// Returns the largest size, bytes, that a state saved after end_step() can have with the present room for
+  /// contacts.
   std::size_t largest_state() const;
 
-  /// Contact point, as the last step left it.
+  /// Contact point with friction, in its state after the last step.
   struct Contact {
     std::uint64_t key = 0;
     bristle::PatchId patch;       ///< id of the patch in the batch, or of a disc in the extended patches
@@ -119,7 +121,8 @@ class BristleFriction {
     Eigen::Vector3d turn[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     Eigen::Vector3d point = {0, 0, 0};  ///< position of the contact point in the world, m
 
-    /// Friction force along frame.along() and aside(), N, and torque about the normal, N m, on geom2's body.
+    /// Friction force along frame.along() and aside(), N, and torque about the normal, N m, on the body of
+    /// geom2.
     Eigen::Vector3d force = {0, 0, 0};
     bool is_new = true;        ///< whether this contact did not exist in the step before
     bool is_listed = true;     ///< whether MuJoCo lists the contact; if not, the pair touches at other points
@@ -158,7 +161,7 @@ class BristleFriction {
     // Slip of the last step over its time, less the slip velocity, m/s. The difference repeats in this step:
     // bodies that turn move along arcs, while MuJoCo moves them along tangents.
     Eigen::Vector2d arc = Eigen::Vector2d::Zero();
-    // Linear model of the bed's force at the velocity v of slip and spin: steady - slope v.
+    // Linear model of the bed's force at a velocity v of slip and spin: steady - slope v.
     Eigen::Vector3d steady = Eigen::Vector3d::Zero();
     Eigen::Matrix3d slope = Eigen::Matrix3d::Zero();
     // Index of the contact's first entry in dofs_ and levers_, and number of its entries; 0 if they are not
@@ -239,10 +242,11 @@ class BristleFriction {
   std::vector<Contact> contacts_, before_;
   std::size_t next_before_ = 0;  // index in before_ at which the next contact is probably found
 
-  // Places of the geoms of the contact that was asked for last, which mostly has those of the next one.
+  // Places of the two geoms of the contact that was asked for last. The next contact mostly has the same
+  // geoms.
   std::pair<int, bristle::BodyPlace> near_[2] = {{-1, {}}, {-1, {}}};
 
-  // Keys of the contacts in before_ with their indices, sorted by key. Filled only when contacts come in
+  // Keys of the contacts in before_ with their indices, sorted by key. Filled only if contacts come in
   // another order than in the step before.
   std::vector<std::pair<std::uint64_t, std::size_t>> by_key_;
   std::vector<Cell> cells_, cells_before_;
@@ -265,8 +269,8 @@ class BristleFriction {
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
   std::vector<double> levers_;           // transposed Jacobians, four values for each entry of dofs_
   std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree
-  // `trees_`: kinematic trees in contact, in the order of their columns in the system's matrix. `column_`:
-  // for each degree of freedom its column, or -1 if its tree touches nothing.
+  // Order of the unknowns. `trees_`: kinematic trees in contact, in the order of their columns in the matrix.
+  // `column_`: for each degree of freedom its column, -1 if its tree touches nothing.
   std::vector<int> trees_, column_;
   std::vector<std::pair<int, int>> touching_;  // pairs of trees in contact, in both orders
   std::vector<int> columns_;                   // matrix column of each entry of dofs_
@@ -277,9 +281,9 @@ class BristleFriction {
   bool slipped_ = false;  // whether patches have yet to step by the slip of the last step
 };
 
-/// Steps many data of one model with friction, shared over threads: `steps` steps each, calling `drive`, if
-/// any, before each step with the index of the data. Each data has a friction of its own, so results do not
-/// depend on the number of threads.
+/// Makes `steps` steps of many data of one model with friction, shared among threads. Before each step calls
+/// `drive` (if given) with the index of the data. Each data has a friction object of its own, so results do
+/// not depend on the number of threads.
 void roll_out(const mjModel& model, const std::vector<mjData*>& data,
               const std::vector<BristleFriction*>& frictions, int steps, int threads,
               const std::function<void(std::size_t, const mjModel&, mjData&)>& drive = {});

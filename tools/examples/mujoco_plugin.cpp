@@ -31,7 +31,8 @@ constexpr const char* attributes[] = {
     "presliding_length", "peak_over_kinetic", "damping_per_newton", "max_normal_load", "condim", "contacts"};
 constexpr double default_contacts = 64.0;
 
-/// Returns a number from the plugin configuration in the model, or `otherwise` if it is missing.
+/// Returns a number from the plugin's configuration in the model, or `otherwise` if the model does not give
+/// it.
 double number(const mjModel& model, int instance, int attribute, double otherwise) {
   const char* const text = mj_getPluginConfig(&model, instance, attributes[attribute]);
   if (text == nullptr || *text == 0) return otherwise;  // the key is not given
@@ -42,7 +43,8 @@ double number(const mjModel& model, int instance, int attribute, double otherwis
   return value;
 }
 
-/// Returns the number of contacts for which the state vector has room; 0: it has none.
+/// Returns the number of contacts for which the plugin's state vector in MuJoCo has room; 0 if it keeps no
+/// bristles.
 std::uint32_t contacts_in_state(const mjModel& model, int instance) {
   const double contacts = number(model, instance, 5, default_contacts);
   if (!(contacts >= 0.0 && contacts <= 65536.0))
@@ -50,7 +52,7 @@ std::uint32_t contacts_in_state(const mjModel& model, int instance) {
   return static_cast<std::uint32_t>(contacts);
 }
 
-/// Makes the friction of an instance, with room for this number of contacts, which grows.
+/// Makes the friction of a plugin instance, at first with room for this number of contacts.
 std::unique_ptr<BristleFriction> make(const mjModel& model, int instance, std::uint32_t contacts) {
   const auto get = [&](int attribute, double otherwise) {
     return number(model, instance, attribute, otherwise);
@@ -99,7 +101,8 @@ class Instance {
 
   BristleFriction& friction() { return *friction_; }
 
-  /// Takes over the bristles of the state vector, if it is not the one that advance() wrote.
+  /// Takes over the bristles from MuJoCo's state vector, if a program has changed it since advance() wrote
+  /// it.
   void read(const mjModel& model, const mjData& data) {
     if (model.plugin_statenum[instance_] == 0) return;
     const mjtNum* const state = data.plugin_state + model.plugin_stateadr[instance_];
@@ -198,7 +201,7 @@ void compute(const mjModel* model, mjData* data, int instance, int capability) {
   Eigen::Map<Eigen::VectorXd>(data->qfrc_passive, model->nv) += of.friction().find_friction(*model, *data);
 }
 
-/// Returns the length of the state vector.
+/// Returns the length of the plugin's state vector, in MuJoCo's numbers.
 int state_length(const mjModel* model, int instance) {
   try {
     const std::uint32_t contacts = contacts_in_state(*model, instance);
@@ -213,7 +216,7 @@ int state_length(const mjModel* model, int instance) {
 
 }  // namespace
 
-/// Writes the force of contact `id` like mj_contactForce, with its friction.
+/// Writes the force of contact `id` in the form of mj_contactForce, with the friction of the bristles.
 extern "C" __attribute__((visibility("default"))) void bristle_contact_force(const mjModel* model,
                                                                              const mjData* data, int id,
                                                                              mjtNum* force) {
