@@ -11,6 +11,7 @@
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
+#include "core/runtime/slot_list.hpp"
 #include "core/runtime/workers.hpp"
 
 namespace bristle {
@@ -53,8 +54,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   Workers workers;
   const Sharing sharing = chosen_sharing();
   std::vector<Bed> beds;
-  std::vector<std::uint32_t> free_slots;
-  std::vector<std::uint32_t> generations;
+  SlotList slots;
   BedMemory scratch;  ///< memory for a copy of any bed's columns, as large as the largest
   std::uint32_t scratch_count = 0;
   std::size_t count = 0;
@@ -67,11 +67,10 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   std::size_t task_ends[most_tasks + 1];
 
   Bed* find(BedId id) noexcept {
-    const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
+    const std::uint32_t slot = slot_of(id);
     if (slot >= beds.size()) return nullptr;
     Bed& bed = beds[slot];
-    const auto generation = static_cast<std::uint32_t>(id.value >> 32);
-    return generation != 0 && bed.generation == generation ? &bed : nullptr;
+    return bed.generation != 0 && bed.generation == generation_of(id) ? &bed : nullptr;
   }
 
   void run(std::size_t first, std::size_t last) noexcept {
@@ -101,7 +100,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
 
   /// Prefetches the struct of a bed that is stepped soon from memory.
   void fetch_record(BedId id) const noexcept {
-    const std::uint32_t slot = static_cast<std::uint32_t>(id.value) - 1;
+    const std::uint32_t slot = slot_of(id);
     if (slot >= beds.size()) return;
     const char* record = reinterpret_cast<const char*>(&beds[slot]);
     for (std::size_t at = 0; at < sizeof(Bed); at += cache_line) __builtin_prefetch(record + at);
@@ -145,19 +144,13 @@ BedId BedBatch::add(const BedMaterial& material, const BedShape& shape, const Be
     impl.scratch = make_columns(bed.count);
     impl.scratch_count = bed.count;
   }
-  if (impl.free_slots.empty()) {
-    impl.beds.emplace_back();
-    impl.generations.push_back(0);
-    impl.free_slots.reserve(impl.beds.capacity());
-    impl.moved.reserve(impl.beds.capacity());
-    impl.free_slots.push_back(static_cast<std::uint32_t>(impl.beds.size() - 1));
-  }
-  const std::uint32_t slot = impl.free_slots.back();
-  impl.free_slots.pop_back();
-  bed.generation = ++impl.generations[slot];
-  impl.beds[slot] = std::move(bed);
+  const SlotList::Slot slot = impl.slots.take();
+  if (impl.beds.size() < impl.slots.size()) impl.beds.resize(impl.slots.size());
+  impl.moved.reserve(impl.beds.capacity());
+  bed.generation = slot.generation;
+  impl.beds[slot.number] = std::move(bed);
   ++impl.count;
-  return {std::uint64_t{impl.generations[slot]} << 32 | (std::uint64_t{slot} + 1)};
+  return make_id<BedId>(slot.number, slot.generation);
 }
 
 void BedBatch::remove(BedId id) {
@@ -165,7 +158,7 @@ void BedBatch::remove(BedId id) {
   if (bed == nullptr) throw Error("BedBatch::remove: there is no such bed");
   const auto slot = static_cast<std::uint32_t>(bed - impl_->beds.data());
   *bed = Bed{};
-  if (impl_->generations[slot] != ~std::uint32_t{0}) impl_->free_slots.push_back(slot);
+  impl_->slots.give_back(slot);
   --impl_->count;
 }
 
@@ -290,8 +283,7 @@ std::uint64_t BedBatch::state_hash() const noexcept {
   Hasher hasher;
   for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
     const std::uint32_t generation = impl_->beds[slot].generation;
-    if (generation != 0)
-      hasher.add(state_hash({std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)}));
+    if (generation != 0) hasher.add(state_hash(make_id<BedId>(slot, generation)));
   }
   return hasher.value();
 }

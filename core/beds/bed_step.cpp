@@ -182,7 +182,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
   // bounds the rounding error of a saved sum.
   constexpr double most_added = 0x1p25;
   const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
-  double sum = 0.0;
+  double sum = 0.0, stiffness = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
     const auto at = [&](BedColumn c) { return static_cast<double>(columns[bed_place(c, i)]); };
     const double k = at(bed_stiffness), pressure = at(bed_pressure), over2 = at(bed_over_pressure2);
@@ -207,6 +207,13 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
     }
     if (!good) return "a bristle";
     sum += k * pressure;
+    stiffness += k;
+  }
+  // Bounds the saved force, which a bed at rest repeats, by twice the static limit plus what rounding adds.
+  for (int k = 0; k < 2; ++k) {
+    const double dust = rounding * (most.root[k] + widest * most.root[k + 2]) * stiffness;
+    const double limit = 2.0 * bed.hold_over_limit * s.limit_of_pressure * sum + dust;
+    if (!within(s.force[k], limit) || !within(s.torque, 2.0 * widest * limit)) return "force";
   }
   // Compares the sum of pressures with the columns, because the sum scales the limits under every later load.
   return within(s.pressure_sum - sum, 0.01 * sum + 1e-30) ? nullptr : "pressure_sum";

@@ -168,12 +168,14 @@ struct BedMaterial {
   double kinetic_friction = 0.0;
 
   /// @name Elastic bodies under the bristles. Only sphere_row and disc accept them.
-  /// @{
+  ///@{
   double normal_modulus = 0.0;  ///< combined modulus E*, Pa: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2
   double shear_modulus = 0.0;   ///< combined modulus G*, Pa: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2)
   double radius = 0.0;  ///< combined radius R, m: 1/R = 1/R1 + 1/R2; 0 where the shape states its size
-  /// @} Kalker's flexibilities L1, L2, L3 (deformation per traction along x, along y and in spin) at full
-  /// load, m^3/N.
+  ///@}
+
+  /// Kalker's flexibilities L1, L2, L3 (deformation per traction along x, along y and in spin) at full load,
+  /// m^3/N.
   double flexibility[3] = {0.0, 0.0, 0.0};
   /// Stiffness for rolling shapes, given as force per unit slip, N, along x and y at full load.
   double slip_stiffness[2] = {0.0, 0.0};

@@ -32,8 +32,11 @@ class TripleBuffer {
   }
   ///@}
 
-  /// @name Reading thread @{ refresh() takes the newest value published since the last call; if there is none
-  /// it returns false and leaves latest() unchanged.
+  /// @name Reading thread
+  ///@{
+
+  /// Takes the newest value published since the last call; if there is none it returns false and leaves
+  /// latest() unchanged.
   bool refresh() noexcept {
     if (!(middle_.load(std::memory_order_relaxed) & fresh)) return false;
     reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & index;
