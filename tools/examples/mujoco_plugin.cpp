@@ -114,9 +114,11 @@ class Instance {
       return friction_->forget_contacts();
     }
     bytes_.resize(static_cast<std::size_t>(size));
-    used_ = std::max(used_, 1 + numbers());
-    written_.assign(state, state + 1 + numbers());
-    for (std::size_t k = 0; k < numbers(); ++k) std::memcpy(&bytes_[6 * k], &written_[k + 1], in_number(k));
+    const std::size_t numbers = fill_up();
+    used_ = std::max(used_, 1 + numbers);
+    written_.assign(state, state + 1 + numbers);
+    for (std::size_t k = 0; k < numbers; ++k) std::memcpy(&bytes_[6 * k], &written_[k + 1], 6);
+    bytes_.resize(static_cast<std::size_t>(size));
     restore(model);
   }
 
@@ -140,14 +142,15 @@ class Instance {
     if (room == 0) return;
     friction_->save(bytes_);
     written_.assign(1, static_cast<double>(bytes_.size()));
-    if (1 + numbers() > room) {
+    const std::size_t numbers = fill_up();
+    if (1 + numbers > room) {
       written_[0] = -1.0;
       warn(
           "more contacts than the state vector has room for: mj_setState will find no bristles. Raise the "
           "key contacts");
     } else {
-      written_.resize(1 + numbers(), 1.0);
-      for (std::size_t k = 0; k < numbers(); ++k) std::memcpy(&written_[k + 1], &bytes_[6 * k], in_number(k));
+      written_.resize(1 + numbers, 1.0);
+      for (std::size_t k = 0; k < numbers; ++k) std::memcpy(&written_[k + 1], &bytes_[6 * k], 6);
     }
     mjtNum* const state = data.plugin_state + model.plugin_stateadr[instance_];
     std::copy(written_.begin(), written_.end(), state);
@@ -156,8 +159,12 @@ class Instance {
   }
 
  private:
-  std::size_t numbers() const { return (bytes_.size() + 5) / 6; }
-  std::size_t in_number(std::size_t k) const { return std::min<std::size_t>(6, bytes_.size() - 6 * k); }
+  /// Appends zeros until the bytes fill whole numbers, and returns how many these are.
+  std::size_t fill_up() {
+    const std::size_t numbers = (bytes_.size() + 5) / 6;
+    bytes_.resize(6 * numbers);
+    return numbers;
+  }
   void start_anew(const mjModel& model) {
     const std::uint32_t most = contacts_in_state(model, instance_);
     friction_ = make(model, instance_, most == 0 ? 64 : std::min(most, std::uint32_t{4}));
