@@ -187,9 +187,24 @@ TEST_CASE("A hand on a spring pulls a body without load as a driven oscillator",
   }
 }
 
+TEST_CASE("A stiff spring keeps the energy of a body without load in steps as long as its period",
+          "[scenes][spring]") {
+  const double m = 0.25, k = 1e8, v = 0.1;  // the period is 3.1 steps
+  const cli::Scene scene = body_scene(
+      "extra_load = -2.5\nvelocity = [0.1, 0]\nspring = { stiffness = 1e8, type = \"hold\" }\n", 0.1);
+  double furthest = 0.0;
+  cli::run_scene(scene, {}, [&](const cli::SceneStepper& stepper) {
+    const double x = stepper.bodies()[0].position()[0], u = stepper.bodies()[0].velocity()[0];
+    REQUIRE(0.5 * (m * u * u + k * x * x) == Approx(0.5 * m * v * v).epsilon(1e-9));
+    furthest = std::max(furthest, x);
+  });
+  CHECK(furthest == Approx(v * std::sqrt(m / k)).epsilon(0.01));
+}
+
 TEST_CASE("A hand on a spring breaks a body away at its peak and drags it by kinetic friction over stiffness",
           "[scenes][spring]") {
   const cli::Scene scene = body_scene(
+      "force = [ { t = 0, x = 0.25 } ]\n"
       "spring = { stiffness = 2000, damping = 5, type = \"keyframes\", keyframes = [ { t = 0, x = 0 }, "
       "{ t = 1.5, x = 3e-3 }, { t = 2, x = 3e-3 } ] }\n",
       2.0);
@@ -199,12 +214,13 @@ TEST_CASE("A hand on a spring breaks a body away at its peak and drags it by kin
     const double t = 1e-4 * ++step;
     if (t > 1.4 && t <= 1.5) lag += (2e-3 * t - stepper.bodies()[0].position()[0]) / 1000;
   });
-  CHECK(lag == Approx(0.4 * 2.5 / 2000).epsilon(1e-3));
+  CHECK(lag == Approx((0.4 * 2.5 - 0.25) / 2000).epsilon(1e-3));
   const cli::Sticking& sticking = result.bodies[0].sticking;
   CHECK(sticking.broke_away);
-  CHECK(sticking.applied == Approx(0.46 * 2.5).epsilon(0.03));                       // N, of the spring
-  CHECK(sticking.time == Approx((0.46 * 2.5 / 2000 + 20e-6) / 2e-3).epsilon(0.02));  // s, of the hand
-  CHECK(3e-3 - result.bodies[0].position[0] > 0.2 * 0.4 * 2.5 / 2000);  // m, held when the hand stops
+  CHECK(sticking.applied == Approx(0.46 * 2.5).epsilon(0.03));  // N, with the spring
+  CHECK(sticking.time ==
+        Approx(((0.46 * 2.5 - 0.25) / 2000 + 20e-6) / 2e-3).epsilon(0.02));  // s, of the hand
+  CHECK(3e-3 - result.bodies[0].position[0] > 0.2 * 0.75 / 2000);            // m, held when the hand stops
 }
 
 TEST_CASE("A spring that a scene cannot have is refused with its place", "[scenes][spring]") {
