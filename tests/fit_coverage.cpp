@@ -4,6 +4,7 @@
 //
 //   bristle_fit_coverage run JOURNAL [--repeats 200] [--cells TEXT] [--shard i/N]
 //   bristle_fit_coverage table JOURNAL...
+//   bristle_fit_coverage record CELL REPEAT    prints the record of a repeat as CSV
 //
 // A repeat depends on its cell and its number alone. A journal has one line for each finished fit, and `run`
 // makes the fits that its journal lacks; another version of the fit needs another journal file.
@@ -182,7 +183,7 @@ Cell plane() {
 /// Makes a cell (a kind of experiment) with a joint, six of whose thirteen parameters are not zero.
 Cell joint() {
   Cell cell;
-  cell.name = "joint, 12 s at 1 kHz";
+  cell.name = "joint, 6 s at 1 kHz";
   cell.joint = true;
   return cell;
 }
@@ -237,7 +238,7 @@ std::vector<Line> read_journal(const std::string& name) {
 
 /// Fits the log of a joint. Returns name, value, interval and true value of each fitted number.
 std::string fitted_joint(unsigned seed) {
-  const cli::JointFit fit = cli::fit_joint(made_up_log(12.0, seed));
+  const cli::JointFit fit = cli::fit_joint(made_up_log(6.0, seed));
   const bristle::JointMaterial gear = made_up_gear(seed);
   std::string line;
   for (std::size_t i = 0; i < fit.numbers.size(); ++i) {
@@ -249,15 +250,18 @@ std::string fitted_joint(unsigned seed) {
   return line;
 }
 
+std::string record_of(const Cell& cell, int repeat) {
+  return cell.record(1000 + 10 * static_cast<std::uint64_t>(repeat));
+}
+
 std::string fitted_line(const Cell& cell, int repeat) {
   if (cell.joint)
     return fmt::format("{}|{}|{}.\n", cell.name, repeat, fitted_joint(1000u + static_cast<unsigned>(repeat)));
   cli::FitOptions options;
   options.rule = cell.rule;
   options.quiet = true;
-  const std::string csv = cell.record(1000 + 10 * static_cast<std::uint64_t>(repeat));
-  const cli::FitData data = cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv", cell.reading),
-                                                  options.sign, options.load);
+  const cli::FitData data = cli::prepare_fit_data(
+      cli::parse_fit_columns(record_of(cell, repeat), "data.csv", cell.reading), options.sign, options.load);
   const cli::FitResult result = cli::fit_material(data, options);
   std::string line = fmt::format("{}|{}|", cell.name, repeat);
   for (const auto& [name, truth] : cell.truth(result)) {
@@ -266,6 +270,8 @@ std::string fitted_line(const Cell& cell, int repeat) {
       const cli::FitEstimate& e = cli::report_estimate(result, i);
       if (e.fitted)
         line += fmt::format("{}|{:.9g} {:.9g} {:.9g} {:.9g}|", name, e.value, e.low, e.high, truth);
+      else if (truth == 0.0)  // the report says that there is none
+        line += fmt::format("{}|0 0 0 0|", name);
     }
   }
   return line + ".\n";
@@ -339,7 +345,8 @@ void print_table(const std::vector<std::string>& journals) {
 int usage() {
   std::fprintf(stderr,
                "bristle_fit_coverage run JOURNAL [--repeats 200] [--cells TEXT] [--shard i/N]\n"
-               "bristle_fit_coverage table JOURNAL...\n");
+               "bristle_fit_coverage table JOURNAL...\n"
+               "bristle_fit_coverage record CELL REPEAT\n");
   return 2;
 }
 
@@ -350,6 +357,12 @@ int main(int argc, char** argv) try {
   const std::string command = argv[1];
   if (command == "table") {
     print_table({argv + 2, argv + argc});
+    return 0;
+  }
+  if (command == "record" && argc == 4) {
+    for (const Cell& cell : all_cells())
+      if (!cell.joint && cell.name.find(argv[2]) != std::string::npos)
+        std::fputs(record_of(cell, std::atoi(argv[3])).c_str(), stdout);
     return 0;
   }
   if (command != "run") return usage();

@@ -20,6 +20,13 @@ struct Fitted {
   const cli::FitEstimate& operator[](cli::FitParameter p) const { return result.estimates[p]; }
 };
 
+/// Returns options that leave the choice of the brush to the fit, as the command does.
+inline cli::FitOptions any_brush() {
+  cli::FitOptions options;
+  options.choose_rule = options.quiet = true;
+  return options;
+}
+
 inline Fitted fit(const std::string& csv, cli::FitOptions options = {}) {
   Fitted fitted;
   fitted.data = cli::prepare_fit_data(cli::parse_fit_columns(csv, "data.csv", options.reading), options.sign,

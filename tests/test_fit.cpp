@@ -25,6 +25,7 @@
 #include "tools/libraries/fitting/judge.hpp"
 #include "tools/libraries/fitting/path_force.hpp"
 #include "tools/libraries/fitting/solve.hpp"
+#include "tools/libraries/scene/scene.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 
 namespace bristle_test::test_fit {
@@ -389,6 +390,18 @@ TEST_CASE("A fit recovers the lubricant, the damper and its velocity", "[fit]") 
   CHECK(given.stribeck_velocity == Approx(fitted[cli::fit_stribeck].value));
 }
 
+TEST_CASE("A lubricant is found beside a damper whose velocity the first search misses", "[fit]") {
+  SyntheticFriction s = usual();
+  s.every = 2;
+  s.rate = 200.0;
+  s.viscous = 100.0;
+  s.damping = 400.0;
+  s.stribeck = 0.2e-3;
+  const Fitted fitted = fit(record(s, 1180).csv());
+  check_recovered(fitted[cli::fit_viscous], s.viscous, 0.3 * s.viscous);
+  check_recovered(fitted[cli::fit_stribeck], s.stribeck, 0.4 * s.stribeck);
+}
+
 TEST_CASE("Student's quantile is that of the tables, from one degree of freedom on", "[fit]") {
   const double table[][2] = {{1, 12.706}, {1.5, 6.0167}, {2, 4.3027},  {2.5, 3.5746}, {3, 3.1824},
                              {4, 2.7764}, {5, 2.5706},   {10, 2.2281}, {30, 2.0423},  {1e9, 1.9600}};
@@ -585,6 +598,22 @@ TEST_CASE("A peak that the record contradicts is not reported", "[fit]") {
   const double highest = *std::max_element(force.begin(), force.end()) / 2.0;
   // Tolerance: the highest sample has noise of 10 mN and the fluctuation of 1800 bristles.
   CHECK(virgin.result.peak.value == Approx(highest).epsilon(0.04));
+}
+
+TEST_CASE("The kinetic coefficient of a material that a fit writes can be varied alone", "[fit]") {
+  const std::string csv = record(usual(), 4).csv();
+  for (const bristle::SnapLaw law : {bristle::SnapLaw::lognormal, bristle::SnapLaw::exponential}) {
+    cli::FitOptions options;
+    options.law = law;
+    const Fitted fitted = fit(csv, options);
+    std::string scene = cli::fit_toml(fitted.data, options, fitted.result);
+    const std::size_t begin = scene.find("\nkinetic = ") + 1, end = scene.find('\n', begin);
+    scene.replace(begin, end - begin, "kinetic = 0.2");
+    const bristle::Material varied = cli::parse_scene(scene, "fitted.toml").materials.front().material;
+    CHECK(varied.kinetic_coefficient() == Approx(0.2));
+    CHECK(varied.peak_coefficient() / 0.2 ==
+          Approx(fitted.result.material.peak_coefficient() / fitted[cli::fit_kinetic].value));
+  }
 }
 
 TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {

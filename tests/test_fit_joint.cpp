@@ -181,7 +181,10 @@ TEST_CASE("Logs of joints are read with units, currents and pendulums, and refus
   };
   CHECK_THROWS_AS(cli::fit_joint(log), cli::UserError);  // 60 ms of a log are too short
   const JointLog warm = cli::parse_joint_log("t,angle,motor,temperature\n" + with_heat, "log", {}, {}, {});
-  CHECK(names(warm.understood, {"column temperature is not used"}));
+  CHECK(warm.temperature.size() == warm.t.size());
+  const JointLog damp = cli::parse_joint_log("t,angle,motor,humidity\n" + with_heat, "log", {}, {}, {});
+  CHECK(damp.temperature.empty());
+  CHECK(names(damp.understood, {"column humidity is not used"}));
   CHECK(names(refusal("t,angle\n" + rows), {"log:1", "motor", "--columns"}));
   CHECK(names(refusal("t,angle,current\n" + rows), {"--torque-constant"}));
   CHECK(names(refusal("t,angle,motor\n" + rows, 2.0), {"--torque-constant", "motor"}));
@@ -210,6 +213,60 @@ TEST_CASE("A share of the motor's torque cannot swallow a joint's inertia and fr
     // Means of five samples have noise of 20 / sqrt(5) = 9 mN m.
     CHECK(fit.fitted_rms == Approx(0.009).epsilon(0.15));
   }
+}
+
+TEST_CASE("Friction of a joint that falls as it warms is told, at the mean temperature", "[fit][joints]") {
+  cli::JointLog log = swing(0.05, 1.0, 0.1, 1.0, 0.0);
+  const JointFit cold = cli::fit_joint(log);
+  CHECK_FALSE(cold.warming);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < log.t.size(); ++i) {
+    const double degrees = 40.0 - 15.0 * std::exp(-log.t[i] / 4.0);
+    const double friction = std::copysign(1.0, log.speed[i]) + 0.1 * log.speed[i];
+    log.temperature.push_back(degrees);
+    log.motor[i] -= 0.006 * (degrees - 25.0) * friction;
+    sum += degrees;
+  }
+  const double mean = sum / 5000.0, left = 1.0 - 0.006 * (mean - 25.0);
+  const JointFit fit = cli::fit_joint(log);
+  REQUIRE(fit.warming);
+  CHECK(fit.warming->determined);
+  CHECK(fit.warming->value == Approx(-0.006 / left).epsilon(0.05));
+  CHECK(number_of(fit, "base").value == Approx(left).epsilon(0.01));
+  CHECK(number_of(fit, "inertia").value == Approx(0.05).margin(0.002));
+  CHECK(fit.fitted_rms == Approx(cold.fitted_rms).epsilon(0.05));
+}
+
+TEST_CASE("A long log of a joint is fitted by pieces of it", "[fit][joints]") {
+  cli::JointLog log = swing(0.05, 1.0, 0.1, 1.0, 0.0);
+  log.temperature = log.t;
+  const cli::JointLog pieces = cli::pieces_of(log, 2400);
+  CHECK(pieces.t.size() == 2400);
+  CHECK(pieces.temperature.size() == 2400);
+  REQUIRE(pieces.parts.size() == 23);
+  CHECK(pieces.t.front() == log.t.front());
+  CHECK(pieces.t.back() == log.t.back());
+  for (const std::size_t part : pieces.parts) CHECK(pieces.t[part] - pieces.t[part - 1] > 0.1);
+  const JointFit fit = cli::fit_joint(pieces);
+  CHECK(number_of(fit, "base").value == Approx(1.0).epsilon(0.01));
+  CHECK(number_of(fit, "inertia").value == Approx(0.05).margin(0.002));
+  CHECK(cli::pieces_of(log, 5000).parts.empty());
+}
+
+TEST_CASE("Play of a joint is seen where it is, and not in a spring", "[fit][joints]") {
+  cli::JointLog log = swing(0.05, 1.0, 0.1, 1.0, 0.0), spring = log;
+  double turned = 0.0, bent = 0.02;
+  for (std::size_t i = 1; i < log.t.size(); ++i) {
+    if (log.speed[i] * log.speed[i - 1] < 0.0) turned = log.angle[i];
+    // Friction is absent for 0.03 rad after each turn; a spring bends by 0.02 rad to either side.
+    if (std::abs(turned) > 0.0 && std::abs(log.angle[i] - turned) < 0.03)
+      log.motor[i] -= std::copysign(1.0, log.speed[i]);
+    bent = std::clamp(bent + spring.angle[i] - spring.angle[i - 1], -0.02, 0.02);
+    spring.motor[i] += 50.0 * bent - std::copysign(1.0, spring.speed[i]);
+  }
+  CHECK(cli::joint_play(log, 0.05) == Approx(0.03).epsilon(0.3));
+  CHECK(cli::joint_play(spring, 0.05) == 0.0);
+  CHECK(cli::joint_play(swing(0.05, 1.0, 0.1, 1.0, 0.0), 0.05) == 0.0);
 }
 
 TEST_CASE("Two logs of one joint are one fit", "[fit][joints]") {

@@ -34,12 +34,6 @@ std::string coulomb(int rows, double dt, double load, double kinetic, double vis
   return csv;
 }
 
-cli::FitOptions any_brush() {
-  cli::FitOptions options;
-  options.choose_rule = options.quiet = true;
-  return options;
-}
-
 }  // namespace
 
 TEST_CASE("Friction without presliding in the samples: kinetic and viscous, no peak", "[fit]") {
@@ -74,6 +68,20 @@ TEST_CASE("What few rows cannot tell is held at what fits; an outlier is named",
     CHECK(f[cli::fit_kinetic].value == Approx(0.3).epsilon(0.02));
 }
 
+TEST_CASE("A coefficient that no material has is doubted, and the load's unit with it", "[fit]") {
+  const auto place = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
+  for (const auto& [load, kinetic, doubted] :
+       {std::tuple(2.0, 0.3, false), {2000.0, 0.0003, true}, {0.2, 2.9, true}, {1.0, 2.9, false}}) {
+    CAPTURE(load, kinetic);
+    const Fitted fitted =
+        fit(coulomb(600, 0.01, load, kinetic, 0.0, 1e-5, 0.005 * load * kinetic, place), any_brush());
+    CHECK(fitted[cli::fit_kinetic].value == Approx(kinetic).epsilon(0.02));
+    const std::string table = cli::fit_table(fitted.data, fitted.result);
+    CHECK((table.find("is unusual") != table.npos) == doubted);
+    if (doubted) CHECK_THAT(table, Contains("unit of the load"));
+  }
+}
+
 TEST_CASE("Friction that falls short of its limit around turns does not pass for a lubricant", "[fit]") {
   const auto place = [](double t) {
     return (t < 4.0 ? 20e-6 : t < 8.0 ? 200e-6 : 2e-3) * std::sin(2.0 * M_PI * 0.5 * t);
@@ -96,6 +104,9 @@ TEST_CASE("Rivals of strokes that grow are fitted and judged over the whole rang
   CHECK(all.within_range());
   CHECK(all.fitted_samples == 3000);
   CHECK(all.fitted_stroke == Approx(4e-3).epsilon(0.02));
+  CHECK(all.judged_stroke == Approx(4e-3).epsilon(0.02));
+  CHECK(all.fitted_speed == Approx(2e-3 * M_PI).epsilon(0.02));
+  CHECK(all.judged_speed == Approx(2e-3 * M_PI).epsilon(0.02));
   for (const cli::Judgement& j : all.models) CHECK(j.judged.all < 2.0 * j.fitted);
   options.fit_until = 4.0;  // strokes of a hundredth of what follows
   CHECK_FALSE(cli::judge_rivals(columns, options).within_range());

@@ -230,8 +230,8 @@ TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[
     const cli::FitColumns read = cli::parse_fit_columns(text, "data.csv", reading);
     CHECK(read.load[0] == 0.0);
     CHECK_THAT(joined(read.understood), Contains("1 negative loads, down to -0.01 N, taken as 0"));
-    reading.clip_load = 0.005;
-    CHECK_THAT(refused(text, reading), Contains("allowed: -0.005 N or more (--clip-load)"));
+    reading.clip_load = 0.0099;
+    CHECK_THAT(refused(text, reading), Contains("allowed: -0.0099 N or more (--clip-load)"));
   }
   SECTION("a tribometer's names and grams") {
     cli::FitReading reading;

@@ -623,9 +623,10 @@ double noise_of_bends(const FitData& data, const std::vector<double>& x, bool of
 }
 
 /// Returns the acceleration (m/s^2), smoothed over the narrowest window whose noise, times the mass, is below
-/// a hundredth of the force. Sets `left` to that noise of the inertia force (N).
-std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass,
-                                 double& left) {
+/// a hundredth of the force. Sets `left` to that noise of the inertia force (N), and `window` to the number
+/// of samples in the window.
+std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass, double& left,
+                                 std::size_t& window) {
   constexpr std::size_t widest = 25;
   const FitColumns& c = data.columns;
   const bool of_speed = !c.v.empty();
@@ -640,6 +641,7 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
     left = mass * noise * (of_speed ? slope / dt : bend / (dt * dt));
     if (w == widest || left <= 0.01 * data.force_scale) break;
   }
+  window = 2 * w + 1;
   std::vector<double> result;
   for_parts(c, [&](std::size_t begin, std::size_t end) {
     const std::vector<double> t = slice(c.t, begin, end);
@@ -653,18 +655,18 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
 void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
   const std::size_t n = data.samples();
   double most = 0.0, left = 0.0;
+  std::size_t window = 0;
   for (std::size_t axis = 0; axis < places.size(); ++axis) {
-    const std::vector<double> a = acceleration(data, places[axis], mass, left);
+    const std::vector<double> a = acceleration(data, places[axis], mass, left, window);
     for (std::size_t i = 0; i < n; ++i) {
       data.force[axis * n + i] -= mass * a[i];
       most = std::max(most, std::fabs(mass * a[i]));
     }
   }
   data.columns.understood.push_back(fmt::format(
-      "inertia of {:.4g} kg taken off the force: up to {:.3g} N, by parabolas over as many samples as the "
-      "noise "
-      "asks{}",
-      mass, most,
+      "inertia of {:.4g} kg taken off the force: up to {:.3g} N; the {} smoothed by parabolas through {} "
+      "samples, as the noise asks{}",
+      mass, most, data.columns.v.empty() ? "positions are" : "speed is", window,
       left > 0.02 * data.force_scale ? fmt::format(", of which {:.2g} N may be noise of the motion", left)
                                      : ""));
 }

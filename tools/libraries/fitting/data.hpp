@@ -21,7 +21,7 @@ enum class ForceSign : unsigned char { automatic, on_body, by_body };
 /// What the user states about a file of measured friction: units, names, and quantities that it lacks.
 /// Columns are named as in tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
 struct FitReading {
-  ColumnWords columns;           ///< pairs: column's standard name, its header or number (from 1)
+  ColumnWords columns;           ///< pairs: column's standard name, its header
   ColumnWords units;             ///< pairs: a column's standard name, and its unit
   std::optional<double> rate;    ///< samples per second of a file without time
   std::optional<double> radius;  ///< radius by which angle and torque become path and force, m

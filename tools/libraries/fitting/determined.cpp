@@ -111,6 +111,9 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   const double deviation = std::sqrt(cov(i, i));
   if (informing_samples(j, i) < fewest_informing) return false;
   if (FitModel::is_logarithmic(p)) return deviation <= widest_deviation;
+  // Keeps a drift only beyond three standard deviations, because the search adds one to every record.
+  if (p == fit_drift || p == fit_drift_y)
+    return std::fabs(point.values[p]) >= 3.0 * deviation * model_.scale(point.values, p);
   if (p >= fit_offset) return deviation <= widest_offset;
   // Keeps a lubricant or a damper only if it exceeds two standard deviations, and rubbing (residual and
   // shared renewal), without which the presliding length would be wrong by more than its interval, if it

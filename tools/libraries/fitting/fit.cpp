@@ -36,6 +36,8 @@ constexpr double clearly_closer = 0.97;
 constexpr double nearly_closest = 1.1;
 // Fewest samples in the fitted blocks and in the others for which a fit chooses between kinds of brush.
 constexpr std::size_t fewest_to_choose = 40;
+// Runs of a brush along the thinned record that a fit takes, as counted on measured records.
+constexpr double usual_runs = 1200.0;
 // Number of times that a fit is repeated without the samples at turns. Each fit shows better which samples
 // those are.
 constexpr int most_cuts = 2;
@@ -324,9 +326,7 @@ void fit_to_all(FittedBrush& brush, const FitData& data) {
 double error_in_fifths(const FittedBrush& brush, const FitData& data) {
   FitModel model(data, brush.options, Detail::search);
   const Eigen::MatrixXd j = jacobian(model, brush.found.point);
-  const Eigen::Map<const Eigen::VectorXd> measured(data.force.data(),
-                                                   static_cast<Eigen::Index>(data.force.size()));
-  const Eigen::VectorXd left = model.force(brush.found.point.values) - measured;
+  const Eigen::VectorXd left = model.force(brush.found.point.values) - measured_force(data);
   return std::sqrt(held_out_squares(j, left, data.samples()) / static_cast<double>(left.size()));
 }
 
@@ -346,13 +346,11 @@ FittedBrush choose_brush(const FitData& thin, const FitOptions& options, Progres
     brushes.back().found.evaluations = evaluations;
     return brushes.back();
   }
-  const Eigen::Map<const Eigen::VectorXd> measured(rest.force.data(),
-                                                   static_cast<Eigen::Index>(rest.force.size()));
   std::vector<double> errors;
   std::string text;
   for (const FittedBrush& brush : brushes) {
-    errors.push_back(std::sqrt((force_of(brush, rest, Detail::search) - measured).squaredNorm() /
-                               static_cast<double>(measured.size())));
+    errors.push_back(std::sqrt((force_of(brush, rest, Detail::search) - measured_force(rest)).squaredNorm() /
+                               static_cast<double>(rest.force.size())));
     text += fmt::format("{}{} {:.3g}", text.empty() ? "" : ", ", brush.name, errors.back());
   }
   const double lowest = *std::min_element(errors.begin(), errors.end());
@@ -408,6 +406,18 @@ FitData without_turns(const FitData& data, const FitValues& fitted) {
   return cut;
 }
 
+/// Measures how long a run of the paper's brush along a record takes, s.
+double seconds_of_a_run(const FitData& data) {
+  const FitOptions plain;
+  FitModel model(data, plain, Detail::search);
+  FitValues values = fit_defaults;
+  model.force(values);  // makes the table of the law
+  values[fit_length] *= 1.1;
+  const Stopwatch run;
+  model.force(values);
+  return run.seconds();
+}
+
 }  // namespace
 
 FitResult fit_material(const FitData& data, const FitOptions& options) {
@@ -415,6 +425,7 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
     Progress progress("fit", options.quiet);
     // Fits a record thinned in number and in long rests, which is enough to find the brush's shape.
     FitData moving = thinned(without_rests(data), fit_samples), thin = thinned(moving, search_samples);
+    announce("fit", usual_runs * seconds_of_a_run(thin), options.quiet);
     std::string note;
     FittedBrush chosen = choose_brush(thin, options, progress, note);
     const FitData whole_thin = thin, whole_moving = moving;

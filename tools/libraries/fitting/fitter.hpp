@@ -129,7 +129,7 @@ class Fitter {
 
   Eigen::VectorXd residuals(const FitPoint& point) {
     assume(model_, point);
-    return model_.force(point.values) - Eigen::Map<const Eigen::VectorXd>(data_.force.data(), samples());
+    return model_.force(point.values) - measured_force(data_);
   }
   Eigen::Index samples() const { return static_cast<Eigen::Index>(data_.force.size()); }
   double samples_that_count(const FitPoint& point) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <numeric>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -27,6 +28,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Unit rate_units[] = {{"rad/s", 1.0}, {"deg/s", 57.29577951308232}, {"rpm", 9.549296585513721}};
+/// Units of a temperature. Only its differences count, which are alike in both.
+constexpr Unit warmth_units[] = {{"degC", 1.0}, {"C", 1.0}, {"K", 1.0}};
 constexpr Unit current_units[] = {{"A", 1.0}, {"mA", 1e3}};
 enum Column : unsigned {
   column_t,
@@ -35,16 +38,22 @@ enum Column : unsigned {
   column_motor,
   column_current,
   column_outside,
+  column_temperature,
   column_count
 };
 constexpr ColumnKind kinds[column_count] = {
-    {"t", time_units, most_time},    {"angle", angle_units, 1e6},
-    {"speed", rate_units, 1e9},      {"motor", torque_units, most_force},
-    {"current", current_units, 1e9}, {"outside", torque_units, most_force}};
+    {"t", time_units, most_time},      {"angle", angle_units, 1e6},
+    {"speed", rate_units, 1e9},        {"motor", torque_units, most_force},
+    {"current", current_units, 1e9},   {"outside", torque_units, most_force},
+    {"temperature", warmth_units, 1e4}};
 
 /// Time over which torque residuals are averaged, s; over less, accelerations from differences are noise.
 constexpr double block_time = 0.01;
 constexpr std::size_t least_blocks = 30;
+/// Samples of a log beyond which the command fits pieces of it, so that a fit takes a minute at most.
+constexpr std::size_t most_samples = 48000;
+/// Runs of the brush along a log that a fit takes, of which some 2000 were counted, and with rivals.
+constexpr double usual_runs = 2500.0, runs_with_rivals = 6000.0;
 /// Least share of a change of the motor's torque that moves the joint, however much of the change friction
 /// takes up.
 constexpr double least_by_motor = 0.02;
@@ -85,6 +94,10 @@ double size(const std::vector<double>& x) {
 }
 
 double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
+
+double mean(const std::vector<double>& x) {
+  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
+}
 
 double median(std::vector<double> x) {
   const auto at = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
@@ -151,19 +164,28 @@ class Balance {
                                   fitted_, least_blocks));
     blocks_.insert(blocks_.end(), judged.begin(), judged.end());
     scale_ = std::max(std::hypot(size(log.motor), size(log.outside)), 1e-300);
+    if (log.temperature.empty()) return;
+    const auto [low, high] = std::minmax_element(log.temperature.begin(), log.temperature.end());
+    degrees_ = *high - *low;
+    mean_temperature_ = mean(log.temperature);
   }
+  /// Returns the range of the log's temperature; 0 if it was not logged or never changes.
+  double degrees() const { return degrees_; }
   Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
   double scale() const { return scale_; }
 
-  /// Returns the unbalanced torque (N m) of each block under a friction model, and its derivatives.
+  /// Returns the unbalanced torque (N m) of each block under a friction model, and its derivatives. A last
+  /// number beyond the model's own is 1 plus the relative change of friction over the temperature's range.
   VectorXd left(const Model& model, const VectorXd& numbers, MatrixXd* by) const {
     const auto intervals = static_cast<Eigen::Index>(log_.t.size()) - 1;
+    const auto own = static_cast<Eigen::Index>(model.names.size());
+    const bool warms = numbers.size() > own;
     VectorXd friction(intervals);
     MatrixXd friction_by;
-    if (by != nullptr) friction_by.resize(intervals, numbers.size());
-    model.friction(numbers, friction, by != nullptr ? &friction_by : nullptr);
-    VectorXd result(blocks()), moved = numbers;
+    if (by != nullptr) friction_by.resize(intervals, own);
+    model.friction(numbers.head(own), friction, by != nullptr ? &friction_by : nullptr);
+    VectorXd result(blocks()), moved = numbers.head(own);
     if (by != nullptr) by->resize(blocks(), numbers.size());
     for (Eigen::Index b = 0; b < blocks(); ++b) {
       const auto [first, end] = blocks_[static_cast<std::size_t>(b)];
@@ -174,14 +196,20 @@ class Balance {
       for (std::size_t k = first; k < end; ++k) {
         const double share = (log_.t[k + 1] - log_.t[k]) / time;
         const auto row = static_cast<Eigen::Index>(k);
-        torque += share * (middle(log_.motor, k) + middle(log_.outside, k) + friction[row]);
-        const double here = model.by_motor(numbers, k);
-        by_motor += share * here;
+        const double warmer = warms ? (middle(log_.temperature, k) - mean_temperature_) / degrees_ : 0.0,
+                     factor = warms ? 1.0 + (numbers[own] - 1.0) * warmer : 1.0;
+        torque += share * (middle(log_.motor, k) + middle(log_.outside, k) + factor * friction[row]);
+        const double here = model.by_motor(moved, k);
+        by_motor += share * factor * here;
         if (by == nullptr) continue;
-        slope += share * friction_by.row(row).transpose();
-        for (Eigen::Index i = 2; i < numbers.size() && here != 0.0; ++i) {
+        slope.head(own) += share * factor * friction_by.row(row).transpose();
+        if (warms) {
+          slope[own] += share * warmer * friction[row];
+          by_motor_slope[own] += share * warmer * here;
+        }
+        for (Eigen::Index i = 2; i < own && here != 0.0; ++i) {
           moved[i] = numbers[i] + 1e-6;
-          by_motor_slope[i] += share * (model.by_motor(moved, k) - here) / 1e-6;
+          by_motor_slope[i] += share * factor * (model.by_motor(moved, k) - here) / 1e-6;
           moved[i] = numbers[i];
         }
       }
@@ -204,7 +232,7 @@ class Balance {
   const JointLog& log_;
   std::vector<Block> blocks_;
   std::size_t fitted_ = 0;
-  double scale_ = 1.0;
+  double scale_ = 1.0, degrees_ = 0.0, mean_temperature_ = 0.0;
 };
 
 /// Minimises s'As/2 + g's over s >= low by coordinate descent. A is symmetric with a positive diagonal.
@@ -238,7 +266,7 @@ Place minimise(const Balance& balance, const Model& model, const VectorXd& from,
   };
   Place here = at(from, true);
   double damping = 1e-2;
-  for (int step = 0; step < steps && damping < 1e8; ++step) {
+  for (int step = 0; step < steps && damping < 1e8 && !(fit_stopped() && step > 0); ++step) {
     MatrixXd a = here.by.transpose() * here.by;
     const double floor = 1e-12 * std::max(a.diagonal().maxCoeff(), 1e-300);
     a.diagonal() = (a.diagonal() * (1.0 + damping)).array() + floor;
@@ -270,9 +298,12 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   JointFit fit;
   fit.model = model.name;
   Place best;
+  const auto own = static_cast<Eigen::Index>(model.names.size());
   for (const VectorXd& guess : model.guesses) {
     if (fit_stopped() && best.numbers.size() > 0) break;
-    const Place place = minimise(balance, model, guess, 12, fit.runs);
+    VectorXd from = VectorXd::Ones(own + (balance.degrees() > 0.0 ? 1 : 0));
+    from.head(own) = guess;
+    const Place place = minimise(balance, model, from, 12, fit.runs);
     if (best.numbers.size() == 0 || place.squares() < best.squares()) best = place;
   }
   best = minimise(balance, model, best.numbers, 100, fit.runs);
@@ -305,11 +336,12 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   // Adds to each parameter's standard error that of a model wrong by 0.5 % of the friction: the motion
   // between samples is unknown, so that even without noise friction is known to a few thousandths only.
   const double shape =
-      0.005 * rms(by.topRows(balance.fitted()).rightCols(p.size() - 1) * p.tail(p.size() - 1));
+      0.005 * rms(by.topRows(balance.fitted()).middleCols(1, own - 1) * p.segment(1, own - 1));
   for (Eigen::Index i = 0; i < p.size(); ++i) {
     JointEstimate e;
-    e.name = model.names[static_cast<std::size_t>(i)];
-    e.unit = model.units[static_cast<std::size_t>(i)];
+    const bool warms = i == own;
+    e.name = warms ? "friction per degree" : model.names[static_cast<std::size_t>(i)];
+    e.unit = warms ? "1/K" : model.units[static_cast<std::size_t>(i)];
     e.value = p[i];
     const auto its = std::find(told.begin(), told.end(), i);
     if (its != told.end()) {
@@ -320,7 +352,13 @@ JointFit fit_model(const Balance& balance, const Model& model) {
       e.high = p[i] + half;
       e.determined = half < p[i];
     }
-    fit.numbers.push_back(e);
+    if (!warms) {
+      fit.numbers.push_back(e);
+      continue;
+    }
+    e.determined = its != told.end() && (e.low > 1.0 || e.high < 1.0);
+    for (double* end : {&e.value, &e.low, &e.high}) *end = (*end - 1.0) / balance.degrees();
+    fit.warming = e;
   }
   return fit;
 }
@@ -649,6 +687,11 @@ std::string joint_warnings(const JointLog& log, const JointFit& fit) {
         "follows the "
         "motor's torque itself, and these numbers are not friction.\n",
         fit.fitted_rms, expected);
+  if (const double play = joint_play(log, fit.numbers.front().value); play > 0.0)
+    text += fmt::format(
+        "\nWarning: after turns the joint moves on by {:.3g} rad nearly without friction: play (backlash), "
+        "which no model here has; friction and inertia are those of the whole.\n",
+        play);
   if (!fit.loaded)
     text +=
         "\nThe outside torque does not vary by itself: how friction depends on a torque, and on a load, is "
@@ -672,7 +715,15 @@ std::string fit_text(const JointLog& log, const JointFit& fit) {
     else
       untold += (untold.empty() ? "" : ", ") + e.name;
   }
+  if (fit.warming && fit.warming->determined)
+    table.add({fit.warming->name, fmt::format("{:.4g}", fit.warming->value),
+               fmt::format("{:.4g}", fit.warming->low), fmt::format("{:.4g}", fit.warming->high),
+               fit.warming->unit});
   text += table.text() + joint_warnings(log, fit);
+  if (fit.warming)
+    text += fmt::format(
+        "\nFriction is that at {:.4g} degrees, the mean of the log's temperature{}.\n", mean(log.temperature),
+        fit.warming->determined ? "" : "; it does not change with the temperature, as far as seen");
   if (fit.rigid)
     text += "\nThe angles do not show how far the joint bends while it sticks: its stiffness is not told.\n";
   if (!untold.empty()) text += "\nNot told by this log: " + untold + ".\n";
@@ -713,13 +764,12 @@ std::string joint_json(const JointLog& log, const std::vector<JointFit>& fits, c
     nlohmann::ordered_json model = {
         {"model", fit.model}, {"runs", fit.runs}, {"fitted_rms_nm", fit.fitted_rms}, {"rigid", fit.rigid}};
     if (!std::isnan(fit.judged_rms)) model["judged_rms_nm"] = fit.judged_rms;
-    for (const JointEstimate& e : fit.numbers)
-      model["numbers"].push_back({{"name", e.name},
-                                  {"unit", e.unit},
-                                  {"value", e.value},
-                                  {"low", e.low},
-                                  {"high", e.high},
-                                  {"determined", e.determined}});
+    const auto entry = [](const JointEstimate& e) {
+      return nlohmann::ordered_json{{"name", e.name}, {"unit", e.unit}, {"value", e.value},
+                                    {"low", e.low},   {"high", e.high}, {"determined", e.determined}};
+    };
+    for (const JointEstimate& e : fit.numbers) model["numbers"].push_back(entry(e));
+    if (fit.warming) model["numbers"].push_back(entry(*fit.warming));
     report["models"].push_back(model);
   }
   return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
@@ -776,6 +826,7 @@ JointLog parse_joint_log(std::string_view text, const std::string& name, const F
     log.speed.push_back(value[column_speed]);
     log.motor.push_back(header.present[column_motor] ? value[column_motor]
                                                      : value[column_current] * torque_constant.value_or(0.0));
+    if (header.present[column_temperature]) log.temperature.push_back(value[column_temperature]);
     log.outside.push_back(value[column_outside] - pendulum.value_or(0.0) * std::sin(value[column_angle]));
   });
   const std::size_t n = log.t.size();
@@ -793,6 +844,10 @@ void append(JointLog& log, const JointLog& more) {
     log = more;
     return;
   }
+  if (log.temperature.empty() || more.temperature.empty())
+    log.temperature.clear();
+  else
+    log.temperature.insert(log.temperature.end(), more.temperature.begin(), more.temperature.end());
   log.parts.push_back(log.t.size());
   const double shift = log.t.back() + 1.0 - more.t.front();
   for (const double t : more.t) log.t.push_back(t + shift);
@@ -802,6 +857,74 @@ void append(JointLog& log, const JointLog& more) {
   log.has_speed = log.has_speed && more.has_speed;
   log.has_outside = log.has_outside || more.has_outside;
   log.understood += fmt::format("; and {}: {}", more.name, more.understood);
+}
+
+double joint_play(const JointLog& log, double inertia) {
+  constexpr double absent = 0.3, present = 0.7;  // friction over the median of the moving joint's friction
+  constexpr std::size_t fewest_turns = 4, fewest_blocks = 3;
+  struct Step {
+    double angle, speed, friction;
+  };
+  std::vector<Step> steps;
+  for (std::size_t a = 0, b = 1; b < log.t.size(); ++b) {
+    if (log.begins(b)) {
+      a = b;
+      continue;
+    }
+    const double time = log.t[b] - log.t[a];
+    if (time < block_time * (1.0 - 1e-9)) continue;
+    double torque = 0.0;
+    for (std::size_t k = a; k < b; ++k)
+      torque += (log.t[k + 1] - log.t[k]) / time * (middle(log.motor, k) + middle(log.outside, k));
+    steps.push_back({log.angle[b], 0.5 * (log.speed[a] + log.speed[b]),
+                     torque - inertia * (log.speed[b] - log.speed[a]) / time});
+    a = b;
+  }
+  std::vector<double> sizes, ways;
+  for (const Step& s : steps) sizes.push_back(std::fabs(s.friction));
+  if (sizes.empty()) return 0.0;
+  const double usual = median(sizes);
+  for (std::size_t turn = 1; turn < steps.size(); ++turn) {
+    if (steps[turn].speed * steps[turn - 1].speed >= 0.0) continue;
+    const double sign = steps[turn].speed > 0.0 ? 1.0 : -1.0;
+    double way = 0.0, without = 0.0;
+    std::size_t blocks = 0;
+    for (std::size_t i = turn; i < steps.size() && sign * steps[i].speed > 0.0; ++i) {
+      const double share = sign * steps[i].friction / usual,
+                   move = std::fabs(steps[i].angle - steps[i - 1].angle);
+      if (share > present) break;
+      way += move;
+      if (std::fabs(share) > absent) continue;
+      without += move;
+      ++blocks;
+    }
+    ways.push_back(blocks >= fewest_blocks && without > 0.6 * way ? without : 0.0);
+  }
+  return ways.size() < fewest_turns ? 0.0 : median(ways);
+}
+
+JointLog pieces_of(JointLog log, std::size_t most) {
+  constexpr std::size_t pieces = 24;
+  const std::size_t n = log.t.size(), each = most / pieces;
+  if (n <= most) return log;
+  std::vector<std::size_t> stay, parts;
+  for (std::size_t piece = 0; piece < pieces; ++piece) {
+    const std::size_t begin = piece * (n - each) / (pieces - 1);
+    for (std::size_t k = begin; k < begin + each; ++k) {
+      if (k == begin ? piece > 0 : log.begins(k)) parts.push_back(stay.size());
+      stay.push_back(k);
+    }
+  }
+  for (std::vector<double>* column :
+       {&log.t, &log.angle, &log.speed, &log.motor, &log.outside, &log.temperature}) {
+    if (column->empty()) continue;
+    std::vector<double> taken;
+    for (const std::size_t k : stay) taken.push_back((*column)[k]);
+    *column = std::move(taken);
+  }
+  log.parts = std::move(parts);
+  log.understood += fmt::format("; {} pieces of {} of its {} rows are fitted", pieces, each, n);
+  return log;
 }
 
 JointFit fit_joint(const JointLog& log, JointPart part, bool by_differences) {
@@ -836,11 +959,17 @@ void fit_joint_command(const FitOptions& options) {
   for (const std::string& data : options.data)
     append(log, parse_joint_log(read_text_file(data), data, options.reading, options.torque_constant,
                                 options.pendulum));
+  log = pieces_of(std::move(log), most_samples);
   JointPart part;
   if (options.fit_until) part.until = *options.fit_until;
   if (part.until >= log.t.back() - log.t.front() && options.fit_until)
     throw UserError("--fit-until: nothing is left to judge");
   part.alternate = options.rivals && !options.fit_until;
+  const Model brush = brush_model(log, 1.0, 1.0);
+  VectorXd friction(static_cast<Eigen::Index>(log.t.size()) - 1);
+  const Stopwatch one_run;
+  brush.friction(brush.guesses.front(), friction, nullptr);
+  announce("fit", one_run.seconds() * (options.rivals ? runs_with_rivals : usual_runs), options.quiet);
   const std::vector<JointFit> fits =
       options.rivals ? judge_joint(log, part) : std::vector<JointFit>{fit_joint(log, part)};
   if (json) json.write(joint_json(log, fits, part));

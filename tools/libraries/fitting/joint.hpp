@@ -20,6 +20,7 @@ struct JointLog {
   std::string name;
   std::string understood;  ///< sentences that tell how the file was understood
   std::vector<double> t, angle, speed, motor, outside;
+  std::vector<double> temperature;  ///< degrees; empty if not logged
   bool has_speed = false, has_outside = false;
   std::vector<std::size_t> parts;  ///< for joined logs, the first sample of each but the first
 
@@ -29,6 +30,14 @@ struct JointLog {
 
 /// Appends another log of the same joint, a second later.
 void append(JointLog& log, const JointLog& more);
+
+/// Returns the play (backlash) of a joint of known inertia, rad: the median way after a turn of the motion on
+/// which friction is nearly absent, before it sets in; 0 if friction sets in at once, or steadily as a spring
+/// bends.
+double joint_play(const JointLog& log, double inertia);
+
+/// Returns a log of at most `most` samples: pieces of equal length, evenly spread over a longer log.
+JointLog pieces_of(JointLog log, std::size_t most);
 
 /// Parses a log of a joint by the names and units of `reading`: t, angle, speed (or its differences), motor
 /// torque (or current, with the torque constant), and outside torque (or that of a pendulum, or 0). Throws
@@ -64,6 +73,9 @@ struct JointFit {
       false;  ///< whether the outside torque varies by itself, so that shares of torques can be told
   double criterion = 0.0;  ///< information criterion of the fit; lower is better
   double count = 0.0;      ///< number of independent blocks that were fitted
+  /// Relative change of friction per degree, if the temperature was logged; the other numbers then hold at
+  /// the log's mean temperature.
+  std::optional<JointEstimate> warming;
 
   /// Number of runs of the friction model along the log, including those for derivatives.
   int runs = 0;

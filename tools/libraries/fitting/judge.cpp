@@ -70,6 +70,9 @@ VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscou
   return force;
 }
 
+/// Bounds logarithms of a rival's parameters, so that its force stays finite.
+VectorXd bounded(const VectorXd& logarithms) { return logarithms.cwiseMax(-60.0).cwiseMin(60.0); }
+
 /// Residuals of a rival model over the rms force, and their derivatives by differences.
 struct RivalResiduals {
   const RivalModel& model;
@@ -79,13 +82,12 @@ struct RivalResiduals {
 
   Eigen::Index values() const { return static_cast<Eigen::Index>(data.force.size()); }
   VectorXd force(const VectorXd& p) const {
-    const VectorXd bounded = p.head(model.logarithms).cwiseMax(-60.0).cwiseMin(60.0);
-    return whole_force(elastic_force(model.make(bounded), data, start), data,
+    return whole_force(elastic_force(model.make(bounded(p.head(model.logarithms))), data, start), data,
                        p[model.logarithms] * data.force_scale / speed,
                        p[model.logarithms + 1] * data.force_scale);
   }
   void fill(const VectorXd& p, VectorXd& out) const {
-    out = (force(p) - Eigen::Map<const VectorXd>(data.force.data(), values())) / data.force_scale;
+    out = (force(p) - measured_force(data)) / data.force_scale;
     for (double& r : out) {
       if (!std::isfinite(r)) r = 1e6;
     }
@@ -136,6 +138,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
             [&](const VectorXd& at, Eigen::MatrixXd& out) { function.differentiate(at, out); }},
            {80, 1e-7, 1e-6, 1.0}, p);
   if (!p.allFinite()) p = guess;
+  p.head(model.logarithms) = bounded(p.head(model.logarithms));
   function.fill(p, residuals);
   return {p, start, residuals.squaredNorm()};
 }
@@ -143,7 +146,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
 /// Fits a rival model from the guesses with the smallest residuals. Fits a model of few parameters once more
 /// from the best result, with Levenberg-Marquardt's damping reset.
 RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
-  constexpr std::size_t most_starts = 4;
+  constexpr std::size_t most_starts = 6;
   constexpr int few_parameters = 5;  // logarithms up to which a model is fitted once more
   const double speed = std::max(data.fast, 1e-12);
   VectorXd residuals(static_cast<Eigen::Index>(data.force.size()));
@@ -267,9 +270,9 @@ VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low,
   a.col(elements + 1).setConstant(data.force_scale);
   const VectorXd unit = a.colwise().norm().cwiseMax(1e-300);
   a = a * unit.cwiseInverse().asDiagonal();
-  const Eigen::Map<const VectorXd> force(data.force.data(), samples);
   const VectorXd solution =
-      solve_nonnegative(a.transpose() * a, a.transpose() * force, elements).cwiseQuotient(unit);
+      solve_nonnegative(a.transpose() * a, a.transpose() * measured_force(data), elements)
+          .cwiseQuotient(unit);
   const double weakest = 1e-4 * solution.head(elements).maxCoeff() + 1e-300;
   p.head(elements) = solution.head(elements).cwiseMax(weakest).array().log();
   p.tail(2) = solution.tail(2);
@@ -440,10 +443,12 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
     for (const double damper : {1e-3, 0.3}) {
       const double time = length / std::max(train.slow, 1e-12);
       for (const double rise : {1.1, 2.0}) {
-        VectorXd p(7);
-        p << std::log(kinetic), std::log(rise * kinetic), std::log(std::max(train.slow, 1e-12)),
-            std::log(kinetic / length), std::log(damper * time * kinetic / length), 0.0, 0.0;
-        guesses.push_back(p);
+        for (const double stribeck : {train.slow, train.fast}) {
+          VectorXd p(7);
+          p << std::log(kinetic), std::log(rise * kinetic), std::log(std::max(stribeck, 1e-12)),
+              std::log(kinetic / length), std::log(damper * time * kinetic / length), 0.0, 0.0;
+          guesses.push_back(p);
+        }
       }
     }
   }

@@ -7,6 +7,11 @@
 
 namespace cli {
 
+/// Returns the measured force of a record, N, as a vector.
+inline Eigen::Map<const Eigen::VectorXd> measured_force(const FitData& data) {
+  return {data.force.data(), static_cast<Eigen::Index>(data.force.size())};
+}
+
 class FitModel {
  public:
   FitModel(const FitData& data, const FitOptions& options, Detail detail);

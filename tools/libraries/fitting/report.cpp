@@ -126,17 +126,26 @@ static std::string fit_answer(const FitData& data, const FitResult& r) {
         fmt::format("{}{} {:.4g}{}{} ({:.4g} to {:.4g})", fitted > 1 ? ", " : "", rows[i].name, k * e.value,
                     rows[i].unit[0] != '\0' ? " " : "", rows[i].unit, k * e.low, k * e.high);
   }
-  const double length = r.estimates[fit_length].value;
+  const double length = r.estimates[fit_length].value, kinetic = r.estimates[fit_kinetic].value;
   const bool odd_length = r.estimates[fit_length].fitted && !(length > 0.2e-6 && length < 5e-3);
+  // A load given as 1 N stands for none: kinetic is then a force (N) or a torque.
+  const bool odd_kinetic = r.estimates[fit_kinetic].fitted && !(kinetic > 0.01 && kinetic < 1.5) &&
+                           !(data.steady_load && data.mean_load == 1.0);
   if (fitted > 2) found += fmt::format(", and {} more below", fitted - 2);
   return fmt::format(
-      "{}{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
+      "{}{}{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
       "fitted{}{}.\n\n",
       odd_length
           ? fmt::format(
                 "A presliding length of {:.3g} um is implausible (solids: 1 to 100, skin and rubber up to "
                 "1000): check the unit of x (--units x=mm). ",
                 1e6 * length)
+          : "",
+      odd_kinetic
+          ? fmt::format(
+                "A kinetic coefficient of {:.3g} is unusual (most solids 0.05 to 0.8, rubber and skin "
+                "up to 1.5): check the unit of the load, {:.4g} N on average (--units load=mN). ",
+                kinetic, data.mean_load)
           : "",
       r.explained < 0.5 ? "Not a fit to build on. " : "", 100.0 * r.explained, r.held_out_rms,
       found.empty() ? "" : ": ", found);
@@ -347,19 +356,23 @@ std::string fit_motion(const FitData& data) {
 
 namespace {
 
-/// Writes a material as TOML by its coefficients (kinetic, peak, presliding length, ...).
+/// Writes a material as TOML by its coefficients (kinetic, presliding length, ...). The peak follows from the
+/// spread or the drop, so that each coefficient can be changed alone.
 std::string by_coefficients(const FitResult& r) {
   const bristle::Coefficients c = r.material.coefficients();
   const bool slides = c.rule == bristle::SnapRule::slide;
   std::string text = fmt::format(
-      "kinetic = {}\n{} = {}\nspread = {}\npresliding_length = {}  # m\n"
+      "kinetic = {}\n{}spread = {}\npresliding_length = {}  # m\n"
       "bristles_per_newton = {}  # 1/N\nlaw = \"{}\"\nrule = \"{}\"\nresidual_share = {}\nshared_renewal = "
       "{}\n"
       "damping_per_newton = {}  # s/m\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\n"
       "damper_decay = \"{}\"\n",
-      c.kinetic, slides ? "drop" : "peak", slides ? c.drop : c.peak, c.spread, c.presliding_length,
-      c.bristles_per_newton, bristle::to_string(c.law), to_string(c.rule), c.residual_share, c.shared_renewal,
-      c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
+      c.kinetic,
+      slides            ? fmt::format("drop = {}\n", c.drop)
+      : c.spread == 0.0 ? fmt::format("peak_over_kinetic = {}\n", c.peak / c.kinetic)
+                        : "",
+      c.spread, c.presliding_length, c.bristles_per_newton, bristle::to_string(c.law), to_string(c.rule),
+      c.residual_share, c.shared_renewal, c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
       c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
   return text;
 }

@@ -420,6 +420,13 @@ FitPoint Fitter::add_speed_terms(const FitPoint& core) {
     if (candidate.free.size() > core.free.size() && justified(candidate, best)) best = candidate;
   }
   if (best.free.size() > core.free.size()) best = minimise(model_, best);
+  // Tries a lubricant once more beside the damper: before, the brush had a shape fitted without either.
+  if (several_speeds() && contains(best.free, fit_damping) && !contains(best.free, fit_viscous)) {
+    FitPoint both = best;
+    both.free.push_back(fit_viscous);
+    both = minimise(model_, both);
+    if (justified(both, best)) best = both;
+  }
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
     if (contains(best.free, p)) why_[p].clear();
   return best;

@@ -74,11 +74,6 @@ class Coordinates {
   std::vector<double> units_;
 };
 
-Eigen::Map<const Eigen::VectorXd> measured_force(const FitModel& model) {
-  const std::vector<double>& force = model.data().force;
-  return {force.data(), static_cast<Eigen::Index>(force.size())};
-}
-
 }  // namespace
 
 void assume(FitModel& model, const FitPoint& point) {
@@ -93,7 +88,7 @@ FitPoint minimise_once(FitModel& model, const FitPoint& from) {
   const Coordinates coordinates(model, from);
   FitPoint best = from;
   if (!from.free.empty()) {
-    const Eigen::Map<const Eigen::VectorXd> measured = measured_force(model);
+    const Eigen::Map<const Eigen::VectorXd> measured = measured_force(model.data());
     const double scale = model.data().force_scale;
     SumOfSquares sum;
     sum.residuals = measured.size();
@@ -149,7 +144,7 @@ FitPoint minimise(FitModel& model, FitPoint from) {
     assume(model, from);
     from = minimise_once(model, from);
     assume(model, from);
-    from.sum_of_squares = (model.force(from.values) - measured_force(model)).squaredNorm();
+    from.sum_of_squares = (model.force(from.values) - measured_force(model.data())).squaredNorm();
     if (from.sum_of_squares > clearly_less * before) break;
     before = from.sum_of_squares;
   }
@@ -236,7 +231,6 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& resi
 void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals,
                     std::size_t samples) {
   constexpr std::size_t parts = 5;
-  constexpr double by_chance = 3.0;  // ratio of variances that mere noise exceeds in 2 % of records
   Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(j.cols(), static_cast<Eigen::Index>(parts));
   for (Eigen::Index row = 0; row < j.rows(); ++row) {
     const std::size_t part = static_cast<std::size_t>(row) % samples * parts / samples;
@@ -250,7 +244,7 @@ void raise_to_parts(Eigen::MatrixXd& cov, const Eigen::MatrixXd& j, const Eigen:
   Eigen::MatrixXd seen =
       normal * gradients * gradients.transpose() * normal * (static_cast<double>(parts) / freedom);
   for (Eigen::Index i = 0; i < cov.rows(); ++i)
-    if (seen(i, i) <= by_chance * cov(i, i)) seen(i, i) = 0.0;
+    if (seen(i, i) <= cov(i, i)) seen(i, i) = 0.0;
   raise_to(cov, seen * (wider * wider));
 }
 

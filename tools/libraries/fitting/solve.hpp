@@ -51,8 +51,8 @@ double correlated_samples(const Eigen::VectorXd& residuals);
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated);
 
-/// Raises variances to those that the differences between five successive parts of the record imply, if noise
-/// would hardly explain the differences. Friction that wanders over minutes is correlated for longer than
+/// Raises variances to those that the differences between five successive parts of the record imply, widened
+/// by Student's law, where the differences imply more. Friction that wanders is correlated for longer than
 /// neighbouring samples show.
 void raise_to_parts(Eigen::MatrixXd& covariance, const Eigen::MatrixXd& jacobian,
                     const Eigen::VectorXd& residuals, std::size_t samples);

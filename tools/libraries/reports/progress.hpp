@@ -47,6 +47,23 @@ class Progress {
   Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
 };
 
+/// Says on stderr how long work will take, if that is more than ten seconds.
+inline void announce(const char* label, double seconds, bool quiet) {
+  if (quiet || seconds <= 10.0) return;
+  std::fprintf(stderr, "%s: will take about %.0f s; Ctrl-C gives the best found until then\n", label,
+               seconds);
+}
+
+/// Measures time from its construction on.
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point begin_ = Clock::now();
+};
+
 /// Returns a function that shows a line of progress. The line disappears with the function's last copy.
 inline std::function<void(double)> progress_line(std::string label, bool quiet = false) {
   return [line = std::make_shared<Progress>(std::move(label), quiet)](double share) { line->update(share); };

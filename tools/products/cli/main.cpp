@@ -206,7 +206,7 @@ void add_reading(CLI::App* app, cli::FitOptions& options) {
   app->add_option_function<std::string>(
          "--columns",
          [&](const std::string& text) { options.reading.columns = parse_assignments(text, "--columns"); },
-         "Columns by the names (or places) that the data give them, e.g. x=Position,force=Fx,load=4")
+         "Columns by the names that the data give them, e.g. x=Position,force=Fx")
       ->type_name("NAMES");
   app->add_option_function<std::string>(
          "--units",

@@ -94,15 +94,6 @@ void set_measurement(cli::FitOptions& options, double mass) {
 
 using Words = std::map<std::string, std::string>;
 
-/// Converts the user's choices of columns, each a name or a number.
-Words words_of(const std::map<std::string, std::variant<std::size_t, std::string>>& given) {
-  Words words;
-  for (const auto& [ours, theirs] : given)
-    words[ours] = std::holds_alternative<std::string>(theirs) ? std::get<std::string>(theirs)
-                                                              : std::to_string(std::get<std::size_t>(theirs));
-  return words;
-}
-
 /// Fits without the interpreter's lock, because a long record takes seconds and other Python threads should
 /// run.
 Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
@@ -112,14 +103,12 @@ Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
 }
 
 using Files = std::variant<std::filesystem::path, std::vector<std::filesystem::path>>;
-using ColumnNames = std::map<std::string, std::variant<std::size_t, std::string>>;
 
 Fit fit_files(const Files& files, const std::optional<double>& load, const std::string& sign,
               const std::string& law, const std::string& rule, const std::string& damper_decay,
               const std::optional<double>& residual, const std::optional<double>& renewal,
-              const ColumnNames& columns, const Words& units, const std::optional<double>& rate,
-              double clip_load, const std::optional<double>& radius, const std::optional<double>& disc,
-              double mass) {
+              const Words& columns, const Words& units, const std::optional<double>& rate, double clip_load,
+              const std::optional<double>& radius, const std::optional<double>& disc, double mass) {
   cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
   if (radius && disc)
     throw bristle::Error("radius and disc together: a ring has the one, a full disc the other");
@@ -135,7 +124,7 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
       options.data.push_back(file.string());
     if (options.data.empty()) throw bristle::Error("file is an empty list; allowed: one file or several");
   }
-  for (const auto& word : words_of(columns)) options.reading.columns.push_back(word);
+  for (const auto& word : columns) options.reading.columns.push_back(word);
   for (const auto& word : units) options.reading.units.push_back(word);
   const WithoutLock unlocked;
   return fit_columns(cli::read_fit_columns(options.data, options.reading), options);
@@ -270,13 +259,13 @@ void define_fitting(py::module_& module) {
       "fit", &fit_files, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
       py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
       py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
-      py::arg("renewal") = py::none(), py::arg("columns") = ColumnNames(), py::arg("units") = Words(),
+      py::arg("renewal") = py::none(), py::arg("columns") = Words(), py::arg("units") = Words(),
       py::arg("rate") = py::none(), py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
       py::arg("disc") = py::none(), py::arg("mass") = 0.0,
       "A material from measured friction in a CSV file with the columns t,x,load,force "
       "(tools/libraries/fitting/README.md), or in several that are one record. load: N, in place of a "
       "column. columns: "
-      "the file's names or places of them ({\"x\": \"Position\", \"force\": 3}); units: of them ({\"x\": "
+      "the file's names of them ({\"x\": \"Position\", \"force\": \"Fx\"}); units: of them ({\"x\": "
       "\"um\"}). rate: samples per second of a file without time. clip_load: N, loads from minus this to 0 "
       "count "
       "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
