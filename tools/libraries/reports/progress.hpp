@@ -47,9 +47,9 @@ class Progress {
   Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
 };
 
-/// Says on stderr how long work will take, if that is more than ten seconds.
+/// Says on stderr, if that is a terminal, how long work will take that takes more than ten seconds.
 inline void announce(const char* label, double seconds, bool quiet) {
-  if (quiet || seconds <= 10.0) return;
+  if (quiet || seconds <= 10.0 || !platform::is_terminal(stderr)) return;
   std::fprintf(stderr, "%s: will take about %.0f s; Ctrl-C gives the best found until then\n", label,
                seconds);
 }
