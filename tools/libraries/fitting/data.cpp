@@ -651,7 +651,8 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   return result;
 }
 
-/// Subtracts mass times acceleration from the force: a sensor that drives the body measures its inertia too.
+/// Subtracts mass times acceleration from the measured force, for a sensor that drives the body and so
+/// measures its inertia too.
 void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
   const std::size_t n = data.samples();
   double most = 0.0, left = 0.0;

@@ -18,8 +18,8 @@ namespace cli {
 /// points along it. `automatic`: the data decide.
 enum class ForceSign : unsigned char { automatic, on_body, by_body };
 
-/// What the user states about a file of measured friction: units, names, and quantities that it lacks.
-/// Columns are named as in tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
+/// What the user states about a file of measured friction: units, names of columns, and quantities that the
+/// file lacks. Columns are named as in tools/README.md (t, x, v, load, force, y, fx, fy, angle, torque).
 struct FitReading {
   ColumnWords columns;           ///< pairs: column's standard name, its header
   ColumnWords units;             ///< pairs: a column's standard name, and its unit

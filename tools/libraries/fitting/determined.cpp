@@ -115,9 +115,9 @@ bool Fitter::is_determined(const FitPoint& point, const Eigen::MatrixXd& j, cons
   if (p == fit_drift || p == fit_drift_y)
     return std::fabs(point.values[p]) >= 3.0 * deviation * model_.scale(point.values, p);
   if (p >= fit_offset) return deviation <= widest_offset;
-  // Keeps a lubricant or a damper only if it exceeds two standard deviations, and rubbing (residual and
-  // shared renewal), without which the presliding length would be wrong by more than its interval, if it
-  // exceeds one.
+  // Keeps a lubricant or a damper only if its parameter exceeds two standard deviations. Keeps rubbing
+  // (residual and shared renewal) from one standard deviation on, because the presliding length would be
+  // wrong by more than its interval without it.
   const double least = p == fit_renewal || p == fit_residual ? 1.0 : 2.0;
   return std::fabs(point.values[p]) >= least * deviation * model_.scale(point.values, p);
 }

@@ -32,16 +32,20 @@ constexpr std::size_t search_samples = 2000, fit_samples = 10000;
 // Largest error on held-out blocks, over the error of a simpler brush, with which a brush is preferred to the
 // simpler one.
 constexpr double clearly_closer = 0.97;
-// Fits to the whole record those brushes whose error on held-out blocks is below this multiple of the lowest.
+// Largest error on held-out blocks, over the least error of all brushes, with which a brush is fitted to the
+// whole record as well.
 constexpr double nearly_closest = 1.1;
-// Fewest samples in the fitted blocks and in the others for which a fit chooses between kinds of brush.
+// Least number of samples in the fitted blocks, and in the held-out ones, with which a fit chooses between
+// kinds of brush.
 constexpr std::size_t fewest_to_choose = 40;
-// Runs of a brush along the thinned record that a fit takes, as counted on measured records.
+// Number of runs of a brush along the thinned record that a fit takes, as counted on measured records; the
+// time to expect follows from it.
 constexpr double usual_runs = 1200.0;
-// Number of times that a fit is repeated without the samples at turns. Each fit shows better which samples
-// those are.
+// Number of times that a fit is repeated without the samples at turns of the motion. Each fit shows better
+// which samples to leave out.
 constexpr int most_cuts = 2;
-// Ratio of the smaller to the larger of two successive moves below which the motion turns between them.
+// Ratio of the smaller to the larger of two successive moves, below which the motion counts as turning
+// between them.
 constexpr double turning = 0.25;
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
@@ -330,9 +334,9 @@ double error_in_fifths(const FittedBrush& brush, const FitData& data) {
   return std::sqrt(held_out_squares(j, left, data.samples()) / static_cast<double>(left.size()));
 }
 
-/// Fits the kinds of brush to half of the blocks of a record. Those that are nearly the closest to the other
-/// half are fitted to all of it, and the simplest is returned whose error on fifths held out no other one
-/// clearly lowers.
+/// Fits the kinds of brush to half of the blocks of a record, then those whose error on the other half is
+/// nearly the least to all of it. Returns the simplest of them, unless the error of another one on held-out
+/// fifths is clearly less.
 FittedBrush choose_brush(const FitData& thin, const FitOptions& options, Progress& progress,
                          std::string& note) {
   const std::vector<bool> fitted = fitted_blocks(thin.columns.t, {});
@@ -406,7 +410,7 @@ FitData without_turns(const FitData& data, const FitValues& fitted) {
   return cut;
 }
 
-/// Measures how long a run of the paper's brush along a record takes, s.
+/// Measures how long (s) the paper's brush takes to run once along a record.
 double seconds_of_a_run(const FitData& data) {
   const FitOptions plain;
   FitModel model(data, plain, Detail::search);
@@ -423,7 +427,7 @@ double seconds_of_a_run(const FitData& data) {
 FitResult fit_material(const FitData& data, const FitOptions& options) {
   try {
     Progress progress("fit", options.quiet);
-    // Fits a record thinned in number and in long rests, which is enough to find the brush's shape.
+    // Thins the record, in number and in long rests: fewer samples suffice to find the brush's shape.
     FitData moving = thinned(without_rests(data), fit_samples), thin = thinned(moving, search_samples);
     announce("fit", usual_runs * seconds_of_a_run(thin), options.quiet);
     std::string note;

@@ -28,7 +28,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr Unit rate_units[] = {{"rad/s", 1.0}, {"deg/s", 57.29577951308232}, {"rpm", 9.549296585513721}};
-/// Units of a temperature. Only its differences count, which are alike in both.
+/// Units of a temperature. Only differences of temperature matter, and a degree is the same in both units.
 constexpr Unit warmth_units[] = {{"degC", 1.0}, {"C", 1.0}, {"K", 1.0}};
 constexpr Unit current_units[] = {{"A", 1.0}, {"mA", 1e3}};
 enum Column : unsigned {
@@ -47,18 +47,21 @@ constexpr ColumnKind kinds[column_count] = {
     {"current", current_units, 1e9},   {"outside", torque_units, most_force},
     {"temperature", warmth_units, 1e4}};
 
-/// Time over which torque residuals are averaged, s; over less, accelerations from differences are noise.
+/// Time, s, over which residuals of the torque are averaged. Over less, accelerations from differences are
+/// only noise.
 constexpr double block_time = 0.01;
 constexpr std::size_t least_blocks = 30;
-/// Samples of a log beyond which the command fits pieces of it, so that a fit takes a minute at most.
+/// Largest number of samples of a log that the command fits as a whole, so that a fit takes a minute at most.
+/// Of a longer log it fits pieces.
 constexpr std::size_t most_samples = 48000;
-/// Runs of the brush along a log that a fit takes, of which some 2000 were counted, and with rivals.
+/// Number of runs of the brush along a log that a fit takes (some 2000 were counted), and that a fit with
+/// rivals takes; the time to expect follows from it.
 constexpr double usual_runs = 2500.0, runs_with_rivals = 6000.0;
-/// Least share of a change of the motor's torque that moves the joint, however much of the change friction
-/// takes up.
+/// Least share of a change of the motor's torque that is taken to move the joint, however much of it friction
+/// takes up. Errors are divided by the share, so it must not vanish.
 constexpr double least_by_motor = 0.02;
-/// Share of the torques that the outside torque must have beside what follows the motion, to tell how
-/// friction depends on a torque.
+/// Least share of the torques by which the outside torque must vary independently of the motion. With less,
+/// the log cannot tell how friction depends on a torque.
 constexpr double least_load = 0.05;
 /// Least gain in the information criterion, and largest ratio of errors, with which a model of more terms is
 /// preferred.
@@ -169,7 +172,7 @@ class Balance {
     degrees_ = *high - *low;
     mean_temperature_ = mean(log.temperature);
   }
-  /// Returns the range of the log's temperature; 0 if it was not logged or never changes.
+  /// Returns the range of the temperature in the log; 0 if temperature was not logged or never changes.
   double degrees() const { return degrees_; }
   Eigen::Index blocks() const { return static_cast<Eigen::Index>(blocks_.size()); }
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
@@ -235,7 +238,8 @@ class Balance {
   double scale_ = 1.0, degrees_ = 0.0, mean_temperature_ = 0.0;
 };
 
-/// Minimises s'As/2 + g's over s >= low by coordinate descent. A is symmetric with a positive diagonal.
+/// Minimises s'As/2 + g's over s >= low by coordinate descent, for a symmetric matrix A with a positive
+/// diagonal.
 VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& low) {
   VectorXd s = VectorXd::Zero(g.size());
   for (int sweep = 0; sweep < 500; ++sweep)
@@ -333,8 +337,9 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   const double freedom =
       static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
   const double quantile = student_quantile(freedom);
-  // Adds to each parameter's standard error that of a model wrong by 0.5 % of the friction: the motion
-  // between samples is unknown, so that even without noise friction is known to a few thousandths only.
+  // Adds to each parameter's standard error the effect of a model that is wrong by 0.5 % of the friction. The
+  // motion between samples is unknown, so that even without noise friction is known to a few thousandths
+  // only.
   const double shape =
       0.005 * rms(by.topRows(balance.fitted()).middleCols(1, own - 1) * p.segment(1, own - 1));
   for (Eigen::Index i = 0; i < p.size(); ++i) {

@@ -24,11 +24,12 @@ struct JointLog {
   bool has_speed = false, has_outside = false;
   std::vector<std::size_t> parts;  ///< for joined logs, the first sample of each but the first
 
-  /// Returns whether sample k begins a log; the motion from the sample before is unknown.
+  /// Returns whether sample k is the first one of a log, so that the motion since the sample before it is
+  /// unknown.
   bool begins(std::size_t k) const { return std::find(parts.begin(), parts.end(), k) != parts.end(); }
 };
 
-/// Appends another log of the same joint, a second later.
+/// Appends another log of the same joint, a second behind the end of the first.
 void append(JointLog& log, const JointLog& more);
 
 /// Returns the play (backlash) of a joint of known inertia, rad: the median way after a turn of the motion on
@@ -39,9 +40,9 @@ double joint_play(const JointLog& log, double inertia);
 /// Returns a log of at most `most` samples: pieces of equal length, evenly spread over a longer log.
 JointLog pieces_of(JointLog log, std::size_t most);
 
-/// Parses a log of a joint by the names and units of `reading`: t, angle, speed (or its differences), motor
-/// torque (or current, with the torque constant), and outside torque (or that of a pendulum, or 0). Throws
-/// UserError naming file, line and column.
+/// Parses a log of a joint, with the names and units of `reading`. Columns: t, angle, speed (otherwise from
+/// differences), motor torque (or current, with the torque constant), and outside torque (or that of a
+/// pendulum; otherwise 0). Throws UserError that names file, line and column.
 JointLog parse_joint_log(std::string_view text, const std::string& name, const FitReading& reading,
                          std::optional<double> torque_constant, std::optional<double> pendulum);
 
@@ -77,7 +78,7 @@ struct JointFit {
   /// the log's mean temperature.
   std::optional<JointEstimate> warming;
 
-  /// Number of runs of the friction model along the log, including those for derivatives.
+  /// Number of times that the friction model was run along the log, including runs for derivatives.
   int runs = 0;
 };
 

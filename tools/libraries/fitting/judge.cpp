@@ -70,10 +70,10 @@ VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscou
   return force;
 }
 
-/// Bounds logarithms of a rival's parameters, so that its force stays finite.
+/// Bounds the logarithms of a rival model's parameters, so that its force stays finite.
 VectorXd bounded(const VectorXd& logarithms) { return logarithms.cwiseMax(-60.0).cwiseMin(60.0); }
 
-/// Residuals of a rival model over the rms force, and their derivatives by differences.
+/// Residuals of a rival model, over the rms force, and their derivatives by the parameters, from differences.
 struct RivalResiduals {
   const RivalModel& model;
   const FitData& data;
@@ -143,8 +143,8 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   return {p, start, residuals.squaredNorm()};
 }
 
-/// Fits a rival model from the guesses with the smallest residuals. Fits a model of few parameters once more
-/// from the best result, with Levenberg-Marquardt's damping reset.
+/// Fits a rival model, beginning at the guesses with the least residuals. A model of few parameters is fitted
+/// once more from the best result, with Levenberg-Marquardt's damping reset.
 RivalFit best_fit(const RivalModel& model, const FitData& data, std::vector<VectorXd> guesses) {
   constexpr std::size_t most_starts = 6;
   constexpr int few_parameters = 5;  // logarithms up to which a model is fitted once more

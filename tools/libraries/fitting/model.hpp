@@ -7,7 +7,7 @@
 
 namespace cli {
 
-/// Returns the measured force of a record, N, as a vector.
+/// Returns the measured force of a record, N, in the form of a vector for least squares.
 inline Eigen::Map<const Eigen::VectorXd> measured_force(const FitData& data) {
   return {data.force.data(), static_cast<Eigen::Index>(data.force.size())};
 }

@@ -128,7 +128,7 @@ static std::string fit_answer(const FitData& data, const FitResult& r) {
   }
   const double length = r.estimates[fit_length].value, kinetic = r.estimates[fit_kinetic].value;
   const bool odd_length = r.estimates[fit_length].fitted && !(length > 0.2e-6 && length < 5e-3);
-  // A load given as 1 N stands for none: kinetic is then a force (N) or a torque.
+  // Takes a load given as 1 N as no load: the number `kinetic` is then a force (N) or a torque.
   const bool odd_kinetic = r.estimates[fit_kinetic].fitted && !(kinetic > 0.01 && kinetic < 1.5) &&
                            !(data.steady_load && data.mean_load == 1.0);
   if (fitted > 2) found += fmt::format(", and {} more below", fitted - 2);

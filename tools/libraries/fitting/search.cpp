@@ -420,7 +420,8 @@ FitPoint Fitter::add_speed_terms(const FitPoint& core) {
     if (candidate.free.size() > core.free.size() && justified(candidate, best)) best = candidate;
   }
   if (best.free.size() > core.free.size()) best = minimise(model_, best);
-  // Tries a lubricant once more beside the damper: before, the brush had a shape fitted without either.
+  // Tries a lubricant once more, now beside the damper: at the first try the shape of the brush had been
+  // fitted without either.
   if (several_speeds() && contains(best.free, fit_damping) && !contains(best.free, fit_viscous)) {
     FitPoint both = best;
     both.free.push_back(fit_viscous);

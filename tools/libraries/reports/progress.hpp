@@ -54,7 +54,7 @@ inline void announce(const char* label, double seconds, bool quiet) {
                seconds);
 }
 
-/// Measures time from its construction on.
+/// Stopwatch that runs from its construction on.
 class Stopwatch {
  public:
   double seconds() const { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
