@@ -227,8 +227,9 @@ class LaneSlider {
     V along = V(T(0)), aside = V(T(0)), work = V(T(0));
     V missing_along = V(T(0)), missing_aside = V(T(0));
   };
-  /// Turns the tips that slide over the way `slide` towards the motion, from the deflection (a, b) along and
-  /// across it (MODEL.md: the tangent of half the angle shrinks by the factor exp(-slide / limit)).
+  /// Turns the deflection (a, b), along and across the motion, towards the motion, while the root moves by
+  /// `slide` and drags the tip. The tangent of half the angle shrinks by the factor exp(-slide / limit)
+  /// (MODEL.md).
   [[gnu::always_inline]] void turn(Which turns, V a, V b, V slide, V limit, V per_limit, Turn& turned) const {
     const Tractrix<V> tip(b, most(limit + a, V(T(1e-30))), decay<T>(slide * per_limit));
     turned.along = select_lanes(turns, tip.template gained_along<T>(), none);

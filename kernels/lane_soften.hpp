@@ -21,8 +21,9 @@ struct LanePiece {
   double integral[2] = {0.0, 0.0};   ///< LaneSums::integral
   double impulse[2] = {0.0, 0.0};    ///< integral of the deflection over the displacement
 
-  /// Returns the ease at the end of a piece that conserves energy: half the change of ease x `squares` equals
-  /// the mean ease x the least energy that sliding dissipates.
+  /// Returns the ease (stiffness for the load over the contact's stiffness) at the end of a piece, at most 1.
+  /// It conserves energy: half the change of ease x the mean of `squares` equals the mean ease x
+  /// `least_lost`, the least energy that sliding dissipates.
   double ease_after(double squares_after, double least_lost) const {
     const double mean = 0.5 * (squares + squares_after);
     if (!(least_lost > 0.0)) return ease;

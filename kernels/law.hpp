@@ -14,8 +14,9 @@ inline V clamp_length(const KernelLaw& law, V length) {
   return least(most(length, V(static_cast<T>(law.shortest))), V(static_cast<T>(law.longest)));
 }
 
-/// Returns the quantile of a law that is not uniform: the snap length below which this share of the law lies.
-/// Not inlined, so that callers contain only the short code of the uniform law.
+/// Returns the quantile of a law that is not uniform: the snap length below which this share of the law lies
+/// (above which, for the exponential law). Not inlined, so that callers contain only the short code of the
+/// uniform law.
 template <class T, class V>
 [[gnu::noinline]] V other_length(const KernelLaw& law, V share) {
   switch (law.kind) {
@@ -29,7 +30,8 @@ template <class T, class V>
   }
 }
 
-/// Returns the quantile of a law, scaled: the snap length below which this share of the law lies.
+/// Returns the quantile of a law, scaled: the snap length below which this share of the law lies (above
+/// which, for the exponential law).
 template <class T, class V>
 inline V length_at(const KernelLaw& law, V share) {
   if (law.kind == law_uniform) return V(static_cast<T>(law.location)) + V(static_cast<T>(law.scale)) * share;

@@ -71,9 +71,9 @@ class Stepper {
   /// and SnapRule::redraw. Above it, testing each vector costs more than it saves.
   static constexpr double few_snap = 0.008;
   static constexpr double most_rounds = 4.0;
-  // Step lengths, in mean snap lengths, that select the method for laws whose snap lengths are looked up in a
-  // table; valid up to where jumps begin. Below few_looked_up, and with vectors narrower than a row, vectors
-  // without a snap are skipped.
+  // Step lengths, in mean snap lengths, that select the method for normal and lognormal laws, up to where
+  // jumps begin. Vectors without a snap are skipped below few_looked_up, and at any length if vectors are
+  // narrower than a row (16 lanes).
   static constexpr bool looks_up_in_registers = width == lane_count;
   static constexpr double few_looked_up = 0.04;
   /// Step length, in mean snap lengths, from which on two random lengths are sampled before either is known

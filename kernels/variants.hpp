@@ -25,8 +25,8 @@ constexpr void fill_steps(KernelSet<T>& set) {
   at(true, false, false) = &step_blocks<T, axes, redraw, true, false, false, false>;
   at(false, true, false) = &step_blocks<T, axes, redraw, false, true, false, false>;
   at(true, true, false) = &step_blocks<T, axes, redraw, true, true, false, false>;
-  // Uses variants with energy also for patches without energy: a residual comes with shared renewal, which
-  // counts snaps.
+  // Uses variants with energy for all patches with a residual. Most of them have shared renewal, which needs
+  // the number of snaps, and only variants with energy count snaps.
   at(false, false, true) = at(false, true, true) = &step_blocks<T, axes, redraw, false, true, true, false>;
   at(true, false, true) = at(true, true, true) = &step_blocks<T, axes, redraw, true, true, true, false>;
   set.step[aged_variant_index(axes, redraw)] = &step_blocks<T, axes, redraw, true, true, true, true>;

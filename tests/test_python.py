@@ -731,6 +731,7 @@ class Fit(unittest.TestCase):
     def test_a_fit_says_what_the_data_do_not_determine(self):
         left = self.found.not_determined
         self.assertLessEqual({"damping_per_newton", "stribeck_velocity", "viscous_friction"}, set(left))
+        self.assertTrue({"sensor_offset_y", "sensor_drift_y"}.isdisjoint(left))  # the record has one axis
         for estimate in left.values():
             self.assertEqual((estimate.determined, estimate.low, estimate.high), (False, None, None))
             self.assertTrue(estimate.why)

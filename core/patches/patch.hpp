@@ -150,8 +150,8 @@ inline double time_of(const Patch& p) noexcept {
 /// Makes the part of a patch that all contact models share, from the options and the material in its record.
 /// The patch is out of contact.
 Patch make_shared_part(PatchRecord& record, const ContactModel& model) noexcept;
-/// Returns whether the dissipated energy of a step has to be computed as its work less the change of stored
-/// energy, which a lay may need (LayMap::books_work).
+/// Returns whether the dissipated energy of a step is computed as its work less the change of stored energy.
+/// A patch with a grain (lay) may need this (LayMap::books_work).
 inline bool books_work(const Patch& p) noexcept {
   return p.laid && has(p.outputs, Outputs::energy) && p.record->lay.books_work();
 }

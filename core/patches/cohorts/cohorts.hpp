@@ -67,8 +67,8 @@ struct Cohorts : PatchRecord, CohortScalars {
   /// patch unchanged.
   double follow = 0.0;
 
-  /// Length, scaled, from which a single step from straight bristles ends in steady sliding, whatever came
-  /// before; 0 = as long as `follow`.
+  /// Path of a step, scaled, after which bristles that were straight slide steadily. With renewal, bristles
+  /// bent against the step need more (find_forgetting_path). 0 = as long as `follow`.
   double forget = 0.0;
   bool glides = false;  ///< whether the patch may glide; one that ages may not
 

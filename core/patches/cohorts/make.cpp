@@ -161,8 +161,8 @@ Patch make_cohorts(std::shared_ptr<const CompiledMaterial> material, const Patch
   made.law.end = table.end;
   made.law.sure = table.sure;
   made.law.mean = table.mean;
-  // Lengthens the path by 2 l_r for a reversal, in which bristles go from one residual deflection to the
-  // opposite one.
+  // Adds 2 l_r to the paths `forget` and `follow`, because after a reversal bristles first go from one
+  // residual deflection to the opposite one.
   const double reversed = 2.0 * material->residual;
   made.law.forget = table.forget + reversed;
   // Moves merged cohorts apart to pairs of Gauss points only if the law's survival function has no corners.

@@ -120,8 +120,8 @@ struct AccuracyResult {
   double seconds = 0.0;              ///< wall time that the study took, s
 };
 
-/// CPU time of a step of the scene, s, as a fixed part plus a part times the number of bristles of a patch.
-/// It predicts the times of settings that have not been run.
+/// Wall time of a step of the scene with few copies, s, as a fixed part plus a part times the number of
+/// bristles of a patch. It predicts the times of settings that have not been run.
 struct StepCost {
   double fixed_s = 0.0, bristle_s = 0.0;
 };

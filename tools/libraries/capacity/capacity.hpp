@@ -109,7 +109,7 @@ struct ComparisonRow {
   double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;
 };
 
-/// Speed target that the library promises, and the value measured on this machine.
+/// Speed target of the library, and the value measured on this machine.
 struct TargetRow {
   std::string name, what;
   /// Value measured on this machine: median and quartiles (a 99th percentile has no quartiles).

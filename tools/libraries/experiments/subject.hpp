@@ -36,8 +36,8 @@ class Subject {
   void set_torques(double motor, double outside) noexcept;
 
   const std::string& name() const noexcept { return name_; }
-  /// Returns an upper bound of the stiffness, -d(mean force)/d(displacement), N/m, for solvers. Not valid
-  /// where friction falls with the displacement.
+  /// Returns an upper bound of the stiffness, -d(mean force)/d(displacement), N/m, for solvers: half the
+  /// contact's stiffness, plus damping over the time step.
   double slope_bound(double dt_s, double load_n) const noexcept;
 
  private:

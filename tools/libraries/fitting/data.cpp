@@ -622,9 +622,9 @@ double noise_of_bends(const FitData& data, const std::vector<double>& x, bool of
   return of_speed ? noise : std::max(0.3 * data.quantum, noise);
 }
 
-/// Returns the acceleration (m/s^2), smoothed over the narrowest window whose noise, times the mass, is below
-/// a hundredth of the force. Sets `left` to that noise of the inertia force (N), and `window` to the number
-/// of samples in the window.
+/// Returns the acceleration (m/s^2), smoothed over the narrowest window, of up to 51 samples, whose noise
+/// times the mass is at most a hundredth of `force_scale`. Sets `left` to that noise of the inertia force
+/// (N), and `window` to the number of samples in the window.
 std::vector<double> acceleration(const FitData& data, const std::vector<double>& x, double mass, double& left,
                                  std::size_t& window) {
   constexpr std::size_t widest = 25;

@@ -123,6 +123,9 @@ struct FitResult {
 inline constexpr std::size_t fit_report_rows = fit_parameters + 2;
 const char* fit_name(std::size_t row);
 const FitEstimate& report_estimate(const FitResult& result, std::size_t row);
+/// Returns whether a row (a parameter) of the report has a meaning for this record. A number that follows
+/// from undetermined numbers has none; a record of one axis has no offset of a second one.
+bool concerns(const FitData& data, const FitResult& result, std::size_t row);
 
 /// Force of another friction model that was fitted to the same record, for comparison.
 struct ModelForce {

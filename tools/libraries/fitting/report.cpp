@@ -54,14 +54,6 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"peak", "", 1.0, "peak"},
                                        {"stiffness / load", "1/mm", 1e-3, "stiffness_per_newton"}};
 
-/// Returns whether a row (a parameter) of the report has a meaning for this record. A number that follows
-/// from undetermined numbers has none.
-bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
-  if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
-  if (row == fit_softening) return data.axes == 1;
-  return row < fit_parameters || report_estimate(r, row).fitted;
-}
-
 const char* start_text(StartState start) {
   return start == StartState::straight  ? "straight"
          : start == StartState::forward ? "sliding towards +x"
@@ -105,6 +97,12 @@ std::string page(const FitData& data, const FitResult& result, const std::vector
 }
 
 }  // namespace
+
+bool concerns(const FitData& data, const FitResult& r, std::size_t row) {
+  if (row == fit_offset_y || row == fit_drift_y) return data.axes == 2;
+  if (row == fit_softening) return data.axes == 1;
+  return row < fit_parameters || report_estimate(r, row).fitted;
+}
 
 const char* fit_name(std::size_t row) { return rows[row].key; }
 

@@ -173,10 +173,8 @@ py::dict parameters_of(const Fit& fit, bool determined, bool others) {
   py::dict parameters;
   for (std::size_t i = 0; i < cli::fit_report_rows; ++i) {
     const FitEstimate& estimate = cli::report_estimate(fit.result, i);
-    // Whether this record can determine a parameter; false, for example, for parameters of a second axis that
-    // the record lacks.
-    const bool meant = estimate.fitted || !estimate.why.empty();
-    if (meant && (estimate.fitted ? determined : others)) parameters[cli::fit_name(i)] = estimate;
+    if (!cli::concerns(fit.data, fit.result, i)) continue;
+    if (estimate.fitted ? determined : others) parameters[cli::fit_name(i)] = estimate;
   }
   return parameters;
 }

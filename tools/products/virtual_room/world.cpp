@@ -243,9 +243,10 @@ void World::add_carriage(double dt, Velocity& external) noexcept {
   }
 }
 
-// Finds the normal loads of the next step. A pressing contact is a spring with an overcritical damper,
-// evaluated at the end of the step. Contacts switch between pressing and open until all are consistent;
-// friction is that of the last tick. Afterwards mass and `external` include the pressing contacts.
+// Finds the normal loads of the next step. A pressing contact is a spring with a damper that is critical for
+// a quarter of the block's mass, evaluated at the end of the step. Contacts switch between pressing and open
+// until all are consistent, in at most 12 passes; friction is that of the last tick. Afterwards mass and
+// `external` include the pressing contacts.
 void World::find_loads(double dt, Velocity& external) noexcept {
   const double damper = 2.0 * std::sqrt(0.25 * normal_stiffness * parameters_.settings.mass);
   Vector9 push = external;
