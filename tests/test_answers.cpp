@@ -189,6 +189,37 @@ TEST_CASE("A body without damping is said to ring, and the damping that is named
   CHECK(run(bare, answer) < 1e-6);
 }
 
+TEST_CASE("A peak that is exceeded under a constant load is not laid to the load", "[answers]") {
+  const Folder folder;
+  const std::string scene =
+      "[[material]]\nname = \"m\"\nkinetic = 0.28\nspread = 0.5\npresliding_length = 5e-6\n"
+      "residual_share = 0\nshared_renewal = 0\n"
+      "[scene]\nname = \"s\"\ndt = 0.001\nduration = 5.0\n"
+      "[[patch]]\nname = \"body\"\nmaterial = \"m\"\nmax_normal_load = 5.0\naxes = 1\n"
+      "[[motion]]\npatch = \"body\"\ntype = \"sine\"\namplitude = 0.02\nfrequency = 0.9\nload = 5.0\n";
+  const Outcome outcome = run_cli(folder, "run '" + folder.write("s.toml", scene) + "'");
+  REQUIRE(outcome.code == 0);
+  const std::string answer = answer_of(outcome.out);
+  CHECK_THAT(answer, Contains("after a reversal it rises higher") && !Contains("its load changes"));
+}
+
+TEST_CASE("A body that hardly anything damps is said to ring, and a misspelt key of its spring is named",
+          "[answers]") {
+  const Folder folder;
+  std::string scene = read_file(BRISTLE_SCENES "/block_on_floor.toml");
+  const std::size_t at = scene.find("damping_per_newton");
+  scene.replace(at, scene.find('\n', at) - at, "damping_per_newton = 0.1");
+  const Outcome outcome = run_cli(folder, "run '" + folder.write("s.toml", scene) + "'");
+  REQUIRE(outcome.code == 0);
+  CHECK_THAT(answer_of(outcome.out), Contains("rings") && Contains("hardly anything damps it"));
+  std::string spring = read_file(BRISTLE_SCENES "/hand_on_spring.toml");
+  const std::size_t key = spring.find("stiffness", spring.find("spring"));
+  spring.replace(key, 9, "stifness");
+  const Outcome refused = run_cli(folder, "run '" + folder.write("t.toml", spring) + "'");
+  CHECK(refused.code == 2);
+  CHECK_THAT(refused.err, Contains("unknown key 'stifness'"));
+}
+
 TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room are named below",
           "[answers]") {
   cli::Table table({"<name", "a header of many words", "<why", "one", "two", "three", "four", "five", "six"});

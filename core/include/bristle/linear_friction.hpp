@@ -6,10 +6,13 @@
 // exceeds the force limit as a constant force. Either it solves all bodies at once (BodySystem), and again
 // after each release():
 //
+//   system.begin(unknowns);  // then couple() the unknowns of each contact
 //   do {
-//     ... masses and constraints into `system`
+//     system.set_zero();
+//     ... masses into system.line(i), forces times the time step into system.right
 //     for (contacts) system.add(columns, levers, share * f.slope().asDiagonal(), share * f.force(s0));
-//     system.solve(change);
+//     system.factor();
+//     system.substitute();  // system.right is now the change of velocity
 //   } while (some f.release(slip after the change));
 //
 // or it sweeps over the contacts (LinearFriction::impulse). Where the springs may not hold, a secant from the

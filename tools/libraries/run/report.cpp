@@ -205,32 +205,36 @@ std::string crossing_reason(const ScenePatch& patch, const bristle::Material& m,
   if (m.ageing_strength > 0.0 || m.speed_strengthening > 0.0) return "friction grows at rest or with speed";
   if (m.snap_rule == bristle::SnapRule::redraw && m.shared_renewal == 0.0 && over_peak > 1.2)
     return "rubbed without shared renewal it hardens";
-  if (patch.options.population == bristle::Population::infinite) return "its load changes in sliding";
+  if (patch.options.population == bristle::Population::infinite)
+    return result.load.max > 1.02 * result.load.min ? "its load changes in sliding"
+                                                    : "after a reversal it rises higher than at first";
   return fmt::format("its {} bristles ripple", result.info.representatives);
 }
 
-/// Returns a sentence for a body that stuck in the run without any damping, and so rings on its bristles: it
-/// names the damping that would stop that. Returns "" for other bodies.
+/// Returns a sentence for a body that stuck in the run with less than a twentieth of critical damping, and so
+/// rings on its bristles: it names the damping that would stop that. Returns "" for other bodies.
 std::string ringing_answer(const Scene& scene, const RunResult& r, std::size_t b) {
   const SceneBody& body = scene.bodies[b];
   if (r.bodies[b].sticking.stuck == 0.0 || (body.spring && body.spring->damping > 0.0)) return {};
-  double load = 0.0, bristles = 0.0, stiffness = 0.0;
+  double load = 0.0, bristles = 0.0, stiffness = 0.0, damping = 0.0;
   for (const std::size_t p : body.patches) {
     const bristle::Material& m = scene.materials[scene.patches[p].material].material;
-    if (m.bristle_damping > 0.0 || m.viscous_friction > 0.0) return {};
     const double on_copies = scene.patches[p].count * r.patches[p].load.mean();
     load += on_copies;
     bristles += m.bristles_in_contact(on_copies);
     stiffness += m.bristles_in_contact(on_copies) * m.bristle_stiffness;
+    damping +=
+        m.bristles_in_contact(on_copies) * m.bristle_damping + scene.patches[p].count * m.viscous_friction;
   }
-  if (!(load > 0.0)) return {};
   const bool by_coefficients =
       scene.materials[scene.patches[body.patches.front()].material].coefficients.has_value();
   const double quarter = 0.5 * std::sqrt(stiffness * body.mass);  // of critical damping, N s/m
+  if (!(load > 0.0) || damping > 0.2 * quarter) return {};
   return fmt::format(
-      "{} rings on its bristles when it sticks, because nothing damps it; {} = {:.3g} in its material, a "
+      "{} rings on its bristles when it sticks, because {} damps it; {} = {:.3g} in its material, a "
       "quarter of critical, brings it to rest.\n",
-      body.name, by_coefficients ? "damping_per_newton" : "bristle_damping",
+      body.name, damping > 0.0 ? "hardly anything" : "nothing",
+      by_coefficients ? "damping_per_newton" : "bristle_damping",
       quarter / (by_coefficients ? load : bristles));
 }
 

@@ -445,12 +445,12 @@ std::vector<ForceSine> read_force_sines(const TomlTable& parent) {
 
 SceneSpring read_spring(const TomlTable& table) {
   SceneSpring spring;
-  spring.stiffness = table.number("stiffness", {0.0, 1e9, true, "N/m"});
-  spring.damping = table.number("damping", {0.0, 1e9, false, "N s/m"}, 0.0);
   if (!table.has("type")) table.fail("key 'type' is missing");
   spring.hand.type = static_cast<MotionType>(table.choice("type", {"hold", "ramp", "sine", "keyframes"}, 0));
-  spring.hand.load_steps = {{0.0, 0.0}};  // keyframes of a hand have no load
-  read_path(table, {"stiffness", "damping", "type"}, spring.hand);
+  spring.hand.load_steps = {{0.0, 0.0}};                            // keyframes of a hand have no load
+  read_path(table, {"stiffness", "damping", "type"}, spring.hand);  // refuses other keys
+  spring.stiffness = table.number("stiffness", {0.0, 1e9, true, "N/m"});
+  spring.damping = table.number("damping", {0.0, 1e9, false, "N s/m"}, 0.0);
   return spring;
 }
 
