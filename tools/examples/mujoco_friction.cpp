@@ -285,6 +285,16 @@ void BristleFriction::visit_fields(AnyContact& contact, Visit& visit) {
   for (auto* const flag : {&contact.is_disc, &contact.is_listed, &contact.is_asleep}) visit(*flag);
 }
 
+template <class AnyFriction, class Visit>
+void BristleFriction::visit_parts(AnyFriction& of, Visit&& visit) {
+  visit(of.patches_);
+  visit(of.points_);
+  visit(of.bed_batch_);
+  visit(of.matcher_);
+  if (of.discs_) visit(*of.discs_);
+  if (of.beds_) visit(*of.beds_);
+}
+
 BristleFriction::State BristleFriction::save() const {
   State to;
   save(to);
@@ -311,12 +321,7 @@ void BristleFriction::save(State& to) const {
     write(kept_beside.state_size());
     write.part(kept_beside);
   };
-  add(patches_);
-  add(points_);
-  add(bed_batch_);
-  add(matcher_);
-  if (discs_) add(*discs_);
-  if (beds_) add(*beds_);
+  visit_parts(*this, add);
 }
 
 std::size_t BristleFriction::largest_state() const {
@@ -325,9 +330,9 @@ std::size_t BristleFriction::largest_state() const {
   const Contact contact;
   visit_fields(contact, write);
   constexpr std::size_t of_matcher = 68 * 2, other = 256;
-  return patches_.state_size() + points_.state_size() + bed_batch_.state_size() +
-         (discs_ ? discs_->state_size() : 0) + (beds_ ? beds_->state_size() : 0) + matcher_.state_size() +
-         points_.capacity() * (one.size() + of_matcher) +
+  std::size_t parts = 0;
+  visit_parts(*this, [&](const auto& part) { parts += part.state_size(); });
+  return parts + points_.capacity() * (one.size() + of_matcher) +
          sizeof(double) * static_cast<std::size_t>(other_constraints_.size()) + other;
 }
 
@@ -377,12 +382,7 @@ void BristleFriction::read(const State& state) {
     const std::byte* const from = reader.take(bytes);
     kept.restore_state({from, bytes});
   };
-  restore_part(patches_);
-  restore_part(points_);
-  restore_part(bed_batch_);
-  restore_part(matcher_);
-  if (discs_) restore_part(*discs_);
-  if (beds_) restore_part(*beds_);
+  visit_parts(*this, restore_part);
   for (Contact& contact : contacts_) add_cells(nullptr, contact);
   if (head.slipped == 0 && cells.size() == cells_.size()) cells_ = cells;
   slipped_ = head.slipped != 0;

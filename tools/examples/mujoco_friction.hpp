@@ -197,6 +197,9 @@ class BristleFriction {
   void add_cells(const Contact* old, Contact& contact);
   template <class AnyContact, class Visit>
   static void visit_fields(AnyContact& contact, Visit& visit);
+  /// Visits the batches, pools and the matcher, whose states are parts of the saved state, in its order.
+  template <class AnyFriction, class Visit>
+  static void visit_parts(AnyFriction& of, Visit&& visit);
   void read(const State& state);
   void add_wrenches(const mjModel& model, mjData& data) const;
   const bristle::BodyPlace& place_of(const mjModel& model, const mjData& data, const Contact& contact,

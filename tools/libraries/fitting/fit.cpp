@@ -429,7 +429,7 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
     Progress progress("fit", options.quiet);
     // Thins the record, in number and in long rests: fewer samples suffice to find the brush's shape.
     FitData moving = thinned(without_rests(data), fit_samples), thin = thinned(moving, search_samples);
-    announce("fit", usual_runs * seconds_of_a_run(thin), options.quiet);
+    announce("fit", options.quiet, [&] { return usual_runs * seconds_of_a_run(thin); });
     std::string note;
     FittedBrush chosen = choose_brush(thin, options, progress, note);
     const FitData whole_thin = thin, whole_moving = moving;

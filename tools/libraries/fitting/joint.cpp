@@ -970,11 +970,13 @@ void fit_joint_command(const FitOptions& options) {
   if (part.until >= log.t.back() - log.t.front() && options.fit_until)
     throw UserError("--fit-until: nothing is left to judge");
   part.alternate = options.rivals && !options.fit_until;
-  const Model brush = brush_model(log, 1.0, 1.0);
-  VectorXd friction(static_cast<Eigen::Index>(log.t.size()) - 1);
-  const Stopwatch one_run;
-  brush.friction(brush.guesses.front(), friction, nullptr);
-  announce("fit", one_run.seconds() * (options.rivals ? runs_with_rivals : usual_runs), options.quiet);
+  announce("fit", options.quiet, [&] {
+    const Model brush = brush_model(log, 1.0, 1.0);
+    VectorXd friction(static_cast<Eigen::Index>(log.t.size()) - 1);
+    const Stopwatch one_run;
+    brush.friction(brush.guesses.front(), friction, nullptr);
+    return one_run.seconds() * (options.rivals ? runs_with_rivals : usual_runs);
+  });
   const std::vector<JointFit> fits =
       options.rivals ? judge_joint(log, part) : std::vector<JointFit>{fit_joint(log, part)};
   if (json) json.write(joint_json(log, fits, part));

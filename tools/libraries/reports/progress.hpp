@@ -47,9 +47,13 @@ class Progress {
   Clock::time_point next_ = Clock::now() + std::chrono::seconds(1);
 };
 
-/// Says on stderr, if that is a terminal, how long work will take that takes more than ten seconds.
-inline void announce(const char* label, double seconds, bool quiet) {
-  if (quiet || seconds <= 10.0 || !platform::is_terminal(stderr)) return;
+/// Says on stderr, if that is a terminal, how long work will take that takes more than ten seconds. Calls
+/// `estimate`, which returns that time in s, only if it may say so.
+template <class Estimate>
+void announce(const char* label, bool quiet, const Estimate& estimate) {
+  if (quiet || !platform::is_terminal(stderr)) return;
+  const double seconds = estimate();
+  if (seconds <= 10.0) return;
   std::fprintf(stderr, "%s: will take about %.0f s; Ctrl-C gives the best found until then\n", label,
                seconds);
 }
