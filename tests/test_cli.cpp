@@ -295,6 +295,72 @@ TEST_CASE("A body pushed below the limit does not creep", "[cli][physics]") {
   CHECK(std::stod(rows.at(4000).at(2)) == Approx(-0.3).epsilon(1e-9));
 }
 
+TEST_CASE("A block that is pulled through a spring sticks and slips with ageing, and slides without",
+          "[cli][physics]") {
+  const Folder folder;
+  const std::string sticking = read_file(BRISTLE_SCENES "/stick_slip.toml");
+  // Returns the force on the drive's side of the friction, N, and the speed, m/s, of every step of a run.
+  const auto pull = [&](const std::string& scene) {
+    run_report(folder, "run '" + folder.write("s.toml", scene) + "' --out '" + folder.at("f.csv") + "'");
+    std::vector<std::pair<double, double>> steps;
+    double last = 0.0;
+    for (const std::vector<std::string>& row : read_csv(folder.at("f.csv"))) {
+      if (row[0] == "t") continue;
+      const double x = std::stod(row.at(row.size() - 2));
+      steps.emplace_back(-std::stod(row.at(2)), (x - last) / 1e-3);
+      last = x;
+    }
+    return steps;
+  };
+  constexpr double drive = 2e-3, load = 0.25 * 9.80665, spring = 800.0;
+  const std::size_t from = 2000;  // half of the run
+
+  const auto aged = pull(sticking);
+  REQUIRE(aged.size() == 4000);
+  std::size_t stuck = 0, slips = 0;
+  double low = 1e9, high = 0.0;
+  for (std::size_t i = from; i < aged.size(); ++i) {
+    low = std::min(low, aged[i].first);
+    high = std::max(high, aged[i].first);
+    if (aged[i].second < 0.02 * drive) ++stuck;
+    if (aged[i].second > drive && aged[i - 1].second <= drive) ++slips;
+  }
+  CHECK(stuck > (aged.size() - from) / 3);
+  CHECK(low < 0.40 * load);
+  CHECK(high > 0.46 * load);
+  // While the block sticks, the spring stretches at the drive's speed. A period therefore lasts at least as
+  // long as the drive takes to stretch it from the lowest force after a slip to the highest.
+  CHECK(slips >= 5);
+  CHECK(static_cast<double>(slips) <= 1.0 + 2.0 * spring * drive / (high - low));
+
+  // Without ageing, or with ageing that is slower than the snaps in sliding, the block slides on near the
+  // drive's speed, with the steady force of the material. At this speed the damper's force has no slope, so a
+  // swing of the speed decays slowly.
+  std::string plain = sticking, slow = sticking;
+  for (const char* key : {"growth_per_decade", "ageing_time"}) {
+    const std::size_t at = plain.find(std::string("\n") + key) + 1;
+    plain.erase(at, plain.find('\n', at) + 1 - at);
+  }
+  replace(slow, "ageing_time = 1e-3", "ageing_time = 1.0");
+  const double steady = bristle::Material::from_coefficients(bristle::Coefficients{}
+                                                                 .with_kinetic(0.40)
+                                                                 .with_peak(0.46)
+                                                                 .with_presliding_length(20e-6)
+                                                                 .with_damping_per_newton(30.0)
+                                                                 .with_stribeck_velocity(2e-3))
+                            .steady_force(drive, load);
+  for (const std::string& scene : {plain, slow}) {
+    const auto slides = pull(scene);
+    for (std::size_t i = from; i < slides.size(); ++i) {
+      if (std::abs(slides[i].second - drive) < 0.25 * drive &&
+          std::abs(slides[i].first - steady) < 0.01 * steady)
+        continue;
+      FAIL("step " << i << ": " << slides[i].first << " N for " << steady << " N at " << slides[i].second
+                   << " m/s");
+    }
+  }
+}
+
 TEST_CASE("A trace replaces the motion of a scene and sets its length", "[cli]") {
   const Folder folder;
   const std::string scene = folder.write("small.toml", SmallScene{}.text());
