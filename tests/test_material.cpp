@@ -500,6 +500,20 @@ TEST_CASE("Laws without a free spread accept their own ratio only", "[coefficien
               {"peak / kinetic = 1.9", "allowed is 2 ", "single", "keep", "peak is "}));
   CHECK(names(ask(SnapLaw::exponential, SnapRule::redraw, 1.2),
               {"peak / kinetic = 1.2", "allowed is 1 ", "exponential"}));
+  // A user who sets only one coefficient meets the default peak, so the error names it and the call.
+  const auto refuse = [](const Coefficients& c) {
+    return message_of([&] { Material::from_coefficients(c); });
+  };
+  CHECK(names(refuse(Coefficients{}.with_kinetic(0.5)), {"0.46 is the default peak", "with_peak()"}));
+  CHECK(names(refuse(Coefficients{}.with_kinetic(0.5).with_rule(SnapRule::slide)),
+              {"0.46 is the default peak", "with_peak()"}));
+  Coefficients spread, drop;
+  spread.spread = 0.8;
+  drop.rule = SnapRule::slide;
+  drop.drop = 0.2;
+  CHECK(names(refuse(spread), {"0.46 is the default peak", "with_spread()"}));
+  CHECK(names(refuse(drop), {"0.46 is the default peak", "with_drop()"}));
+  CHECK(!names(refuse(Coefficients{}.with_kinetic(0.5).with_peak(0.45)), {"default"}));
   CHECK(names(ask(SnapLaw::exponential, SnapRule::keep, 1.0),
               {"peak / kinetic = 1;", "1.0463", "exponential", "keep"}));
   CHECK(names(ask(SnapLaw::table, SnapRule::keep, 1.2), {"law = table", "allowed are single, uniform"}));

@@ -181,9 +181,18 @@ std::string describe(const Family& family, double residual_share) {
          detail::number_text(family.renewal);
 }
 
-/// Says the value of the peak in errors about peak / kinetic: a user who set only `kinetic` may not know its
-/// default.
-std::string peak_text(const Coefficients& c) { return "; peak is " + detail::number_text(c.peak); }
+/// Returns the end of errors about the peak if it is the default, of which a user who set only `kinetic` or
+/// `spread` may not know; otherwise "".
+std::string default_peak_text(const Coefficients& c, const char* advice) {
+  if (c.peak != Coefficients{}.peak) return {};
+  return "; " + detail::number_text(c.peak) + " is the default peak: " + advice;
+}
+
+/// Returns the end of errors about peak / kinetic, which names the peak.
+std::string peak_text(const Coefficients& c) {
+  const std::string text = default_peak_text(c, "set one that suits kinetic by with_peak()");
+  return text.empty() ? "; peak is " + detail::number_text(c.peak) : text;
+}
 
 /// Returns the spread that gives the ratio peak / kinetic which the caller asks for. Throws an error with the
 /// range of ratios if none does.
@@ -228,7 +237,8 @@ double check_spread(const Family& family, const Coefficients& c) {
         "Coefficients", "peak", c.peak,
         detail::number_text(peak) + " beside spread = " + detail::number_text(c.spread) +
             " and kinetic = " + detail::number_text(c.kinetic) +
-            ": leave out peak (0), which then follows, or spread (0), which is then solved from the peak");
+            ": leave out peak (0), which then follows, or spread (0), which is then solved from the peak" +
+            default_peak_text(c, "with_spread() sets it to 0"));
   return spread;
 }
 
@@ -287,7 +297,8 @@ double find_drop(const SnapLength& unit, const std::string& name, const Coeffici
       detail::refuse(
           "Coefficients", "peak", c.peak,
           detail::number_text(peak) + " beside drop = " + detail::number_text(c.drop) +
-              ": leave out peak (0), which then follows, or drop (0), which is then solved from the peak");
+              ": leave out peak (0), which then follows, or drop (0), which is then solved from the peak" +
+              default_peak_text(c, "with_drop() sets it to 0"));
     return c.drop;
   }
   constexpr double rounding = 1e-9;
