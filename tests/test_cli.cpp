@@ -565,6 +565,12 @@ TEST_CASE("An infinite patch in a scene slides with the kinetic coefficient, and
   CHECK_THAT(outcome.out, Contains("1 patch, 1 of infinitely many bristles"));
   CHECK_THAT(outcome.out, Contains("infinite, resolution 8"));
   CHECK_THAT(outcome.out, Contains("noise of single bristles"));
+  CHECK_THAT(outcome.out, !Contains("unused"));
+  SmallScene both = s;
+  replace(both.patch, "population = ", "bristles = 100\npopulation = ");
+  const std::string beside = folder.write("both.toml", both.text());
+  CHECK(run_report(folder, "run '" + beside + "'")["state_hash"] == report["state_hash"]);
+  CHECK_THAT(run_cli(folder, "run --wide '" + beside + "'").out, Contains("(bristles = 100 unused)"));
 
   replace(s.patch, "population = \"infinite\"", "population = \"infinite\"\nresolution = 16");
   const json finer = run_report(folder, "run '" + folder.write("finer.toml", s.text()) + "'");

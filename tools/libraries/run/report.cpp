@@ -62,7 +62,8 @@ std::string size_text(const RunResult& r, std::size_t patch_count) {
 /// Returns the kind of a patch's population and its number of bristles, as text.
 std::string population_text(const bristle::PatchOptions& options, const bristle::PatchInfo& info) {
   if (options.population == bristle::Population::infinite)
-    return fmt::format("infinite, resolution {}", resolution_of(options, info));
+    return fmt::format("infinite, resolution {}{}", resolution_of(options, info),
+                       options.bristles == 0 ? "" : fmt::format(" (bristles = {} unused)", options.bristles));
   return fmt::format("{} representatives", count_text(info.representatives));
 }
 
