@@ -12,7 +12,7 @@ int main() {
   bristle::KeyedPatches patches(batch, bristle::Material{}, options,
                                 bristle::KeyedOptions{}.with_capacity(1000));  // allocates all memory
   batch.warm_up();
-  bristle::ContactFrames frames(patches);  // frame of each contact
+  bristle::ContactFrames frames(patches);
   for (int step = 0; step < 300; ++step) {
     // Contact 42, from the engine: normal, force, relative velocity.
     const Eigen::Vector3d normal(0, 0, 1), velocity(0.01, 0.002, 0.0), arm(0.0, 0.0, -0.05 /* m */);

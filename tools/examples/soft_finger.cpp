@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 
-// begin
 #include <bristle/bristle.hpp>
 #include <bristle/contact_frame.hpp>
 #include <bristle/extended_patches.hpp>
@@ -28,6 +27,7 @@ struct SoftFinger {
     batch.warm_up();  // nothing allocates after this
   }
 
+  // begin
   // The servo callback. `moved` (m) and `turned` (rad): differences of the device's poses since the last
   // tick, in the world; `load` (N): of the wall. Returns force (N) and torque (N m) for the device.
   bristle::ContactFrame::Wrench tick(const Eigen::Vector3d& moved, const Eigen::Vector3d& turned,
@@ -41,8 +41,8 @@ struct SoftFinger {
     wrench.head<3>() += load * normal;
     return wrench;
   }
+  // end
 };
-// end
 
 int main() {
   SoftFinger finger;
