@@ -52,6 +52,21 @@ DiscFriction steady(Grid grid, double eps, double load, double coefficient) {
   return {std::hypot(f.mean.force.x, f.mean.force.y) / full, -f.mean.torque / (full * radius)};
 }
 
+// Returns the cells of a square, `across` times `across` equal ones, whose middle is within `reach` of its
+// centre.
+PressedCells square_cells(int across, double side, double reach = 1.0) {
+  PressedCells cells;
+  for (int i = 0; i < across; ++i)
+    for (int j = 0; j < across; ++j) {
+      const double x = side * ((i + 0.5) / across - 0.5), y = side * ((j + 0.5) / across - 0.5);
+      if (std::hypot(x, y) > reach) continue;
+      cells.x.push_back(x);
+      cells.y.push_back(y);
+    }
+  cells.share.assign(cells.size(), 1.0 / static_cast<double>(cells.size()));
+  return cells;
+}
+
 Surface dry() {
   Surface s;
   s.static_coefficient = s.kinetic_coefficient = 0.4;
@@ -150,7 +165,7 @@ TEST_CASE("Grids of Coulomb and LuGre cells come to the limit surface as their c
 TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner as integrals say",
           "[rivals][spin]") {
   const double side = 0.05;
-  RivalGrid pad = coulomb_grid(rivals::rectangle_cells(101, 101, side, side), 1e-9);
+  RivalGrid pad = coulomb_grid(square_cells(101, side), 1e-9);
   // Expected torque by the mean distance of a square's points from its centre; below, from a corner.
   const double from_centre = (std::sqrt(2.0) + std::asinh(1.0)) / 6.0 * side;
   const SpinForce spin = pad.step({}, 1e-9, 1e-5, 2.5);
@@ -242,15 +257,7 @@ TEST_CASE("Sticking, the LuGre grid is a torsion spring of K R^2 / 2 or 2 K a^2 
 // Returns the cells of a shape of the published LuGre grid: a square of 21 x 21, or the cells of it at most
 // 10 cells from its middle.
 static PressedCells published_cells(const std::string& shape) {
-  PressedCells square = rivals::rectangle_cells(21, 21, 0.02, 0.02), kept;
-  if (shape == "Square") return square;
-  for (std::size_t i = 0; i < square.size(); ++i) {
-    if (std::hypot(square.x[i], square.y[i]) > 10.0001 * 0.02 / 21.0) continue;
-    kept.x.push_back(square.x[i]);
-    kept.y.push_back(square.y[i]);
-  }
-  kept.share.assign(kept.size(), 1.0 / static_cast<double>(kept.size()));
-  return kept;
+  return square_cells(21, 0.02, shape == "Square" ? 1.0 : 10.0001 * 0.02 / 21.0);
 }
 
 TEST_CASE("The LuGre grid gives the forces of the published one", "[rivals][spin]") {
@@ -291,8 +298,7 @@ TEST_CASE("The LuGre grid gives the forces of the published one", "[rivals][spin
 TEST_CASE("A grid without cells or extent is refused", "[rivals][spin]") {
   CHECK_THROWS_AS(rivals::disc_cells(0, radius), std::invalid_argument);
   CHECK_THROWS_AS(rivals::disc_cells(5, 0.0), std::invalid_argument);
-  CHECK_THROWS_AS(rivals::rectangle_cells(3, 0, 0.1, 0.1), std::invalid_argument);
-  CHECK_THROWS_AS(rivals::rectangle_cells(3, 3, NAN, 0.1), std::invalid_argument);
+  CHECK_THROWS_AS(rivals::disc_cells(3, NAN), std::invalid_argument);
 }
 
 }  // namespace bristle_test::test_rival_grids

@@ -23,10 +23,6 @@ struct PressedCells {
 /// and radius > 0.
 PressedCells disc_cells(int across, double radius_m, Pressure pressure = Pressure::uniform);
 
-/// Cuts a rectangle into across_x times across_y equal cells under uniform pressure. Throws
-/// std::invalid_argument as disc_cells().
-PressedCells rectangle_cells(int across_x, int across_y, double width_m, double height_m);
-
 /// Force, N, and torque about the centre, N m, both acting on the moving body.
 struct Wrench {
   Pair force;

@@ -187,15 +187,4 @@ Force RateState::step(Pair displacement, double dt_s, double load_n) noexcept {
   return {-surface.stiffness * z, -(surface.stiffness * unit / dt_s) * Pair{q[sum_x], q[sum_y]}};
 }
 
-double RateState::slider_speed(double load_n) const noexcept {
-  if (!(load_n > 0.0)) return 0.0;
-  const Equations eq{.v0 = reference_speed,
-                     .mu0_over_a = surface.kinetic_coefficient / direct_effect,
-                     .b_over_a = state_effect / direct_effect,
-                     .length = state_length,
-                     .per_metre = 1.0,
-                     .v = {}};
-  return eq.slip(surface.stiffness * length(z) / (direct_effect * load_n), psi).speed;
-}
-
 }  // namespace rivals

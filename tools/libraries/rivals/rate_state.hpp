@@ -37,9 +37,6 @@ struct RateState {
   static constexpr double tolerance = 1e-7;
 
   Force step(Pair displacement, double dt_s, double load_n) noexcept;
-
-  /// Returns the speed of the slider, m/s, that the law gives for the present z and psi.
-  double slider_speed(double load_n) const noexcept;
 };
 
 }  // namespace rivals

@@ -337,29 +337,6 @@ bool linearly_stable(Scheme scheme, double k, double c, double beta) {
   return is_implicit(scheme) || linear_radius(scheme, k, c, beta) < 1.0;
 }
 
-std::vector<double> stability_limits(Scheme scheme, double c, double beta) {
-  std::vector<double> limits;
-  if (is_implicit(scheme)) return limits;
-  constexpr int per_decade = 50;
-  double k = 1e-4;
-  bool stable = linearly_stable(scheme, k, c, beta);
-  for (int i = 1; i <= 7 * per_decade; ++i) {
-    const double next = 1e-4 * std::pow(10.0, static_cast<double>(i) / per_decade);
-    const bool next_stable = linearly_stable(scheme, next, c, beta);
-    if (next_stable != stable) {
-      double low = k, high = next;
-      for (int bisection = 0; bisection < 50; ++bisection) {
-        const double middle = 0.5 * (low + high);
-        (linearly_stable(scheme, middle, c, beta) == stable ? low : high) = middle;
-      }
-      limits.push_back(0.5 * (low + high));
-    }
-    k = next;
-    stable = next_stable;
-  }
-  return limits;
-}
-
 double LoopSetup::kinetic_n() const noexcept {
   return kinetic_bend(rule, std::sqrt(1.0 / 12.0)) * stiffness * mean_snap_length;
 }

@@ -51,10 +51,6 @@ double linear_radius(Scheme scheme, double k, double c, double beta);
 double sliding_radius(Scheme scheme, double c, double beta);
 /// Returns whether the loop with a linear spring and damper is stable. With implicit schemes it always is.
 bool linearly_stable(Scheme scheme, double k, double c, double beta);
-/// Returns the values of k, from 1e-4 to 1e3 and ascending, at which the linear loop becomes stable or
-/// unstable.
-std::vector<double> stability_limits(Scheme scheme, double c, double beta);
-
 /// Parameters of a simulation of a mass on a friction patch.
 struct LoopSetup {
   Scheme scheme = Scheme::semi_implicit;

@@ -145,22 +145,6 @@ void for_each_motion_file(toml::table& root, const std::function<void(std::strin
   }
 }
 
-NameList keys_to_vary(const toml::table& root) {
-  NameList keys;
-  const auto add = [&](const std::string& before, const toml::table& table) {
-    for (const auto& [key, node] : table)
-      if (node.is_number()) keys.push_back(fmt::format("{}.{}", before, key.str()));
-  };
-  for (const auto& [kind, node] : root) {
-    const std::string before(kind.str());
-    if (node.is_table()) add(before, *node.as_table());
-    if (!node.is_array()) continue;
-    for (const toml::node& one : *node.as_array())
-      if (one.is_table()) add(before + '.' + name_of(*one.as_table(), before), *one.as_table());
-  }
-  return keys;
-}
-
 std::string canonical_text(const toml::table& root) {
   std::ostringstream text;
   text << toml::toml_formatter{root};

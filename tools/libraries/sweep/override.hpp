@@ -26,10 +26,6 @@ void set_key(toml::table& root, const std::string& path, const SweepValue& value
 /// Calls `visit` with the file name, which it may change, of each [[motion]] that has the key `file`.
 void for_each_motion_file(toml::table& root, const std::function<void(std::string&)>& visit);
 
-/// Lists, as suggestions, the paths of those keys of a scene that are numbers directly in a table. set_key()
-/// accepts nested keys and elements of arrays as well.
-NameList keys_to_vary(const toml::table& root);
-
 /// Returns a TOML document as text without comments and with sorted keys. Equal contents then give equal
 /// text, and equal hashes.
 std::string canonical_text(const toml::table& root);

@@ -50,7 +50,6 @@ class Study {
   /// Returns as JSON all that another process needs to run rows of the study: options, scene and files.
   std::string recipe() const;
 
-  const std::string& scene_name() const { return scene_name_; }
   std::uint64_t rows() const { return points_ * options_.repeat; }
   std::uint64_t points() const { return points_; }
   /// Returns the hash of scene, motion files, ranges, seeds and result names, as 16 hexadecimal digits.
