@@ -424,7 +424,9 @@ bool needs_copy(const Patch& p, const Motion& motion) noexcept {
 }
 
 void take_hold_over(Patch& to, const Patch& from) noexcept {
-  to.record->hold = {from.record->hold.oldest, std::max(time_of(to), from.record->hold.since), {0, 0}};
+  to.record->hold = {};
+  if (from.ages)
+    to.record->hold = {from.record->hold.oldest, std::max(time_of(to), from.record->hold.since), {0, 0}};
 }
 
 void write_refusal(Outputs computed, Status status, Response& out) noexcept {

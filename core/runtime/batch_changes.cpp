@@ -71,7 +71,8 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
       FloatModeScope mode;
       Patch& p = pool.patch(c.slot);
       c.patch.record->clock = &clock;
-      c.patch.record->epoch = p.record->epoch;
+      // The time of a patch begins with its first material that ages.
+      c.patch.record->epoch = p.ages ? p.record->epoch : clock;
       c.patch.record->options.key = p.record->options.key;
       c.patch.pending_snaps = p.pending_snaps;
       c.patch.pending_dissipated = p.pending_dissipated;
