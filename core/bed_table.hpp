@@ -111,10 +111,10 @@ struct BedSums {
   /// Sums of stiffness x squared deflection at the end of the step, along x and y.
   double energy[2];
   /// Sum of stiffness x squared deflection at the beginning of the step, after bed_kept has reduced the
-  /// deflections; 0 without bed_carried.
+  /// deflections; 0 without bed_reloaded.
   double start_energy;
   /// Force and torque at the beginning of the step, after bed_kept has reduced the deflections; 0 without
-  /// bed_carried. Rolling compares them with the force of the last step to find what the entering bristles
+  /// bed_reloaded. Rolling compares them with the force of the last step to find what the entering bristles
   /// lack.
   double start[2], start_torque;
   /// Stiffness of the bristles that entered the contact in this step: all of it, and the same with each
@@ -132,7 +132,7 @@ enum BedVariant : std::uint32_t {
   bed_spins = 1,
   /// Flag of a step in which the contact rolled or changed its size, a limit fell, or the motion is long.
   /// Only then are bed_kept and bed_moved read.
-  bed_carried = 2,
+  bed_reloaded = 2,
   bed_all_outputs = 4,
   bed_drops = 8,
   bed_variants = 16

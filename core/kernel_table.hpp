@@ -40,7 +40,7 @@ struct alignas(64) Block {
   // (core/MODEL.md, section 10). A cache, not part of the state, and cleared when a state is restored. A
   // block of unknown reach is visited in every step.
   std::int64_t anchor[2];
-  float reach;  ///< path from `anchor` within which no bristle snaps, scaled; < 0 = unknown
+  float reach;  ///< path from `anchor` within which no bristle snaps, scaled; 0 = unknown
   /// Least deflection at which a bristle of the block snaps first, scaled. It is the reach of a block without
   /// deflections.
   float shortest;
@@ -52,7 +52,7 @@ struct alignas(64) Block {
 /// Bound on snapping of a group of 64 blocks, or of the whole patch, as Block::reach is for one block.
 struct Reach {
   std::int64_t anchor[2];
-  double reach;  ///< path from `anchor` within which no bristle slides or snaps, scaled; < 0 = unknown
+  double reach;  ///< path from `anchor` within which no bristle slides or snaps, scaled; none if not above 0
 };
 
 /// Families of snap-length laws, by KernelLaw::kind.
@@ -158,7 +158,7 @@ struct Advance : Travel {
   std::uint32_t in_double;
   std::uint32_t skips_blocks;  ///< 1: blocks whose bound holds are not visited
   /// 1: bounds are recomputed also for visited blocks in which no bristle snapped, which saves later visits.
-  std::uint32_t renews_bounds;
+  std::uint32_t finds_bounds;
 
   // Constants of ageing, by which kernels compute ages. 0 where the material does not age:
   double ageing_rate;      ///< 1 / Material::ageing_time, 1/s

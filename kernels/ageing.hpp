@@ -118,14 +118,14 @@ inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V
 }
 
 /// Returns the path between two snaps of a bristle that ages, from its fresh snap length. If that path
-/// exceeds `rest`, the path left in the step, any value of at least `rest` serves, and is returned.
+/// exceeds `remaining`, the path left in the step, any value of at least `remaining` serves, and is returned.
 template <class T, class V>
-inline V aged_length(const AgeingLaw<T>& law, V delta, V rest) {
+inline V aged_length(const AgeingLaw<T>& law, V delta, V remaining) {
   const V none(T(0));
   const V one(T(1));
   const V per_length(law.per_length);
-  V length = delta * growth<T>(law, per_length * most(rest, none));
-  auto open = rest > length;
+  V length = delta * growth<T>(law, per_length * most(remaining, none));
+  auto open = remaining > length;
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
     const Growth<V> now = growth_and_rate<T>(law, per_length * length);
     // Limits the slope of the limit to 0.75, so that the divisor stays positive in lanes without a bristle.

@@ -37,7 +37,7 @@ template <class E, std::uint32_t variant>
 void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   using V = typename E::V;
   constexpr bool spins = (variant & bed_spins) != 0;
-  constexpr bool carried = (variant & bed_carried) != 0;
+  constexpr bool reloaded = (variant & bed_reloaded) != 0;
   constexpr bool all = (variant & bed_all_outputs) != 0;
   constexpr bool drops = (variant & bed_drops) != 0;
   const BedStep step = given;
@@ -47,11 +47,11 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   const V limit_of_pressure(step.limit_of_pressure);
   const bool with_torque = spins || all || step.torque;
   const bool askew = step.gain != 1.0f;
-  const bool creeps = all && !carried && step.creeps;
+  const bool creeps = all && !reloaded && step.creeps;
   [[maybe_unused]] constexpr float eps = std::numeric_limits<float>::epsilon();
   // Factor of the stored tip positions: 1, or 0 if the step recomputes all tips relative to roots at
   // displacement zero (BedStep::rolled).
-  const V stands(carried && step.rolled ? 0.0f : 1.0f);
+  const V stands(reloaded && step.rolled ? 0.0f : 1.0f);
   [[maybe_unused]] const auto always = one > stands;
   typename E::Sum force_x, force_y, torque, slipping;
   typename E::Sum mean_x, mean_y, mean_torque, energy_x, energy_y, dissipated;
@@ -66,7 +66,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       x = at[bed_x];
       y = at[bed_y];
     }
-    if constexpr (carried) {
+    if constexpr (reloaded) {
       moved = at[bed_moved];
       kept = at[bed_kept];
     }
@@ -80,7 +80,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = (V(step.root[0]) - V(step.root[2]) * y) - tip_x;
       zy = (V(step.root[1]) + V(step.root[3]) * x) - tip_y;
       V middle_x = x, middle_y = y;
-      if constexpr (carried) {
+      if constexpr (reloaded) {
         middle_x = x + moved * V(step.half_rolled[0]);
         middle_y = y + moved * V(step.half_rolled[1]);
       }
@@ -93,7 +93,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     // Position that a bristle's tip would need for the bristle to be straight at the end of the step.
     V free_x = tip_x + (zx + dx);
     V free_y = tip_y + (zy + dy);
-    if constexpr (carried) {
+    if constexpr (reloaded) {
       free_x = free_x * stands;
       free_y = free_y * stands;
       dx = dx * moved;
@@ -111,7 +111,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       limit_over_hold = select_lanes(held_less, one, V(step.limit_over_hold));
     }
     const V z2 = zx * zx + zy * zy;
-    if constexpr (carried && all) {
+    if constexpr (reloaded && all) {
       start_energy.add(part, k * z2);
       start_x.add(part, k * zx);
       start_y.add(part, k * zy);
@@ -125,7 +125,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
       // Sets the deflections of bristles out of contact to 0. What their columns hold is rounding error.
-      const auto presses = (carried ? k : limit) > none;
+      const auto presses = (reloaded ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
       length = root(dx * dx + dy * dy);
@@ -137,7 +137,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       // new limit.
       V reach = hold;
       V slide_limit = limit;
-      if constexpr (carried) {
+      if constexpr (reloaded) {
         const auto falls = z2 > hold * hold;
         if (any_lane(falls)) {
           reach = select_lanes(falls, root(z2), hold);
@@ -184,7 +184,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           way_y = ey * left - (change * uy + (along * py + aside * px));
         }
       }
-      if constexpr (carried) {
+      if constexpr (reloaded) {
         if (step.rolls) {
           // Lets the friction limit of a bristle grow evenly along the motion if it rises because the bed
           // rolls.
@@ -247,7 +247,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const auto outside = rough & (none > gap);
           if (any_lane(outside)) {
             const V n = root(z2);
-            const V mean = carried ? V(0.5f) * (n + limit) : limit;
+            const V mean = reloaded ? V(0.5f) * (n + limit) : limit;
             const V over = divide(one, most(n * mean, smallest));
             const V over_mean = over * n;
             const V path = left * over_mean;
@@ -278,7 +278,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
         end_y = select_lanes(slides, uy * to.keep + push_y * to.push, end_y);
       }
     }
-    if constexpr (carried) {
+    if constexpr (reloaded) {
       const V bound = select_lanes(slides, limit, hold);
       const V n2 = end_x * end_x + end_y * end_y;
       const auto beyond = (n2 > bound * bound * V(1.000001f)) & (k > none);
@@ -294,7 +294,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       }
     }
     auto writes = slides;
-    if constexpr (carried) writes = writes | always | (kept < one);
+    if constexpr (reloaded) writes = writes | always | (kept < one);
     V next_x = free_x - end_x, next_y = free_y - end_y;
     if (creeps) {
       next_x = tip_x + (way_x + spacing<float>(tip_x) * V(step.spread));
@@ -424,11 +424,11 @@ double roll_bed(const BedPlaces& given, float* columns) {
     V edge(places.edge);
     if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
     V place = at[bed_along] * sign;
-    V carried = none;
+    V rolled_on = none;
     if constexpr (rolls) {
-      carried = rolled * at[bed_share];
-      V within = carried;
-      if (any_lane(carried >= ring)) within = carried - whole_part(divide(carried, ring)) * ring;
+      rolled_on = rolled * at[bed_share];
+      V within = rolled_on;
+      if (any_lane(rolled_on >= ring)) within = rolled_on - whole_part(divide(rolled_on, ring)) * ring;
       place = place - within;
       place = select_lanes(place < none - (one + half_cell), place + ring, place);
       at.put(bed_along, place * sign);
@@ -446,11 +446,11 @@ double roll_bed(const BedPlaces& given, float* columns) {
     if constexpr (rolls) {
       at.put(bed_old_pressure, at[bed_pressure]);
       // Distances of the ends of a cell from the leading edge: `near` and `far`. The part of the cell nearer
-      // than `carried` came into contact in this step.
+      // than `rolled_on` came into contact in this step.
       const V near = edge - high;
       const V far = edge - low;
-      const V border = least(most(near, carried), far);
-      const auto enters = carried > near;
+      const V border = least(most(near, rolled_on), far);
+      const auto enters = rolled_on > near;
       V kept = one, moved = one;
       if (any_lane(enters)) {
         const V over = divide(one, most(overlap, V(1e-30f)));

@@ -63,7 +63,7 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
   if (block.zero && patch.draw != nullptr)
     for (std::uint32_t i = start; i < end; ++i) patch.delta[i] = patch.first[i];
   block.zero = 0;
-  block.reach = -1.0f;
+  block.reach = 0.0f;
 }
 
 /// Returns the sum of weight x squared deflection, scaled, over the bristles of block b in contact, with the

@@ -44,7 +44,7 @@ struct FourCells {
   Four survival, slope, moment, start;
 };
 /// Loads four cells of the survival table and transposes them into vectors of columns.
-inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
+inline FourCells transposed(const SurvivalCell* cells, const std::uint64_t* number) {
   Four cell[4];
   // Casts the pointer to load a cell. A memcpy would go through the stack and take 40 more instructions.
   for (int k = 0; k < 4; ++k) cell[k] = *reinterpret_cast<const CellAsFour*>(cells + number[k]);
@@ -59,15 +59,15 @@ inline FourCells turn(const SurvivalCell* cells, const std::uint64_t* number) {
 
 inline Cells look_up_cells(const SurvivalCell* cells, const std::uint64_t* number) {
 #if defined(BRISTLE_ISA_AVX512)
-  const FourCells low = turn(cells, number);
-  const FourCells high = turn(cells, number + 4);
+  const FourCells low = transposed(cells, number);
+  const FourCells high = transposed(cells, number + 4);
   const auto both = [](Four a, Four b) {
     return Vector(__builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7));
   };
   return {both(low.survival, high.survival), both(low.slope, high.slope), both(low.moment, high.moment),
           both(low.start, high.start)};
 #elif defined(BRISTLE_ISA_AVX2)
-  const FourCells turned = turn(cells, number);
+  const FourCells turned = transposed(cells, number);
   return {Vector(turned.survival), Vector(turned.slope), Vector(turned.moment), Vector(turned.start)};
 #elif !defined(BRISTLE_KERNEL_ISA)
   const SurvivalCell& cell = cells[*number];

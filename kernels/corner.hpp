@@ -114,8 +114,8 @@ void carry_blocks(const PatchView<T>& patch, const Corner& corner, std::uint32_t
       totals.twice_integral[axis] += to_integer(2.0 * sum_of_lanes(lanes.lag[axis]) * corner.unit);
     }
     totals.tail_changed |= tail ? 1u : 0u;
-    block.reach = -1.0f;
-    patch.groups[b / blocks_per_group].reach = -1.0;
+    block.reach = 0.0f;
+    patch.groups[b / blocks_per_group].reach = 0.0;
   }
 }
 

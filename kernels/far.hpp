@@ -27,11 +27,11 @@ struct AfterFarStep {
   double variance;
 };
 
-/// Jumps at once over nearly as many snaps of a bristle as fit into `rest`, the path left, and adds their
-/// energy. Returns the path up to the last of these snaps.
-inline double jump_renewals(const KernelLaw& law, double rest, double share, AfterFarStep& land) {
-  const double pad = 4.5 * law.deviation * root(rest * law.inverse_mean);
-  const double k = whole_part((rest - pad) * law.inverse_mean);
+/// Jumps at once over nearly as many snaps of a bristle as fit into `remaining`, the path left, and adds
+/// their energy. Returns the path up to the last of these snaps.
+inline double jump_renewals(const KernelLaw& law, double remaining, double share, AfterFarStep& land) {
+  const double pad = 4.5 * law.deviation * root(remaining * law.inverse_mean);
+  const double k = whole_part((remaining - pad) * law.inverse_mean);
   BRISTLE_ASSERT(k >= 1.0);
   const double z = normal_quantile<double>(share);
   const double s = root(k);
@@ -40,7 +40,7 @@ inline double jump_renewals(const KernelLaw& law, double rest, double share, Aft
   const double w = z + skewness / 6.0 * (z * z - 1.0) + kurtosis / 24.0 * (z * z * z - 3.0 * z) -
                    skewness * skewness / 36.0 * (2.0 * z * z * z - 5.0 * z);
   const double spread = law.deviation * s * w;
-  const double jumped = least(k * law.mean + spread, rest);
+  const double jumped = least(k * law.mean + spread, remaining);
   land.squares += k * law.square_mean + law.square_slope * (jumped - k * law.mean);
   land.count += k;
   land.variance += k * law.square_residual;
@@ -84,7 +84,7 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
 /// to snap are independent too, but have another law: `law` then holds the moments of l (core/materials,
 /// aged_law.cpp) beside the parameters of delta.
 template <class T, bool ages>
-inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double rest, T& delta,
+inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double remaining, T& delta,
                                 std::uint32_t& state) {
   const auto next = [&state] {
     state += draw_stride;
@@ -92,12 +92,12 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
   };
   AfterFarStep land{0.0, 0.0, 0.0, 0.0};
   for (;;) {
-    if (rest > law.stationary_from || rest > phase_is_lost) {
+    if (remaining > law.stationary_from || remaining > phase_is_lost) {
       const bool memoryless = !ages && law.kind == law_exponential;
       double age;
       if constexpr (ages) {
         const MetBristle met = meet_bristle(law, aged.ageing, aged.largest_growth, next);
-        age = least(next() * met.length, rest);
+        age = least(next() * met.length, remaining);
         delta = static_cast<T>(met.delta);
         land.deflection = age;
       } else {
@@ -111,11 +111,11 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
           met = length_met<double>(law, u);
           age = v * met;
         }
-        delta = static_cast<T>(met - most(age - rest, 0.0));
-        age = least(age, rest);
+        delta = static_cast<T>(met - most(age - remaining, 0.0));
+        age = least(age, remaining);
         land.deflection = least(age, static_cast<double>(delta));
       }
-      const double jumped = rest - age;
+      const double jumped = remaining - age;
       if (memoryless) {
         const double x = jumped * law.inverse_mean;
         const double e = exponential<double>(-least(x, 80.0));
@@ -129,19 +129,19 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
       if (jumped > 0.0) land.count += whole_part(jumped * law.inverse_mean + law.count_offset + 0.5);
       return land;
     }
-    if (rest > law.jump_from) {
-      rest -= jump_renewals(law, rest, next(), land);
+    if (remaining > law.jump_from) {
+      remaining -= jump_renewals(law, remaining, next(), land);
       continue;
     }
     delta = static_cast<T>(length_at<double>(law, next()));
     auto length = static_cast<double>(delta);
     BRISTLE_ASSERT(length > 0.0);
-    if constexpr (ages) length = aged_length<double>(aged.ageing, length, rest);
-    if (rest < length) {
-      land.deflection = rest;
+    if constexpr (ages) length = aged_length<double>(aged.ageing, length, remaining);
+    if (remaining < length) {
+      land.deflection = remaining;
       return land;
     }
-    rest -= length;
+    remaining -= length;
     land.squares += length * length;
     land.count += 1.0;
   }
@@ -149,13 +149,13 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
 
 /// Moves a bristle that ages along the path left under SnapRule::keep: its paths from snap to snap are all
 /// equal.
-inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double rest, double delta,
+inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double remaining, double delta,
                                    std::uint32_t phase) {
-  AfterFarStep land{rest, 0.0, 0.0, 0.0};
-  const double length = aged_length<double>(ageing, delta, rest);
-  land.count = whole_part(rest / length);
-  land.deflection = least(most(rest - land.count * length, 0.0), length);
-  if (rest > phase_is_lost) land.deflection = share_of<double>(phase) * length;
+  AfterFarStep land{remaining, 0.0, 0.0, 0.0};
+  const double length = aged_length<double>(ageing, delta, remaining);
+  land.count = whole_part(remaining / length);
+  land.deflection = least(most(remaining - land.count * length, 0.0), length);
+  if (remaining > phase_is_lost) land.deflection = share_of<double>(phase) * length;
   land.squares = land.count * (length * length);
   return land;
 }
@@ -234,10 +234,10 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   const V reach = axes == 2 ? root(most(limit * limit - aside * aside, none)) : limit;
   const V tau = most(reach - along, none);
   const auto snaps = tau < length;
-  const V rest = most(length - tau, none);
+  const V remaining = most(length - tau, none);
   const V delta = limit - V(left);
-  const V more = whole_part(rest / delta);
-  V r = least(most(rest - more * delta, none), delta);
+  const V more = whole_part(remaining / delta);
+  V r = least(most(remaining - more * delta, none), delta);
   if (motion.length > phase_is_lost) r = load(row.phase + k) * delta;
 
   V further = more * (delta * delta);
@@ -245,8 +245,8 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   const V part = tau * inverse;
   V integral = part * tau + further * inverse + (r * inverse) * r;
   if constexpr (residual) {
-    integral = integral + V(2.0 * left) * (rest * inverse);
-    further = further + V(2.0 * left) * (rest - r);
+    integral = integral + V(2.0 * left) * (remaining * inverse);
+    further = further + V(2.0 * left) * (remaining - r);
   }
   const V squares = delta * (limit + V(left)) + further;
   const V bent = V(left) + r;
@@ -329,11 +329,11 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     if constexpr (ages)
       tau = aged_way<double, axes>(aged.ageing, bent, left, before - left,
                                    static_cast<double>(patch.age[i]) + aged.block.before, tau, true);
-    const double rest = motion.length - tau;
+    const double remaining = motion.length - tau;
     AfterFarStep land;
     if constexpr (redraw) {
       std::uint32_t state = patch.draw[i];
-      land = land_redraw<T, ages>(*patch.law, aged, rest, limit, state);
+      land = land_redraw<T, ages>(*patch.law, aged, remaining, limit, state);
       if constexpr (residual) limit = static_cast<T>(left) + limit;
       if (advance.commit) {
         patch.delta[i] = limit;
@@ -341,19 +341,19 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
       }
     } else {
       const std::uint32_t phase = mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(i + 1));
-      land = land_keep_aged(aged.ageing, rest, before - left, phase);
+      land = land_keep_aged(aged.ageing, remaining, before - left, phase);
     }
     const double r = land.deflection;
     const double part = tau * motion.inverse;
     double integral = part * tau + land.squares * motion.inverse + (r * motion.inverse) * r;
-    if constexpr (residual) integral += 2.0 * left * (rest * motion.inverse);
+    if constexpr (residual) integral += 2.0 * left * (remaining * motion.inverse);
     double squares;
     if constexpr (ages) {
       const double reached = bent.along + tau;
-      squares = (reached * reached + bent.aside2 - left * left) + land.squares + 2.0 * left * (rest - r);
+      squares = (reached * reached + bent.aside2 - left * left) + land.squares + 2.0 * left * (remaining - r);
       end_age = static_cast<T>(least(aged.ageing.per_length * r, oldest));
     } else if constexpr (residual) {
-      squares = (before - left) * (before + left) + (land.squares + 2.0 * left * (rest - r));
+      squares = (before - left) * (before + left) + (land.squares + 2.0 * left * (remaining - r));
     } else {
       squares = before * before + land.squares;
     }

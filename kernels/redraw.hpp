@@ -39,7 +39,8 @@ struct Walk {
   alignas(64) T variance[size];
 
   // Working memory of the methods that do not finish a path vector by vector:
-  alignas(64) T rest[size];    ///< path left to the bristle; negative once it has arrived at the path's end
+  alignas(
+      64) T remaining[size];   ///< path left to the bristle; negative once it has arrived at the path's end
   alignas(64) T length[size];  ///< snap length that the bristle has at the end of the path
   alignas(64) std::uint32_t state[size];
 
@@ -49,7 +50,7 @@ struct Walk {
   }
   void clear_nowhere() {
     clear(nowhere);
-    Lanes<T>(T(0)).store_aligned(rest + nowhere);
+    Lanes<T>(T(0)).store_aligned(remaining + nowhere);
     Lanes<T>(T(0)).store_aligned(length + nowhere);
     std::memset(state + nowhere, 0, sizeof(std::uint32_t) * lane_count);
   }
@@ -143,7 +144,8 @@ Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> ope
 /// Shortens long paths by jumps over many snaps: samples the state of their bristles at the end, or close to
 /// it. Returns the paths left.
 template <class T, bool sums, class AnyWalk>
-[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> rest, AnyWalk& walk) {
+[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> remaining,
+                                 AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
   const Bundle<T> none(T(0));
   const Bundle<T> one(T(1));
@@ -151,7 +153,7 @@ template <class T, bool sums, class AnyWalk>
   [[maybe_unused]] Bundle<T> count = none;
   [[maybe_unused]] Bundle<T> variance = none;
 
-  const BundleMask<T> far = rest > constant(law.stationary_from);
+  const BundleMask<T> far = remaining > constant(law.stationary_from);
   if (any_lane(far)) {
     // Samples a bristle of steady sliding at the end of the path. Its snap length has the length-biased law,
     // and the path since its last snap is a uniformly distributed share of that length.
@@ -161,7 +163,7 @@ template <class T, bool sums, class AnyWalk>
     Bundle<T> reach;
     if constexpr (AnyWalk::ages) {
       reach = meet_aged<T>(law, at, far, walk, met);
-      age = least(at.draw(far, walk) * reach, rest);
+      age = least(at.draw(far, walk) * reach, remaining);
     } else {
       const Bundle<T> u = at.draw(far, walk);
       const Bundle<T> v = at.draw(far, walk);
@@ -172,12 +174,12 @@ template <class T, bool sums, class AnyWalk>
         met = length_met<T>(law, u);
         age = v * met;
       }
-      met = met - positive_part(age - rest);
-      age = least(age, rest);
+      met = met - positive_part(age - remaining);
+      age = least(age, remaining);
       reach = met;
     }
     if constexpr (sums) {
-      const Bundle<T> jumped = rest - age;
+      const Bundle<T> jumped = remaining - age;
       Bundle<T> more = constant(law.squares_per_length) * jumped + constant(law.squares_offset);
       Bundle<T> spread = constant(law.variance_per_length) * jumped + constant(law.variance_offset);
       if (memoryless && !AnyWalk::ages) {
@@ -199,17 +201,17 @@ template <class T, bool sums, class AnyWalk>
     }
     at.store_to(walk.landed, select_lanes(far, least(age, reach), at.load_from(walk.landed)));
     at.store_to(walk.length, select_lanes(far, met, at.load_from(walk.length)));
-    rest = select_lanes(far, constant(-1.0), rest);
+    remaining = select_lanes(far, constant(-1.0), remaining);
   }
   for (;;) {
     // Jumps over k snaps at once. The sum of their lengths is sampled by a Cornish-Fisher expansion to the
     // fourth cumulant.
-    const BundleMask<T> long_way = rest > constant(law.jump_from);
+    const BundleMask<T> long_way = remaining > constant(law.jump_from);
     if (!any_lane(long_way)) break;
     const Bundle<T> m1 = constant(law.mean);
     const Bundle<T> inverse = constant(law.inverse_mean);
     const Bundle<T> deviation = constant(law.deviation);
-    const Bundle<T> safe = select_lanes(long_way, rest, constant(law.jump_from));
+    const Bundle<T> safe = select_lanes(long_way, remaining, constant(law.jump_from));
     const Bundle<T> pad = constant(4.5) * deviation * root(safe * inverse);
     const Bundle<T> k = whole_part((safe - pad) * inverse);
     const Bundle<T> z = normal_quantile<T>(at.draw(long_way, walk));
@@ -229,14 +231,14 @@ template <class T, bool sums, class AnyWalk>
       variance = select_lanes(long_way, variance + k * constant(law.square_residual), variance);
       count = select_lanes(long_way, count + k, count);
     }
-    rest = select_lanes(long_way, rest - jumped, rest);
+    remaining = select_lanes(long_way, remaining - jumped, remaining);
   }
   if constexpr (sums) {
     at.store_to(walk.squares, at.load_from(walk.squares) + squares);
     at.store_to(walk.count, at.load_from(walk.count) + count);
     at.store_to(walk.variance, at.load_from(walk.variance) + variance);
   }
-  return rest;
+  return remaining;
 }
 
 /// State, at the end of a step, of a vector of bristles that snapped in it.
@@ -251,7 +253,7 @@ struct AfterSnaps {
 template <class T>
 struct Walker {
   Mask<T> open;
-  Lanes<T> rest;
+  Lanes<T> remaining;
   Lanes<T> delta;  ///< snap length of the bristle before the walk; after it, that at the path's end
   DrawStates<T> states;
   AfterSnaps<T> land;
@@ -306,10 +308,10 @@ template <class T, std::uint32_t together, class Lengths>
         drawn = drawn_ahead[k];
       else
         drawn = lengths.length(w.states.next(w.open));
-      w.land.deflection = select_lanes(w.open, w.rest, w.land.deflection);
+      w.land.deflection = select_lanes(w.open, w.remaining, w.land.deflection);
       w.delta = select_lanes(w.open, drawn, w.delta);
-      w.rest = w.rest - drawn;
-      w.open = w.open & (w.rest >= none);
+      w.remaining = w.remaining - drawn;
+      w.open = w.open & (w.remaining >= none);
       w.land.squares = select_lanes(w.open, w.land.squares + drawn * drawn, w.land.squares);
       w.land.count = select_lanes(w.open, w.land.count + Lanes<T>(T(1)), w.land.count);
       any = k == 0 ? w.open : any | w.open;
@@ -318,19 +320,19 @@ template <class T, std::uint32_t together, class Lengths>
   }
 }
 
-/// Gives a vector of bristles that have just snapped their next snap lengths, `drawn`. `rest` is the path
-/// left to the end of the step, negative for bristles that have not snapped. A bristle whose path `way` to
-/// the next snap exceeds `rest` has arrived; the others snap again. Returns whether any does.
+/// Gives a vector of bristles that have just snapped their next snap lengths, `drawn`. `remaining` is the
+/// path left to the end of the step, negative for bristles that have not snapped. A bristle whose path `way`
+/// to the next snap exceeds `remaining` has arrived; the others snap again. Returns whether any does.
 template <class T, bool sums>
-[[gnu::always_inline]] inline bool take_length(Lanes<T> rest, Lanes<T> drawn, Lanes<T> way, std::uint32_t i,
-                                               Walk<T>& walk) {
+[[gnu::always_inline]] inline bool take_length(Lanes<T> remaining, Lanes<T> drawn, Lanes<T> way,
+                                               std::uint32_t i, Walk<T>& walk) {
   const Lanes<T> none(T(0));
-  const Mask<T> open = rest >= none;
-  const Lanes<T> after = rest - way;
+  const Mask<T> open = remaining >= none;
+  const Lanes<T> after = remaining - way;
   const Mask<T> snaps = open & (after >= none);
-  select_lanes(open, rest, load(walk.landed + i)).store_aligned(walk.landed + i);
+  select_lanes(open, remaining, load(walk.landed + i)).store_aligned(walk.landed + i);
   select_lanes(open, drawn, load(walk.length + i)).store_aligned(walk.length + i);
-  select_lanes(open, after, rest).store_aligned(walk.rest + i);
+  select_lanes(open, after, remaining).store_aligned(walk.remaining + i);
   if constexpr (sums) {
     const Lanes<T> squares = load(walk.squares + i);
     const Lanes<T> count = load(walk.count + i);
@@ -351,7 +353,7 @@ template <class T, bool sums, bool has_residual, class AnyWalk>
     const std::uint32_t i = places.place[n];
     const Lanes<T> path = load(walk.path + i);
     const Lanes<T> whole(length);
-    select_lanes(path < whole, whole - path, Lanes<T>(T(-1))).store_aligned(walk.rest + i);
+    select_lanes(path < whole, whole - path, Lanes<T>(T(-1))).store_aligned(walk.remaining + i);
     load(columns.delta + i).store_aligned(walk.length + i);
     std::memcpy(walk.state + i, columns.draw + i, Lanes<T>::size * sizeof(std::uint32_t));
     walk.clear(i);
@@ -363,17 +365,18 @@ template <class T, bool sums, bool has_residual, class AnyWalk>
       Places<T> at;
       const std::uint32_t filled = open.size - n < bundle_size ? open.size - n : bundle_size;
       for (std::uint32_t k = 0; k < bundle_size; ++k) at.i[k] = k < filled ? open.place[n + k] : nowhere;
-      Bundle<T> rest = at.load_from(walk.rest);
-      for (std::uint32_t k = filled; k < bundle_size; ++k) rest.v[k] = Lanes<T>(T(-1));
-      if (may_jump && any_lane(rest > Bundle<T>(static_cast<T>(law.jump_from))))
-        rest = jump<T, sums>(law, at, rest, walk);
-      if (!any_lane(rest >= Bundle<T>(T(0)))) continue;  // all bristles have jumped to the end of the path
-      const Bundle<T> drawn = length_at<T>(law, at.draw(rest >= Bundle<T>(T(0)), walk));
+      Bundle<T> remaining = at.load_from(walk.remaining);
+      for (std::uint32_t k = filled; k < bundle_size; ++k) remaining.v[k] = Lanes<T>(T(-1));
+      if (may_jump && any_lane(remaining > Bundle<T>(static_cast<T>(law.jump_from))))
+        remaining = jump<T, sums>(law, at, remaining, walk);
+      if (!any_lane(remaining >= Bundle<T>(T(0))))
+        continue;  // all bristles have jumped to the end of the path
+      const Bundle<T> drawn = length_at<T>(law, at.draw(remaining >= Bundle<T>(T(0)), walk));
       Bundle<T> way = drawn;
-      if constexpr (AnyWalk::ages) way = aged_length<T>(walk.ageing, drawn, rest);
+      if constexpr (AnyWalk::ages) way = aged_length<T>(walk.ageing, drawn, remaining);
       for (std::uint32_t k = 0; k < filled; ++k) {
         open.place[still] = at.i[k];
-        still += take_length<T, sums>(rest.v[k], drawn.v[k], way.v[k], at.i[k], walk) ? 1u : 0u;
+        still += take_length<T, sums>(remaining.v[k], drawn.v[k], way.v[k], at.i[k], walk) ? 1u : 0u;
       }
     }
     open.size = still;

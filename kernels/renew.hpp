@@ -131,14 +131,14 @@ class Renewer {
     draw(0, draws[0]);
     fetch(draws[0].bristle, draws_together);
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
-      const std::uint64_t rest = renewal.draws - k;
+      const std::uint64_t remaining = renewal.draws - k;
       Draws& next = draws[(k / draws_together + 1) % 2];
-      if (rest > draws_together) {
+      if (remaining > draws_together) {
         draw(k + draws_together, next);
         fetch(next.bristle, draws_together);
       }
       renew(draws[k / draws_together % 2],
-            rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together);
+            remaining < draws_together ? static_cast<std::uint32_t>(remaining) : draws_together);
     }
   }
 
@@ -149,9 +149,10 @@ class Renewer {
     Waiting waiting;
     std::uint32_t count = 0;  // number of draws (bristles picked for renewal) in `ready`
     for (std::uint64_t k = 0; k < renewal.draws; k += draws_together) {
-      const std::uint64_t rest = renewal.draws - k;
+      const std::uint64_t remaining = renewal.draws - k;
       draw(k, drawn);
-      sift(drawn, rest < draws_together ? static_cast<std::uint32_t>(rest) : draws_together, waiting);
+      sift(drawn, remaining < draws_together ? static_cast<std::uint32_t>(remaining) : draws_together,
+           waiting);
       if (waiting.count < draws_together) continue;
       if (count > 0) renew(ready, count);
       count = draws_together;
@@ -263,10 +264,10 @@ class Renewer {
     } else {
       read(draws, count, columns);
       bend_all(draws, columns, gains);
-      List list, rest;
-      sort(count, columns, list, rest);
+      List list, remaining;
+      sort(count, columns, list, remaining);
       write(draws, columns, list);
-      for (std::uint32_t n = 0; n < rest.size; ++n) slip(draws, rest.k[n], columns, gains);
+      for (std::uint32_t n = 0; n < remaining.size; ++n) slip(draws, remaining.k[n], columns, gains);
     }
     for (int axis = 0; axis < axes; ++axis)
       totals.twice_integral[axis] += sum_of(gains.twice_integral[axis], count);
@@ -279,17 +280,17 @@ class Renewer {
   Int128 sum_of(const double (&column)[draws_together], std::uint32_t count) const {
     constexpr double whole = 6755399441055744.0;  // 1.5 * 2^52; adding it rounds to an integer
     const double coarse = renewal.unit / finer;
-    std::uint64_t sum = 0, rest = 0;
+    std::uint64_t sum = 0, remaining = 0;
     for (std::uint32_t k = 0; k < count; ++k) {
       const double x = column[k] * coarse;
       BRISTLE_ASSERT(x > -0x1p51 && x < 0x1p51);
       const double rounded = x + whole;
       const double left_over = (x - (rounded - whole)) * finer + whole;
       sum += bits_of_number(rounded) - bits_of_number(whole);
-      rest += bits_of_number(left_over) - bits_of_number(whole);
+      remaining += bits_of_number(left_over) - bits_of_number(whole);
     }
     return (static_cast<Int128>(static_cast<std::int64_t>(sum)) * static_cast<std::int64_t>(finer)) +
-           static_cast<std::int64_t>(rest);
+           static_cast<std::int64_t>(remaining);
   }
 
   void clear_marks() {
@@ -366,16 +367,16 @@ class Renewer {
   }
 
   /// Sorts the draws (bristles selected for renewal in this step) into two lists: `slipping` for those that
-  /// slip without a snap, which write() handles together, and `rest` for those that slip() handles one by
-  /// one. A bristle may be drawn twice; `slipping` can then hold only the first draw, so it is processed
-  /// before `rest`. Has no branch, because the outcome is unpredictable.
-  void sort(std::uint32_t count, const Columns& columns, List& slipping, List& rest) const {
+  /// slip without a snap, which write() handles together, and `remaining` for those that slip() handles one
+  /// by one. A bristle may be drawn twice; `slipping` can then hold only the first draw, so it is processed
+  /// before `remaining`. Has no branch, because the outcome is unpredictable.
+  void sort(std::uint32_t count, const Columns& columns, List& slipping, List& remaining) const {
     for (std::uint32_t k = 0; k < count; ++k) {
       const bool alone = (columns.alone[k] != 0) | (columns.snaps[k] != 0);
       slipping.k[slipping.size] = k;
-      rest.k[rest.size] = k;
+      remaining.k[remaining.size] = k;
       const bool ahead = (columns.slips[k] != 0) & !alone;
-      rest.size += alone ? 1u : 0u;
+      remaining.size += alone ? 1u : 0u;
       slipping.size += ahead ? 1u : 0u;
     }
   }
@@ -406,8 +407,8 @@ class Renewer {
         limit[i] = residual + columns.length[k];
       }
       full += static_cast<std::uint32_t>(-counts);
-      block.reach = -1.0f;
-      patch.groups[b / blocks_per_group].reach = -1.0;
+      block.reach = 0.0f;
+      patch.groups[b / blocks_per_group].reach = 0.0;
     }
     for (int axis = 0; axis < axes; ++axis) totals.stored[axis] += sum[axis];
     totals.tail_changed |= full < list.size ? 1u : 0u;
@@ -469,9 +470,9 @@ class Renewer {
   void snap(const Start& start, double way, const Draw& draw_length, const T& fresh, Passed& passed) {
     const double to_snap =
         ages ? start.to_snap : least(most(root(most(start.chord2, 0.0)) - start.along, 0.0), way);
-    const double rest = way - to_snap;
+    const double remaining = way - to_snap;
     double further = 0.0;  // sum of squared lengths over the snaps after the first
-    double r = rest;
+    double r = remaining;
     ++totals.snaps;
     const auto way_of = [&](double length) { return ages ? aged_length<double>(ageing, length, r) : length; };
     if constexpr (redraw) {
@@ -494,8 +495,8 @@ class Renewer {
     const double reached = start.along + to_snap;
     passed.squares = (ages ? reached * reached + start.aside2 - left * left
                            : (start.limit - left) * (start.limit + left)) +
-                     further + 2.0 * left * (rest - r);
-    const double after = 2.0 * left * rest + further + r * r;
+                     further + 2.0 * left * (remaining - r);
+    const double after = 2.0 * left * remaining + further + r * r;
     for (int axis = 0; axis < axes; ++axis) {
       const double e = renewal.direction[axis];
       passed.twice_integral[axis] = (2.0 * start.z[axis] + to_snap * e) * to_snap + e * after;
@@ -526,8 +527,8 @@ class Renewer {
     gains.squares[k] = weight * ((passed.bent2 - left * left) + passed.squares);
     totals.tail_changed |= tail ? 1u : 0u;
     ++totals.renewed;
-    block.reach = -1.0f;
-    patch.groups[i / block_size / blocks_per_group].reach = -1.0;
+    block.reach = 0.0f;
+    patch.groups[i / block_size / blocks_per_group].reach = 0.0;
   }
 };
 

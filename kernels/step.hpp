@@ -110,11 +110,11 @@ class Stepper {
   /// Steps every block of a group, even those whose bound says that nothing snaps.
   double run_all(std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t b = first; b < last; ++b) visit(b);
-    return -1.0;
+    return 0.0;
   }
 
   /// Steps the blocks of a group, except those whose bound says that nothing snaps. Returns how far the patch
-  /// may move from its end position before one of these bounds fails; negative if a bound is unknown.
+  /// may move from its end position before one of these bounds fails; not above 0 if a bound is unknown.
   double run_group(std::uint32_t first, std::uint32_t last) {
     double reach = std::numeric_limits<double>::max();
     for (std::uint32_t b = first; b < last; ++b) {
@@ -136,7 +136,7 @@ class Stepper {
   /// Returns whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the way
   /// either: the deflections within a snap length form a disc, which is convex.
   bool within(const std::int64_t (&anchor)[2], double reach) const {
-    return reach >= 0.0 && distance(anchor) < reach;
+    return reach > 0.0 && distance(anchor) < reach;
   }
 
   void visit(std::uint32_t b) {
@@ -174,16 +174,16 @@ class Stepper {
     }();
     if (!advance.snaps_all) {
       T margin = std::numeric_limits<T>::max();
-      const bool any = advance.renews_bounds ? any_snap<true>(motion, extent, margin)
-                                             : any_snap<false>(motion, extent, margin);
+      const bool any = advance.finds_bounds ? any_snap<true>(motion, extent, margin)
+                                            : any_snap<false>(motion, extent, margin);
       if (!any) {
-        if (advance.renews_bounds && advance.commit) keep_bound(block, margin, p1x, p1y);
+        if (advance.finds_bounds && advance.commit) keep_bound(block, margin, p1x, p1y);
         return;
       }
     }
     const BlockSums sums = advance.in_double ? rewrite_far(extent, q0, q1) : rewrite_near(motion, extent);
     record(block, b, sums);
-    if (advance.commit) block.reach = -1.0f;
+    if (advance.commit) block.reach = 0.0f;
     if constexpr (ages)
       if (advance.commit) patch.since[b] = advance.start + advance.duration;
   }

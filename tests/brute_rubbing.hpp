@@ -98,9 +98,9 @@ class RubbedBristles {
   double residual_, renewal_;
   std::mt19937_64 generator_;
   std::vector<Bristle> bristles_;
-  double now_ = 0.0;    ///< time since the start of the simulation
-  double drawn_ = 0.0;  ///< number of renewals due to earlier snaps and not yet made, below
-                        ///< one
+  double now_ = 0.0;  ///< time since the start of the simulation
+  /// Number of renewals due to earlier snaps and not yet made, below one.
+  double drawn_ = 0.0;
 };
 
 /// Returns the mean deflection in steady sliding by simulation, without a formula.

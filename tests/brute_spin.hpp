@@ -135,8 +135,8 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
                                                      : std::sqrt(1.0 - std::pow(1.0 - share, 2.0 / 3.0));
     for (std::size_t k = 0; k <= steps; ++k) {  // k: number of steps since bristles were straight
       const double angle = step * static_cast<double>(k);
-      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));  // largest deflection of these
-                                                                              // since then
+      // Largest deflection of these since then.
+      const double chord = 2.0 * r * std::sin(0.5 * std::fmin(angle, M_PI));
       alive[k] = survival(chord / length);
       pull[k] = alive[k] * r * std::sin(angle);
     }

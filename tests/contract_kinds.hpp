@@ -17,9 +17,9 @@
 #include "bristle/bed.hpp"
 #include "bristle/extended_patches.hpp"
 #include "bristle/joint_friction.hpp"
-#include "core/contacts/sealed_bytes.hpp"
 #include "expect.hpp"
 #include "infinite_brush.hpp"
+#include "reseal.hpp"
 #include "scenes.hpp"
 #include "variants.hpp"
 
@@ -110,22 +110,6 @@ inline Answer answer_of(const bristle::BedResponse& r, double normal_load) {
       bits_of(r.force, r.torque, r.mean, r.mean_torque, r.dissipated, r.stored, r.tangent, r.slipping_share),
       excess_of(r.force[0], r.force[1], most_friction * normal_load)};
 }
-/// Writes the checksum of a saved batch of patches.
-inline void seal_patches(bristle::Span<std::byte> state) {
-  bristle::detail::SavedBatch head;
-  bristle::detail::ByteReader read(state.data() + 16);
-  read(head.bytes);
-  read(head.patches);
-  bristle::detail::seal_batch(head, state);
-}
-/// Writes the checksum behind the magic number of sealed bytes.
-inline void seal_bytes(bristle::Span<std::byte> state) {
-  std::uint64_t magic = 0;
-  bristle::detail::ByteReader read(state.data());
-  read(magic);
-  bristle::detail::seal(state, magic);
-}
-
 /// @name The script: the motion of member `m` in step `k`, a function of these alone.
 ///@{
 inline void write_script(Motion& to, std::size_t m, int k, int axes) {
@@ -243,7 +227,7 @@ class Patches : public Listed<PatchBatch, PatchId, Motion, Response> {
     batch_.warm_up();
   }
 
-  void seal(std::vector<std::byte>& state) const override { seal_patches(state); }
+  void seal(std::vector<std::byte>& state) const override { reseal(state); }
 
  protected:
   PatchBatch& batch() const override { return batch_; }
@@ -267,8 +251,8 @@ class Outlines
 
   void seal(std::vector<std::byte>& state) const override {
     const std::size_t own = state.size() - patches_.state_size();
-    seal_bytes({state.data(), own});
-    seal_patches({state.data() + own, state.size() - own});
+    reseal({state.data(), own});
+    reseal({state.data() + own, state.size() - own});
   }
 
  protected:
@@ -290,7 +274,7 @@ class Beds : public Listed<bristle::BedBatch, bristle::BedId, bristle::BedMotion
     for (std::size_t i = 0; i < company + members; ++i) ids_.push_back(batch_.add(material, shape, options));
   }
 
-  void seal(std::vector<std::byte>& state) const override { seal_bytes(state); }
+  void seal(std::vector<std::byte>& state) const override { reseal(state); }
 
  protected:
   bristle::BedBatch& batch() const override { return batch_; }
@@ -319,7 +303,7 @@ class Group : public Subject {
   std::vector<std::byte> save() const override { return saved_state(batch_); }
   std::size_t save(bristle::Span<std::byte> to) const override { return batch_.save_state(to); }
   void restore(bristle::Span<const std::byte> from) override { batch_.restore_state(from); }
-  void seal(std::vector<std::byte>& state) const override { seal_patches(state); }
+  void seal(std::vector<std::byte>& state) const override { reseal(state); }
   void reset() override {
     for (std::size_t i = 0; i < count_; ++i) batch_.reset(group_[i]);
   }
@@ -394,7 +378,7 @@ class Joints : public Subject {
   std::vector<std::byte> save() const override { return saved_state(batch_); }
   std::size_t save(bristle::Span<std::byte> to) const override { return batch_.save_state(to); }
   void restore(bristle::Span<const std::byte> from) override { batch_.restore_state(from); }
-  void seal(std::vector<std::byte>& state) const override { seal_bytes(state); }
+  void seal(std::vector<std::byte>& state) const override { reseal(state); }
   void reset() override { batch_.reset(); }
   int numbers() const override { return 4; }
 

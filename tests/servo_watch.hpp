@@ -26,12 +26,12 @@ Counts counts_so_far() noexcept;
 
 /// Allocations, locks, exceptions and system calls seen in a child process.
 struct Sighting {
-  bool finished = false;          ///< whether the child ran to its end
-  bool trapped = false;           ///< whether the kernel accepted the filter, so that system calls were
-                                  ///< watched
-  Counts counts;                  ///< numbers of events while `steps` ran
-  std::vector<int> system_calls;  ///< numbers of the watched thread's system calls during `steps`, in order,
-                                  ///< at most 64
+  bool finished = false;  ///< whether the child ran to its end
+  /// Whether the kernel accepted the filter, so that system calls were watched.
+  bool trapped = false;
+  Counts counts;  ///< numbers of events while `steps` ran
+  /// Numbers of the watched thread's system calls during `steps`, in order, at most 64.
+  std::vector<int> system_calls;
   long system_call_count = 0;
   long value = 0;  ///< value that the watched function `steps` returned
 };

@@ -342,8 +342,8 @@ void check_populations(const json& r, const std::string& table, const std::strin
     ++infinite;
     CHECK(s["bristles"].is_null());
     CHECK(s["ns_per_bristle"].is_null());
-    CHECK(s["error"]["rms_standard_error"] == 0.0);  // the infinite brush has no seed: no noise in the
-                                                     // force
+    // The infinite brush has no seed: no noise in the force.
+    CHECK(s["error"]["rms_standard_error"] == 0.0);
     if (s["resolution"] == 2.0) coarse = s["error"]["rms"];
     if (s["resolution"] == 16.0) fine = s["error"]["rms"];
   }

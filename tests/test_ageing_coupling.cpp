@@ -173,8 +173,8 @@ TEST_CASE("A body on a contact that ages stops where friction stops it, settles 
       sled.step(push);
       farthest = std::max(farthest, std::abs(sled.x - x));
     }
-    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);  // without a damper the midpoint rule lets the sled
-                                                         // swing for ever
+    // Without a damper the midpoint rule lets the sled swing for ever.
+    CHECK(farthest < (midpoint ? 1.0 : 1e-6) * length);
     CHECK(sled.x - x < 1e-2 * length);
   }
 }

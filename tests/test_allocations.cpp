@@ -144,6 +144,14 @@ TEST_CASE("No call of the C interface between two steps allocates", "[allocation
   REQUIRE(bristle_beds_add(beds, &bed, &bed_motion.id) == BRISTLE_OK);
   REQUIRE(bristle_joints_create(2, &gear, 1, &with_gradients, nullptr, &joints) == BRISTLE_OK);
   REQUIRE(bristle_monitor_create(1e-3, 1e-3, &monitor) == BRISTLE_OK);
+  bristle_group_step at_group;
+  REQUIRE(bristle_init_group_step(&at_group, sizeof at_group) == BRISTLE_OK);
+  REQUIRE(bristle_add_group(batch, &material, nullptr, 3, &at_group.group) == BRISTLE_OK);
+  const double group_moved[3] = {1e-6, 2e-6, -1e-6}, group_load[3] = {0.3, 0.4, 0.5};
+  double group_force[3];
+  at_group.displacement[0] = at_group.displacement[1] = group_moved;
+  at_group.normal_load = group_load;
+  at_group.end[0] = group_force;
   REQUIRE(bristle_warm_up(batch) == BRISTLE_OK);
   motion.normal_load = pad_motion.normal_load = bed_motion.normal_load = 0.5;
   double angle[2] = {}, torque[2], gradient[2 * bristle::joint_parameters], column[8];
@@ -169,6 +177,13 @@ TEST_CASE("No call of the C interface between two steps allocates", "[allocation
           [&] { bristle_step(batch, tick, &motion, sizeof motion, &response, sizeof response, 1, &report); });
     count("bristle_find_force",
           [&] { bristle_find_force(batch, tick, &motion, sizeof motion, &response, sizeof response, 1); });
+    count("bristle_find_group_force", [&] { bristle_find_group_force(batch, tick, &at_group, &report); });
+    count("bristle_step_groups", [&] {
+      bristle_step_groups(batch, tick, &at_group, 1, nullptr, sizeof motion, nullptr, sizeof response, 0,
+                          &report);
+    });
+    CHECK(report.patches_stepped == 3);
+    if (k % 10 == 9) count("bristle_reset", [&] { bristle_reset(batch, motion.id, 3, 4); });
     count("bristle_find_info", [&] { bristle_find_info(batch, motion.id, &info); });
     count("bristle_stored_energy", [&] { bristle_stored_energy(batch, motion.id); });
     count("bristle_state_hash", [&] { bristle_state_hash(batch, 0); });
@@ -195,6 +210,8 @@ TEST_CASE("No call of the C interface between two steps allocates", "[allocation
     count("bristle_joints_save_state",
           [&] { bristle_joints_save_state(joints, state.data(), state.size()); });
     count("bristle_monitor_record", [&] { bristle_monitor_record(monitor, 1e-4, 1e-4); });
+    count("bristle_monitor_record_tick",
+          [&] { bristle_monitor_record_tick(monitor, 1e-3 * k, 1e-3 * k, 1e-3 * k + 1e-4, 1e-4); });
     count("bristle_monitor_find_report", [&] { bristle_monitor_find_report(monitor, &times); });
     CHECK(report.patches_stepped == 2);  // the two joints: every step before succeeded
     CHECK(response.status == BRISTLE_STATUS_OK);
@@ -220,8 +237,8 @@ TEST_CASE("Contacts that come and go by key allocate nothing", "[allocations][ke
                                 bristle::KeyedOptions{}.with_capacity(100).with_keep_steps(1));
   bristle::ContactMatcher matcher(bristle::MatcherOptions{}.with_capacity(60).with_keep_steps(1));
   batch.warm_up();
-  std::vector<bristle::ContactPoint> points(70);  // more points than the matcher has room for, which get no
-                                                  // key
+  // More points than the matcher has room for, which get no key.
+  std::vector<bristle::ContactPoint> points(70);
   std::vector<std::uint64_t> keys(points.size());
   std::vector<Motion> motions(points.size());
   std::vector<Response> responses(points.size());

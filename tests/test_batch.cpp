@@ -314,8 +314,8 @@ TEST_CASE("Another thread may add, remove and change patches while one steps", "
   const int enough = static_cast<int>(test_size(3000));
   int steps = 0;
   int wrong = 0;
-  for (; steps < enough || added <= 10; ++steps) {  // slow builds go on until the other thread had its
-                                                    // turns
+  // Slow builds go on until the other thread had its turns.
+  for (; steps < enough || added <= 10; ++steps) {
     std::vector<PatchId> ids = steady;
     {
       const std::lock_guard<std::mutex> lock(mutex);

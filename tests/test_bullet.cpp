@@ -43,8 +43,8 @@ struct CoulombPlate {
       feet[i] = {feet_radius * std::cos(angle), feet_radius * std::sin(angle)};
       loads[i] = pushed_mass * gravity / 3.0;
     }
-    for (int pass = 0; pass < 4; ++pass) {  // iterates: loads depend on friction
-                                            // too
+    // Iterates: loads depend on friction too.
+    for (int pass = 0; pass < 4; ++pass) {
       sum[0] = sum[1] = sum[2] = 0.0;
       for (int i = 0; i < 3; ++i) {
         const double u = vx - spin * feet[i][1], v = vy + spin * feet[i][0];

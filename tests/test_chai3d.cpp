@@ -274,8 +274,8 @@ TEST_CASE("A CHAI3D tool that leaves and returns finds straight bristles", "[cha
 TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction", "[chai3d]") {
   cWorld world;
   cGenericObject here(floor_between(-1.0, 0.0)), there(floor_between(0.0, 1.0));
-  there.place = chai(Vector3d(0, 0.3, 0));  // an object with another origin that continues
-                                            // `here`
+  // An object with another origin that continues `here`.
+  there.place = chai(Vector3d(0, 0.3, 0));
   world.objects = {&here, &there};
   const Vector3d start(-0.01, 0, radius - depth);
   Tool tool(world, start);
@@ -287,8 +287,8 @@ TEST_CASE("Sliding from one CHAI3D object to the next makes no gap in friction",
     most = std::max(most, -tool.friction()[0]);
   });
   CHECK(least > 0.999 * most);
-  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));  // largest force so far, with the
-                                                                     // damper's part
+  // Largest force so far, with the damper's part.
+  CHECK(most == Approx(kinetic * stiffness * depth).epsilon(0.05));
 }
 
 TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool makes no jerk", "[chai3d]") {
@@ -303,8 +303,8 @@ TEST_CASE("A CHAI3D object in the memory of one that was deleted under the tool 
   CHECK(tool.friction().norm() > 0.3);
   const auto material = ground->m_material;
   ground.emplace(floor_between());
-  ground->place = chai(Vector3d(0.3, 0.1, 0));  // object with another frame, its top in the old
-                                                // place
+  // Object with another frame, its top in the old place.
+  ground->place = chai(Vector3d(0.3, 0.1, 0));
   ground->turned = chai_rotation(turned_by(1.0));
   if (shares_material) {
     ground->m_material = material;

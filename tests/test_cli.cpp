@@ -108,8 +108,8 @@ TEST_CASE("The version names the build and every instruction set, and which is c
   CHECK(outcome.code == 0);
   CHECK_THAT(outcome.out, Contains(bristle::library_version()) && Contains("commit"));
   const bristle::PatchBatch batch;
-  const std::string text = std::regex_replace(outcome.out, std::regex("\n +"), " ");  // joins lines that were
-                                                                                      // broken at 80 columns
+  // Joins lines that were broken at 80 columns.
+  const std::string text = std::regex_replace(outcome.out, std::regex("\n +"), " ");
   for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
     const bool chosen = std::string(isa.name) == batch.isa();
     CHECK_THAT(text, Contains(std::string(isa.name) + (chosen       ? " (chosen)"
@@ -290,8 +290,8 @@ TEST_CASE("A body pushed below the limit does not creep", "[cli][physics]") {
       static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), "x") - rows[0].begin());
   const double at_2_s = std::stod(rows.at(2000).at(column)), at_4_s = std::stod(rows.at(4000).at(column));
   CHECK(at_2_s > 0.0);
-  CHECK(std::abs(at_4_s - at_2_s) < 1e-8 * 1e-5);  // tolerance 1e-8 of a mean length; the file has nine
-                                                   // digits
+  // Tolerance 1e-8 of a mean length; the file has nine digits.
+  CHECK(std::abs(at_4_s - at_2_s) < 1e-8 * 1e-5);
   CHECK(std::stod(rows.at(4000).at(2)) == Approx(-0.3).epsilon(1e-9));
 }
 
@@ -909,8 +909,8 @@ TEST_CASE("What fits is what a run of its own confirms, whatever the probes said
 }
 
 TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers need too much memory of
-                                                                     // their own
+// Sanitizers need too much memory of their own.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
   // Stacks of 256 MB in an address space of 1.5 GB leave room for a few threads. The
   // program may exit with 124 (still at work at the timeout) or 1 (no memory for its arrays), but no signal

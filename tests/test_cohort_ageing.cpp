@@ -439,8 +439,8 @@ TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "
   near.slide(40.0, 10.0);
   double snaps = 0.0;
   for (int i = 0; i < 100; ++i) {
-    near.step(i % 2 ? 0.11 : 0.09, 0.01);  // alternates between two speeds, so that the steady state is
-                                           // computed in every step
+    // Alternates between two speeds, so that the steady state is computed in every step.
+    near.step(i % 2 ? 0.11 : 0.09, 0.01);
     snaps += static_cast<double>(near.response.snaps);
   }
   CHECK(f == Approx(near.force()).epsilon(2e-3));

@@ -46,8 +46,8 @@ TEST_CASE("A million steps of load noise at rest cost what the lowest load costs
   patch.step(0.0, 0.0, 0.495 * load_n);
   const double force = patch.step(0.0, 0.0, 0.5 * load_n).elastic[0];
   CHECK(force == Approx(sliding).epsilon(0.011));
-  CHECK(std::abs(force / sliding - 1.0) > 0.001);  // the force differs, so bristles that entered last have
-                                                   // left
+  // The force differs, so bristles that entered last have left.
+  CHECK(std::abs(force / sliding - 1.0) > 0.001);
   std::mt19937 generator(2);
   std::uniform_real_distribution<double> flat(0.99, 1.01);
   const int steps = static_cast<int>(test_size(1000000));

@@ -458,8 +458,8 @@ TEST_CASE("Under wavering loads the infinite brush goes the way of very many bri
   struct Wavering {
     const char* name;
     double lowest, highest;  // range of the load, over max_normal_load
-    double stroke;           // path per step, mean snap lengths; 0: the patch rests after its first
-                             // steps
+    // Path per step, mean snap lengths; 0: the patch rests after its first steps.
+    double stroke;
   };
   for (const Wavering& w :
        {Wavering{"1 % at rest", 0.495, 0.505, 0.0}, Wavering{"1 % sliding", 0.495, 0.505, 0.1},

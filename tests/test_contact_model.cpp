@@ -50,7 +50,7 @@ void note(Patch& p) noexcept {
   p.part_sum[0] = std::llrint(coulomb(p).bent[0] * fixed_per_length);
   p.part_position[0] = p.position[0];
   p.newtons_per_unit = p.zeta * m.material.bristle_stiffness * m.metres_per_length * length_per_fixed;
-  p.bound = {{p.position[0], p.position[1]}, limit_of(p) - std::abs(coulomb(p).bent[0])};
+  note_bound(p, {{p.position[0], p.position[1]}, limit_of(p) - std::abs(coulomb(p).bent[0])});
   p.record->largest_work = 1;
 }
 

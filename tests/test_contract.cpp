@@ -2,6 +2,7 @@
 // company; a trial answers as the step and leaves no trace; a saved state goes on with the same bits; a
 // damaged one, and bad input, are refused and change nothing; a reset object is a new one. Every output is
 // compared.
+#include <cstdlib>
 #include <cstring>
 
 #include "contract_kinds.hpp"
@@ -53,7 +54,9 @@ TEST_CASE("Every kind has the same bits on every instruction set and in any comp
 
 TEST_CASE("Every kind has the same bits with any number of threads", "[contract][determinism][threads]") {
   for (const Kind& kind : all_kinds()) {
+    setenv("BRISTLE_SHARING", "0,4096,100", 1);  // shares small steps too, also after a pause
     const auto one = kind.make({}, 0), many = kind.make(BatchOptions{}.with_threads(3), 3000);
+    unsetenv("BRISTLE_SHARING");
     for (int k = 0; k < 5; ++k) {
       check_same(one->step(k), many->step(k), "3 threads, " + at_step(kind, k));
       for (std::size_t m = 0; m < members; ++m) expect(one->hash(m) == many->hash(m), kind.name.c_str());

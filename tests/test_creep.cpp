@@ -272,8 +272,8 @@ TEST_CASE("A capsule of 45 g held between two pads does not creep, whatever the 
           // hundredth of a snap length; the other bristles leave contact bent and return straight.
           const double least = grip.load(0) > 59.0 && !grip.changes ? 60.0 : 12.0;
           const double hangs = HeldCapsule::weight / (2.0 * capsule.stiffness_at(least));
-          const double settling = 1e-4 * hangs;  // depth by which the capsule sinks while the first bristles
-                                                 // bend
+          // Depth by which the capsule sinks while the first bristles bend.
+          const double settling = 1e-4 * hangs;
           CHECK(std::abs(depth.late - hangs) < settling);
           // Each change of load rewrites the block of bristles in which contact ends, which rounds float
           // deflections to 2^-24. Positions are always rounded to 2^-44 of a length near the mean.

@@ -130,8 +130,8 @@ TEST_CASE("Buckets hold every record once, within their edges", "[deadline]") {
   TimeHistogram histogram;
   std::vector<double> times;
   for (int i = 0; i < 20000; ++i) {
-    times.push_back(std::round(law(random) * 1e9) * 1e-9);  // whole nanoseconds, which the buckets' edges
-                                                            // hold exactly
+    // Whole nanoseconds, which the buckets' edges hold exactly.
+    times.push_back(std::round(law(random) * 1e9) * 1e-9);
     histogram.record(times.back());
   }
   std::uint64_t all = 0;
@@ -179,10 +179,10 @@ TEST_CASE("A tick is late when it ends too long after it was due, however short 
   DeadlineMonitor monitor(1e-3, 1e-3);
   monitor.record_tick(Tick{1.000, 1.0000, 1.0009, 0.9e-3});  // a tick in time
   monitor.record_tick(Tick{1.001, 1.0015, 1.0019, 0.4e-3});  // a tick that started late but ended in time
-  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});  // a tick that was woken too late: caused by the
-                                                             // machine
-  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});  // a tick whose step took too long: caused by
-                                                             // this program
+  // A tick that was woken too late: caused by the machine.
+  monitor.record_tick(Tick{1.002, 1.0029, 1.0033, 0.4e-3});
+  // A tick whose step took too long: caused by this program.
+  monitor.record_tick(Tick{1.004, 1.0040, 1.0056, 1.5e-3});
   CHECK(monitor.misses() == 2);
   CHECK(monitor.misses_ours() == 1);
   CHECK(monitor.misses_machine() == 1);
@@ -331,8 +331,8 @@ TEST_CASE("A snapshot taken while another thread records holds whole ticks only"
     while (!done) {
       if (!monitor.snapshot(seen)) {
         ++refused;
-        std::this_thread::yield();  // lets the other thread go on, which may have lost its core in the middle
-                                    // of a tick
+        // Lets the other thread go on, which may have lost its core in the middle of a tick.
+        std::this_thread::yield();
         continue;
       }
       ++snapshots;

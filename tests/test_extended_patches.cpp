@@ -175,8 +175,8 @@ TEST_CASE("Weights of every outline sum to one, and a size of zero is a point", 
   }
   for (int rings : {1, 4, 13, 64})
     CHECK(moment(Outline::disc(1.0, Pressure::hertz, rings), 0, 0) == Approx(1.0).epsilon(1e-12));
-  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);  // cells of a rectangle of
-                                                                                   // no width are on a line
+  // Cells of a rectangle of no width are on a line.
+  CHECK(Outline::rectangle(0.1, 0.0, Pressure::uniform, 4, 1).cells.size() == 4);
 }
 
 TEST_CASE("Outlines that cannot be are refused by name", "[extended]") {

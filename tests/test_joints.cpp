@@ -14,10 +14,10 @@
 #include "bristle/error.hpp"
 #include "bristle/joint_friction.hpp"
 #include "bristle/snap_length.hpp"
-#include "core/contacts/sealed_bytes.hpp"
 #include "core/kernel_table.hpp"
 #include "core/materials/strata.hpp"
 #include "expect.hpp"
+#include "reseal.hpp"
 
 namespace bristle_test::test_joints {
 
@@ -544,9 +544,7 @@ TEST_CASE("A sealed state with a number that no joint can have is refused by tha
   // The last number is a gradient: a finite one that is too large would make the next answer infinite.
   for (const double impossible : {std::numeric_limits<double>::infinity(), std::nan(""), 1e308}) {
     std::memcpy(state.data() + state.size() - sizeof impossible, &impossible, sizeof impossible);
-    std::uint64_t magic;
-    std::memcpy(&magic, state.data(), sizeof magic);
-    detail::seal(state, magic);
+    reseal(state);
     CHECK(names(message_of([&] { joints.restore_state(state); }),
                 {"JointFriction", "no joint can have", "gradient"}));
     CHECK(joints.state_hash() == hash);

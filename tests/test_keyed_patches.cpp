@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "core/contacts/key_table.hpp"
-#include "core/contacts/sealed_bytes.hpp"
 #include "expect.hpp"
+#include "reseal.hpp"
 #include "scenes.hpp"
 #include "variants.hpp"
 
@@ -581,12 +581,10 @@ TEST_CASE("Saved keys of another pool, of other patches or damaged are refused a
   {
     // Two contacts of one pair and number would get one key, and so one patch.
     std::vector<std::byte> doubled = matcher;
-    constexpr std::size_t head = bristle::detail::seal_size, point = 68;
+    constexpr std::size_t head = bristle::detail::saved_head_size, point = 68;
     REQUIRE(doubled.size() >= head + 2 * point);
     std::memcpy(doubled.data() + head + point, doubled.data() + head, point);
-    std::uint64_t magic = 0;
-    std::memcpy(&magic, doubled.data(), sizeof magic);
-    bristle::detail::seal({doubled.data(), doubled.size()}, magic);
+    reseal(doubled);
     REQUIRE_THROWS_WITH(engine.matcher.restore_state(doubled), Catch::Contains("two contacts of one key"));
   }
   REQUIRE_THROWS_AS(engine.outlines.restore_state(points), bristle::Error);

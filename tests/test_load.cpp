@@ -208,8 +208,8 @@ TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
     OnePatch patch(plain_material(uniform, SnapRule::keep),
                    PatchOptions{}.with_max_normal_load(max_load).with_bristles(n).with_outputs(Outputs::all));
     patch.step(0.0, 0.0, max_load);
-    const Response r = patch.step(0.4 * dbar, 0.0, max_load);  // path of 0.4 mean lengths, less than the
-                                                               // shortest snap length
+    // Path of 0.4 mean lengths, less than the shortest snap length.
+    const Response r = patch.step(0.4 * dbar, 0.0, max_load);
     INFO("weight " << weight);
     CHECK(-r.elastic[0] == Approx(max_load * 0.4 * dbar).epsilon(1e-6));
     CHECK(r.stiffness == Approx(max_load).epsilon(1e-9));

@@ -21,8 +21,8 @@ namespace bristle_test::test_odd_laws {
 namespace {
 
 struct Group {
-  double share, low, high;  ///< group: share of the bristles, whose lengths are uniform between low and high
-                            ///< (mean snap lengths)
+  /// Group: share of the bristles, whose lengths are uniform between low and high (mean snap lengths).
+  double share, low, high;
 };
 
 /// Returns a law, a mixture of groups of uniform lengths, as a table of 257 quantiles.

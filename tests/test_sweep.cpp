@@ -735,8 +735,8 @@ TEST_CASE("A column has the unit of its key, and texts where a value is one", "[
     options.vary = {vary};
     options.steps = 1;
     const cli::Study study(options);
-    CHECK(column_of(study, "body.block.x") != column_of(study, "block.x"));  // a body with the name of a
-                                                                             // patch
+    // A body with the name of a patch.
+    CHECK(column_of(study, "body.block.x") != column_of(study, "block.x"));
     return std::pair(study.columns()[1].head(), cells_of(study, 0)[1]);
   };
   CHECK(column("motion.tip.velocity.0=2e-3").first == "motion.tip.velocity.0[m/s]");

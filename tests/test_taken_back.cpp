@@ -12,8 +12,9 @@
 
 #include "bristle/bed.hpp"
 #include "core/bed_table.hpp"
-#include "core/contacts/sealed_bytes.hpp"
+#include "core/patches/saved_state.hpp"
 #include "expect.hpp"
+#include "reseal.hpp"
 #include "scenes.hpp"
 
 namespace bristle_test::test_taken_back {
@@ -182,7 +183,7 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
   // Byte offset, in a saved state, of the longest hold (time at rest; core/patches/SAVED_STATE.md). It
   // follows both heads, the contact, the remainders and the two numbers of the patch's time.
   constexpr std::size_t oldest =
-      bristle::detail::saved_batch_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
+      bristle::detail::saved_head_size + bristle::detail::saved_patch_size + 64 + 16 + 16;
   double since = 0.0;
   std::memcpy(&since, good.data() + oldest + 8, 8);
   REQUIRE(since == 2.0);
@@ -190,7 +191,7 @@ TEST_CASE("A patch that has held longer than it has lived is refused", "[state][
     for (const std::size_t at : {oldest, oldest + 8}) {
       std::vector<std::byte> bad = good;
       std::memcpy(bad.data() + at, &forged, 8);
-      bristle::detail::seal_batch({bad.size(), 1}, bad);
+      reseal(bad);
       CHECK_THROWS_WITH(patch.batch.restore_state(bad), Catch::Contains("(time)"));
     }
   }
@@ -375,7 +376,7 @@ namespace {
 struct SavedBed {
   // Byte offsets in the saved state: the head is the batch's seal and count. `numbers`
   // follows the bed's slot and count.
-  static constexpr std::size_t head = 24, rolled_last = head + 8, numbers = rolled_last + 8,
+  static constexpr std::size_t head = 40, rolled_last = head + 8, numbers = rolled_last + 8,
                                columns = numbers + 17 * 8;
   enum Number {
     root = 0,
@@ -412,11 +413,6 @@ struct SavedBed {
   void put(bristle::detail::BedColumn c, std::size_t i, double value) {
     const float x = static_cast<float>(value);
     std::memcpy(bytes.data() + place(c, i), &x, 4);
-  }
-  void seal() {
-    std::uint64_t magic = 0;
-    std::memcpy(&magic, bytes.data(), sizeof magic);
-    bristle::detail::seal({bytes.data(), bytes.size()}, magic);
   }
 };
 
@@ -529,7 +525,7 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
     }
     REQUIRE(weak < padded);
     const auto restore = [&](SavedBed& state) {
-      state.seal();
+      reseal(state.bytes);
       batch.restore_state({state.bytes.data(), state.bytes.size()});
     };
     REQUIRE_NOTHROW(restore(good));
@@ -562,7 +558,7 @@ TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state]
     for (const double forged : {0.5 * word, word - 1.0, word + 1.0}) {
       std::vector<std::byte> bad = good;
       std::memcpy(bad.data() + at, &forged, sizeof forged);
-      bristle::detail::seal_batch({bad.size(), 1}, bad);
+      reseal(bad);
       try {
         patch.batch.restore_state(bad);
       } catch (const bristle::Error& error) {
@@ -624,7 +620,7 @@ struct ForgedBrush {
   template <class Number>
   void forge(int at, Number number, std::vector<std::byte> state) {
     std::memcpy(state.data() + static_cast<std::ptrdiff_t>(part) + at, &number, sizeof number);
-    bristle::detail::seal_batch({state.size(), 1}, state);
+    reseal(state);
     patch.batch.restore_state(state);
   }
 
@@ -659,7 +655,7 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
   } numbers[] = {{"overload", -64, 2.0},
                  {"run", 8, 1e9},
                  {"run", 8, -1.0},
-                 {"snap_rest", 16, 1.5},
+                 {"snap_fraction", 16, 1.5},
                  {"spread", 24, -1.0},
                  {"base", 92, 1e300},
                  {"moment", 100, 1e300},

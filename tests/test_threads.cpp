@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <set>
@@ -21,6 +22,8 @@
 #include <tuple>
 #include <vector>
 
+#include "bristle/bed.hpp"
+#include "bristle/joint_friction.hpp"
 #include "core/runtime/sharing.hpp"
 #include "core/runtime/workers.hpp"
 #include "expect.hpp"
@@ -282,23 +285,55 @@ TEST_CASE("A small step wakes no worker", "[threads]") {
   CHECK(switches() != before);
 }
 
-TEST_CASE("A step of middle size is shared only while workers are awake", "[threads]") {
-  PatchBatch batch(BatchOptions{}.with_threads(2));
-  const Motion motion{batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
-                                plain_options(100000)),
-                      {1.3 * dbar, 0.0},
-                      100000.0};
-  Response response;
-  batch.warm_up();
+/// Checks that a step of 20,000 to 200,000 bristles (Sharing) is shared only while workers are awake.
+void check_middle_step(const char* kind, const std::function<bristle::StepReport()>& step) {
   // Pauses before every step, as a servo loop does between its ticks.
   for (int k = 0; k < 20; ++k) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    expect(batch.step(tick, {&motion, 1}, {&response, 1}).tasks == 1, "after a pause the caller steps alone");
+    expect(step().tasks == 1, (std::string(kind) + ": after a pause the caller steps alone").c_str());
   }
   // Takes 200 steps back to back: the machine may stop the caller between two of them, but not each time.
   int shared = 0;
-  for (int k = 0; k < 200; ++k) shared += batch.step(tick, {&motion, 1}, {&response, 1}).tasks > 1;
+  for (int k = 0; k < 200; ++k) shared += step().tasks > 1;
+  INFO(kind);
   CHECK(shared > 0);
+}
+
+TEST_CASE("A step of middle size is shared only while workers are awake", "[threads]") {
+  const BatchOptions two = BatchOptions{}.with_threads(2);
+  {
+    PatchBatch batch(two);
+    const Motion motion{batch.add(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
+                                  plain_options(100000)),
+                        {1.3 * dbar, 0.0},
+                        100000.0};
+    Response response;
+    batch.warm_up();
+    check_middle_step("patch", [&] { return batch.step(tick, {&motion, 1}, {&response, 1}); });
+  }
+  {
+    bristle::BedBatch batch(two);
+    std::vector<bristle::BedMotion> in(100);
+    std::vector<bristle::BedResponse> out(in.size());
+    for (bristle::BedMotion& motion : in) {
+      motion.id = batch.add(bristle::BedMaterial(0.5).with_presliding(dbar),
+                            bristle::BedShape::sphere_row(32, 1e-3), bristle::BedOptions{});
+      motion.displacement[0] = 0.1 * dbar;
+      motion.normal_load = 0.5;
+    }
+    check_middle_step("beds", [&] { return batch.step(in, out); });
+  }
+  {
+    bristle::JointMaterial gear;
+    gear.stiffness = 1e3;
+    gear.kinetic.base = 1.0;
+    bristle::JointFriction joints(2000, {&gear, 1}, {}, two);
+    std::vector<double> angle(2000), torque(2000);
+    check_middle_step("joints", [&] {
+      for (double& each : angle) each += 1e-4;
+      return joints.step({angle}, {torque});
+    });
+  }
 }
 
 TEST_CASE("A caller that workers held up steps alone for a while, longer each time", "[threads]") {

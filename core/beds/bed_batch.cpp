@@ -6,13 +6,12 @@
 #include "core/beds/bed.hpp"
 #include "core/common/hashing.hpp"
 #include "core/common/little_endian.hpp"
+#include "core/common/saved_head.hpp"
 #include "core/common/why_missing.hpp"
-#include "core/contacts/sealed_bytes.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
 #include "core/runtime/slot_list.hpp"
-#include "core/runtime/workers.hpp"
 
 namespace bristle {
 
@@ -23,9 +22,10 @@ namespace {
 constexpr int most_tasks = 256;
 constexpr std::size_t fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
-/// Fixed cost of a bed in a step, expressed as a number of bristles. Threads get parts of equal cost.
+/// Fixed cost of a bed in a step, expressed as a number of its bristles, and time of one of its bristles over
+/// that of a patch's bristle (`bristle_bench`, `beds/row/slide_32` and `in_cache/`).
 constexpr std::uint64_t bed_overhead = 64;
-constexpr std::uint64_t saved_magic = 0x3344454220425242u;
+constexpr std::uint64_t bed_bristle_cost = 8;
 
 constexpr std::size_t state_numbers = 17;
 
@@ -47,12 +47,11 @@ void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
 
 struct BRISTLE_PRIVATE BedBatch::Impl {
   explicit Impl(const BatchOptions& options)
-      : table(choose_kernels(options.isa)), workers(check_threads(options.threads)) {}
+      : table(choose_kernels(options.isa)), work(check_threads(options.threads)) {}
 
   const KernelTable& table;
   const BedKernels& kernels = *table.beds;
-  Workers workers;
-  const Sharing sharing = chosen_sharing();
+  SharedWork work;
   std::vector<Bed> beds;
   SlotList slots;
   BedMemory scratch;  ///< memory for a copy of any bed's columns, as large as the largest
@@ -112,9 +111,9 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     for (std::size_t i = 0; i < fetched_lines; ++i) __builtin_prefetch(bristles + i * cache_line);
   }
 
-  /// Clears the response to a motion; if the motion is refused, writes the reason into it. Returns the cost
-  /// of the motion as a number of bristles, 0 if it is refused.
-  std::uint64_t take(const BedMotion& motion, BedResponse& response) noexcept {
+  /// Clears the response to a motion and returns the bed to step; if the motion is refused, writes the reason
+  /// into the response and returns null.
+  Bed* take(const BedMotion& motion, BedResponse& response) noexcept {
     response = BedResponse{};
     response.id = motion.id;
     Bed* bed = find(motion.id);
@@ -125,9 +124,13 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     } else if (bed->last_step = step_number; !accepts(*bed, motion)) {
       response.status = Status::bad_input;
     } else {
-      return bed->count + bed_overhead;
+      return bed;
     }
-    return 0;
+    return nullptr;
+  }
+  /// Returns the cost of a bed's step, as SharedWork counts it.
+  static std::uint64_t cost_of(const Bed& bed) noexcept {
+    return (bed.count + bed_overhead) * bed_bristle_cost;
   }
 };
 
@@ -173,31 +176,30 @@ StepReport BedBatch::step(Span<const BedMotion> in, Span<BedResponse> out) noexc
   ++impl.step_number;
   std::uint64_t cost = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
-    const std::uint64_t its = impl.take(in[i], out[i]);
-    if (its == 0) continue;
-    cost += its;
+    const Bed* bed = impl.take(in[i], out[i]);
+    if (bed == nullptr) continue;
+    cost += Impl::cost_of(*bed);
     ++report.patches_stepped;
-    report.bristles_visited += its - bed_overhead;
+    report.bristles_visited += bed->count;
   }
   impl.in = in;
   impl.out = out;
   impl.rest_others();
   report.tasks = report.threads = 1;
-  if (impl.workers.count() == 1 || cost < impl.sharing.parallel_from) {
+  if (!impl.work.pays(cost)) {
     impl.run(0, in.size());
   } else {
-    const std::uint64_t piece = std::max({cost / (static_cast<std::uint64_t>(impl.workers.count()) * 4),
-                                          cost / (most_tasks - 1) + 1, impl.sharing.smallest_piece / 2});
+    const std::uint64_t piece = std::max(impl.work.piece_of(cost), cost / (most_tasks - 1) + 1);
     int tasks = 0;
     std::uint64_t group = 0;
     impl.task_ends[0] = 0;
     for (std::size_t i = 0; i < in.size(); ++i) {
-      if (out[i].status == Status::ok) group += impl.find(in[i].id)->count + bed_overhead;
+      if (out[i].status == Status::ok) group += Impl::cost_of(*impl.find(in[i].id));
       if (group < piece && i + 1 < in.size()) continue;
       impl.task_ends[++tasks] = i + 1;
       group = 0;
     }
-    impl.workers.run(
+    impl.work.run(
         tasks,
         [](void* context, int task) {
           Impl& self = *static_cast<Impl*>(context);
@@ -205,8 +207,9 @@ StepReport BedBatch::step(Span<const BedMotion> in, Span<BedResponse> out) noexc
         },
         &impl);
     report.tasks = static_cast<std::uint32_t>(tasks);
-    report.threads = static_cast<std::uint32_t>(std::min(tasks, impl.workers.count()));
+    report.threads = static_cast<std::uint32_t>(std::min(tasks, impl.work.workers.count()));
   }
+  impl.work.note_cost(cost);
   for (const BedResponse& response : out) report.status = report.status | response.status;
   return report;
 }
@@ -215,8 +218,9 @@ BedResponse BedBatch::find_force(const BedMotion& motion) noexcept {
   Impl& impl = *impl_;
   BedResponse response;
   ++impl.step_number;
-  if (impl.take(motion, response) == 0) return response;
-  Bed& bed = *impl.find(motion.id);
+  Bed* const taken = impl.take(motion, response);
+  if (taken == nullptr) return response;
+  Bed& bed = *taken;
   const FloatModeScope mode;
   const BedState state = bed.state;
   const std::size_t numbers = std::size_t{bed.count} * bed_columns;
@@ -289,7 +293,7 @@ std::uint64_t BedBatch::state_hash() const noexcept {
 }
 
 std::size_t BedBatch::state_size() const noexcept {
-  std::size_t bytes = seal_size + sizeof(std::uint64_t);
+  std::size_t bytes = saved_head_size;
   for (const Bed& bed : impl_->beds)
     if (bed.generation != 0) bytes += saved_bytes(bed);
   return bytes;
@@ -298,8 +302,7 @@ std::size_t BedBatch::state_size() const noexcept {
 std::size_t BedBatch::save_state(Span<std::byte> to) const noexcept {
   const std::size_t bytes = state_size();
   if (to.size() < bytes) return 0;
-  ByteWriter write(to.data() + seal_size);
-  write(static_cast<std::uint64_t>(impl_->count));
+  ByteWriter write(to.data() + saved_head_size);
   for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
     const Bed& bed = impl_->beds[slot];
     if (bed.generation == 0) continue;
@@ -310,21 +313,18 @@ std::size_t BedBatch::save_state(Span<std::byte> to) const noexcept {
     for_each_block(bed.columns.get(), bed.count,
                    [&](const float* block, std::uint32_t n) { write.column(block, n); });
   }
-  seal({to.data(), bytes}, saved_magic);
+  seal(SavedKind::beds, impl_->count, {to.data(), bytes});
   return bytes;
 }
 
 void BedBatch::restore_state(Span<const std::byte> from) {
   constexpr const char* where = "BedBatch";
-  ByteReader head = open_sealed(where, from, saved_magic);
-  if (from.size() != state_size()) refuse_saved(where, "is of other beds, or cut short");
-  std::uint64_t count = 0;
-  head(count);
-  if (count != impl_->count) refuse_saved(where, "is of other beds");
+  const std::uint64_t count = open_sealed(where, SavedKind::beds, from);
+  if (count != impl_->count || from.size() != state_size()) refuse_saved(where, "is of other beds");
   // Restores in two passes over the bytes: the first checks all values, the second writes, so that bad data
   // change nothing.
   for (const bool writes : {false, true}) {
-    ByteReader read = head;
+    ByteReader read(from.data() + saved_head_size);
     for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
       Bed& bed = impl_->beds[slot];
       if (bed.generation == 0) continue;
@@ -346,7 +346,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
       }
       const char* fault = rolled_last > 1 ? "rolled_last" : find_bed_fault(bed, state, columns);
       if (fault != nullptr)
-        refuse_saved(where, (std::string("has a value that no bed can have (") + fault + ")").c_str());
+        refuse_saved(where, std::string("has a value that no bed can have (") + fault + ")");
     }
   }
   // Lets a restored bed rest: if it slid just before it was saved, its bristles hold kinetic limits, and get
@@ -357,7 +357,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
 }
 
 std::size_t BedBatch::bed_count() const noexcept { return impl_->count; }
-int BedBatch::threads() const noexcept { return impl_->workers.count(); }
+int BedBatch::threads() const noexcept { return impl_->work.workers.count(); }
 const char* BedBatch::isa() const noexcept { return impl_->table.name; }
 
 }  // namespace bristle

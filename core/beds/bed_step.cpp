@@ -225,7 +225,7 @@ namespace {
 struct Piece {
   double motion[4];  ///< scaled displacement along x and y, and by spin along x and y
   double rolled[2];  ///< distance rolled along x and y, m
-  bool carried;
+  bool reloaded;
 };
 
 /// Outputs of a step: the sums of its last piece, and averages over all its pieces.
@@ -263,10 +263,10 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   const double most_motion = largest_of(piece.motion);
   const bool goes_far = most_motion > farthest_root;
   const bool creeps =
-      holds && !piece.carried && most_motion > 0.0 && most_motion < creep * s.limit_of_pressure;
+      holds && !piece.reloaded && most_motion > 0.0 && most_motion < creep * s.limit_of_pressure;
   const double far = creeps ? farthest_creeping * s.limit_of_pressure : farthest_root;
   if (goes_far || largest_of(s.root) > far) rebase(bed, kernels);
-  if (goes_far && !piece.carried)
+  if (goes_far && !piece.reloaded)
     for (std::uint32_t i = 0; i < bed.count; ++i) bed.at(bed_kept, i) = bed.at(bed_moved, i) = 1.0f;
   BedStep step{};
   step.count = bed.count;
@@ -297,11 +297,11 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
     step.motion[k] = static_cast<float>(motion);
     if (!step.rolled) s.root[k] += motion;
   }
-  for (int k = 0; k < 2 && piece.carried; ++k)
+  for (int k = 0; k < 2 && piece.reloaded; ++k)
     step.half_rolled[k] = static_cast<float>(0.5 * piece.rolled[k] / bed.length);
   const bool spins =
       piece.motion[2] != 0.0 || piece.motion[3] != 0.0 || step.root[2] != 0.0f || step.root[3] != 0.0f;
-  const unsigned variant = (spins ? bed_spins : 0u) | (piece.carried || goes_far ? bed_carried : 0u) |
+  const unsigned variant = (spins ? bed_spins : 0u) | (piece.reloaded || goes_far ? bed_reloaded : 0u) |
                            (bed.all_outputs || creeps ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
   kernels.step[variant](step, bed.columns.get(), sums);
   if (!holds) straighten(bed);
@@ -353,7 +353,7 @@ void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSu
   const bool cuts = bed.all_outputs || motion[2] != 0.0 || motion[3] != 0.0;
   const auto go = [&](double share, int times) {
     Piece piece{};
-    piece.carried = true;
+    piece.reloaded = true;
     if (times != 1) share /= times;
     for (int k = 0; k < 4; ++k) piece.motion[k] = motion[k] * share;
     for (int k = 0; k < 2; ++k) piece.rolled[k] = rolled[k] * share;
@@ -407,7 +407,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   }
 
   // Applies the load of the step, which sets the size of the contact.
-  bool carried = false;
+  bool reloaded = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
     const double size = size_under(bed, motion.normal_load);
@@ -420,21 +420,21 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
-    carried = resized || s.limit_of_pressure < limit_before;
+    reloaded = resized || s.limit_of_pressure < limit_before;
   }
 
   for (int k = 0; k < 2; ++k) s.rolled[k] += motion.rolled[k];
   const bool rolls = bed.rolls && square(s.rolled[0]) + square(s.rolled[1]) >= square(most_waiting(bed, s));
-  const bool rests = !carried && !rolls && scaled[0] == 0.0 && scaled[1] == 0.0 && scaled[2] == 0.0;
+  const bool rests = !reloaded && !rolls && scaled[0] == 0.0 && scaled[1] == 0.0 && scaled[2] == 0.0;
   StepSum sum;
   sum.last = BedSums{};
   if (rests && !bed.all_outputs) {
     // Gives the force of the last step again: the bed has not moved, and no friction limit has fallen.
     rest(bed);
   } else if (rolls) {
-    if (carried) {  // applies the changed load without motion; rolling follows
+    if (reloaded) {  // applies the changed load without motion; rolling follows
       Piece piece{};
-      piece.carried = true;
+      piece.reloaded = true;
       run_kernel(bed, kernels, piece, sum.last);
       s.force[0] = sum.last.force[0];
       s.force[1] = sum.last.force[1];
@@ -444,7 +444,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   } else {
     Piece piece{};
     for (int k = 0; k < 4; ++k) piece.motion[k] = scaled[k];
-    piece.carried = carried;
+    piece.reloaded = reloaded;
     run_kernel(bed, kernels, piece, sum.last);
     s.force[0] = sum.last.force[0];
     s.force[1] = sum.last.force[1];
@@ -465,7 +465,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   out.mean_torque = 0.0 - unit_force * bed.length * sum.mean_torque;
   out.stored = stored();
   if (!rolls && bed.isotropic) {
-    const double left = carried ? std::max(energy_before - sum.last.start_energy, 0.0) : 0.0;
+    const double left = reloaded ? std::max(energy_before - sum.last.start_energy, 0.0) : 0.0;
     out.dissipated = unit_energy * (sum.last.dissipated + 0.5 * left);
   } else {
     const double work =

@@ -5,9 +5,10 @@
 
 #include "bristle/keyed_patches.hpp"
 #include "core/common/assert.hpp"
+#include "core/common/little_endian.hpp"
 #include "core/common/range_check.hpp"
+#include "core/common/saved_head.hpp"
 #include "core/contacts/key_table.hpp"
-#include "core/contacts/sealed_bytes.hpp"
 #include "core/patches/fields.hpp"
 
 namespace bristle {
@@ -20,7 +21,6 @@ namespace {
 constexpr std::uint32_t none = KeyTable::none;
 
 // Magic number at the head of the saved state of a matcher (letters "brstmtch").
-constexpr std::uint64_t saved_magic = 0x6863'746d'7473'7262;
 constexpr std::size_t saved_point = 7 * 8 + 3 * 4;
 // Cosine of the largest angle between the normals of a contact in two steps. Points whose normals differ
 // more, such as those on two faces of a box, are different contacts.
@@ -357,26 +357,27 @@ void ContactMatcher::clear() noexcept {
 }
 
 std::size_t ContactMatcher::state_size() const noexcept {
-  return detail::seal_size + impl_->old_count * saved_point;
+  return detail::saved_head_size + impl_->old_count * saved_point;
 }
 
 std::size_t ContactMatcher::save_state(Span<std::byte> to) const noexcept {
   if (to.size() < state_size()) return 0;
-  detail::ByteWriter write(to.data() + detail::seal_size);
+  detail::ByteWriter write(to.data() + detail::saved_head_size);
   for (std::uint32_t i = 0; i < impl_->old_count; ++i) {
     const Impl::Point& p = impl_->points[0][i];
     point_fields(p, impl_->options, write);
   }
-  detail::seal({to.data(), state_size()}, saved_magic);
+  detail::seal(detail::SavedKind::points, impl_->old_count, {to.data(), state_size()});
   return state_size();
 }
 
 void ContactMatcher::restore_state(Span<const std::byte> from) {
   const auto fail = [](const char* why) { detail::refuse_saved("ContactMatcher", why); };
-  detail::ByteReader read = detail::open_sealed("ContactMatcher", from, saved_magic);
-  const std::size_t count = (from.size() - detail::seal_size) / saved_point;
-  if (from.size() != detail::seal_size + count * saved_point) fail("is cut short");
+  const std::uint64_t count = detail::open_sealed("ContactMatcher", detail::SavedKind::points, from);
   if (count > impl_->points[0].size()) fail("holds more contacts than this matcher remembers");
+  if (from.size() != detail::saved_head_size + count * saved_point)
+    fail("has another length than its contacts");
+  detail::ByteReader read(from.data() + detail::saved_head_size);
   std::vector<Impl::Point> points(impl_->points[0].size());
   KeyTable keys(count);
   for (std::size_t i = 0; i < count; ++i) {

@@ -9,10 +9,11 @@
 #include <vector>
 
 #include "core/common/hashing.hpp"
+#include "core/common/little_endian.hpp"
 #include "core/common/range_check.hpp"
+#include "core/common/saved_head.hpp"
 #include "core/common/why_missing.hpp"
 #include "core/contacts/key_table.hpp"
-#include "core/contacts/sealed_bytes.hpp"
 #include "core/materials/turn.hpp"
 #include "core/patches/fields.hpp"
 #include "core/runtime/batch_access.hpp"
@@ -340,7 +341,6 @@ void check_outline(const PatchOptions& options, const Outline& outline) {
     refuse("ExtendedPatches", "axes", options.axes, "2 for a patch with an extent");
 }
 
-constexpr std::uint64_t saved_magic = 0x3278'656c'7473'7262;  // "brstlex2"
 constexpr std::size_t saved_pose = 4 * 4 + 5 * 8;
 
 /// Saved state of an outline as a whole, without the states of its cells. Slot and generation together
@@ -511,11 +511,11 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
     return records[slot];
   }
 
-  /// Permission to step (BatchAccess::Turn), with access to the outlines' data, for the length of a call of
+  /// Permission to step (BatchAccess::Call), with access to the outlines' data, for the length of a call of
   /// the stepping thread.
   struct Call {
     explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
-    const BatchAccess::Turn turn;
+    const BatchAccess::Call turn;
     Stepped& patches;
   };
 
@@ -822,24 +822,24 @@ std::uint64_t ExtendedPatches::state_hash() const noexcept {
 
 std::size_t ExtendedPatches::state_size() const noexcept {
   const Impl::Call call(*impl_);
-  return seal_size + call.patches.count * saved_pose + call.patches.batch->state_size();
+  return saved_head_size + call.patches.count * saved_pose + call.patches.batch->state_size();
 }
 
 std::size_t ExtendedPatches::save_state(Span<std::byte> to) const noexcept {
   const Impl::Call call(*impl_);
-  const std::size_t own = seal_size + call.patches.count * saved_pose;
+  const std::size_t own = saved_head_size + call.patches.count * saved_pose;
   if (to.size() < own) return 0;
   const std::size_t of_batch =
       call.patches.batch->save_state(Span<std::byte>(to.data() + own, to.size() - own));
   if (of_batch == 0) return 0;
-  ByteWriter write(to.data() + seal_size);
+  ByteWriter write(to.data() + saved_head_size);
   for (std::uint32_t slot = 0; slot < call.patches.patches.size(); ++slot) {
     const ExtendedPatch& p = call.patches.patches[slot];
     if (p.generation == 0) continue;
     const SavedOutline saved = saved_outline(slot, p);
     outline_fields(saved, write);
   }
-  seal({to.data(), own}, saved_magic);
+  seal(SavedKind::outlines, call.patches.count, {to.data(), own});
   return own + of_batch;
 }
 
@@ -847,9 +847,10 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
   constexpr const char* where = "ExtendedPatches";
   const Impl::Call call(*impl_);
   Stepped& impl = call.patches;
-  const std::size_t own = seal_size + impl.count * saved_pose;
+  const std::size_t own = saved_head_size + impl.count * saved_pose;
   if (from.size() < own) refuse_saved(where, "is cut short");
-  ByteReader read = open_sealed(where, {from.data(), own}, saved_magic);
+  open_sealed(where, SavedKind::outlines, {from.data(), own});
+  ByteReader read(from.data() + saved_head_size);
   std::vector<SavedOutline> restored(impl.count);
   std::vector<ExtendedPatch*> present;
   for (ExtendedPatch& p : impl.patches)
@@ -865,7 +866,7 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
     const double length = square(p.pose.turn.cosine) + square(p.pose.turn.sine);
     if (check.fault == nullptr && !(magnitude(length - 1.0) <= 1e-9)) check.fault = "turn";
     if (check.fault != nullptr)
-      refuse_saved(where, (std::string("has a value that no patch can have (") + check.fault + ")").c_str());
+      refuse_saved(where, std::string("has a value that no patch can have (") + check.fault + ")");
   }
   impl.batch->restore_state(Span<const std::byte>(from.data() + own, from.size() - own));
   for (std::size_t i = 0; i < impl.count; ++i) {

@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "core/common/assert.hpp"
+#include "core/common/little_endian.hpp"
 #include "core/common/range_check.hpp"
+#include "core/common/saved_head.hpp"
 #include "core/contacts/key_table.hpp"
-#include "core/contacts/sealed_bytes.hpp"
 #include "core/runtime/stepping_side.hpp"
 #if BRISTLE_WITH_BEDS
 #include "bristle/keyed_beds.hpp"
@@ -26,12 +27,33 @@ namespace {
 constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
 
-// Magic number at the head of the saved state of a pool (letters "brstkeys").
-constexpr std::uint64_t saved_magic = 0x7379'656b'7473'7262;
 /// Bit in the saved step number of a contact. It is set while find_or_add_contact has not yet returned the
 /// contact, whose next answer must then say is_new.
 constexpr std::uint64_t saved_untold = std::uint64_t{1} << 63;
-constexpr std::size_t saved_head = detail::seal_size + 3 * 8 + 2 * 4, saved_place = 4 + 2 * 8;
+constexpr std::size_t saved_head = detail::saved_head_size + 3 * 8 + 4, saved_place = 4 + 2 * 8;
+
+/// Numbers of a saved pool, and of each of its places, with and without a key.
+struct SavedPool {
+  std::uint64_t first_id = 0, step = 0, refused = 0;
+  std::uint32_t places = 0;
+};
+struct SavedPlace {
+  std::uint32_t place = 0;
+  std::uint64_t key = 0, seen = 0;
+};
+template <class Pool, class Io>
+void pool_fields(Pool& p, Io& io) noexcept {
+  io(p.first_id);
+  io(p.step);
+  io(p.refused);
+  io(p.places);
+}
+template <class Place, class Io>
+void place_fields(Place& p, Io& io) noexcept {
+  io(p.place);
+  io(p.key);
+  io(p.seen);
+}
 
 std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
   if (capacity < 1 || capacity > most) detail::refuse(where, "capacity", capacity, "1 to 16777216");
@@ -269,67 +291,58 @@ std::uint32_t KeyedPool::size() const noexcept {
 std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
   const SteppingCall call(stepping_side);
   if (to.size() < state_size()) return 0;
-  detail::ByteWriter write(to.data() + detail::seal_size);
-  write(pool[0].id);
-  write(step);
-  write(refused);
-  write(options.capacity);
-  write(size());
+  detail::ByteWriter write(to.data() + detail::saved_head_size);
+  const SavedPool saved{pool[0].id, step, refused, options.capacity};
+  pool_fields(saved, write);
   for_each_place([&](std::uint32_t place, std::uint64_t key, std::uint64_t seen) {
-    write(place);
-    write(key);
-    write(seen);
+    const SavedPlace its{place, key, seen};
+    place_fields(its, write);
   });
-  detail::seal({to.data(), state_size()}, saved_magic);
+  detail::seal(detail::SavedKind::keys, size(), {to.data(), state_size()});
   return state_size();
 }
 
 void KeyedPool::restore_state(Span<const std::byte> from) {
   const SteppingCall call(stepping_side);
   const auto fail = [this](const char* why) { detail::refuse_saved(name, why); };
-  detail::ByteReader read = detail::open_sealed(name, from, saved_magic);
+  const std::uint64_t held = detail::open_sealed(name, detail::SavedKind::keys, from);
   if (from.size() != state_size()) fail("is of a pool with another capacity");
-  std::uint64_t first_id = 0, its_step = 0, its_refused = 0, last_seen = 0;
-  std::uint32_t places = 0, held = 0;
-  read(first_id);
-  read(its_step);
-  read(its_refused);
-  read(places);
-  read(held);
-  if (first_id != pool[0].id || places != options.capacity) fail("is of another pool");
+  detail::ByteReader read(from.data() + detail::saved_head_size);
+  SavedPool saved;
+  pool_fields(saved, read);
+  const std::uint32_t places = saved.places;
+  if (saved.first_id != pool[0].id || places != options.capacity) fail("is of another pool");
   if (held > places) fail("holds more keys than patches");
   std::vector<Held> its_pool = pool;
   std::vector<std::uint32_t> order;
   std::vector<char> named(places, 0);
   KeyTable its_table(places);
+  std::uint64_t last_seen = 0;
   for (std::uint32_t k = 0; k < places; ++k) {
-    std::uint32_t i = 0;
-    std::uint64_t key = 0, seen = 0;
-    read(i);
-    read(key);
-    read(seen);
-    const bool told = (seen & saved_untold) == 0;
-    seen &= ~saved_untold;
+    SavedPlace its;
+    place_fields(its, read);
+    const std::uint32_t i = its.place;
+    const std::uint64_t key = its.key, seen = its.seen & ~saved_untold;
     if (i >= places || named[i]) fail("names a patch that is not there, or twice");
     named[i] = 1;
     order.push_back(i);
     if (k >= held) continue;
-    if (key == no_contact_key || its_table.find(key) != none || seen < last_seen || seen > its_step)
+    if (key == no_contact_key || its_table.find(key) != none || seen < last_seen || seen > saved.step)
       fail("has a key or a time that no contact can have");
     if (owner.key_of(owner.it, pool[i].id).value_or(key) != key)
       fail("does not belong to the present state of the patches: restore theirs first");
     its_table.insert(key, i);
     its_pool[i].key = key;
     its_pool[i].seen = last_seen = seen;
-    its_pool[i].told = told;
+    its_pool[i].told = (its.seen & saved_untold) == 0;
   }
   pool.swap(its_pool);
   table = std::move(its_table);
   first = last = none;
   for (std::uint32_t k = 0; k < held; ++k) append(order[k]);
   free.assign(order.begin() + held, order.end());
-  step = its_step;
-  refused = its_refused;
+  step = saved.step;
+  refused = saved.refused;
 }
 
 }  // namespace

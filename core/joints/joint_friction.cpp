@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "core/contacts/sealed_bytes.hpp"
+#include "core/common/little_endian.hpp"
+#include "core/common/saved_head.hpp"
 #include "core/joint_table.hpp"
 #include "core/materials/strata.hpp"
 #include "core/patches/fields.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"
-#include "core/runtime/workers.hpp"
 
 namespace bristle {
 
@@ -24,10 +24,12 @@ using namespace detail;
 
 namespace {
 
-constexpr std::uint64_t saved_magic = 0x31544E494F4A5242u;
 constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
 constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
+
+/// Time of a joint's bristle over that of a patch's bristle (`bristle_bench`, `joints/` and `in_cache/`).
+constexpr std::uint64_t joint_bristle_cost = 2;
 
 /// Column of one number for each of 16 joints, the unit in which kernels read and write. Left uninitialised,
 /// because a kernel uses only the rows that its variant needs.
@@ -102,7 +104,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   Impl(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options,
        const BatchOptions& batch)
       : table(choose_kernels(batch.isa)),
-        workers(check_threads(batch.threads)),
+        work(check_threads(batch.threads)),
         count(joints),
         bristles(bristles_of(options)),
         layout(0, 0) {
@@ -149,8 +151,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
 
   const KernelTable& table;
   const JointKernels& kernels = *table.joints;
-  Workers workers;
-  const Sharing sharing = chosen_sharing();
+  SharedWork work;
   const std::size_t count;
   const std::uint32_t bristles;
   std::uint32_t variant = 0;
@@ -309,19 +310,21 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
                            !out.by_motor.empty() || !out.by_outside.empty();
     kernel = variant | (wants_all ? joint_all_outputs : 0u);
     bad.store(0, std::memory_order_relaxed);
-    const std::uint64_t cost = blocks() * lane_count * (bristles + 8u);
+    const std::uint64_t cost = blocks() * lane_count * (bristles + 8u) * joint_bristle_cost;
     tasks = 1;
-    if (workers.count() > 1 && cost >= sharing.parallel_from)
-      tasks = static_cast<int>(
-          std::clamp<std::uint64_t>(cost / (sharing.smallest_piece / 2), 1,
-                                    static_cast<std::uint64_t>(std::min(most_tasks, workers.count() * 4))));
-    workers.run(
-        tasks, [](void* self, int task) { static_cast<Impl*>(self)->run(task); }, this);
+    if (work.pays(cost)) {
+      tasks = static_cast<int>(std::clamp<std::uint64_t>(cost / work.piece_of(cost), 1, most_tasks));
+      work.run(
+          tasks, [](void* self, int task) { static_cast<Impl*>(self)->run(task); }, this);
+    } else {
+      run(0);
+    }
+    work.note_cost(cost);
     const std::uint32_t faults = bad.load(std::memory_order_relaxed);
     report.status = faults == 0 ? Status::ok : Status::bad_input;
     report.patches_stepped = static_cast<std::uint32_t>(count) - faults;
     report.tasks = static_cast<std::uint32_t>(tasks);
-    report.threads = static_cast<std::uint32_t>(std::min(tasks, workers.count()));
+    report.threads = static_cast<std::uint32_t>(std::min(tasks, work.workers.count()));
     report.bristles_visited = std::uint64_t{report.patches_stepped} * bristles;
     return report;
   }
@@ -366,31 +369,30 @@ std::uint64_t JointFriction::state_hash() const noexcept {
 }
 
 std::size_t JointFriction::state_size() const noexcept {
-  return seal_size + 3 * sizeof(std::uint64_t) + impl_->layout.columns * impl_->count * sizeof(double);
+  return saved_head_size + 2 * sizeof(std::uint64_t) + impl_->layout.columns * impl_->count * sizeof(double);
 }
 
 std::size_t JointFriction::save_state(Span<std::byte> to) const noexcept {
   const std::size_t bytes = state_size();
   if (to.size() < bytes) return 0;
   const JointLayout& layout = impl_->layout;
-  ByteWriter write(to.data() + seal_size);
-  write(std::uint64_t{impl_->count});
+  ByteWriter write(to.data() + saved_head_size);
   write(std::uint64_t{impl_->bristles});
   write(std::uint64_t{impl_->variant});
   for (std::size_t i = 0; i < impl_->count; ++i) {
     joint_fields(layout, [&](std::uint32_t c, const FieldRule&) { write(impl_->at(i, c)); });
   }
-  seal({to.data(), bytes}, saved_magic);
+  seal(SavedKind::joints, impl_->count, {to.data(), bytes});
   return bytes;
 }
 
 void JointFriction::restore_state(Span<const std::byte> from) {
   Impl& impl = *impl_;
   const JointLayout& layout = impl.layout;
-  if (from.size() != state_size()) refuse_saved(where, "is of other joints, or cut short");
-  ByteReader head = open_sealed(where, from, saved_magic);
-  std::uint64_t count = 0, bristles = 0, variant = 0;
-  head(count);
+  const std::uint64_t count = open_sealed(where, SavedKind::joints, from);
+  if (from.size() != state_size()) refuse_saved(where, "is of other joints");
+  ByteReader head(from.data() + saved_head_size);
+  std::uint64_t bristles = 0, variant = 0;
   head(bristles);
   head(variant);
   if (count != impl.count || bristles != impl.bristles || variant != impl.variant)
@@ -408,8 +410,7 @@ void JointFriction::restore_state(Span<const std::byte> from) {
         if (writes)
           impl.at(i, c) = is_none ? std::numeric_limits<double>::quiet_NaN() : x;
         else if (!is_none && !is_allowed(x, rule))
-          refuse_saved(where,
-                       (std::string("has a value that no joint can have (") + rule.name + ")").c_str());
+          refuse_saved(where, std::string("has a value that no joint can have (") + rule.name + ")");
       });
   }
 }
@@ -418,7 +419,7 @@ std::size_t JointFriction::joint_count() const noexcept { return impl_->count; }
 std::size_t JointFriction::memory_bytes() const noexcept {
   return sizeof(Impl) + (impl_->columns.size() + impl_->constants.size()) * sizeof(Column);
 }
-int JointFriction::threads() const noexcept { return impl_->workers.count(); }
+int JointFriction::threads() const noexcept { return impl_->work.workers.count(); }
 const char* JointFriction::isa() const noexcept { return impl_->table.name; }
 
 }  // namespace bristle

@@ -42,7 +42,7 @@ struct ContactModel {
   /// for it; otherwise returns Bound::none. Called only for patches of two axes, without dampers and ageing,
   /// that report just the end force. After Bound::glide, patch and sums are as after `advance`. Null: the
   /// model has no such function.
-  Bound (*renew_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
+  Bound (*find_new_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   /// Operations that divide a step among several threads; null: one thread takes the whole step.
   const SharedStep* shared = nullptr;
 

@@ -63,6 +63,16 @@ struct PatchRecord {
 
 constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64 units of the clock in a second
 
+/// Reasons why a step can be answered without visiting bristles; `none` = there is no reason.
+enum class Bound : unsigned char {
+  none,  ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
+  rest,  ///< the patch does not move, so no deflection changes
+  /// The motion ends in the ball Patch::bound, in which no bristle snaps, so the sums of deflections follow
+  /// from the displacement.
+  ball,
+  glide,  ///< a steady slide goes on, so its force follows from means over the bristles (glide.hpp)
+};
+
 /// The part of a patch that every contact model has. Only the stepping thread and its workers touch it.
 ///
 /// While no bristle snaps, enters or leaves, the sum of deflections (fixed point) at the position x of the
@@ -87,8 +97,9 @@ struct alignas(64) Patch {
   // Cache line 2 begins here. The four lines together have all that a step reads in which no bristle snaps.
 
   std::int64_t position[2] = {0, 0};  ///< position of the patch, in fixed-point units of 2^-44 scaled lengths
-  /// Ball about a position of the patch: no bristle snaps while the patch stays within this ball.
-  Reach bound{{0, 0}, -1.0};
+  /// Ball about a position of the patch. If `known` is Bound::ball, no bristle snaps while the patch stays in
+  /// it.
+  Reach bound{{0, 0}, 0.0};
   std::uint32_t whole = 0;  ///< number of bristles in full blocks, which all count fully
   bool skips : 1 = true;    ///< whether steps skip blocks whose bound shows that no bristle snaps
   /// Whether bounds on snapping are recomputed after a step. That pays only while a step rewrites few blocks
@@ -105,6 +116,8 @@ struct alignas(64) Patch {
   bool in_lane : 1 = false;
   /// Number of the record's cache lines that are worth prefetching before a step.
   std::uint8_t fetched_lines = 0;
+  /// What the next step may be answered by, if the patch moves: nothing, the ball `bound`, or a glide.
+  Bound known = Bound::none;
   /// Weight of the bristles in contact that are not in full blocks (`whole`); with representatives a number
   /// of bristles, not always whole.
   double part = 0.0;
@@ -139,6 +152,19 @@ struct alignas(64) Patch {
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&
               offsetof(Patch, lengths_per_metre) == 192);
+
+/// Returns whether a motion asks nothing new of a contact at rest under `load`, so that its last response can
+/// be repeated.
+inline bool leaves_at_rest(const Motion& motion, double load) noexcept {
+  return motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 && motion.normal_load == load &&
+         !motion.has_velocity;
+}
+
+/// Notes that no bristle snaps while the patch stays in the ball `bound`. A ball of negative reach is none.
+inline void note_bound(Patch& p, const Reach& bound) noexcept {
+  p.bound = bound;
+  p.known = bound.reach >= 0.0 ? Bound::ball : Bound::none;
+}
 
 /// Returns the patch's own time, s, at the start of the step in progress: the time since it was made or reset
 /// or, if it was restored, its saved time plus the time since.

@@ -184,7 +184,7 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
   a.residual = a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
   a.energy_unit = 1.0;
   a.phase_key = 0;
-  a.in_double = a.renews_bounds = a.ageing_form = 0;
+  a.in_double = a.finds_bounds = a.ageing_form = 0;
   a.skips_blocks = p.skips && !a.snaps_all ? 1 : 0;
   static_assert(sizeof(Advance) == 160, "a new field of Advance: set it above");
   if (books_work(p)) step.stored = p.model->stored_energy(p);
@@ -260,16 +260,15 @@ template <bool plain, class Asked, class Answer>
   Bound bound = find_bound(p, step);
   if (bound == Bound::none) {
     find_direction(step.advance);
-    const bool knows = p.bound.reach >= 0.0 || p.bound.reach == glide_reach;
-    if (plain && knows && commit && !step.advance.snaps_all && p.axes == 2 && p.outputs == Outputs::end &&
-        p.model->renew_bound != nullptr)
-      bound = p.model->renew_bound(p, step.advance, sums);
+    if (plain && p.known != Bound::none && commit && !step.advance.snaps_all && p.axes == 2 &&
+        p.outputs == Outputs::end && p.model->find_new_bound != nullptr)
+      bound = p.model->find_new_bound(p, step.advance, sums);
   }
   if (bound == Bound::none) {
     begin_advance(p, step);
     p.model->advance(p, step, sums);
   } else if (bound != Bound::glide) {
-    hold(p, step.advance, sums);
+    bend_without_snap(p, step.advance, sums);
   }
   BRISTLE_ASSERT(p.in_contact() <= p.record->largest_work);
   const bool held = bound == Bound::ball || bound == Bound::rest;
@@ -283,7 +282,7 @@ template <bool plain, class Asked, class Answer>
 [[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
                                                       double contact_loss, Answer& out) noexcept {
   const Displacement d = displacement_of<plain>(p, motion);
-  if (!(p.bound.reach >= 0.0) || !is_usual(p, d.by))
+  if (p.known != Bound::ball || !is_usual(p, d.by))
     return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
   PatchStep step;
   step.contact_loss = contact_loss;
@@ -291,7 +290,7 @@ template <bool plain, class Asked, class Answer>
   if (find_bound(p, step) == Bound::none)
     return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
   StepSums sums;
-  hold(p, step.advance, sums);
+  bend_without_snap(p, step.advance, sums);
   write_response<plain>(p, motion, dt_s, step, true, sums, out);
   return 0;
 }
@@ -409,7 +408,7 @@ std::uint64_t end_step(Patch& p, const Motion& motion, double dt_s, const PatchS
                        const Totals* totals, Response& out) noexcept {
   StepSums sums;
   if (totals == nullptr)
-    hold(p, step.advance, sums);
+    bend_without_snap(p, step.advance, sums);
   else
     p.model->shared->finish(p, step, *totals, sums);
   write_response<false>(p, motion, dt_s, step, totals == nullptr, sums, out);

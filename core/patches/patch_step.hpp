@@ -23,10 +23,7 @@ bool is_good_motion(int axes, const Motion& motion) noexcept;
 /// Returns Bound::rest if a motion leaves a resting patch at rest, so that its last force is still right.
 /// Reads only the first of the patch's four cache lines, which makes resting patches cheap.
 inline Bound find_bound(const Patch& p, const Motion& motion) noexcept {
-  return p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
-                 motion.normal_load == p.normal_load && !motion.has_velocity
-             ? Bound::rest
-             : Bound::none;
+  return p.rests && leaves_at_rest(motion, p.normal_load) ? Bound::rest : Bound::none;
 }
 inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
   const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
@@ -37,7 +34,7 @@ inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
   const Travel& t = step.advance;
-  if (p.bound.reach < 0.0 || !p.skips || t.snaps_all) return Bound::none;
+  if (p.known != Bound::ball || !p.skips || t.snaps_all) return Bound::none;
   const double x = to_lengths(difference(t.to[0], p.bound.anchor[0]));
   const double y = to_lengths(difference(t.to[1], p.bound.anchor[1]));
   return std::sqrt(x * x + y * y) < p.bound.reach ? Bound::ball : Bound::none;

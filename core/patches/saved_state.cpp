@@ -2,19 +2,14 @@
 
 #include <cmath>
 #include <cstring>
-#include <string>
 
-#include "bristle/error.hpp"
 #include "core/common/little_endian.hpp"
+#include "core/common/saved_head.hpp"
 #include "core/patches/contact_model.hpp"
 #include "core/patches/fields.hpp"
 
 namespace bristle::detail {
 namespace {
-
-constexpr char saved_magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
-constexpr std::uint32_t saved_version = 6;
-constexpr std::size_t checksum_at = 32;
 
 /// Lists the fields of a saved patch's head in order, so that writing and reading use the same list.
 template <class Io, class Head>
@@ -57,67 +52,7 @@ void write_state(const Patch& p, ByteWriter& write) noexcept {
   p.model->save(p, write);
 }
 
-std::uint64_t checksum(Span<const std::byte> state) noexcept {
-  Hasher hasher;
-  add_bytes(hasher, {state.data(), checksum_at});
-  add_bytes(hasher, {state.data() + saved_batch_size, state.size() - saved_batch_size});
-  return hasher.value();
-}
-
 }  // namespace
-
-void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept {
-  ByteReader read(bytes.data());
-  std::size_t left = bytes.size();
-  for (; left >= 8; left -= 8) {
-    std::uint64_t word = 0;
-    read(word);
-    hasher.add(word);
-  }
-  for (; left > 0; --left) {
-    std::byte last{};
-    read(last);
-    hasher.add(static_cast<std::uint64_t>(last));
-  }
-}
-
-void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept {
-  ByteWriter write(state.data());
-  for (const char c : saved_magic) write(c);
-  write(saved_version);
-  write(std::uint32_t{0});
-  write(head.bytes);
-  write(head.patches);
-  write(checksum(state));
-}
-
-SavedBatch open_batch(Span<const std::byte> state) {
-  if (state.size() < saved_batch_size) throw Error("restore_state: the saved state is cut short");
-  ByteReader read(state.data());
-  char magic[sizeof saved_magic];
-  for (char& c : magic) read(c);
-  if (std::memcmp(magic, saved_magic, sizeof magic) != 0)
-    throw Error("restore_state: this is not a state saved by bristle");
-  std::uint32_t version = 0;
-  read(version);
-  if (version != saved_version)
-    throw Error("restore_state: the saved state has format " + std::to_string(version) +
-                "; this version of bristle reads format " + std::to_string(saved_version));
-  std::uint32_t reserved = 0;
-  read(reserved);
-  SavedBatch head;
-  read(head.bytes);
-  read(head.patches);
-  std::uint64_t sum = 0;
-  read(sum);
-  if (head.bytes > state.size()) throw Error("restore_state: the saved state is cut short");
-  if (head.bytes < state.size())
-    throw Error("restore_state: " + std::to_string(state.size() - head.bytes) +
-                " bytes stand behind the saved state: give exactly those that save_state wrote");
-  if (head.bytes < saved_batch_size || checksum({state.data(), static_cast<std::size_t>(head.bytes)}) != sum)
-    throw Error("restore_state: the saved state is damaged (its checksum does not agree)");
-  return head;
-}
 
 std::uint64_t hash_of(const Patch& p) noexcept {
   const std::uint64_t hash = p.model->hash(p);

@@ -5,20 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/common/hashing.hpp"
 #include "core/patches/patch.hpp"
 
 namespace bristle::detail {
-
-/// Adds bytes to a checksum: eight at a time, those that remain one by one.
-void add_bytes(Hasher& hasher, Span<const std::byte> bytes) noexcept;
-
-/// Head of the saved state of a batch. The saved patches follow it in the order of their slots.
-struct SavedBatch {
-  std::uint64_t bytes = 0;  ///< size of the whole saved state
-  std::uint64_t patches = 0;
-};
-constexpr std::size_t saved_batch_size = 40;
 
 /// Head of one saved patch. The fields that all contact models share follow it, then the model's own.
 struct SavedPatch {
@@ -30,13 +19,6 @@ struct SavedPatch {
   std::uint32_t seed = 0;
 };
 constexpr std::size_t saved_patch_size = 36;
-
-/// Writes the head of a saved batch, with length and checksum, in front of patches that are already written.
-/// `state`: all bytes of the saved state, head included.
-void seal_batch(const SavedBatch& head, Span<std::byte> state) noexcept;
-/// Reads the head of a saved batch, and checks its magic number, version, length and checksum. Throws
-/// bristle::Error.
-SavedBatch open_batch(Span<const std::byte> state);
 
 /// Returns a hash of the patch's state: that of the contact model and, if the patch has them, its lay and the
 /// rounding remainder of short displacements.

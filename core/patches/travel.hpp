@@ -23,7 +23,7 @@ inline bool stands_still(const Int128& clock) noexcept {
 struct PatchStep {
   /// Displacement of the step. For a far step, in which every bristle snaps, it has length and direction; for
   /// other steps only when a contact model is called. The model fills `in_double`, `energy_unit`, `phase_key`
-  /// and `renews_bounds`, and may shorten the displacement.
+  /// and `finds_bounds`, and may shorten the displacement.
   Advance advance;
   double scaled[2];       ///< displacement in scaled lengths, which are near the mean snap length
   std::int64_t units[2];  ///< displacement in fixed-point units of the position; 0 in a far step
@@ -46,21 +46,6 @@ struct StepSums {
   std::uint64_t visited = 0;  ///< number of bristles or cohorts that a kernel read
 };
 
-/// Reasons why a step can be answered without visiting bristles; `none` = there is no reason.
-enum class Bound : unsigned char {
-  none,  ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
-  rest,  ///< the patch does not move, so no deflection changes
-  /// The motion ends in the ball Patch::bound, in which no bristle snaps, so the sums of deflections follow
-  /// from the displacement.
-  ball,
-  glide,  ///< a steady slide goes on, so its force follows from means over the bristles (glide.hpp)
-};
-
-/// Special values of Patch::bound.reach, which is otherwise the distance within which no bristle snaps:
-/// no_reach if none is known, glide_reach in a glide (a steady slide).
-constexpr double no_reach = -1.0;
-constexpr double glide_reach = -2.0;
-
 /// Computes length and direction of a displacement. A far step, in which every bristle snaps, came with both.
 inline void find_direction(Travel& t) noexcept {
   if (t.snaps_all) return;
@@ -74,7 +59,7 @@ inline void find_direction(Travel& t) noexcept {
 /// Calculates the sums of deflections of a step without snaps, in which all bristles bend alike; `mean`: also
 /// averaged over the step.
 template <bool mean>
-inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
+inline void bend_all(Patch& p, const Travel& t, StepSums& sums) noexcept {
   for (int axis = 0; axis < 2; ++axis) {  // runs to a constant 2, so that the loop is unrolled
     if (axis == p.axes) break;
     const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(t.to[axis], t.from[axis]);
@@ -96,11 +81,11 @@ inline void carry(Patch& p, const Travel& t, StepSums& sums) noexcept {
 }
 /// Calculates the sums of deflections of a step in which no bristle snaps. Moves the patch if the step is
 /// committed; a trial step leaves it.
-inline void hold(Patch& p, const Travel& t, StepSums& sums) noexcept {
+inline void bend_without_snap(Patch& p, const Travel& t, StepSums& sums) noexcept {
   if (has(p.outputs, Outputs::mean))
-    carry<true>(p, t, sums);
+    bend_all<true>(p, t, sums);
   else
-    carry<false>(p, t, sums);
+    bend_all<false>(p, t, sums);
 }
 
 }  // namespace bristle::detail

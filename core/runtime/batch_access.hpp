@@ -19,12 +19,12 @@ struct BatchAccess {
 
   /// Marks a call of the stepping thread over a batch. Applies the changes that the adding thread has sent at
   /// its start, and none during it, so that patches stay the same throughout the call.
-  class Turn {
+  class Call {
    public:
-    explicit Turn(PatchBatch& batch) noexcept;
-    ~Turn();
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
+    explicit Call(PatchBatch& batch) noexcept;
+    ~Call();
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
 
    private:
     PatchBatch::Impl& impl_;

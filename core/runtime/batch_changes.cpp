@@ -313,12 +313,12 @@ void PatchBatch::set_material(const PatchGroup& group, const Material& material)
   }
 }
 
-BatchAccess::Turn::Turn(PatchBatch& batch) noexcept : impl_(*batch.impl_), is_outermost_(impl_.enter()) {}
-BatchAccess::Turn::~Turn() { impl_.leave(is_outermost_); }
+BatchAccess::Call::Call(PatchBatch& batch) noexcept : impl_(*batch.impl_), is_outermost_(impl_.enter()) {}
+BatchAccess::Call::~Call() { impl_.leave(is_outermost_); }
 
 StepReport BatchAccess::step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                              Span<Response> out) noexcept {
-  const PatchBatch::Impl::Turn impl(*batch.impl_);
+  const PatchBatch::Impl::Call impl(*batch.impl_);
   return impl->step(dt_s, {cells, {}, in, out});
 }
 
@@ -339,13 +339,13 @@ void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
 }
 
 bool BatchAccess::glides(const PatchBatch& batch, PatchId id) noexcept {
-  const PatchBatch::Impl::Turn impl(*batch.impl_);
+  const PatchBatch::Impl::Call impl(*batch.impl_);
   const Patch* p = impl->pool.find(id);
   return p != nullptr && p->record->endless && cohorts(*p).glide.on != 0;
 }
 
 Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
-  const PatchBatch::Impl::Turn impl(*batch.impl_);
+  const PatchBatch::Impl::Call impl(*batch.impl_);
   const Patch* p = impl->pool.find(id);
   return p != nullptr ? p->outputs : Outputs::end;
 }

@@ -75,7 +75,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
 
   // --- the stepping thread's side
   mutable detail::SteppingSide stepping_side;
-  bool is_in_turn = false;  ///< whether a Turn has already applied the waiting changes for the present call
+  bool is_in_call = false;  ///< whether a Call has already applied the waiting changes for the present call
   detail::Scheduler scheduler;
   detail::PatchPool& pool = scheduler.pool;
   detail::Scratch scratch;  ///< memory for a copy of any patch's record, as large as the largest
@@ -96,12 +96,12 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
 
   /// Marks a call of the stepping thread. Applies the changes that the adding thread has sent at its start,
   /// and none in calls within the call.
-  class Turn {
+  class Call {
    public:
-    explicit Turn(Impl& impl) noexcept : impl_(impl), is_outermost_(impl.enter()) {}
-    ~Turn() { impl_.leave(is_outermost_); }
-    Turn(const Turn&) = delete;
-    Turn& operator=(const Turn&) = delete;
+    explicit Call(Impl& impl) noexcept : impl_(impl), is_outermost_(impl.enter()) {}
+    ~Call() { impl_.leave(is_outermost_); }
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
     Impl* operator->() const noexcept { return &impl_; }
 
    private:
@@ -110,19 +110,19 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   };
   bool enter() noexcept {
     stepping_side.enter();
-    if (is_in_turn) return false;
+    if (is_in_call) return false;
     const std::uint64_t last = commands.pushed();
     while (detail::Command* command = commands.take(last)) apply(*command);
-    return is_in_turn = true;
+    return is_in_call = true;
   }
   void leave(bool is_outermost) noexcept {
-    if (is_outermost) is_in_turn = false;
+    if (is_outermost) is_in_call = false;
     stepping_side.leave();
   }
   /// Applies a command of the adding thread. Neither allocates nor frees, because a step may call it.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch, with `items` as in Scheduler::step. The caller holds a Turn, because waiting changes
+  /// Steps the batch, with `items` as in Scheduler::step. The caller holds a Call, because waiting changes
   /// may replace patches.
   StepReport step(double dt_s, const detail::StepItems& items) noexcept;
   Response find_force(double dt_s, const Motion& motion) noexcept;

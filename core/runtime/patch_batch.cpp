@@ -7,6 +7,7 @@
 #include "bristle/error.hpp"
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
+#include "core/common/saved_head.hpp"
 #include "core/common/why_missing.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
@@ -78,7 +79,7 @@ bool PatchBatch::Impl::reset(PatchId id, std::uint32_t seed, std::uint64_t key) 
 }
 
 std::size_t PatchBatch::Impl::state_size() const noexcept {
-  std::size_t size = saved_batch_size;
+  std::size_t size = saved_head_size;
   for_each_patch([&](std::uint32_t, const Patch& p) { size += saved_size_of(p); });
   return size;
 }
@@ -103,35 +104,35 @@ PatchBatch::PatchBatch(PatchBatch&&) noexcept = default;
 PatchBatch& PatchBatch::operator=(PatchBatch&&) noexcept = default;
 
 void PatchBatch::warm_up() {
-  const Impl::Turn impl(*impl_);
-  impl->scheduler.workers.warm_up();
+  const Impl::Call impl(*impl_);
+  impl->scheduler.work.workers.warm_up();
 }
 
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out,
                             Span<const GroupStep> groups) noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   return impl->step(dt_s, {{}, groups, in, out});
 }
 
 bool PatchBatch::reset(PatchId id) noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const Patch* p = impl->find(id);
   return p != nullptr && impl->reset(id, p->record->options.seed, p->record->options.key);
 }
 
 bool PatchBatch::reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   return impl->reset(id, seed, key);
 }
 
 Response PatchBatch::find_force(double dt_s, const Motion& motion) noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const FloatModeScope mode;
   return impl->find_force(dt_s, motion);
 }
 
 StepReport PatchBatch::find_force(double dt_s, const GroupStep& group) noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   StepReport report;
   report.status = is_good_time(dt_s) ? impl->scheduler.find_fault(group) : Status::bad_input;
   if (report.status != Status::ok) {
@@ -203,7 +204,7 @@ Response PatchBatch::Impl::find_force(double dt_s, const Motion& motion) noexcep
 
 double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
                                          double speed_m_per_s) const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const Patch* p = impl->find(id);
   return p != nullptr && normal_load_n > 0.0
              ? normal_load_n * p->material().material.strengthening_damping(speed_m_per_s)
@@ -211,13 +212,13 @@ double PatchBatch::strengthening_damping(PatchId id, double normal_load_n,
 }
 
 bool PatchBatch::ages(PatchId id) const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const Patch* p = impl->find(id);
   return p != nullptr && (p->ages || p->laid);
 }
 
 PatchInfo PatchBatch::info(PatchId id) const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   // Masks floating-point exceptions that the caller may have unmasked, since a division here may raise them.
   const FloatModeScope mode;
   PatchInfo info;
@@ -231,20 +232,20 @@ PatchInfo PatchBatch::info(PatchId id) const noexcept {
 }
 
 double PatchBatch::stored_energy(PatchId id) const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   FloatModeScope mode;
   const Patch* p = impl->find(id);
   return p != nullptr ? p->model->stored_energy(*p) : 0.0;
 }
 
 std::uint64_t PatchBatch::state_hash(PatchId id) const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const Patch* p = impl->find(id);
   return p != nullptr ? hash_of(*p) : 0;
 }
 
 std::uint64_t PatchBatch::state_hash() const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   Hasher hasher;
   impl->for_each_patch([&](std::uint32_t, const Patch& p) { hasher.add(hash_of(p)); });
   return hasher.value();
@@ -252,7 +253,7 @@ std::uint64_t PatchBatch::state_hash() const noexcept {
 
 std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> zy,
                                       Span<double> delta) const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const Patch* p = impl->find(id);
   if (p == nullptr) return 0;
   std::size_t largest = 0;
@@ -268,36 +269,37 @@ std::size_t PatchBatch::read_bristles(PatchId id, Span<double> zx, Span<double> 
 }
 
 std::size_t PatchBatch::state_size() const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   return impl->state_size();
 }
 
 std::size_t PatchBatch::save_state(Span<std::byte> to) const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const std::size_t size = impl->state_size();
   if (to.size() < size) return 0;
-  std::size_t at = saved_batch_size;
+  std::size_t at = saved_head_size;
   impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
     save_patch(p, slot, to.data() + at);
     at += saved_size_of(p);
   });
-  seal_batch({size, impl->patches}, {to.data(), size});
+  seal(SavedKind::patches, impl->patches, {to.data(), size});
   return size;
 }
 
 void PatchBatch::restore_state(Span<const std::byte> from) {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   const FloatModeScope mode;  // sets the kernels' mode, because first snap lengths may be recomputed
-  const SavedBatch head = open_batch(from);
-  if (head.patches != impl->patches)
-    throw Error("restore_state: saved patches = " + std::to_string(head.patches) + "; this batch has " +
-                std::to_string(impl->patches));
+  constexpr const char* where = "PatchBatch";
+  const std::uint64_t count = open_sealed(where, SavedKind::patches, from);
+  if (count != impl->patches)
+    refuse_saved(
+        where, "has " + std::to_string(count) + " patches; this batch has " + std::to_string(impl->patches));
   // Checks the whole saved state before it changes any patch, so that a bad state leaves the batch as it is.
-  std::size_t at = saved_batch_size;
+  std::size_t at = saved_head_size;
   impl->for_each_patch([&](std::uint32_t slot, const Patch& p) {
-    const std::size_t left = static_cast<std::size_t>(head.bytes) - at;
+    const std::size_t left = from.size() - at;
     const auto fail = [slot](const std::string& why) {
-      throw Error("restore_state: patch " + std::to_string(slot + 1) + why);
+      refuse_saved(where, "of patch " + std::to_string(slot + 1) + why);
     };
     if (left < saved_patch_size) fail(" is cut short");
     const SavedPatch saved = read_saved_patch(from.data() + at);
@@ -309,9 +311,9 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
       fail(std::string(" is in a state that no patch can be in (") + fault + ")");
     at += saved.bytes;
   });
-  if (at != head.bytes) throw Error("restore_state: the saved state holds more than its patches");
+  if (at != from.size()) refuse_saved(where, "holds more than its patches");
   impl->trial.of = nullptr;
-  at = saved_batch_size;
+  at = saved_head_size;
   impl->for_each_patch([&](std::uint32_t, Patch& p) {
     restore_patch(p, from.data() + at);
     at += saved_size_of(p);
@@ -319,11 +321,11 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
 }
 
 std::size_t PatchBatch::patch_count() const noexcept {
-  const Impl::Turn impl(*impl_);
+  const Impl::Call impl(*impl_);
   return impl->patches;
 }
 
-int PatchBatch::threads() const noexcept { return impl_->scheduler.workers.count(); }
+int PatchBatch::threads() const noexcept { return impl_->scheduler.work.workers.count(); }
 const char* PatchBatch::isa() const noexcept { return impl_->kernels.name; }
 
 Span<const IsaInfo> instruction_sets() noexcept {

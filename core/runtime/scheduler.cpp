@@ -220,12 +220,12 @@ class Scheduler::Step {
 
   /// Runs the blocks from `first` on.
   void run_blocks(LaneBlock* first, std::uint64_t cost, StepReport& report) noexcept {
-    if (!pays(cost)) {
+    if (!s.work.pays(cost)) {
       Outcome outcome;
       step_blocks(first, ~0u, outcome);
       add_to(report, outcome);
     } else {
-      const std::uint64_t piece = piece_of(cost);
+      const std::uint64_t piece = s.work.piece_of(cost);
       int task_count = 0;
       for (LaneBlock* block = first; block != nullptr;) {
         Task& task = s.tasks_[static_cast<std::size_t>(task_count++)] = Task{};
@@ -238,7 +238,7 @@ class Scheduler::Step {
       }
       run_tasks(task_count, report);
     }
-    note_sizable(cost);
+    s.work.note_cost(cost);
   }
 
  private:
@@ -283,32 +283,17 @@ class Scheduler::Step {
     }
   }
 
-  /// Returns whether a step of this cost, in bristles, is worth sharing among threads.
-  bool pays(std::uint64_t cost) noexcept {
-    if (s.workers.count() <= 1 || cost < s.sharing_.parallel_from) return false;
-    const bool awake = DeadlineMonitor::wall_now() - s.last_sizable_step_ < s.sharing_.awake;
-    return (cost >= s.sharing_.parallel_from_paused || awake) && s.retreat_.is_over();
-  }
-  void note_sizable(std::uint64_t cost) noexcept {
-    if (s.workers.count() > 1 && cost >= s.sharing_.parallel_from)
-      s.last_sizable_step_ = DeadlineMonitor::wall_now();
-  }
-  std::uint64_t piece_of(std::uint64_t cost) const noexcept {
-    return std::max<std::uint64_t>(cost / (static_cast<std::uint64_t>(s.workers.count()) * 4),
-                                   s.sharing_.smallest_piece);
-  }
-
   void run_patches(StepReport& report) noexcept {
     s.split_count_ = 0;
-    const std::uint64_t cost = s.workers.count() > 1 ? count_cost() : 0;
-    if (pays(cost)) {
+    const std::uint64_t cost = s.work.workers.count() > 1 ? count_cost() : 0;
+    if (s.work.pays(cost)) {
       split_and_run(cost, report);
     } else {
       Outcome outcome;
       step_range({0, static_cast<std::uint32_t>(items_.size()), 0}, outcome);
       add_to(report, outcome);
     }
-    note_sizable(cost);
+    s.work.note_cost(cost);
   }
 
   /// Prefetches the memory of patches that the next motions (before `last`) will need. Patches out of cache
@@ -332,7 +317,7 @@ class Scheduler::Step {
   /// Steps the motions of a range one after another. A patch that stays at rest is answered here, without a
   /// call of its contact model.
   void step_range(const Range& range, Outcome& outcome) noexcept {
-    const bool notes = s.workers.count() > 1;
+    const bool notes = s.work.workers.count() > 1;
     const PatchPool& patches = s.pool;
     const Items items = items_;  // copied, because a store through other pointers cannot change the copy
     const std::uint64_t step_number = s.step_number_;
@@ -381,7 +366,6 @@ class Scheduler::Step {
     } else {
       step.step_range(task.range, task.outcome);
     }
-    task.end = DeadlineMonitor::wall_now();
   }
 
   /// Returns the cost of an item's step, as a number of bristles: those that it may visit plus the fixed cost
@@ -394,7 +378,7 @@ class Scheduler::Step {
     const auto& motion = items_.motion(i);
     const bool works = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0 ||
                        items_.load(i, outlook.normal_load) != outlook.normal_load;
-    return works ? s.sharing_.patch_overhead + outlook.bristles : 0;
+    return works ? s.work.constants.patch_overhead + outlook.bristles : 0;
   }
 
   /// Returns the estimated cost of all items of the step. Returns 0 if a slot is named twice, because such a
@@ -456,7 +440,7 @@ class Scheduler::Step {
 
   void split_and_run(std::uint64_t cost, StepReport& report) noexcept {
     const auto n = static_cast<std::uint32_t>(items_.size());
-    const std::uint64_t piece = piece_of(cost);
+    const std::uint64_t piece = s.work.piece_of(cost);
     int task_count = 0;
     Range group;
     std::uint64_t group_cost = 0;
@@ -464,8 +448,8 @@ class Scheduler::Step {
     for (std::uint32_t i = 0; i < n; ++i) {
       const std::uint64_t patch_cost = cost_of(i);
       const std::uint64_t pieces = std::min<std::uint64_t>((patch_cost + piece - 1) / piece, 64);
-      const bool is_split =
-          patch_cost > 2 * s.sharing_.smallest_piece && split_patch(i, pieces, task_count, report.status);
+      const bool is_split = patch_cost > 2 * s.work.constants.smallest_piece &&
+                            split_patch(i, pieces, task_count, report.status);
       if (!is_split) {
         group_cost += patch_cost;
         ++group_size;
@@ -485,15 +469,8 @@ class Scheduler::Step {
   }
 
   void run_tasks(int task_count, StepReport& report) noexcept {
-    const double start = DeadlineMonitor::wall_now();
-    s.workers.run(task_count, &run_task, this);
-    double own_end = start;
-    for (int t = 0; t < task_count; ++t) {
-      const Task& task = s.tasks_[static_cast<std::size_t>(t)];
-      if (task.thread == &this_thread) own_end = std::max(own_end, task.end);
-      add_to(report, task.outcome);
-    }
-    s.retreat_.judge(own_end - start, DeadlineMonitor::wall_now() - own_end);
+    s.work.run(task_count, &run_task, this);
+    for (int t = 0; t < task_count; ++t) add_to(report, s.tasks_[static_cast<std::size_t>(t)].outcome);
     // Keeps the larger numbers for the report, because a step may share its cells and its motions in two
     // runs. Both numbers are 1 if there was no task and the calling thread did all the work.
     report.tasks = std::max(static_cast<std::uint32_t>(task_count), report.tasks);

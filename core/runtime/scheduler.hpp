@@ -9,7 +9,6 @@
 #include "core/runtime/group_columns.hpp"
 #include "core/runtime/patch_pool.hpp"
 #include "core/runtime/sharing.hpp"
-#include "core/runtime/workers.hpp"
 
 namespace bristle::detail {
 
@@ -24,9 +23,9 @@ struct StepItems {
 
 class Scheduler {
  public:
-  explicit Scheduler(int threads) : workers(threads) {}
+  explicit Scheduler(int threads) : work(threads) {}
 
-  Workers workers;
+  SharedWork work;
   PatchPool pool;
 
   /// Steps all items. The results do not depend on the number of threads and pieces, to the bit. Requires a
@@ -68,7 +67,6 @@ class Scheduler {
     Totals totals;
     Outcome outcome;
     const void* thread = nullptr;  ///< thread that did the task, by the address of `this_thread`
-    double end = 0.0;              ///< time when the task was done, s
   };
   struct Split {
     Patch* patch = nullptr;
@@ -93,9 +91,6 @@ class Scheduler {
   void note_outlook(const Patch& p, PatchId id) const noexcept;
   std::uint32_t count_threads(int task_count) const noexcept;
 
-  const Sharing sharing_ = chosen_sharing();
-  Retreat retreat_;
-  double last_sizable_step_ = -1.0;  ///< time at the end of the last step that may have been worth sharing, s
   std::uint64_t step_number_ = 0;
   std::array<Task, max_tasks> tasks_;
   std::array<Split, max_split> splits_;  ///< large patches split into ranges, sorted by motion

@@ -1,9 +1,13 @@
-// Decides when a step is shared among threads, and into pieces of what size it is cut.
+// Decides when a step is shared among threads, and into pieces of what size it is cut; runs the pieces.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <thread>
+
+#include "bristle/deadline_monitor.hpp"
+#include "core/runtime/workers.hpp"
 
 namespace bristle::detail {
 
@@ -81,6 +85,60 @@ class Retreat {
   std::uint32_t steps_alone_ = 0;
   std::uint32_t length_ = first;
   std::uint32_t good_ = 0;  ///< number of shared steps since the last pause
+};
+
+/// The threads of one batch, and what it knows of their delays. Costs are numbers of bristles of a patch that
+/// take as long as the work.
+class SharedWork {
+ public:
+  /// As Workers::Workers().
+  explicit SharedWork(int threads) : workers(threads) {}
+
+  Workers workers;
+  const Sharing constants = chosen_sharing();
+
+  /// Returns whether a step of this cost is worth sharing among threads. Call it once for each step, because
+  /// it counts the steps of a Retreat, and note_cost() after the step.
+  bool pays(std::uint64_t cost) noexcept {
+    if (workers.count() <= 1 || cost < constants.parallel_from) return false;
+    const bool awake = DeadlineMonitor::wall_now() - last_sizable_step_ < constants.awake;
+    return (cost >= constants.parallel_from_paused || awake) && retreat_.is_over();
+  }
+  /// Notes the cost of a step that has just ended: after a sizable one the workers are awake.
+  void note_cost(std::uint64_t cost) noexcept {
+    if (workers.count() > 1 && cost >= constants.parallel_from)
+      last_sizable_step_ = DeadlineMonitor::wall_now();
+  }
+  /// Returns the cost of the pieces into which a step of this cost is cut.
+  std::uint64_t piece_of(std::uint64_t cost) const noexcept {
+    return std::max(cost / (static_cast<std::uint64_t>(workers.count()) * 4), constants.smallest_piece);
+  }
+  /// Runs task(context, i) for each i in [0, tasks), as Workers::run(), and judges how long the caller
+  /// waited.
+  void run(int tasks, void (*task)(void* context, int index), void* context) noexcept {
+    const double start = DeadlineMonitor::wall_now();
+    Run run{task, context, std::this_thread::get_id(), start};
+    workers.run(
+        tasks,
+        [](void* self, int index) {
+          Run& r = *static_cast<Run*>(self);
+          r.task(r.context, index);
+          if (std::this_thread::get_id() == r.caller) r.callers_end = DeadlineMonitor::wall_now();
+        },
+        &run);
+    retreat_.judge(run.callers_end - start, DeadlineMonitor::wall_now() - run.callers_end);
+  }
+
+ private:
+  struct Run {
+    void (*task)(void* context, int index);
+    void* context;
+    std::thread::id caller;
+    double callers_end;  ///< time when the caller's last task was done, s
+  };
+
+  Retreat retreat_;
+  double last_sizable_step_ = -1.0;  ///< time at the end of the last step that may have been worth sharing, s
 };
 
 }  // namespace bristle::detail

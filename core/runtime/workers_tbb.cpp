@@ -40,8 +40,9 @@ class alignas(64) Share {
     for (;;) {
       const int first = static_cast<int>(range & 0xFFFFFFFFu), last = static_cast<int>(range >> 32);
       if (first >= last) return -1;
-      const std::uint64_t rest = own ? pack(first + 1, last) : pack(first, last - 1);
-      if (range_.compare_exchange_weak(range, rest, std::memory_order_relaxed)) return own ? first : last - 1;
+      const std::uint64_t remaining = own ? pack(first + 1, last) : pack(first, last - 1);
+      if (range_.compare_exchange_weak(range, remaining, std::memory_order_relaxed))
+        return own ? first : last - 1;
     }
   }
 

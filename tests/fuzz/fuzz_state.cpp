@@ -1,7 +1,7 @@
 #include <cstring>
 #include <vector>
 
-#include "core/patches/saved_state.hpp"
+#include "../reseal.hpp"
 #include "steps.hpp"
 #include "targets.hpp"
 
@@ -44,14 +44,6 @@ struct Batch {
   }
 };
 
-/// Corrects the checksum of a changed saved state, so that restoring it reads beyond the checksum.
-void reseal(std::vector<std::byte>& state) {
-  if (state.size() < bristle::detail::saved_batch_size) return;
-  std::uint64_t patches = 0;
-  std::memcpy(&patches, state.data() + 24, sizeof patches);
-  bristle::detail::seal_batch({state.size(), patches}, state);
-}
-
 /// Makes a saved state from the fuzzer's input. If the first byte is even, the other bytes are the state; if
 /// odd, they change a good state: two bytes say where, a third the new value.
 std::vector<std::byte> make_state(Bytes bytes, const std::vector<std::byte>& bent) {
@@ -64,7 +56,7 @@ std::vector<std::byte> make_state(Bytes bytes, const std::vector<std::byte>& ben
   } else {
     for (std::size_t i = 1; i < bytes.size(); ++i) state.push_back(static_cast<std::byte>(bytes[i]));
   }
-  if (bytes[0] & 2) reseal(state);
+  if (bytes[0] & 2) bristle_test::reseal(state);
   return state;
 }
 

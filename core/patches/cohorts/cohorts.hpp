@@ -53,7 +53,7 @@ struct CohortScalars : CohortState {
   /// begins elsewhere begins a new slide.
   std::int64_t slid_to[2] = {0, 0};
   /// Fraction of a snap that no response has reported yet, because responses report whole snaps.
-  double snap_rest = 0.0;
+  double snap_fraction = 0.0;
   /// Recent path of the patch and, in a glide, its state. A glide is a slide on a slowly turning path,
   /// computed without visiting cohorts.
   Glide glide;

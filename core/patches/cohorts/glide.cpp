@@ -32,8 +32,8 @@ struct Arc {
 Arc find_arc(const Cohorts& r, const Course& c, double chord_share) noexcept {
   if (c.length >= r.long_step) return {{c.direction[0], c.direction[1]}, 0.0};
   const double turned = c.curve * c.length * (0.5 - c.length * chord_share);
-  const double rest = 1.0 - turned * turned;
-  const double even = rest < 1.0 ? std::sqrt(rest) : 1.0;  // computes no square root on a straight path
+  const double cosine2 = 1.0 - turned * turned;
+  const double even = cosine2 < 1.0 ? std::sqrt(cosine2) : 1.0;  // computes no square root on a straight path
   return {{c.direction[0] * even - c.direction[1] * turned, c.direction[1] * even + c.direction[0] * turned},
           c.curve};
 }
@@ -218,10 +218,10 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     const double lost = length * (along / sum_per_mass_length) - stored;
     sums.dissipated = std::min(joules_per_unit(p) * lost, highest_energy);
     const double snapped =
-        std::min(r.mass * (length * r.law.snap_rate) / r.units_per_bristle() + r.snap_rest, 9e18);
+        std::min(r.mass * (length * r.law.snap_rate) / r.units_per_bristle() + r.snap_fraction, 9e18);
     const double whole = std::floor(snapped);
     sums.snaps = static_cast<std::uint64_t>(whole);
-    if (a.commit != 0) r.snap_rest = snapped - whole;
+    if (a.commit != 0) r.snap_fraction = snapped - whole;
   }
   if (a.commit == 0) return true;
   if (r.glide.on == 0) r.glide = begun;
@@ -231,11 +231,11 @@ bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept {
     // point cannot store its displacement.
     move_along(p, r, axis, a.snaps_all != 0 ? p.position[axis] : a.to[axis], end[axis]);
   }
-  p.bound.reach = glide_reach;
+  p.known = Bound::glide;
   return true;
 }
 
-Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
+Bound find_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   Glide& g = r.glide;
   if (g.on != 0) {
@@ -257,7 +257,7 @@ Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept {
                         to_lengths(difference(t.to[1], r.base[1]))};
   const double slack = r.kernels->find_slack(r.law, r, r.rows, at) - bound_margin;
   if (!(slack >= 0.0)) return Bound::none;
-  if (slack > t.length) p.bound = {{t.to[0], t.to[1]}, slack};
+  if (slack > t.length) note_bound(p, {{t.to[0], t.to[1]}, slack});
   return Bound::ball;
 }
 

@@ -49,8 +49,8 @@ double find_lack(const Cohorts& r, double along, double across, double curve) no
 
 /// Makes a step as a glide if it can; otherwise returns false and changes nothing.
 bool try_glide(Patch& p, const Advance& a, StepSums& sums) noexcept;
-/// Continues a glide by a step, or finds that no bristle snaps in the step (ContactModel::renew_bound).
-Bound renew_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
+/// Continues a glide by a step, or finds that no bristle snaps in the step (ContactModel::find_new_bound).
+Bound find_cohort_bound(Patch& p, const Travel& t, StepSums& sums) noexcept;
 /// Computes the means over the cohorts at the start of a glide, from which its force follows.
 void find_glide_means(const Patch& p, Glide& g) noexcept;
 /// Updates the patch's sum of deflections, from which its force follows, from the means of its glide.

@@ -166,7 +166,7 @@ double apply_cohort_load(Patch& p, double normal_load_n) noexcept {
     loss += before - joules_per_unit(p) * cohort_squares(p);
   }
   r.run = 0.0;
-  p.bound.reach = no_reach;
+  p.known = Bound::none;
   note_cohorts(p);
   return loss;
 }

@@ -55,7 +55,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
 constexpr ContactModel cohorts_model = {.name = "cohorts",
                                         .apply_load = &apply_cohort_load,
                                         .advance = &advance_cohorts,
-                                        .renew_bound = &renew_cohort_bound,
+                                        .find_new_bound = &find_cohort_bound,
                                         .reset = &reset,
                                         .take_over = &take_over_cohorts,
                                         .copy = &copy,

@@ -64,9 +64,9 @@ void slip_all(Patch& p) noexcept {
     r.open[1] = no_cohort;
   }
   p.pending_dissipated += joules_per_unit(p) * squares;
-  const double snaps = snapped / r.units_per_bristle() + r.snap_rest;
+  const double snaps = snapped / r.units_per_bristle() + r.snap_fraction;
   p.pending_snaps += static_cast<std::uint64_t>(snaps);
-  r.snap_rest = snaps - std::floor(snaps);
+  r.snap_fraction = snaps - std::floor(snaps);
 }
 
 /// Copies the ages of bristles to a patch of the new material. If the old material did not age, they begin at
@@ -100,7 +100,7 @@ void take_over_cohorts(Patch& to, Patch& from) noexcept {
   const std::uint32_t capacity = r.capacity;
   static_cast<CohortState&>(r) = old;
   r.capacity = capacity;
-  r.snap_rest = old.snap_rest;
+  r.snap_fraction = old.snap_fraction;
   std::memcpy(r.rows, old.rows, old.used_numbers() * sizeof(double));
   take_over_ages(to, old);
   const Material& material = to.material().material;

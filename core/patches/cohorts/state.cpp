@@ -15,7 +15,7 @@ template <class State, class Visit>
 void slide_fields(State& s, const Cohorts& r, Visit&& visit) noexcept {
   visit(s.mass, FieldRule{.hashed = Hashed::apart});
   visit(s.run, FieldRule{"run", 0.0, r.follow, Hashed::apart});
-  visit(s.snap_rest, FieldRule{"snap_rest", 0.0, 1.0, Hashed::apart});
+  visit(s.snap_fraction, FieldRule{"snap_fraction", 0.0, 1.0, Hashed::apart});
   visit(s.spread, FieldRule{"spread", 0.0, full_mass * 1e8, Hashed::apart});
 }
 
@@ -221,7 +221,7 @@ std::uint64_t hash_cohorts(const Patch& p) noexcept {
   const Cohorts& r = cohorts(p);
   Hasher hasher;
   hasher.add(p.material().hash);
-  for (double x : {r.zeta_max(), r.mass, p.overload, r.run, r.law.piece, r.snap_rest, r.spread})
+  for (double x : {r.zeta_max(), r.mass, p.overload, r.run, r.law.piece, r.snap_fraction, r.spread})
     hasher.add(x);
   FieldHash hash{hasher, p};
   for (int axis = 0; axis < 2; ++axis)
@@ -327,7 +327,7 @@ void restore_cohorts(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
     ageing_fields(*r.ageing, read);
     read.column(r.births(), r.capacity);
   }
-  p.bound.reach = no_reach;
+  p.known = Bound::none;
   note_cohorts(p);
   for (int axis = 0; axis < 2; ++axis) note_sum(p, axis, noted[axis]);
   if (r.glide.on == 0) return;

@@ -278,8 +278,8 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     // Handles a step in which no bristle snapped, although the bound did not exclude it: the step only renews
     // the bound.
     if (totals.pieces == 0 && slide.carried == 0.0) {
-      if (commit) p.bound = {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin};
-      hold(p, a, sums);
+      if (commit) note_bound(p, {{middle(p, a, 0), middle(p, a, 1)}, state.slack - bound_margin});
+      bend_without_snap(p, a, sums);
       sums.visited = r.count;
       return;
     }
@@ -290,13 +290,13 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
   follow(state, rows, slide.move.to);
   write_sums(p, state, slide, totals, sums);
   sums.visited = r.count;
-  double rest = r.snap_rest;
+  double rest = r.snap_fraction;
   if (has(p.outputs, Outputs::energy)) {
     sums.dissipated = std::min(joules_per_unit(p) * totals.lost, highest_energy);
     sums.snaps = count_snaps(totals.snapped / r.units_per_bristle(), rest);
   }
   if (!commit) return;
-  r.snap_rest = rest;
+  r.snap_fraction = rest;
   if (r.ageing != nullptr) note_pace(p, r, slide);
   if (r.glides) static_cast<Course&>(r.glide) = slide.course;
   r.run = std::min(slide.run + (r.ageing != nullptr ? a.length / slide.growth : a.length), r.follow);
@@ -309,7 +309,7 @@ void advance(Patch& p, PatchStep& step, CohortState& state, double* rows, double
     // it is far from the base.
     p.sum[axis] = axis < p.axes ? deflections_at(r, place(p, r, axis), axis) : 0;
   }
-  p.bound.reach = no_reach;
+  p.known = Bound::none;
   p.fetched_lines = r.fetched_lines();
 }
 
@@ -340,7 +340,7 @@ void advance_copy(Patch& p, PatchStep& step, StepSums& sums) noexcept {
 void advance_cohorts(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Cohorts& r = cohorts(p);
   if (r.count == 0)  // out of contact no bristle can snap, so any motion is answered at once
-    hold(p, step.advance, sums);
+    bend_without_snap(p, step.advance, sums);
   else if (try_glide(p, step.advance, sums))
     return;
   else if (step.advance.commit != 0) {

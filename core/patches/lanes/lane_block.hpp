@@ -83,9 +83,9 @@ struct LaneBlock {
   // Properties that the contacts share
   std::shared_ptr<const CompiledMaterial> material;
   double lengths_per_metre = 0.0;
-  double stiffest = 1.0, strongest = 1.0;  ///< largest stiffness and limit of any direction, over the
-                                           ///< material's (LayMap)
-  std::uint32_t springs = 0;               ///< number of springs of a contact
+  /// Largest stiffness and limit of any direction, over the material's (LayMap).
+  double stiffest = 1.0, strongest = 1.0;
+  std::uint32_t springs = 0;  ///< number of springs of a contact
   int axes = 2;
   Outputs outputs = Outputs::end;
   bool ages = false;   ///< whether the contacts age (Patch::ages); such contacts are never lent
@@ -167,8 +167,7 @@ void settle(Patch& patch) noexcept;
 /// Whether a contact whose load and force are stored in its block (lend()) stays at rest under a motion, so
 /// that its last response can be repeated.
 inline bool stays_at_rest(const LaneBlock& b, std::uint32_t lane, const Motion& motion) noexcept {
-  return (b.rests >> lane & 1u) != 0 && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0 &&
-         motion.normal_load == b.load.lane[lane] && !motion.has_velocity;
+  return (b.rests >> lane & 1u) != 0 && leaves_at_rest(motion, b.load.lane[lane]);
 }
 /// Writes the response of a contact whose load and force are stored in its block (lend()), from the answers
 /// of the block's step.

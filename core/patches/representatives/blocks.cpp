@@ -87,8 +87,8 @@ void forget_bristles(Representatives<T>& r, std::uint32_t from, std::uint32_t to
 template <class T>
 void forget_upper_bounds(Patch& p) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  p.bound.reach = -1.0;
-  for (std::uint32_t g = 0; g < r.group_count; ++g) r.groups[g].reach = -1.0;
+  p.known = Bound::none;
+  for (std::uint32_t g = 0; g < r.group_count; ++g) r.groups[g].reach = 0.0;
 }
 
 template <class T>

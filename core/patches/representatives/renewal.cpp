@@ -197,7 +197,8 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   if (full) book_block<T>(p, b, -1);
   r.kernels->rewrite(r.view(), b, p.position);
   if (full) book_block<T>(p, b, +1);
-  r.groups[b / blocks_per_group].reach = p.bound.reach = -1.0;
+  r.groups[b / blocks_per_group].reach = 0.0;
+  p.known = Bound::none;
   note_tail<T>(p);
 }
 
@@ -235,7 +236,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   }
   walked.changed = true;
   if (totals.tail_changed) note_tail<T>(p);
-  p.bound.reach = -1.0;
+  p.known = Bound::none;
 }
 
 /// Updates the state and adds to the step's sums after the kernels have stepped one piece.
@@ -325,7 +326,7 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
           sum_of(record.blocks[b].position[axis], difference(a.from[axis], a.to[axis]));
     p.sum[axis] += young.sum[axis] - before[axis];
   }
-  for (std::uint32_t b = 0; b < record.active_blocks(); ++b) record.blocks[b].reach = -1.0f;
+  for (std::uint32_t b = 0; b < record.active_blocks(); ++b) record.blocks[b].reach = 0.0f;
   forget_upper_bounds<T>(p);
   note_tail<T>(p);
   PieceSums& walked = record.shared->walked;
@@ -506,15 +507,15 @@ void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
   Representatives<T>& r = representatives<T>(p);
   finish_sums<T>(p, a, t);
   r.shared->walked.changed |= t.blocks_rewritten > 0;
-  renew_bound<T>(p, t);
+  find_new_bound<T>(p, t);
   bring_along<T>(p);
   BRISTLE_ASSERT(sums_agree<T>(p));
 }
 
 namespace {
 
-/// Returns twice the mean sum of deflections over a step without any snap. It has the same bits as hold(), so
-/// that cutting a step into pieces changes none.
+/// Returns twice the mean sum of deflections over a step without any snap. It has the same bits as
+/// bend_without_snap(), so that cutting a step into pieces changes none.
 template <class T>
 double held_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];

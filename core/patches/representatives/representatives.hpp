@@ -318,7 +318,7 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
 /// Computes, after a step that visited blocks, the bound of the patch: the distance within which it may move
 /// before a block must be visited again.
 template <class T>
-void renew_bound(Patch& p, const Totals& totals) noexcept;
+void find_new_bound(Patch& p, const Totals& totals) noexcept;
 /// Returns whether the stored sum of deflections over full blocks equals the sum recomputed from these
 /// blocks, for asserts.
 template <class T>

@@ -269,6 +269,9 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     const double growth = r.ages() ? largest_ageing_factor(p.material().material) : 1.0;
     if (!within(renewal.run, 0.0, r.shared->forget * growth)) return "run";
     if (!within(renewal.young_run, 0.0, renewal.run)) return "run of young bristles";
+    // Bristles that age are never counted as young (note_young()).
+    if (r.ages() && renewal.young_from != RenewalState::none_young)
+      return "number of the first young bristle";
   }
 
   // Allows twice the longest length under an exponential law: a bristle at the end of a long slide may
@@ -356,7 +359,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
         column[i] = rule.filler == Filler::first_length ? r.first[i] : T(0);
   });
   find_block_sums<T>(p);
-  for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].reach = -1.0f;
+  for (std::uint32_t b = 0; b < r.block_count; ++b) r.blocks[b].reach = 0.0f;
   forget_upper_bounds<T>(p);
   note_count<T>(p);
 }

@@ -53,7 +53,7 @@ bool sums_agree(const Patch& p) noexcept {
 }
 
 template <class T>
-void renew_bound(Patch& p, const Totals& t) noexcept {
+void find_new_bound(Patch& p, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   // Recomputes bounds on snapping only while few blocks change. Bounds cost a square root per bristle. They
   // save nearly all visits if a fortieth of the blocks is rewritten, and cost more than they save at a
@@ -61,18 +61,14 @@ void renew_bound(Patch& p, const Totals& t) noexcept {
   if (t.blocks_visited > 0) p.tracks = 8 * t.blocks_rewritten < r.active_blocks();
   const std::uint32_t groups = (r.active_blocks() + blocks_per_group - 1) / blocks_per_group;
   double reach = 1e300;
-  for (std::uint32_t g = 0; g < groups && reach >= 0.0; ++g) {
-    if (r.groups[g].reach < 0.0) {
-      reach = -1.0;
-      break;
-    }
+  p.known = Bound::none;
+  for (std::uint32_t g = 0; g < groups; ++g) {
+    if (!(r.groups[g].reach > 0.0)) return;
     const double x = to_lengths(difference(p.position[0], r.groups[g].anchor[0]));
     const double y = to_lengths(difference(p.position[1], r.groups[g].anchor[1]));
     reach = std::min(reach, r.groups[g].reach - std::sqrt(x * x + y * y));
   }
-  p.bound.reach = reach;
-  p.bound.anchor[0] = p.position[0];
-  p.bound.anchor[1] = p.position[1];
+  note_bound(p, {{p.position[0], p.position[1]}, reach});
 }
 
 template <class T>
@@ -96,7 +92,7 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
     const double longest = p.ages ? m.longest * largest_ageing_factor(m.material) : m.longest;
     a.energy_unit = energy_unit(a.length, longest + 2.0 * m.residual);
   }
-  a.renews_bounds = a.skips_blocks && p.tracks ? 1 : 0;
+  a.finds_bounds = a.skips_blocks && p.tracks ? 1 : 0;
 }
 
 template <class T>
@@ -163,7 +159,7 @@ void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) no
   sums.visited = t.visited;
   if (!a.commit) return;
   BRISTLE_ASSERT(sums_agree<T>(p));
-  renew_bound<T>(p, t);
+  find_new_bound<T>(p, t);
 }
 
 template <class T>
@@ -193,7 +189,7 @@ void add_totals(Totals& sum, const Totals& part) noexcept {
   }
 }
 
-BRISTLE_INSTANTIATE(sums_agree, renew_bound, prepare_kernel, finish_kernel, prepare, run_blocks, finish,
+BRISTLE_INSTANTIATE(sums_agree, find_new_bound, prepare_kernel, finish_kernel, prepare, run_blocks, finish,
                     advance)
 
 }  // namespace bristle::detail

@@ -29,11 +29,11 @@ std::vector<ColumnWish> column_wishes(std::span<const ColumnKind> kinds, const C
                                       const ColumnWords& units);
 
 struct PlainCsv {
-  std::string text;                  ///< converted text from the header on; line numbers stay
-  std::size_t header_line = 1;       ///< line number of the header in the file
-  std::string header;                ///< header line of the CSV file as it stands there
-  std::vector<std::string> headers;  ///< for each kind of column, its header in the file; empty: none
-                                     ///< there
+  std::string text;             ///< converted text from the header on; line numbers stay
+  std::size_t header_line = 1;  ///< line number of the header in the file
+  std::string header;           ///< header line of the CSV file as it stands there
+  /// For each kind of column, its header in the file; empty: none there.
+  std::vector<std::string> headers;
   std::vector<std::string> units;    ///< for each kind of column, the unit's name; empty: none stated
   std::vector<std::size_t> unnamed;  ///< numbers of columns without a name, from 1
   std::vector<std::string> notes;    ///< remarks for the user on other deviations in format

@@ -713,11 +713,11 @@ int main(int argc, char** argv) {
     return run(std::vector<std::string>(argv + std::min(argc, 1), argv + argc));
   } catch (const cli::UserError& error) {
     return complain(error.what(), exit_bad_input);
-  } catch (const bristle::Error& error) {  // thrown, for example, for an instruction set that the machine
-                                           // lacks
+  } catch (const bristle::Error& error) {
+    // Thrown, for example, for an instruction set that the machine lacks.
     return complain(error.what(), exit_bad_input);
-  } catch (const std::filesystem::filesystem_error& error) {  // thrown, for example, if the working folder
-                                                              // was removed
+  } catch (const std::filesystem::filesystem_error& error) {
+    // Thrown, for example, if the working folder was removed.
     return complain(
         fmt::format("{}: {}", error.path1().empty() ? "the working folder" : error.path1().string(),
                     error.code().message()),

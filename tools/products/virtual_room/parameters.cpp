@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <utility>
 
 #include <fmt/format.h>
@@ -50,13 +49,8 @@ rivals::Surface surface_of(const Settings& s, const bristle::Material& material)
   return surface;
 }
 
-/// Returns the ranges of those settings that determine the surface's material.
-std::span<const SettingRange> surface_ranges() { return std::span(setting_ranges).first(surface_numbers); }
-
 bool same_material(const Settings& a, const Settings& b) {
-  return a.rule == b.rule && a.nap == b.nap && a.pad_friction == b.pad_friction &&
-         std::all_of(surface_ranges().begin(), surface_ranges().end(),
-                     [&](const SettingRange& range) { return a.*range.member == b.*range.member; });
+  return static_cast<const SurfaceSettings&>(a) == b && a.nap == b.nap && a.pad_friction == b.pad_friction;
 }
 
 Settings with_tool_friction(const Settings& settings) {
@@ -128,8 +122,7 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
     (void)tool_material_of(s);
   } catch (const bristle::Error& error) {
     say(error.what());
-    for (const SettingRange& range : surface_ranges()) s.*range.member = before.*range.member;
-    s.rule = before.rule;
+    static_cast<SurfaceSettings&>(s) = before;
     s.nap = before.nap;
     s.pad_friction = before.pad_friction;
     if (s.rule != SnapRule::redraw) s.infinite = false;
@@ -138,19 +131,12 @@ Settings checked_settings(const Settings& wanted, const Settings& before, std::s
 }
 
 bristle::Material material_of(const Settings& s) {
-  return bristle::Material::from_coefficients(
-      bristle::Coefficients{}
-          .with_kinetic(s.kinetic)
-          .with_peak(s.nap == 1.0 ? s.peak : s.kinetic)
-          .with_presliding_length(s.presliding_length)
-          .with_rule(s.rule)
-          .with_damping_per_newton(s.damping_per_newton)
-          .with_viscous_friction(s.viscous_friction)
-          .with_stribeck_velocity(s.stribeck_velocity)
-          .with_residual_share(s.residual_share)
-          .with_shared_renewal(s.shared_renewal)
-          .with_growth_per_decade(s.nap == 1.0 ? s.growth_per_decade : 0.0)
-          .with_ageing_time(s.ageing_time));
+  bristle::Coefficients surface = s;
+  if (s.nap != 1.0) {
+    surface.peak = surface.kinetic;
+    surface.growth_per_decade = 0.0;
+  }
+  return bristle::Material::from_coefficients(surface);
 }
 
 bristle::Material tool_material_of(const Settings& s) { return material_of(with_tool_friction(s)); }

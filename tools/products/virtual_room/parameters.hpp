@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 #include <bristle/bristle.hpp>
 #include <bristle/extended_patches.hpp>
@@ -21,17 +22,26 @@ struct SettingRange {
   double min, max;
   const char* unit;
 };
+/// Returns the range of a number of the surface, with the name and unit that the library gives it.
+constexpr SettingRange surface_range(double bristle::Coefficients::*member, double min, double max) {
+  SettingRange range{"", member, min, max, ""};
+  bristle::for_each_field<bristle::Coefficients>([&](const auto& field) {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field.member)>, decltype(member)>)
+      if (field.member == member) range.name = field.name, range.unit = field.about.unit;
+  });
+  return range;
+}
 inline constexpr std::array<SettingRange, 19> setting_ranges = {{
-    {"kinetic", &Settings::kinetic, 0.01, 2.0, ""},
-    {"peak", &Settings::peak, 0.01, 3.0, ""},
-    {"presliding_length", &Settings::presliding_length, 1e-6, 5e-3, "m"},
-    {"damping_per_newton", &Settings::damping_per_newton, 0.0, 100.0, "s/m"},
-    {"viscous_friction", &Settings::viscous_friction, 0.0, 100.0, "N s/m"},
-    {"stribeck_velocity", &Settings::stribeck_velocity, 0.0, 10.0, "m/s"},
-    {"residual_share", &Settings::residual_share, 0.0, 0.95, ""},
-    {"shared_renewal", &Settings::shared_renewal, 0.0, 8.0, ""},
-    {"growth_per_decade", &Settings::growth_per_decade, 0.0, 0.3, ""},
-    {"ageing_time", &Settings::ageing_time, 1e-3, 1e3, "s"},
+    surface_range(&Settings::kinetic, 0.01, 2.0),
+    surface_range(&Settings::peak, 0.01, 3.0),
+    surface_range(&Settings::presliding_length, 1e-6, 5e-3),
+    surface_range(&Settings::damping_per_newton, 0.0, 100.0),
+    surface_range(&Settings::viscous_friction, 0.0, 100.0),
+    surface_range(&Settings::stribeck_velocity, 0.0, 10.0),
+    surface_range(&Settings::residual_share, 0.0, 0.95),
+    surface_range(&Settings::shared_renewal, 0.0, 8.0),
+    surface_range(&Settings::growth_per_decade, 0.0, 0.3),
+    surface_range(&Settings::ageing_time, 1e-3, 1e3),
     {"mass", &Settings::mass, 0.02, 5.0, "kg"},
     {"extra_load", &Settings::extra_load, 0.0, 50.0, "N"},
     {"slope", &Settings::slope, -0.8, 0.8, "rad"},

@@ -65,18 +65,7 @@ inline Settings settings_of(Comparison scene) {
 }
 
 inline void apply(const Preset& preset, Settings& s) {
-  const bristle::Coefficients c = bristle::typical_coefficients(preset.typical);
-  s.kinetic = c.kinetic;
-  s.peak = c.peak;
-  s.presliding_length = c.presliding_length;
-  s.damping_per_newton = c.damping_per_newton;
-  s.viscous_friction = c.viscous_friction;
-  s.stribeck_velocity = c.stribeck_velocity;
-  s.residual_share = c.residual_share;
-  s.shared_renewal = c.shared_renewal;
-  s.growth_per_decade = c.growth_per_decade;
-  s.ageing_time = c.ageing_time;
-  s.rule = c.rule;
+  static_cast<bristle::Coefficients&>(s) = bristle::typical_coefficients(preset.typical);
   s.nap = 1.0;
   if (s.rule != bristle::SnapRule::redraw) s.infinite = false;
   s.bristles = preset.bristles;

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <bristle/material.hpp>
+#include <bristle/fields.hpp>
 
 namespace room {
 
@@ -18,21 +18,25 @@ enum class FrictionModel : unsigned char { brush, lugre, coulomb };
 /// Scenes in which further blocks stand beside the first and are moved alike (compared.hpp).
 enum class Comparison : unsigned char { none, models, rubbing, rest, ratchet };
 
+/// The surfaces in contact, by the library's coefficients.
+struct SurfaceSettings : bristle::Coefficients {
+  bool operator==(const SurfaceSettings& other) const {
+    bool same = true;
+    bristle::for_each_field<bristle::Coefficients>(
+        [&](const auto& field) { same = same && this->*field.member == other.*field.member; });
+    return same;
+  }
+};
+
 /// Settings of the room that a user can change while the loops run. The graphic loop sends them whole. The
 /// desk (a thread that may allocate) makes patches and materials of the newest settings for the haptic loop.
-struct Settings {
+struct Settings : SurfaceSettings {
+  /// A presliding length that a hand feels, and rests that one can wait for.
+  Settings() {
+    presliding_length = 1e-3;
+    ageing_time = 0.1;
+  }
   FrictionModel model = FrictionModel::brush;
-  double kinetic = 0.40, peak = 0.46;  ///< friction over load in sliding, and at the peak
-  double presliding_length = 1e-3;     ///< presliding length, m: mean deflection at a snap
-  double damping_per_newton = 0.0;     ///< damping of the bristles over load, s/m
-  double viscous_friction = 0.0;       ///< viscous friction of a lubricant, N s/m
-  double stribeck_velocity = 1e-3;     ///< speed over which bristle damping fades, m/s
-  double residual_share = bristle::Coefficients{}.residual_share;
-  double shared_renewal = bristle::Coefficients{}.shared_renewal;
-  /// Growth of static friction per decade of time at rest, over kinetic friction; 0: no ageing.
-  double growth_per_decade = 0.0;
-  double ageing_time = 0.1;  ///< time of rest after which static friction grows, s
-  bristle::SnapRule rule = bristle::SnapRule::redraw;
   /// Friction towards +x over friction towards -x, on a floor with a nap, as hair and cloth have
   /// (bristle::Lay::to_over_fro). A nap other than 1 needs the rule slide; then peak and growth_per_decade
   /// are ignored.
