@@ -11,7 +11,7 @@
 
 namespace bristle::detail {
 
-/// What a saved state is the state of. The numbers stand in saved bytes.
+/// Kind of object that a saved state belongs to. The numbers stand in saved bytes.
 enum class SavedKind : std::uint32_t { patches, keys, points, outlines, beds, joints };
 
 constexpr std::size_t saved_head_size = 40;

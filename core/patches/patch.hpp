@@ -116,7 +116,7 @@ struct alignas(64) Patch {
   bool in_lane : 1 = false;
   /// Number of the record's cache lines that are worth prefetching before a step.
   std::uint8_t fetched_lines = 0;
-  /// What the next step may be answered by, if the patch moves: nothing, the ball `bound`, or a glide.
+  /// Reason by which a next step that moves may be answered: none, the ball `bound`, or a glide.
   Bound known = Bound::none;
   /// Weight of the bristles in contact that are not in full blocks (`whole`); with representatives a number
   /// of bristles, not always whole.
