@@ -708,6 +708,31 @@ TEST_CASE("Friction of a pair stays with its contacts while the engine lists oth
   CHECK((!faces.has_joined(0) && faces.held().size() == 0));
 }
 
+TEST_CASE("Contacts listed again at their places keep keys, count as seen, and leave other pairs alone",
+          "[keys]") {
+  ContactMatcher matcher(MatcherOptions{}.with_reach(1e-3).with_keep_steps(2));
+  const auto match = [&](const std::vector<ContactPoint>& points) {
+    std::vector<std::uint64_t> keys(points.size());
+    const std::size_t found = matcher.match(points, keys);
+    return std::make_pair(found, keys);
+  };
+  const auto at = [](double x, std::uint64_t pair = 7) { return ContactPoint{pair, {x, 0.0, 0.0}}; };
+  const auto first = match({at(0.0), at(1.0)}).second;
+  CHECK(match({at(0.0), at(1.0)}) == std::make_pair(std::size_t{2}, first));
+  CHECK(match({at(1.0), at(0.0)}).second == std::vector<std::uint64_t>{first[1], first[0]});
+  // A contact that was missing may be missing for keep_steps again once it was listed.
+  match({}), match({at(1.0), at(0.0)}), match({}), match({});
+  CHECK(match({at(1.0), at(0.0)}).first == 2);
+  // Another pair at the same places is new.
+  CHECK(match({at(1.0, 8), at(0.0, 8)}).first == 0);
+  // A held contact is where the caller listed it last, however little it moved.
+  matcher.clear();
+  matcher.set_hold(1);
+  match({at(0.0)}), match({at(5e-8)}), match({at(1.0)});
+  REQUIRE(matcher.held().size() == 1);
+  CHECK(matcher.held()[0].contact.point[0] == 5e-8);
+}
+
 TEST_CASE("A pool with all of its patches taken still says which keys it has", "[keys]") {
   // Fills pools of 16, 32 and 64 patches. In a hash table with no more places than that, a search for an
   // unknown key would find no free place to end at.
