@@ -470,6 +470,37 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   frames.carry(fourth, Vector3d::UnitX());
 }
 
+TEST_CASE(
+    "Contacts of surfaces whose points change keep their shares of the load, and follow the points slowly",
+    "[frame][keys]") {
+  bristle::SurfaceLoads loads;
+  for (const std::uint64_t pair : {7u, 8u, 7u}) loads.add(pair);
+  REQUIRE(loads.all().size() == 2);
+  CHECK((loads.find(7) == 0 && loads.find(8) == 1 && loads.find(9) == -1));
+  // Two contacts carry 3 and 1 N. Then the pair carries 8 N on a point that belongs to the second contact.
+  double first = 3.0, second = 1.0;
+  const auto step = [&] {
+    loads[0].before = first + second;
+    loads[0].now = 8.0;
+    first = loads.held_load(0, first, 0.0);
+    second = loads.held_load(0, second, 8.0);
+  };
+  step();
+  CHECK(first == Approx(6.0 * 63.0 / 64.0));
+  CHECK(second == Approx(8.0 - first));
+  for (int i = 1; i < 64; ++i) step();
+  CHECK(first == Approx(6.0 * std::pow(63.0 / 64.0, 64)));
+  CHECK(loads.presses(0, first));
+  for (int i = 64; i < 424; ++i) step();
+  CHECK(first < 8e-3);  // less than a thousandth of the load
+  CHECK_FALSE(loads.presses(0, first));
+  // Surfaces that carried nothing have no shares yet, and others need none.
+  CHECK(loads.held_load(1, 0.0, 2.5) == 2.5);
+  CHECK(loads.held_load(-1, 1.0, 2.5) == 2.5);
+  CHECK(loads.held_load(-1, 2.5, 2.5 * (1.0 + 1e-7)) == 2.5);
+  CHECK(bristle::SurfaceLoads::first_load(6.4) == Approx(0.1));
+}
+
 TEST_CASE("The frame of a new contact is made anew, also if its patch was asked for before",
           "[frame][keys]") {
   bristle::PatchBatch batch;

@@ -440,27 +440,19 @@ void BristleSolver::hold(const bristle::HeldContact& held) {
 /// Finds the contacts that Bullet now lists at other points of the same two surfaces.
 void BristleSolver::find_surfaces() {
   surfaces_.clear();
-  const auto named = [&](const Contact& contact) {
-    return std::find_if(surfaces_.begin(), surfaces_.end(),
-                        [&](const Surfaces& of) { return of.pair == contact.pair; });
-  };
-  const auto add = [&](const Contact& contact) {
-    if (named(contact) == surfaces_.end()) surfaces_.push_back({contact.pair, {}, 0.0, 0.0});
-  };
   for (const Contact& contact : known_)
-    if (!contact.is_listed) add(contact);
+    if (!contact.is_listed) surfaces_.add(contact.pair);
   for (const Place& place : places_)
-    if (place.joined) add(known_[place.contact]);
+    if (place.joined) surfaces_.add(known_[place.contact].pair);
   for (Contact& contact : known_) {
-    const auto of = named(contact);
-    contact.surfaces = of == surfaces_.end() ? -1 : static_cast<int>(of - surfaces_.begin());
-    if (contact.surfaces >= 0) of->before += contact.normal_load;
+    contact.surfaces = surfaces_.find(contact.pair);
+    if (contact.surfaces >= 0) surfaces_[contact.surfaces].before += contact.normal_load;
   }
   for (Contact& contact : known_) {
-    if (contact.surfaces < 0) continue;
-    const double all = surfaces_[static_cast<std::size_t>(contact.surfaces)].before;
+    const double all = contact.surfaces < 0 ? 0.0 : surfaces_[contact.surfaces].before;
     contact.share = all > 0.0 ? contact.normal_load / all : 0.0;
   }
+  rows_.resize(surfaces_.all().size());
 }
 
 const BristleSolver::Place* BristleSolver::find_place(const btManifoldPoint& point) const {
@@ -491,19 +483,19 @@ void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
   first_of_group_ = solved_.size();
   const double dt_s = static_cast<double>(info.m_timeStep);
   last_dt_s_ = dt_s;
-  for (Surfaces& surfaces : surfaces_) surfaces.rows.clear();
+  for (auto& rows : rows_) rows.clear();
   for (int row = 0; row < m_tmpSolverContactConstraintPool.size(); ++row) {
     const auto& point =
         *static_cast<const btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint);
     const Place* const place = find_place(point);
     if (!place) continue;
     Contact& contact = known_[place->contact];
-    if (contact.surfaces >= 0) surfaces_[static_cast<std::size_t>(contact.surfaces)].rows.push_back(row);
+    if (contact.surfaces >= 0) rows_[static_cast<std::size_t>(contact.surfaces)].push_back(row);
     if (!place->joined) begin(contact, row, dt_s);
   }
   for (Contact& contact : known_) {
     if (contact.is_listed) continue;
-    const auto& rows = surfaces_[static_cast<std::size_t>(contact.surfaces)].rows;
+    const auto& rows = rows_[static_cast<std::size_t>(contact.surfaces)];
     if (!rows.empty()) begin(contact, rows.front(), dt_s);
   }
 }
@@ -675,7 +667,7 @@ double BristleSolver::normal_impulse(const Contact& contact) const {
   };
   if (contact.surfaces < 0) return of_row(contact.row);
   double sum = 0.0;
-  for (const int row : surfaces_[static_cast<std::size_t>(contact.surfaces)].rows) sum += of_row(row);
+  for (const int row : rows_[static_cast<std::size_t>(contact.surfaces)]) sum += of_row(row);
   return contact.share * sum;
 }
 
@@ -836,27 +828,20 @@ void BristleSolver::share_loads(double dt_s) {
   };
   for (std::size_t i = first_of_group_; i < solved_.size(); ++i)
     solved_[i]->on_points = solved_[i]->is_listed ? load_of(solved_[i]->row) : 0.0;
-  for (Surfaces& surfaces : surfaces_) {
-    surfaces.now = 0.0;
-    for (const int row : surfaces.rows) {
-      surfaces.now += load_of(row);
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    double& now = surfaces_[static_cast<int>(i)].now = 0.0;
+    for (const int row : rows_[i]) {
+      now += load_of(row);
       const Place* const place = find_place(
           *static_cast<const btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint));
       if (place->joined) known_[place->contact].on_points += load_of(row);
     }
   }
-  constexpr double least = 1e-3;  // share of the load of its surfaces with which a contact is held
   for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {
     Contact& contact = *solved_[i];
-    double load = contact.on_points;
-    if (contact.surfaces >= 0) {
-      const Surfaces& of = surfaces_[static_cast<std::size_t>(contact.surfaces)];
-      load = bristle::held_load(contact.normal_load, of.before, of.now, load);
-      if (!contact.is_listed && !(load > least * of.now)) matcher_.release(contact.key);
-    }
-    // Ignores changes of the load in the last digits of the solver, so that a patch at rest stays exactly at
-    // rest.
-    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+    contact.normal_load = surfaces_.held_load(contact.surfaces, contact.normal_load, contact.on_points);
+    if (!contact.is_listed && !surfaces_.presses(contact.surfaces, contact.normal_load))
+      matcher_.release(contact.key);
   }
 }
 

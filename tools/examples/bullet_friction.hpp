@@ -147,13 +147,6 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     std::size_t contact;
     bool joined;
   };
-  /// Two surfaces whose listed points have changed: key of the pair, its rows in Bullet's list, and its loads
-  /// in the last step and in this one, N.
-  struct Surfaces {
-    std::uint64_t pair;
-    std::vector<int> rows;
-    double before, now;
-  };
   void step_patches();
   void match();
   void reserve(std::size_t contacts);
@@ -196,8 +189,9 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<const btPersistentManifold*> of_;  // manifold of each point in found_
   std::vector<double> normals_;
   std::vector<std::uint64_t> keys_;
-  std::vector<Place> places_;  // sorted by the points' addresses
-  std::vector<Surfaces> surfaces_;
+  std::vector<Place> places_;           // sorted by the points' addresses
+  bristle::SurfaceLoads surfaces_;      // pairs of surfaces whose listed points have changed
+  std::vector<std::vector<int>> rows_;  // rows of each of these pairs in Bullet's list
   // Pairs of bodies that touch, sorted, with their manifolds.
   std::vector<std::pair<std::uint64_t, const btPersistentManifold*>> touching_;
   std::size_t first_of_group_ = 0;  // index in solved_ of the first contact of the islands being solved

@@ -589,45 +589,29 @@ void BristleFriction::hold(const mjModel& model, const mjData& data, const brist
 /// points.
 void BristleFriction::find_surfaces() {
   surfaces_.clear();
-  const auto named = [&](const Contact& contact) {
-    return std::find_if(surfaces_.begin(), surfaces_.end(),
-                        [&](const Surfaces& s) { return s.pair == contact.pair; });
-  };
   for (const Contact& contact : contacts_)
-    if (!contact.is_asleep && (!contact.is_listed || contact.joined != own_patch) &&
-        named(contact) == surfaces_.end())
-      surfaces_.push_back({contact.pair, 0.0, 0.0});
-  for (Contact& contact : contacts_) {
-    const auto of = named(contact);
-    contact.surfaces = of == surfaces_.end() ? -1 : static_cast<int>(of - surfaces_.begin());
-  }
+    if (!contact.is_asleep && (!contact.is_listed || contact.joined != own_patch))
+      surfaces_.add(contact.pair);
+  for (Contact& contact : contacts_) contact.surfaces = surfaces_.find(contact.pair);
 }
 
 /// Sets the normal load of each contact, from MuJoCo's normal forces of this step.
 void BristleFriction::share_loads(const mjData& data) {
-  for (Surfaces& s : surfaces_) s.before = s.now = 0.0;
+  for (bristle::SurfaceLoads::Sums& of : surfaces_.all()) of.before = of.now = 0.0;
   for (Contact& contact : contacts_) contact.on_points = contact.row >= 0 ? data.efc_force[contact.row] : 0.0;
   for (Contact& contact : contacts_) {
     if (contact.surfaces < 0) continue;
-    Surfaces& s = surfaces_[static_cast<std::size_t>(contact.surfaces)];
-    s.now += contact.on_points;
+    surfaces_[contact.surfaces].now += contact.on_points;
     if (contact.joined == own_patch)
-      s.before += contact.normal_load;
+      surfaces_[contact.surfaces].before += contact.normal_load;
     else if (contact.joined >= 0)
       contacts_[static_cast<std::size_t>(contact.joined)].on_points += contact.on_points;
   }
-  constexpr double least = 1e-3;  // share of the load of its surfaces with which a contact is held
   for (Contact& contact : contacts_) {
     if (contact.joined != own_patch || contact.is_asleep) continue;
-    double load = contact.on_points;
-    if (contact.surfaces >= 0) {
-      const Surfaces& s = surfaces_[static_cast<std::size_t>(contact.surfaces)];
-      load = bristle::held_load(contact.normal_load, s.before, s.now, load);
-      if (!contact.is_listed && !(load > least * s.now)) matcher_.release(contact.key);
-    }
-    // Ignores changes of the load in the last digits of the solver, so that a patch at rest stays exactly at
-    // rest.
-    if (std::fabs(load - contact.normal_load) > 1e-6 * load) contact.normal_load = load;
+    contact.normal_load = surfaces_.held_load(contact.surfaces, contact.normal_load, contact.on_points);
+    if (!contact.is_listed && !surfaces_.presses(contact.surfaces, contact.normal_load))
+      matcher_.release(contact.key);
   }
 }
 
@@ -774,25 +758,24 @@ void BristleFriction::set_levers(const mjModel& model, const mjData& data, const
     const double sign = side == 0 ? -1.0 : 1.0;
     const int root = model.body_rootid[contact.bodies[side]];
     const Vector3d arm = contact.point - Map<const Vector3d>(data.subtree_com + 3 * root);
-    const Vector3d moments[3] = {arm.cross(axes[0]), arm.cross(axes[1]), arm.cross(axes[2])};
     for (int dof = last[side]; dof >= 0; dof = model.dof_parentid[dof]) {
-      const Map<const Vector3d> turn(data.cdof + 6 * dof), shift(data.cdof + 6 * dof + 3);
       double* const to =
           levers + (in_line ? dof - *first : std::lower_bound(first, first + count, dof) - first);
-      if (shifts(model, dof)) {  // along an axis of the world
+      if (shifts(model, dof)) {  // the last of three shifts along the axes of the world, the root of its tree
         for (std::size_t a = 0; a < 3; ++a)
-          to[a * count] += sign * axes[a][dof - model.jnt_dofadr[model.dof_jntid[dof]]];
-        continue;
+          for (int i = 0; i < 3; ++i) (to + a * count - 2)[i] += sign * axes[a][i];
+        break;
       }
-      for (std::size_t a = 0; a < 3; ++a) to[a * count] += sign * (axes[a].dot(shift) + moments[a].dot(turn));
+      const Map<const Vector3d> turn(data.cdof + 6 * dof), shift(data.cdof + 6 * dof + 3);
+      const Vector3d moved = sign * (shift + turn.cross(arm));
+      for (std::size_t a = 0; a < 3; ++a) to[a * count] += axes[a].dot(moved);
       to[3 * count] += sign * axes[0].dot(turn);
     }
   }
-  for (int a = 0; a < 4; ++a) {
-    double speed = 0.0;
-    for (std::size_t k = 0; k < count; ++k)
-      speed += data.qvel[first[k]] * levers[static_cast<std::size_t>(a) * count + k];
-    contact.start[a] = speed;
+  contact.start.setZero();
+  for (std::size_t k = 0; k < count; ++k) {
+    const double speed = data.qvel[first[k]];
+    for (std::size_t a = 0; a < 4; ++a) contact.start[static_cast<int>(a)] += speed * levers[a * count + k];
   }
   contact.start.segment<2>(1) += contact.arc;
   contact.surface = surface_velocity(model, data, contact);
@@ -883,7 +866,7 @@ void BristleFriction::begin_new_contacts(const mjModel& model, mjData& data) {
   for (Contact& contact : contacts_) {
     if (!is_new(contact)) continue;
     contact.normal_load = data.efc_force[contact.row];
-    if (contact.surfaces >= 0) contact.normal_load = bristle::held_load(0.0, 1.0, 0.0, contact.normal_load);
+    if (contact.surfaces >= 0) contact.normal_load = bristle::SurfaceLoads::first_load(contact.normal_load);
     if (contact.bed) continue;  // a bed reaches its force limit within a presliding displacement
     Vector3d moved = contact.start.tail<3>();
     const double speed = moved.head<2>().norm() + std::fabs(moved[2]) * contact.radius;
@@ -940,7 +923,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
         straight[1] = straight[2] = dt_s * model_of_cell.slope()[0];
         pull.segment<2>(1) = dt_s * model_of_cell.steady - straight[1] * contact.start.segment<2>(1);
       }
-      add(contact, straight.asDiagonal(), pull);
+      add<3>(contact, straight.head<3>().asDiagonal(), pull.head<3>());
       continue;
     }
     Eigen::Matrix3d of_cells = Eigen::Matrix3d::Zero();
@@ -949,7 +932,7 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
     Eigen::Matrix4d gain = straight.asDiagonal();
     gain.bottomRightCorner<3, 3>() = dt_s * of_cells;
     pull.tail<3>() = dt_s * (elastic - of_cells * contact.start.tail<3>());
-    add(contact, gain, pull);
+    add<4>(contact, gain, pull);
   }
   system_.factor();
   system_.substitute();
@@ -963,19 +946,21 @@ void BristleFriction::solve(const mjModel& model, const mjData& data) {
   }
 }
 
-/// Adds a contact to the linear solve. Contacts of one or two free bodies (or of one with the ground) have
-/// matrices of fixed size, with which the compiler makes faster code.
-template <class Gain>
-void BristleFriction::add(const Contact& contact, const Gain& gain, const Eigen::Vector4d& pull) {
+/// Adds a contact to the linear solve: 3 forces of a point, or 4 with a torque about the normal. Contacts of
+/// one or two free bodies (or of one with the ground) have matrices of fixed size, with which the compiler
+/// makes faster code.
+template <int forces, class Gain, class Pull>
+void BristleFriction::add(const Contact& contact, const Gain& gain, const Pull& pull) {
   const int* const columns = columns_.data() + contact.first_dof;
   const double* const levers = levers_.data() + 4 * contact.first_dof;
   const auto in_row = [&](int at) { return columns[at + 5] == columns[at] + 5; };
   if (contact.dofs == 6 && in_row(0))
-    system_.add_bodies({columns[0], -1}, Map<const Eigen::Matrix<double, 6, 4>>(levers), gain, pull);
+    system_.add_bodies({columns[0], -1}, Map<const Eigen::Matrix<double, 6, forces>>(levers), gain, pull);
   else if (contact.dofs == 12 && in_row(0) && in_row(6))
-    system_.add_bodies({columns[0], columns[6]}, Map<const Eigen::Matrix<double, 12, 4>>(levers), gain, pull);
+    system_.add_bodies({columns[0], columns[6]}, Map<const Eigen::Matrix<double, 12, forces>>(levers), gain,
+                       pull);
   else
-    system_.add(columns, levers_of(contact), gain, pull);
+    system_.add(columns, levers_of(contact).leftCols<forces>(), gain, pull);
 }
 
 /// Adds up the gain G (force per velocity) and the elastic force E of the cells about the contact point. A

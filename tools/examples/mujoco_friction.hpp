@@ -218,8 +218,8 @@ class BristleFriction {
   void begin_new_contacts(const mjModel& model, mjData& data);
   void number_dofs(const mjModel& model);
   void solve(const mjModel& model, const mjData& data);
-  template <class Gain>
-  void add(const Contact& contact, const Gain& gain, const Eigen::Vector4d& pull);
+  template <int forces, class Gain, class Pull>
+  void add(const Contact& contact, const Gain& gain, const Pull& pull);
   bool release_cells();
   bristle::BedMotion bed_motion(const mjModel& model, const mjData& data, const Contact& contact,
                                 const Eigen::Vector3d& moved) const;
@@ -257,13 +257,7 @@ class BristleFriction {
   std::vector<bristle::ContactPoint> found_points_;
   std::vector<double> found_normals_;
   std::vector<std::uint64_t> keys_;
-  // Two surfaces whose listed points have changed: key of the pair, and its loads in the last step and in
-  // this one, N.
-  struct Surfaces {
-    std::uint64_t pair;
-    double before, now;
-  };
-  std::vector<Surfaces> surfaces_;
+  bristle::SurfaceLoads surfaces_;        // pairs of surfaces whose listed points have changed
   std::vector<bristle::Motion> motions_;  // motions of all cells, as the batch gets them
   std::vector<bristle::Response> responses_;
   std::vector<bristle::BedMotion> bed_motions_;

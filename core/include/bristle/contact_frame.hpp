@@ -374,16 +374,52 @@ class SlipByPlaces {
   bool both_round_ = false;
 };
 
-/// Returns the normal load (N) of a contact that a ContactMatcher holds (set_hold()) while the engine lists
-/// other points of its surfaces from step to step. The contact keeps its share of the surfaces' load from the
-/// step before; within some 64 steps the share approaches the load on those points that now have the
-/// contact's key (`on_its_points`). `before`: the contact's load in the step before. `all_before`, `all`:
-/// loads on all contacts of the two surfaces, in the step before and in this one.
-inline double held_load(double before, double all_before, double all, double on_its_points) noexcept {
-  constexpr double follows = 1.0 / 64.0;
-  if (!(all_before > 0.0)) return on_its_points;
-  return (1.0 - follows) * before / all_before * all + follows * on_its_points;
-}
+/// Normal loads of contacts that a ContactMatcher holds (set_hold()) while an engine lists other points of
+/// their surfaces from step to step. Each contact keeps its share of the load of its two surfaces; within
+/// some 64 steps the share approaches the load on those points that now have the contact's key.
+class SurfaceLoads {
+ public:
+  /// Loads of all contacts of two surfaces, N, in the step before and in this one. The caller sums them.
+  struct Sums {
+    std::uint64_t pair = 0;  ///< ContactPoint::pair
+    double before = 0.0, now = 0.0;
+  };
+  void clear() noexcept { sums_.clear(); }
+  /// Adds the surfaces of a contact that is held or has joined another one.
+  void add(std::uint64_t pair) {
+    if (find(pair) < 0) sums_.push_back({pair, 0.0, 0.0});
+  }
+  /// Returns the index of the surfaces in this list; -1 for a pair that was not added, whose contacts carry
+  /// just the load on their points.
+  int find(std::uint64_t pair) const noexcept {
+    for (std::size_t i = 0; i < sums_.size(); ++i)
+      if (sums_[i].pair == pair) return static_cast<int>(i);
+    return -1;
+  }
+  Sums& operator[](int index) noexcept { return sums_[static_cast<std::size_t>(index)]; }
+  std::vector<Sums>& all() noexcept { return sums_; }
+
+  /// Returns the normal load of a contact, N, from its load in the step before and the load on its points in
+  /// this one. `index`: its surfaces, -1 if they are not in this list. A change in the last digits of an
+  /// engine's solver is ignored, so that a patch at rest stays exactly at rest.
+  double held_load(int index, double before, double on_its_points) const noexcept {
+    double load = on_its_points;
+    const Sums none, &of = index < 0 ? none : sums_[static_cast<std::size_t>(index)];
+    if (of.before > 0.0) load = (1.0 - follows) * before / of.before * of.now + follows * on_its_points;
+    return std::fabs(load - before) > 1e-6 * load ? load : before;
+  }
+  /// Returns whether a held contact carries more than a thousandth of the load of its surfaces. One that does
+  /// not should be released (ContactMatcher::release).
+  bool presses(int index, double load) const noexcept {
+    return load > 1e-3 * sums_[static_cast<std::size_t>(index)].now;
+  }
+  /// Returns the load of a new contact of surfaces in this list, which have other contacts already.
+  static double first_load(double on_its_points) noexcept { return follows * on_its_points; }
+
+ private:
+  static constexpr double follows = 1.0 / 64.0;
+  std::vector<Sums> sums_;
+};
 
 /// Frames of a pool's contacts, one for each key, kept as long as the contact lasts. Plain data: a rollback
 /// restores a copy that was made with the pool's snapshot.
