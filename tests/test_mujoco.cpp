@@ -507,12 +507,19 @@ TEST_CASE("In MuJoCo a ball that spins about the vertical loses torsional coeffi
   world.run(0.2);
   REQUIRE(world.friction->discs()->size() == 1);
   CHECK(world.friction->points().size() == 0);
+  const Eigen::Vector3d along = world.friction->contacts().at(0).frame.along();
   world.data->qvel[5] = 4.0;
   world.run(0.05);
   const double before = world.data->qvel[5];
   world.run(0.1);
   const double loss = 0.005 * gravity / (0.4 * 0.01);
   CHECK((before - world.data->qvel[5]) / 0.1 == Approx(loss).epsilon(0.01));
+  // The spin of the step is predicted but for the difference of peak and kinetic friction, and the axes stay
+  // on the plane.
+  const double step = world.model->opt.timestep;
+  CHECK(world.friction->contacts().at(0).velocity[3] ==
+        Approx(world.data->qvel[5]).margin(0.3 * loss * step));
+  CHECK((world.friction->contacts().at(0).frame.along() - along).norm() < 1e-6);
   world.run(0.5);
   // A slow spin is left: the ball swings on its bristles, because they have no dampers here.
   CHECK(std::fabs(world.data->qvel[5]) < 1e-4);
@@ -571,6 +578,17 @@ TEST_CASE("In MuJoCo the geom of higher priority says what a contact resists, el
   CHECK(slides("condim=\"1\" priority=\"1\"", "condim=\"3\""));
   CHECK_FALSE(slides("condim=\"1\"", "condim=\"3\" priority=\"1\""));
   CHECK(slides("condim=\"3\"", "condim=\"1\" priority=\"1\""));
+}
+
+TEST_CASE("In MuJoCo a contact that begins in sliding has kinetic friction from its first step", "[mujoco]") {
+  // In the step the plate moves by little more than a presliding length (1 mm), so that straight bristles
+  // would reach less than kinetic friction, and bristles bent the other way far less.
+  World world(on_floor(plate, 0.001, 0.5), World::law().with_presliding_length(1e-3));
+  world.run(0.2);
+  world.friction->forget_contacts();
+  world.data->qvel[0] = 1.2;
+  world.friction->step(*world.model, *world.data);
+  CHECK(1.2 - world.data->qvel[0] == Approx(0.5 * gravity * world.model->opt.timestep).epsilon(0.05));
 }
 
 TEST_CASE("In MuJoCo a force in qfrc_applied counts and stays as it was", "[mujoco]") {
@@ -709,13 +727,31 @@ TEST_CASE("In MuJoCo patches go back when contacts are lost and come again when 
 
 namespace {
 
-/// A block of 0.2 kg on a plate of 0.1 kg, gravity at 15 degrees; a force sensor under the plate.
+/// A block of 0.2 kg on a plate of 0.1 kg, gravity at 15 degrees. Sensors of force and torque under the plate
+/// have axes of their own, and the block does not stand above them.
 std::string on_force_plate() {
   return R"(<mujoco><option timestep="0.002" gravity="2.539 0 -9.476"/>
 <default><geom solref="0.01 1" friction="0.6 0.005 0.0001"/></default>
-<worldbody><body name="plate" pos="0 0 -0.01"><geom type="box" size="0.2 0.2 0.01" mass="0.1"/><site name="under"/></body>
-<body name="body" pos="0 0 0.02"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.2"/></body></worldbody>
-<sensor><force site="under"/></sensor></mujoco>)";
+<worldbody><body name="plate" pos="0 0 -0.01"><geom type="box" size="0.2 0.2 0.01" mass="0.1"/>
+<site name="under" pos="0.02 -0.03 -0.01" euler="20 40 60"/></body>
+<body name="body" pos="0.06 0.04 0.02"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.2"/></body></worldbody>
+<sensor><force site="under"/><torque site="under"/></sensor></mujoco>)";
+}
+
+/// Checks that the sensors under the plate read the support of bodies at rest: a force against all weights,
+/// and a torque about the site against their moments and against a torque `about` that turns a body (N m).
+void expect_support(const mjModel& model, const mjData& data,
+                    const Eigen::Vector3d& about = Eigen::Vector3d::Zero()) {
+  using Vector = Eigen::Map<const Eigen::Vector3d>;
+  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> axes(data.site_xmat);
+  Eigen::Vector3d force = Eigen::Vector3d::Zero(), torque = -about;
+  for (int body = 1; body < model.nbody; ++body) {
+    const Eigen::Vector3d weight = model.body_mass[body] * Vector(model.opt.gravity);
+    force -= weight;
+    torque -= (Vector(data.xipos + 3 * body) - Vector(data.site_xpos)).cross(weight);
+  }
+  CHECK((axes * Vector(data.sensordata) - force).norm() < 1e-3 * force.norm());
+  CHECK((axes * Vector(data.sensordata + 3) - torque).norm() < 1e-3 * torque.norm());
 }
 
 }  // namespace
@@ -726,9 +762,7 @@ TEST_CASE("In MuJoCo force sensors, contact forces and accelerations know the fr
   world.run(1.0);
   const Eigen::Vector3d gravity_vector(2.539, 0.0, -9.476);
   const auto expect_held = [&] {
-    // The plate's support carries the weights of both.
-    const Eigen::Map<const Eigen::Vector3d> sensed(world.data->sensordata);
-    CHECK((sensed + 0.3 * gravity_vector).norm() < 1e-3 * 0.3 * gravity);
+    expect_support(*world.model, *world.data);
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (int i = 0; i < world.data->ncon; ++i) {
       mjtNum force[6], in_world[3];
@@ -749,6 +783,74 @@ TEST_CASE("In MuJoCo force sensors, contact forces and accelerations know the fr
   CHECK(std::fabs(world.data->qpos[0] - before) < 1e-9);
   CHECK(std::all_of(world.data->xfrc_applied, world.data->xfrc_applied + 18,
                     [](mjtNum f) { return f == 0.0; }));
+}
+
+TEST_CASE("In MuJoCo a torque sensor under a plate reads the friction that keeps a ball from turning on it",
+          "[mujoco]") {
+  World world(R"(<mujoco><option timestep="0.002"/>
+<default><geom solref="0.01 1" condim="4" friction="0.5 0.005 0.0001"/></default>
+<worldbody><body pos="0 0 -0.01"><geom type="box" size="0.2 0.2 0.01" mass="0.1"/>
+<site name="under" euler="20 40 60"/></body>
+<body name="body" pos="0 0 0.1"><freejoint/><geom type="sphere" size="0.1" mass="0.3"/></body></worldbody>
+<sensor><force site="under"/><torque site="under" cutoff="0.006"/></sensor></mujoco>)");
+  world.run(0.2);
+  const double about = world.data->qfrc_applied[5] = 0.5 * 0.005 * 0.3 * gravity;
+  world.run(0.5);
+  expect_support(*world.model, *world.data, {0.0, 0.0, about});
+  mjtNum force[6];
+  REQUIRE(world.data->ncon == 1);
+  world.friction->contact_force(*world.model, *world.data, 0, force);
+  const auto& contact = world.data->contact[0];
+  const double on_ball = contact.geom2 == 1 ? force[3] : -force[3];
+  CHECK(on_ball * contact.frame[2] == Approx(-about).epsilon(1e-3));
+  // A weight far off the sensor gives torques beyond its cutoff.
+  world.data->qfrc_applied[5] = 0.0;
+  world.data->qpos[0] = world.data->qpos[1] = 0.15;
+  world.friction->forget_contacts();
+  world.run(0.2);
+  double largest = 0.0;
+  for (int i = 3; i < 6; ++i) largest = std::max(largest, std::fabs(world.data->sensordata[i]));
+  CHECK(largest == 0.006);
+}
+
+TEST_CASE("In MuJoCo the linear solve predicts the slip and the spin of the step that follows", "[mujoco]") {
+  // Shakes a box whose weight is off its centre, on a table that turns against a spring. Its corners carry
+  // unequal loads, so that the arms of normal forces and of friction count.
+  for (const char* condim : {"3", "4"}) {
+    INFO("condim " << condim);
+    World world(
+        R"(<mujoco><option timestep="0.002"/><default><geom solref="0.01 1" friction="0.5 0.005 0.0001" condim=")" +
+        std::string(condim) + R"("/></default><worldbody>
+<body><joint type="hinge" axis="0 0 1" pos="0.3 0 0" stiffness="200" damping="0.1"/>
+  <geom type="box" size="0.5 0.5 0.05" pos="0 0 -0.05" mass="5"/></body>
+<body name="body" pos="0 0 0.02"><freejoint/><geom type="box" size="0.1 0.05 0.02" mass="0.3"/>
+  <geom type="box" size="0.02 0.02 0.05" pos="0.07 0.03 0.07" mass="0.2" contype="0" conaffinity="0"/></body>
+</worldbody></mujoco>)");
+    world.drive = [](const mjModel&, mjData& data) {
+      for (int i = 1; i < 7; ++i)
+        data.qfrc_applied[i] = (i < 4 ? 0.1 : 0.003) * std::sin((60.0 + 10.0 * i) * data.time);
+    };
+    world.run(0.5);
+    Eigen::Vector4d largest = Eigen::Vector4d::Zero(), error = largest;
+    for (int i = 0; i < 50; ++i) {
+      world.run(world.model->opt.timestep);
+      CHECK(world.friction->contacts().size() == 4);
+      for (const auto& c : world.friction->contacts()) {
+        Eigen::Matrix<double, 3, 7, Eigen::RowMajor> shift[2], turn[2];
+        for (int k = 0; k < 2; ++k)
+          mj_jac(world.model.get(), world.data.get(), shift[k].data(), turn[k].data(), c.point.data(),
+                 c.bodies[k]);
+        const Eigen::Map<const Eigen::Matrix<double, 7, 1>> qvel(world.data->qvel);
+        const Eigen::Vector3d slip = (shift[1] - shift[0]) * qvel, spin = (turn[1] - turn[0]) * qvel;
+        const Eigen::Vector4d made(c.frame.normal().dot(slip), c.frame.along().dot(slip),
+                                   c.frame.aside().dot(slip), c.frame.normal().dot(spin));
+        largest = largest.cwiseMax(made.cwiseAbs());
+        error = error.cwiseMax((c.velocity - made).cwiseAbs());
+      }
+    }
+    CAPTURE(largest.transpose(), error.transpose());
+    for (int a = 0; a < 4; ++a) CHECK(error[a] < 0.02 * largest[a]);
+  }
 }
 
 TEST_CASE("In MuJoCo copied data and friction repeat a run to the bit, alone and over threads", "[mujoco]") {
@@ -817,6 +919,22 @@ TEST_CASE("In MuJoCo a belt carries a box at its speed, and holds one that is ti
   double force = 0.0;
   for (const auto& c : friction.contacts()) force += c.frame.force({c.force[0], c.force[1]})[0];
   CHECK(force == Approx(0.5 * 0.5 * gravity).epsilon(0.02));
+}
+
+TEST_CASE("In MuJoCo a belt that turns about a pole pushes a box at a right angle to its arm", "[mujoco]") {
+  FrictionOptions options;
+  options.patch.with_max_normal_load(5.0);
+  options.surface_velocity = [](const mjModel&, int geom, double(&velocity)[6]) {
+    if (geom == 0) velocity[5] = 5.0;
+  };
+  const Model model = load(on_floor(R"(<geom type="box" size="0.01 0.01 0.001" mass="0.5"/>)", 0.001, 0.5));
+  const ContactDims dims = remove_friction(*model);
+  BristleFriction friction(*model, dims, World::law(), options);
+  const Data data = make_data(*model);
+  data->qpos[0] = 0.2;  // where the belt has 1 m/s along y
+  while (data->time < 0.0495) friction.step(*model, *data);
+  CHECK(data->qvel[1] == Approx(0.05 * 0.5 * gravity).epsilon(0.05));
+  CHECK(std::fabs(data->qvel[0]) < 0.02);
 }
 
 #ifdef BRISTLE_MUJOCO_PLUGIN
@@ -988,8 +1106,7 @@ TEST_CASE("In MuJoCo 3 force sensors know the friction of the plugin, and so doe
   run_for(*model, *data, 1.0, none);
   const Eigen::Vector3d gravity_vector(2.539, 0.0, -9.476);
   const auto expect_held = [&] {
-    const Eigen::Map<const Eigen::Vector3d> sensed(data->sensordata);
-    CHECK((sensed + 0.3 * gravity_vector).norm() < 1e-3 * 0.3 * gravity);
+    expect_support(*model, *data);
     for (int i = 0; i < 6; ++i) CHECK(std::fabs(data->qacc[i]) < 1e-3);
   };
   expect_held();
