@@ -762,6 +762,18 @@ TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
   const std::string text = run_cli(folder, "run " + scene_path("block_on_floor")).out;
   CHECK_THAT(text, Contains("block breaks away after 1.9") && Contains("and sticks for"));
   CHECK_FALSE(Contains("fy mean").match(text));  // a patch of one axis has no column for the force along y
+
+  // Friction without a peak rises to its kinetic value, 0.275 x 5 N, over two mean snap lengths.
+  const std::string smooth = folder.write("smooth.toml",
+                                          "[scene]\nname = \"smooth\"\ndt = 1e-3\nduration = 16.0\n"
+                                          "[[material]]\nname = \"m\"\nkinetic = 0.275\nspread = 0.6\n"
+                                          "presliding_length = 50e-6\ndamping_per_newton = 4\n"
+                                          "[[patch]]\nname = \"p\"\nmaterial = \"m\"\naxes = 1\n"
+                                          "max_normal_load = 5.1\n[[body]]\nname = \"b\"\nmass = 0.50986\n"
+                                          "patches = [\"p\"]\nforce = [{ t = 0.0, x = 0.0 }, "
+                                          "{ t = 16.0, x = 1.6 }]\n");
+  const json slow = run_report(folder, "run " + smooth)["bodies"][0];
+  CHECK(slow["broke_away_n"].get<double>() == Approx(1.375).epsilon(0.02));
 }
 
 TEST_CASE("accuracy refuses errors that make no sense, and two reports on one stdout", "[cli]") {

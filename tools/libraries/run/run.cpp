@@ -59,6 +59,7 @@ class SceneRun {
   /// distance of ten times `length`, the longest mean snap length of its patches.
   struct Hold {
     double place[2], length;
+    double breaks;  ///< way after which the body has broken away, m
     Sticking sticking;
   };
   std::vector<Hold> holds_;
@@ -87,10 +88,15 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
     result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const double(&place)[2] = stepper_.bodies()[b].position();
-    holds_.push_back({{place[0], place[1]}, 0.0, {}});
-    for (const std::size_t p : scene.bodies[b].patches)
-      holds_[b].length =
-          std::max(holds_[b].length, scene.materials[scene.patches[p].material].material.snap_length.mean());
+    holds_.push_back({{place[0], place[1]}, 0.0, 0.0, {}});
+    for (const std::size_t p : scene.bodies[b].patches) {
+      const bristle::Material& m = scene.materials[scene.patches[p].material].material;
+      const double mean = m.snap_length.mean();
+      // Friction with a peak is highest within one mean snap length, friction without one after two.
+      const bool peaks = m.peak_coefficient() > 1.01 * m.kinetic_coefficient();
+      holds_[b].length = std::max(holds_[b].length, mean);
+      holds_[b].breaks = std::max(holds_[b].breaks, peaks ? mean : 2.0 * mean);
+    }
   }
   for (const std::string& file : {options.out, options.drawn}) {
     if (file.empty()) continue;
@@ -213,7 +219,7 @@ void SceneRun::account_body(std::size_t b, double t) {
   const double(&v)[2] = stepper_.bodies()[b].velocity();
   const double dx = x[0] - hold.place[0], dy = x[1] - hold.place[1];
   const double way = std::sqrt(dx * dx + dy * dy), reach = 10.0 * hold.length;
-  if (way <= hold.length && !result.broke_away) {
+  if (way <= hold.breaks && !result.broke_away) {
     double applied[2];
     stepper_.bodies()[b].applied_force(t, applied);
     result.time = t;

@@ -92,8 +92,10 @@ struct PatchResult {
 /// stuck.
 struct Sticking {
   bool broke_away = false;
-  double time = 0.0, applied = 0.0;  ///< time of the first break-away (s), and force then (N)
-  double stuck = 0.0;                ///< total time in which the body stuck, s
+  /// Time of the first break-away (s), and force then (N): one mean snap length from where the body stuck or,
+  /// if its friction has no peak, two.
+  double time = 0.0, applied = 0.0;
+  double stuck = 0.0;  ///< total time in which the body stuck, s
 };
 
 struct BodyResult {
