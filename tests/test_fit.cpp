@@ -279,7 +279,7 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
     csv += fmt::format("{:.9g},{:.9g},{},{:.9g}\n", t, x, load, force);
   }
   const Fitted fitted = fit(csv);
-  check_recovered(fitted[cli::fit_length], length, 0.3 * length);
+  check_recovered(fitted[cli::fit_length], length, 0.35 * length);
   check_recovered(fitted[cli::fit_renewal], renewal, renewal);
   check_recovered(fitted[cli::fit_damping], damping, 0.3 * damping);
 }
@@ -684,13 +684,14 @@ TEST_CASE("A speed each way shows no lubricant where the sensor may have an offs
 }
 
 TEST_CASE("A term that one stroke asks for and the others deny is not taken", "[fit]") {
-  // Strokes of up to 0.1 mm/s, in which friction falls by 50 N s/m, and one of 1 mm/s with 30 mN too much.
+  // Strokes of up to 0.1 mm/s, in which friction falls by 50 N s/m, and one of 1 mm/s with 30 mN too much,
+  // which lies within one of the blocks that are held out.
   // Over the whole record viscous friction of 37 N s/m improves the fit, but it predicts every held-out part
   // worse than without.
   SyntheticFriction s = usual();
   s.rate = 200.0;
   s.every = 4;
-  const double begin = 6.0, end = 6.4;
+  const double begin = 6.0, end = 6.38;
   s.motion = [=](double t) {
     return 1e-4 / M_PI * (1.0 - std::cos(M_PI * t)) + 1e-3 * (std::clamp(t, begin, end) - begin);
   };

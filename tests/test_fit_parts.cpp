@@ -50,6 +50,8 @@ cli::FitData made_record(unsigned axes, std::size_t n, const std::function<doubl
     data.load.push_back(2.0);
     data.path.push_back({x, 2.0, true, 100.0 + t});
   }
+  data.first_time = data.columns.t.front();
+  data.last_time = data.columns.t.back();
   data.force_scale = 1.0;
   data.mean_load = 2.0;
   data.range = 1e-3;
@@ -419,9 +421,6 @@ TEST_CASE("Columns keep what the file says, and what was changed is not replayed
   CHECK_FALSE(parse("t,x,load,force\n0,0,1,1\n1,1,-0.005,1\n", clips).replayable);
   const cli::FitColumns scaled = parse("t[ms],x[um],load,force\n0,3,1,1\n7,4,1,1\n", {});
   CHECK(scaled.x[0] == Approx(3e-6));
-  REQUIRE(scaled.written.size() == 4);
-  CHECK(scaled.written[0].values == std::vector<double>{0.0, 7.0});
-  CHECK(scaled.written[1].values == std::vector<double>{3.0, 4.0});
   cli::FitColumns short_of_loads = parse("t,x,load,force\n0,0,1,1\n1,1,1,1\n", {});
   short_of_loads.load.pop_back();
   CHECK_THROWS_WITH(cli::check_fit_columns(short_of_loads), Contains("column load has 1 rows, column t 2"));

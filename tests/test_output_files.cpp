@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -258,6 +260,68 @@ TEST_CASE("A command that is stopped leaves the old file whole and nothing besid
       CHECK(read_file(out) == "old");
       CHECK_FALSE(begun());
     }
+  }
+}
+
+TEST_CASE("A fit that Ctrl-C stops reports the best found until then; a long one is announced",
+          "[cli][files]") {
+  const TemporaryFolder folder;
+  std::string friction = "t,x,load,force\n", joint = "t,angle,speed,motor\n";
+  for (int i = 0; i < 10000; ++i) {
+    const double t = 1e-2 * i, x = 5e-5 * (1.0 + std::sin(0.37 * t)) * std::sin(2.0 * t);
+    friction += std::to_string(t) + "," + std::to_string(1e6 * x) + "e-6,2," +
+                std::to_string(0.6 * std::tanh(x / 1e-5 + std::cos(2.0 * t))) + "\n";
+  }
+  for (int i = 0; i < 48000; ++i) {
+    const double t = 2e-3 * i, speed = std::cos(2.0 * t) + 0.3 * std::cos(7.0 * t);
+    joint += std::to_string(t) + "," +
+             std::to_string(0.5 * std::sin(2.0 * t) + 0.3 / 7.0 * std::sin(7.0 * t)) + "," +
+             std::to_string(speed) + "," + std::to_string(speed > 0.0 ? 1.0 : -1.0) + "\n";
+  }
+  const std::string record_file = folder.write("friction.csv", friction),
+                    log = folder.write("joint.csv", joint), report = folder.at("out");
+  for (const bool of_joint : {false, true}) {
+    CAPTURE(of_joint);
+    // The program's standard error is a terminal, on which it announces long work.
+    const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY);
+    REQUIRE(terminal >= 0);
+    REQUIRE((::grantpt(terminal) == 0 && ::unlockpt(terminal) == 0));
+    const std::string side = ::ptsname(terminal), said = folder.at("said");
+    const pid_t child = ::fork();
+    REQUIRE(child >= 0);
+    if (child == 0) {
+      ::dup2(::open(said.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 1);
+      ::dup2(::open(side.c_str(), O_RDWR | O_NOCTTY), 2);
+      const std::string& data = of_joint ? log : record_file;
+      ::execl(BRISTLE_CLI, "bristle", "fit", data.c_str(), "--json", report.c_str(),
+              of_joint ? "--joint" : static_cast<const char*>(nullptr), "--rivals", nullptr);
+      ::_exit(127);
+    }
+    // Sends the signal once the fit has begun: its output file is there or, for a joint, it is announced.
+    ::fcntl(terminal, F_SETFL, O_NONBLOCK);
+    std::string shown;
+    const auto begun = [&] {
+      char text[512];
+      for (ssize_t got = 0; (got = ::read(terminal, text, sizeof text)) > 0;)
+        shown.append(text, static_cast<std::size_t>(got));
+      if (of_joint) return shown.find("will take about") != shown.npos;
+      return std::any_of(
+          fs::directory_iterator(folder.path), fs::directory_iterator(),
+          [](const auto& entry) { return entry.path().filename().string().starts_with("out.tmp."); });
+    };
+    for (int k = 0; k < 4000 && !begun(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    CHECK(begun());
+    ::kill(child, SIGINT);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    ::close(terminal);
+    CHECK((WIFEXITED(status) && WEXITSTATUS(status) == 0));
+    const std::string text = read_file(said);
+    CHECK_THAT(text, Contains("stopped early"));
+    CHECK_THAT(text, Contains(of_joint ? "inertia" : "kinetic"));
+    CHECK_THAT(read_file(report), Contains(of_joint ? "bristle-fit-joint-1" : "bristle-fit-1"));
+    if (of_joint) CHECK_THAT(shown, Contains("Ctrl-C gives the best found until then"));
+    fs::remove(report);
   }
 }
 

@@ -1,11 +1,15 @@
 #include "tools/libraries/fitting/brushes.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <csignal>
 
+#include <fmt/format.h>
+
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/platform/platform.hpp"
+#include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 
 namespace cli {
@@ -15,6 +19,26 @@ using bristle::SnapLaw;
 using bristle::SnapRule;
 
 constexpr double blocks = 32.0;
+// Number of samples to which a record is thinned to search for a brush.
+constexpr std::size_t search_samples = 2000;
+// Largest error on held-out blocks, over the error of a simpler brush, with which a brush is preferred to the
+// simpler one.
+constexpr double clearly_closer = 0.97;
+// Largest error on held-out blocks, over the least error of all brushes, with which a brush is fitted to the
+// whole record as well.
+constexpr double nearly_closest = 1.1;
+// Least number of samples in the fitted blocks, and in the held-out ones, with which a fit chooses between
+// kinds of brush.
+constexpr std::size_t fewest_to_choose = 40;
+// Number of runs of a brush along the thinned record that a fit takes, as counted on measured records; the
+// time to expect follows from it.
+constexpr double usual_runs = 1200.0;
+// Number of times that a fit is repeated without the samples at turns of the motion. Each fit shows better
+// which samples to leave out.
+constexpr int most_cuts = 2;
+// Ratio of the smaller to the larger of two successive moves, below which the motion counts as turning
+// between them.
+constexpr double turning = 0.25;
 
 volatile std::sig_atomic_t stopped = 0;
 
@@ -51,13 +75,12 @@ FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule ru
 void stop_fits_on_signals() { platform::on_stop_signals(&stop); }
 bool fit_stopped() noexcept { return stopped != 0; }
 
-std::vector<bool> fitted_blocks(const std::vector<double>& t, std::optional<double> until) {
+std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until) {
   std::vector<bool> fitted;
-  const double length = t.back() - t.front();
-  for (const double time : t) {
-    const double share = length > 0.0 ? std::min((time - t.front()) / length, 1.0 - 1e-12) : 0.0;
-    const auto block = static_cast<unsigned>(blocks * share);
-    fitted.push_back(until ? time - t.front() <= *until : std::popcount(block) % 2 == 0);
+  for (const double t : data.columns.t) {
+    const double time = t - data.first_time;
+    const double share = data.length() > 0.0 ? std::min(time / data.length(), 1.0 - 1e-12) : 0.0;
+    fitted.push_back(until ? time <= *until : std::popcount(static_cast<unsigned>(blocks * share)) % 2 == 0);
   }
   return fitted;
 }
@@ -155,6 +178,136 @@ Eigen::VectorXd force_of(const FittedBrush& brush, const FitData& data, Detail d
   FitModel model(data, brush.options, detail);
   assume(model, brush.found.point);
   return model.force(brush.found.point.values);
+}
+
+namespace {
+
+/// Fits a brush, which was found on a part of a record, to the whole record.
+void fit_to_all(FittedBrush& brush, const FitData& data) {
+  if (fit_stopped()) return;
+  const bool free_law = brush.options.law == SnapLaw::table;
+  if (free_law) brush.options.law = SnapLaw::lognormal;
+  Fitter fitter(data, brush.options, Detail::search);
+  brush.found = fitter.fit_again(brush.found);
+  if (!free_law) return;
+  brush.found = fitter.with_free_law(brush.found, brush.options.quantiles);
+  brush.options.law = SnapLaw::table;
+}
+
+/// Returns the rms error (N) of a fitted brush on the fifths of a record, each predicted from the others.
+double error_in_fifths(const FittedBrush& brush, const FitData& data) {
+  FitModel model(data, brush.options, Detail::search);
+  const Eigen::MatrixXd j = jacobian(model, brush.found.point);
+  const Eigen::VectorXd left = model.force(brush.found.point.values) - measured_force(data);
+  return std::sqrt(held_out_squares(j, left, data.samples()) / static_cast<double>(left.size()));
+}
+
+/// Chooses a brush by the samples of `thin`, as choose_brush() does by those of the whole record.
+FittedBrush choose_by(const FitData& thin, const FitOptions& options,
+                      const std::function<void(double)>& progress, std::string& note) {
+  const std::vector<bool> fitted = fitted_blocks(thin, {});
+  const FitData train = part_of(thin, fitted), rest = part_of(thin, fitted, false);
+  const bool chooses = std::min(train.samples(), rest.samples()) >= fewest_to_choose;
+  std::vector<FittedBrush> brushes = fit_brushes(chooses ? train : thin, options, Detail::search,
+                                                 [&](double share) { progress(0.7 * share); });
+  if (!chooses) return brushes.back();
+  std::vector<double> errors;
+  std::string text;
+  for (const FittedBrush& brush : brushes) {
+    errors.push_back(std::sqrt((force_of(brush, rest, Detail::search) - measured_force(rest)).squaredNorm() /
+                               static_cast<double>(rest.force.size())));
+    text += fmt::format("{}{} {:.3g}", text.empty() ? "" : ", ", brush.name, errors.back());
+  }
+  const double lowest = *std::min_element(errors.begin(), errors.end());
+  FittedBrush* best = nullptr;
+  double least = 0.0;
+  for (std::size_t i = 0; i < brushes.size(); ++i) {
+    if (errors[i] > nearly_closest * lowest) continue;
+    fit_to_all(brushes[i], thin);
+    const double error = error_in_fifths(brushes[i], thin);
+    if (best != nullptr && error >= clearly_closer * least) continue;
+    best = &brushes[i];
+    least = error;
+    progress(0.75);
+  }
+  if (brushes.size() > 1)
+    note = fmt::format("{} is taken of the kinds of brush by their errors on blocks held out (N rms): {}",
+                       best->name, text);
+  return std::move(*best);
+}
+
+/// Measures how long (s) the paper's brush takes to run once along a record.
+double seconds_of_a_run(const FitData& data) {
+  const FitOptions plain;
+  FitModel model(data, plain, Detail::search);
+  FitValues values = fit_defaults;
+  model.force(values);  // makes the table of the law
+  values[fit_length] *= 1.1;
+  const Stopwatch run;
+  model.force(values);
+  return run.seconds();
+}
+
+}  // namespace
+
+std::vector<bool> around_turns(const FitData& data, const FitValues& fitted) {
+  const std::vector<double> x = places_of(data);
+  const std::size_t n = data.samples();
+  const Eigen::VectorXd friction = friction_measured(data, fitted);
+  const auto moved = [&](std::size_t i) { return x[i] - x[i - 1]; };
+  const auto follows = [&](std::size_t i) { return i < n && data.columns.follows(i); };
+  std::vector<bool> left_out(n, false), short_of(n, false);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double before = follows(i) ? moved(i) : 0.0, after = follows(i + 1) ? moved(i + 1) : before;
+    const double least = turning * std::max(std::fabs(before), std::fabs(after));
+    left_out[i] = before * after <= 0.0 || std::min(std::fabs(before), std::fabs(after)) <= least;
+    short_of[i] = std::fabs(friction[static_cast<Eigen::Index>(i)]) < fitted[fit_kinetic] * data.load[i];
+  }
+  for (std::size_t i = 1; i < n; ++i)
+    if (left_out[i - 1] && short_of[i] && follows(i)) left_out[i] = true;
+  for (std::size_t i = n - 1; i > 0; --i)
+    if (left_out[i] && short_of[i - 1] && follows(i)) left_out[i - 1] = true;
+  return left_out;
+}
+
+FitData samples_that_count(const FitData& moving, std::size_t most, const std::optional<FitValues>& cut_by) {
+  const FitData thin = thinned(moving, most);
+  if (!cut_by) return thin;
+  const std::vector<bool> left_out = around_turns(thin, *cut_by);
+  const std::vector<double> x = places_of(thin);
+  FitData cut = part_of(thin, left_out, false);
+  // Lets the search try presliding lengths down to half of the shortest move that stays, also where the
+  // search sees fewer samples than the last fit.
+  if (most < fit_samples) cut.finest_move = samples_that_count(moving, fit_samples, cut_by).finest_move;
+  for (std::size_t i = 1; i < x.size(); ++i)
+    if (!left_out[i]) cut.finest_move = std::min(cut.finest_move, std::fabs(x[i] - x[i - 1]));
+  return cut;
+}
+
+Choice choose_brush(const FitData& data, const FitOptions& options,
+                    const std::function<void(double)>& progress) {
+  Choice choice;
+  const FitData moving = without_rests(data);
+  const auto choose = [&] {
+    choice.thin = samples_that_count(moving, search_samples, choice.cut_by);
+    choice.moving = samples_that_count(moving, fit_samples, choice.cut_by);
+    choice.brush = choose_by(choice.thin, options, progress, choice.note);
+  };
+  announce("fit", options.quiet,
+           [&] { return usual_runs * seconds_of_a_run(thinned(moving, search_samples)); });
+  choose();
+  for (int pass = 0; pass < most_cuts; ++pass) {
+    const FitPoint found = choice.brush.found.point;
+    if (contains(found.free, fit_length) || data.axes == 2 || data.reversals == 0) break;
+    const FitData cut = samples_that_count(moving, search_samples, found.values);
+    if (2 * cut.samples() < thinned(moving, search_samples).samples()) break;
+    choice.cut_by = found.values;
+    choose();
+    choice.brush.found.notes = {
+        "presliding is shorter than the moves between samples: those around turns are left out, where "
+        "friction may be anything between its limits"};
+  }
+  return choice;
 }
 
 }  // namespace cli

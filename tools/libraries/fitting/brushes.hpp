@@ -9,10 +9,13 @@
 
 namespace cli {
 
-/// Returns for each of the times (s, ascending) whether models are fitted to it, or it is held out to judge
-/// them. Fitted are the first `until` seconds or, without that, 16 of 32 blocks of equal time, in the order
-/// of Thue and Morse (0110 1001 ...), so that no period of the motion falls into the fitted blocks alone.
-std::vector<bool> fitted_blocks(const std::vector<double>& t, std::optional<double> until);
+/// Largest number of samples to which a chosen brush is fitted; a longer record is thinned to it.
+inline constexpr std::size_t fit_samples = 10000;
+
+/// Returns for each sample of a record whether models are fitted to it, or it is held out to judge them.
+/// Fitted are the first `until` seconds or, without that, 16 of 32 blocks of equal time, in the order of Thue
+/// and Morse (0110 1001 ...), so that no period of the motion falls into the fitted blocks alone.
+std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until);
 
 /// Returns the record with the force of the fitted blocks only (`which` false: of the held-out ones). The
 /// motion stays whole, because the state of the bristles depends on all motion before.
@@ -32,6 +35,30 @@ struct FittedBrush {
 std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& options, Detail detail,
                                      const std::function<void(double)>& progress,
                                      std::vector<std::pair<std::string, std::string>>* failed = nullptr);
+
+/// Kind of brush that a fit chooses, and the samples that it uses for that.
+struct Choice {
+  FittedBrush brush;
+  FitData thin, moving;  ///< samples for the search, and for the last fit
+  /// Fitted values by which samples around turns are left out; none: all samples are used.
+  std::optional<FitValues> cut_by;
+  std::string note;  ///< sentence on the errors by which the kind was chosen; may be empty
+};
+
+/// Fits the kinds of brush to half of the blocks of a record, then those whose error on the other half is
+/// nearly the least to all of it. Chooses the simplest of them, unless the error of another one on held-out
+/// fifths is clearly less. If the samples do not resolve presliding, fits again without those around turns.
+Choice choose_brush(const FitData& data, const FitOptions& options,
+                    const std::function<void(double)>& progress);
+
+/// Returns for each sample whether friction there may be anything between its two limits, where presliding is
+/// shorter than the moves between samples: the motion turns there or rests for a single sample, or the
+/// samples from there on fall short of the fitted kinetic friction.
+std::vector<bool> around_turns(const FitData& data, const FitValues& fitted);
+
+/// Returns the samples of a record without rests that count in a fit and in judging one, at most `most`; with
+/// `cut_by` (see Choice), none around turns.
+FitData samples_that_count(const FitData& moving, std::size_t most, const std::optional<FitValues>& cut_by);
 
 /// Returns the friction force (N, by the body) that a fitted brush computes for the motion of a record.
 Eigen::VectorXd force_of(const FittedBrush& brush, const FitData& data, Detail detail);

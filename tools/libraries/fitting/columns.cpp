@@ -261,17 +261,6 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
   // Whether all loads read so far are negative, as a sensor writes them that counts pressing as negative. The
   // first other load clears this.
   bool all_negative = true;
-  std::vector<unsigned> as_written;
-  if (!reading.rate) as_written.push_back(column_t);
-  for (const unsigned c : {choice.x == column_count ? choice.v : choice.x,
-                           data.has_load ? unsigned{column_load} : unsigned{column_count}, choice.force})
-    if (c != column_count) as_written.push_back(c);
-  for (const unsigned c : as_written) {
-    const std::string_view unit = csv.units[c].empty() ? kinds[c].units.front().name : csv.units[c];
-    const bool bare = csv.headers[c].find(unit) == std::string::npos;
-    data.written.push_back({bare ? fmt::format("{} [{}]", csv.headers[c], unit) : csv.headers[c], {}});
-  }
-
   for_csv_rows(plain, name, csv.header_line, header, kinds, [&](const auto& cells, const auto& where) {
     const auto value = [&](unsigned c) { return parse_cell(cells[c], kinds[c], header.per_si[c], where()); };
     if (!reading.rate && std::string_view(cells[column_t]).find(':') != std::string_view::npos)
@@ -301,10 +290,6 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
       data.force.push_back(value(choice.force) / (choice.force == column_torque ? lever : 1.0));
     if (has_y) data.y.push_back(value(column_y));
     if (has_fy) data.force_y.push_back(value(column_fy));
-    for (std::size_t i = 0; i < as_written.size(); ++i) {
-      const unsigned c = as_written[i];
-      data.written[i].values.push_back(parse_number(cells[c], kinds[c].name, where()));
-    }
     data.t.push_back(t);
   });
   if (!data.t.empty()) settle_axes(data, has_y, has_fy);
@@ -365,8 +350,6 @@ FitColumns join_fit_columns(std::vector<FitColumns> records) {
     append(all.force, next.force);
     append(all.y, next.y);
     append(all.force_y, next.force_y);
-    for (std::size_t i = 0; i < std::min(all.written.size(), next.written.size()); ++i)
-      append(all.written[i].values, next.written[i].values);
     for (const std::string& line : next.understood)
       if (std::find(all.understood.begin(), all.understood.end(), line) == all.understood.end())
         all.understood.push_back(next.name + ": " + line);

@@ -175,13 +175,13 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
 
 }  // namespace
 
-double position_noise(const std::vector<double>& x, double least) {
-  std::vector<double> bends;
-  for (std::size_t i = 2; i < x.size(); ++i) bends.push_back(std::fabs(x[i] - 2.0 * x[i - 1] + x[i - 2]));
-  // Converts the median of the second differences to the standard deviation of the noise. The median of the
-  // magnitude of normal noise is 0.6745 standard deviations, and a second difference has sqrt(6) times the
-  // deviation of one position.
-  return std::max(least, quantile_of(bends, 0.5) / (0.6745 * 2.449));
+double noise_of(const std::vector<double>& x) {
+  std::vector<double> fourth;
+  for (std::size_t i = 4; i < x.size(); ++i)
+    fourth.push_back(std::fabs(x[i] - 4.0 * x[i - 1] + 6.0 * x[i - 2] - 4.0 * x[i - 3] + x[i - 4]));
+  // Converts the median to the standard deviation of the noise. The median of the magnitude of normal noise
+  // is 0.6745 standard deviations, and a fourth difference has sqrt(70) times the deviation of one value.
+  return quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0));
 }
 
 std::vector<double> smoothed_positions(const FitColumns& c, const std::vector<double>& x, double& quantum) {
@@ -505,8 +505,16 @@ double rest_slack(const FitData& data) {
 
 }  // namespace
 
+std::vector<double> places_of(const FitData& data) {
+  std::vector<double> x;
+  for (const PathPoint& point : data.path)
+    if (point.wanted) x.push_back(point.x);
+  return x;
+}
+
 FitData thinned(const FitData& data, std::size_t most) {
   const std::size_t n = data.samples(), every = (n + most - 1) / most;
+  if (every <= 1) return data;
   std::vector<std::size_t> stay;
   for (std::size_t i = 0; i < n; ++i)
     if (i % every == 0 || std::binary_search(data.columns.parts.begin(), data.columns.parts.end(), i))
@@ -567,14 +575,13 @@ double ratio_of(std::vector<double> speeds) {
                   at_way(1.0 - tail) / at_way(tail));
 }
 
-/// Records the speeds at which the body moves, and the range of normal loads while it moves.
+/// Records the speeds at which the body moves.
 void describe_motion(FitData& data, const std::vector<double>& speed) {
   const double fastest = *std::max_element(speed.begin(), speed.end());
-  std::vector<double> speeds, loads, forth, back;
+  std::vector<double> speeds, forth, back;
   for (std::size_t i = 0; i < speed.size(); ++i) {
     if (speed[i] <= 1e-3 * fastest) continue;
     speeds.push_back(speed[i]);
-    loads.push_back(data.load[i]);
     (data.velocity[i] > 0.0 ? forth : back).push_back(speed[i]);
   }
   data.slow = quantile_of(speeds, 0.1);
@@ -582,8 +589,6 @@ void describe_motion(FitData& data, const std::vector<double>& speed) {
   // Compares speeds within each direction only. Between the directions friction may differ by an offset of
   // the sensor, not by speed.
   data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
-  data.least_load = quantile_of(loads, 0.1);
-  data.most_load = quantile_of(loads, 0.9);
 }
 
 /// Returns the first (`order` 1) or second (2) derivative by time of `values` at every sample, from a
@@ -610,18 +615,6 @@ std::vector<double> slope_of(const std::vector<double>& t, const std::vector<dou
   return result;
 }
 
-/// Estimates the noise of a position (m) or of a speed (m/s) from the median of its fourth differences, in
-/// which even a curved motion hardly shows.
-double noise_of_bends(const FitData& data, const std::vector<double>& x, bool of_speed) {
-  std::vector<double> fourth;
-  for_parts(data.columns, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin + 4; i < end; ++i)
-      fourth.push_back(std::fabs(x[i] - 4.0 * x[i - 1] + 6.0 * x[i - 2] - 4.0 * x[i - 3] + x[i - 4]));
-  });
-  const double noise = quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0));
-  return of_speed ? noise : std::max(0.3 * data.quantum, noise);
-}
-
 /// Returns the acceleration (m/s^2), smoothed over the narrowest window, of up to 51 samples, whose noise
 /// times the mass is at most a hundredth of `force_scale`. Sets `left` to that noise of the inertia force
 /// (N), and `window` to the number of samples in the window.
@@ -630,7 +623,11 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   constexpr std::size_t widest = 25;
   const FitColumns& c = data.columns;
   const bool of_speed = !c.v.empty();
-  const double dt = data.sample_time, noise = noise_of_bends(data, of_speed ? c.v : x, of_speed);
+  const double dt = quantile_of(differences(c, c.t), 0.5);
+  double noise = of_speed ? 0.0 : 0.3 * data.quantum;
+  for_parts(c, [&](std::size_t begin, std::size_t end) {
+    noise = std::max(noise, noise_of(slice(of_speed ? c.v : x, begin, end)));
+  });
   std::size_t w = 1;
   for (;; ++w) {
     // Computes how noise grows in the derivatives: the standard deviations of the second and the first
@@ -650,6 +647,18 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   });
   return result;
 }
+
+}  // namespace
+
+std::vector<double> acceleration(const FitData& data) {
+  // Smooths as for a mass whose inertia in a swing through the range is as large as the force.
+  const double mass = data.force_scale * data.range / std::max(2.0 * data.fast * data.fast, 1e-300);
+  double left = 0.0;
+  std::size_t window = 0;
+  return acceleration(data, places_of(data), mass, left, window);
+}
+
+namespace {
 
 /// Subtracts mass times acceleration from the measured force, for a sensor that drives the body and so
 /// measures its inertia too.
@@ -705,7 +714,6 @@ void take_out_wild_rows(FitColumns& c) {
     std::erase_if(values, [&](double) { return !stays[next++]; });
   };
   for (std::vector<double>* column : {&c.t, &c.x, &c.v, &c.load, &c.force}) keep(*column);
-  for (WrittenColumn& column : c.written) keep(column.values);
   for (std::size_t& part : c.parts)
     part -= static_cast<std::size_t>(
         std::count(stays.begin(), stays.begin() + static_cast<std::ptrdiff_t>(part), false));
@@ -725,6 +733,8 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   settle_load(data, load);
   if (load) data.columns.understood.push_back(fmt::format("load of {:.4g} N throughout, as given", *load));
   data.axes = c.planar() ? 2 : 1;
+  data.first_time = c.t.front();
+  data.last_time = c.t.back();
 
   data.sample_time = quantile_of(differences(c, c.t), 0.5);
   std::vector<std::vector<double>> places, velocities;
@@ -733,13 +743,14 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     double quantum = 0.0;
     const std::vector<double> place = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
     std::vector<double> velocity;
-    // Errors of positions, m: `noise` as it is, `coarse` as far as it affects velocities.
+    // Errors of positions, m: `noise` as it is, `coarse` as far as it affects velocities. Smoothed positions
+    // of an encoder err by 0.2 counts, at most by half a count.
     double noise = 0.0, coarse = 0.0, longest = 0.0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
       const std::vector<double> x = slice(place, begin, end);
       if (c.has_x) {
-        noise = std::max(noise, position_noise(x, 0.5 * quantum));
-        coarse = std::max(coarse, position_noise(x, 0.2 * quantum));
+        noise = std::max({noise, noise_of(x), 0.5 * quantum});
+        coarse = std::max({coarse, noise_of(x), 0.2 * quantum});
       }
       const auto [low, high] = std::minmax_element(x.begin(), x.end());
       longest = std::max(longest, *high - *low);

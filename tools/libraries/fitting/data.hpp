@@ -30,12 +30,6 @@ struct FitReading {
   bool automatic() const { return columns.empty() && units.empty() && !rate && !radius && clip_load == 0.0; }
 };
 
-/// Column of a measured file, in the file's own units.
-struct WrittenColumn {
-  std::string header;  ///< header cell of the column, with its unit
-  std::vector<double> values;
-};
-
 struct FitColumns {
   std::string name;  ///< name of the file of measured friction
 
@@ -53,7 +47,6 @@ struct FitColumns {
   std::vector<std::string> ignored_columns;
   std::vector<std::size_t> parts;       ///< for joined files, the first row of each but the first
   std::vector<std::string> understood;  ///< sentences that tell how the file was understood
-  std::vector<WrittenColumn> written;   ///< time, path, load and force in the file's own units
 
   /// Returns whether row i continues the motion of the row before. The first row of each joined file does
   /// not.
@@ -89,11 +82,12 @@ struct FitData {
   double mean_load = 0.0, force_scale = 0.0;  ///< mean normal load; rms of the force, N
   double sample_time = 0.0;                   ///< median interval between samples, s
 
-  /// 10th and 90th percentile of the normal load while moving, N.
-  double least_load = 0.0, most_load = 0.0;
   std::size_t samples() const { return load.size(); }
-  double start() const { return columns.t.front(); }
-  double length() const { return columns.t.back() - columns.t.front(); }
+  /// Times of the first and the last sample, s. A part of a record keeps those of the whole, to which the
+  /// sensor's offset and drift refer.
+  double first_time = 0.0, last_time = 0.0;
+  double length() const { return last_time - first_time; }
+  double middle_time() const { return 0.5 * (first_time + last_time); }
 };
 
 /// Parses the text of a file of measured friction to columns. Throws UserError that names file, line and
@@ -115,10 +109,9 @@ void check_fit_columns(const FitColumns& columns);
 std::vector<double> smoothed_positions(const FitColumns& columns, const std::vector<double>& x,
                                        double& quantum);
 
-/// Estimates the noise of positions (m) from the median of their second differences, to which motion adds
-/// little. Returns at least `least`: smoothed positions of an encoder err by 0.2 counts, at most by half a
-/// count.
-double position_noise(const std::vector<double>& x, double least);
+/// Estimates the standard deviation of the noise in evenly sampled values, from the median of their fourth
+/// differences, in which even a curved motion hardly shows.
+double noise_of(const std::vector<double>& x);
 
 /// Makes the path that a fit replays: the samples, and the turning points between them, found by parabolas
 /// through samples. Sampling misses the turning points, but friction reverses there.
@@ -133,6 +126,12 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
 /// Thins out samples within rests, where nothing changes, so that long rests do not slow the fit: the longer
 /// the rest, the smaller the share that stays.
 FitData without_rests(const FitData& data);
+
+/// Returns the positions of the samples along the (first) axis, m, smoothed as in the path.
+std::vector<double> places_of(const FitData& data);
+
+/// Returns the acceleration at the samples of a record on one axis, m/s^2, smoothed as its noise asks.
+std::vector<double> acceleration(const FitData& data);
 
 /// Returns a record with the force of the samples `stay` (indices, in order) only, but the whole motion, on
 /// which the state of the bristles depends.

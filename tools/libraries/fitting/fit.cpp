@@ -17,8 +17,6 @@
 namespace cli {
 namespace {
 
-using bristle::SnapLaw;
-
 // Share of the force's sum of squares that a fit has to explain. Below it the record is refused: the force is
 // not friction of this motion.
 constexpr double least_explained = 0.3;
@@ -26,27 +24,9 @@ constexpr double least_explained = 0.3;
 constexpr double widest_ratio = 7.0;
 // Share of the measured force that has to be friction of the brush; a record with less is refused.
 constexpr double least_friction = 0.01;
-// Numbers of samples to which a record is thinned to save time: to search for a brush, and to fit the chosen
-// one.
-constexpr std::size_t search_samples = 2000, fit_samples = 10000;
-// Largest error on held-out blocks, over the error of a simpler brush, with which a brush is preferred to the
-// simpler one.
-constexpr double clearly_closer = 0.97;
-// Largest error on held-out blocks, over the least error of all brushes, with which a brush is fitted to the
-// whole record as well.
-constexpr double nearly_closest = 1.1;
-// Least number of samples in the fitted blocks, and in the held-out ones, with which a fit chooses between
-// kinds of brush.
-constexpr std::size_t fewest_to_choose = 40;
-// Number of runs of a brush along the thinned record that a fit takes, as counted on measured records; the
-// time to expect follows from it.
-constexpr double usual_runs = 1200.0;
-// Number of times that a fit is repeated without the samples at turns of the motion. Each fit shows better
-// which samples to leave out.
-constexpr int most_cuts = 2;
-// Ratio of the smaller to the larger of two successive moves, below which the motion counts as turning
-// between them.
-constexpr double turning = 0.25;
+// Least share of the squared residuals that goes with the acceleration, with which the report asks for a
+// mass.
+constexpr double share_of_inertia = 0.2;
 
 bristle::Material make_material(const FitValues& p, const FitOptions& options, const FitModel& model) {
   bristle::Material m = model.unit_material(p);
@@ -59,19 +39,6 @@ bristle::Material make_material(const FitValues& p, const FitOptions& options, c
   m.stribeck_velocity = p[fit_stribeck];
   m.validate();
   return m;
-}
-
-/// Returns the measured force (N, by the body) less the fitted offset and drift of the sensor, which are no
-/// friction.
-Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
-  Eigen::VectorXd f(static_cast<Eigen::Index>(data.force.size()));
-  const double middle = data.start() + 0.5 * data.length();
-  const std::size_t n = data.samples();
-  for (std::size_t i = 0; i < data.force.size(); ++i) {
-    const FitParameter offset = i < n ? fit_offset : fit_offset_y, drift = i < n ? fit_drift : fit_drift_y;
-    f[static_cast<Eigen::Index>(i)] = data.force[i] - p[offset] - p[drift] * (data.columns.t[i % n] - middle);
-  }
-  return f;
 }
 
 /// Returns whether the estimates of stiffness and peak depend on a parameter.
@@ -243,9 +210,6 @@ FitResult Fitter::report(const FitPoint& point) {
   Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples);
   if (options_.rule != bristle::SnapRule::slide) add_chance_of_bristles(cov, point, r);
   raise_to_parts(cov, j, r, data_.samples());
-  const Eigen::MatrixXd scaled = j * j.colwise().norm().cwiseInverse().asDiagonal();
-  const Eigen::VectorXd singular = singular_values(scaled);
-  result.smallest_singular_value = singular.minCoeff() / singular.maxCoeff();
   const double count = static_cast<double>(samples()) / result.correlated_samples;
   const double quantile = student_quantile(count - static_cast<double>(point.free.size()));
   for (unsigned k = 0; k < fit_parameters; ++k) {
@@ -286,7 +250,6 @@ FitResult Fitter::report(const FitPoint& point) {
   }
   derive(point, cov, quantile, result);
   note(result);
-  result.evaluations = model_.evaluations();
   return result;
 }
 
@@ -314,112 +277,28 @@ FitResult Fitter::finish(const Found& refined) {
 
 namespace {
 
-/// Fits a brush, which was found on a part of a record, to the whole record.
-void fit_to_all(FittedBrush& brush, const FitData& data) {
-  if (fit_stopped()) return;
-  const bool free_law = brush.options.law == SnapLaw::table;
-  if (free_law) brush.options.law = SnapLaw::lognormal;
-  Fitter fitter(data, brush.options, Detail::search);
-  brush.found = fitter.fit_again(brush.found);
-  if (!free_law) return;
-  brush.found = fitter.with_free_law(brush.found, brush.options.quantiles);
-  brush.options.law = SnapLaw::table;
-}
-
-/// Returns the rms error (N) of a fitted brush on the fifths of a record, each predicted from the others.
-double error_in_fifths(const FittedBrush& brush, const FitData& data) {
-  FitModel model(data, brush.options, Detail::search);
-  const Eigen::MatrixXd j = jacobian(model, brush.found.point);
-  const Eigen::VectorXd left = model.force(brush.found.point.values) - measured_force(data);
-  return std::sqrt(held_out_squares(j, left, data.samples()) / static_cast<double>(left.size()));
-}
-
-/// Fits the kinds of brush to half of the blocks of a record, then those whose error on the other half is
-/// nearly the least to all of it. Returns the simplest of them, unless the error of another one on held-out
-/// fifths is clearly less.
-FittedBrush choose_brush(const FitData& thin, const FitOptions& options, Progress& progress,
-                         std::string& note) {
-  const std::vector<bool> fitted = fitted_blocks(thin.columns.t, {});
-  const FitData train = part_of(thin, fitted), rest = part_of(thin, fitted, false);
-  const bool chooses = std::min(train.samples(), rest.samples()) >= fewest_to_choose;
-  std::vector<FittedBrush> brushes = fit_brushes(chooses ? train : thin, options, Detail::search,
-                                                 [&](double share) { progress.update(0.7 * share); });
-  int evaluations = 0;
-  for (const FittedBrush& brush : brushes) evaluations += brush.found.evaluations;
-  if (!chooses) {
-    brushes.back().found.evaluations = evaluations;
-    return brushes.back();
+/// Returns a remark if the residuals go with the acceleration, as they do where a mass between sensor and
+/// contact was not given; an empty text if not.
+std::string forgotten_mass(const FitData& data, const FittedBrush& brush,
+                           const std::optional<FitValues>& cut) {
+  if (data.axes == 2) return {};
+  const FitData few = thinned(data, fit_samples);
+  const Eigen::VectorXd left = measured_force(few) - force_of(brush, few, Detail::search);
+  const std::vector<double> a = acceleration(few);
+  const std::vector<bool> unused = cut ? around_turns(few, *cut) : std::vector<bool>(few.samples());
+  double with = 0.0, squares = 0.0, of_a = 0.0;
+  for (std::size_t i = 0; i < few.samples(); ++i) {
+    if (unused[i]) continue;
+    const double r = left[static_cast<Eigen::Index>(i)];
+    with += r * a[i];
+    squares += r * r;
+    of_a += a[i] * a[i];
   }
-  std::vector<double> errors;
-  std::string text;
-  for (const FittedBrush& brush : brushes) {
-    errors.push_back(std::sqrt((force_of(brush, rest, Detail::search) - measured_force(rest)).squaredNorm() /
-                               static_cast<double>(rest.force.size())));
-    text += fmt::format("{}{} {:.3g}", text.empty() ? "" : ", ", brush.name, errors.back());
-  }
-  const double lowest = *std::min_element(errors.begin(), errors.end());
-  FittedBrush* best = nullptr;
-  double least = 0.0;
-  for (std::size_t i = 0; i < brushes.size(); ++i) {
-    if (errors[i] > nearly_closest * lowest) continue;
-    fit_to_all(brushes[i], thin);
-    const double error = error_in_fifths(brushes[i], thin);
-    if (best != nullptr && error >= clearly_closer * least) continue;
-    best = &brushes[i];
-    least = error;
-    progress.update(0.75);
-  }
-  if (brushes.size() > 1)
-    note = fmt::format("{} is taken of the kinds of brush by their errors on blocks held out (N rms): {}",
-                       best->name, text);
-  best->found.evaluations = evaluations;
-  return std::move(*best);
-}
-
-/// Returns the record without those samples at which the motion turns or rests for a single sample, and
-/// without those around them that fall short of the fitted kinetic friction. Where presliding is shorter than
-/// the moves between samples, friction there may be anything between its two limits, and would spoil the fit.
-FitData without_turns(const FitData& data, const FitValues& fitted) {
-  std::vector<double> x;
-  for (const PathPoint& point : data.path)
-    if (point.wanted) x.push_back(point.x);
-  const std::size_t n = data.samples();
-  const Eigen::VectorXd friction = friction_measured(data, fitted);
-  const auto moved = [&](std::size_t i) { return x[i] - x[i - 1]; };
-  std::vector<bool> turns(n, false), short_of(n, false);
-  for (std::size_t i = 0; i < n; ++i) {
-    const double before = i > 0 ? moved(i) : 1.0, after = i + 1 < n ? moved(i + 1) : before;
-    const double least = turning * std::max(std::fabs(before), std::fabs(after));
-    turns[i] = i == 0 || before * after <= 0.0 || std::min(std::fabs(before), std::fabs(after)) <= least;
-    short_of[i] = std::fabs(friction[static_cast<Eigen::Index>(i)]) < fitted[fit_kinetic] * data.load[i];
-  }
-  std::vector<bool> left_out = turns;
-  for (std::size_t i = 1; i < n; ++i)
-    if (left_out[i - 1] && short_of[i]) left_out[i] = true;
-  for (std::size_t i = n - 1; i > 0; --i)
-    if (left_out[i] && short_of[i - 1]) left_out[i - 1] = true;
-  std::vector<std::size_t> stay;
-  double finest = data.finest_move;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (left_out[i]) continue;
-    stay.push_back(i);
-    finest = std::min(finest, std::fabs(moved(i)));
-  }
-  FitData cut = with_samples(data, stay);
-  cut.finest_move = finest;  // the shortest presliding length that the search tries is half of it
-  return cut;
-}
-
-/// Measures how long (s) the paper's brush takes to run once along a record.
-double seconds_of_a_run(const FitData& data) {
-  const FitOptions plain;
-  FitModel model(data, plain, Detail::search);
-  FitValues values = fit_defaults;
-  model.force(values);  // makes the table of the law
-  values[fit_length] *= 1.1;
-  const Stopwatch run;
-  model.force(values);
-  return run.seconds();
+  if (!(with > 0.0) || with * with < share_of_inertia * squares * of_a) return {};
+  return fmt::format(
+      "{:.0f} % of the squared residuals go with the acceleration, as the inertia of {:.2g} kg does: if such "
+      "a mass moves with the sensor, give it (--mass)",
+      100.0 * with * with / (squares * of_a), with / of_a);
 }
 
 }  // namespace
@@ -427,45 +306,27 @@ double seconds_of_a_run(const FitData& data) {
 FitResult fit_material(const FitData& data, const FitOptions& options) {
   try {
     Progress progress("fit", options.quiet);
-    // Thins the record, in number and in long rests: fewer samples suffice to find the brush's shape.
-    FitData moving = thinned(without_rests(data), fit_samples), thin = thinned(moving, search_samples);
-    announce("fit", options.quiet, [&] { return usual_runs * seconds_of_a_run(thin); });
-    std::string note;
-    FittedBrush chosen = choose_brush(thin, options, progress, note);
-    const FitData whole_thin = thin, whole_moving = moving;
-    for (int pass = 0; pass < most_cuts; ++pass) {
-      const FitPoint& found = chosen.found.point;
-      if (contains(found.free, fit_length) || data.axes == 2 || data.reversals == 0) break;
-      FitData cut = without_turns(whole_thin, found.values);
-      if (2 * cut.samples() < whole_thin.samples()) break;
-      thin = std::move(cut);
-      moving = without_turns(whole_moving, found.values);
-      // Takes the shortest presliding length from the finer record, so that both records are fitted alike.
-      thin.finest_move = moving.finest_move = std::min(thin.finest_move, moving.finest_move);
-      chosen = choose_brush(thin, options, progress, note);
-      chosen.found.notes = {
-          "presliding is shorter than the moves between samples: those around turns are left out, where "
-          "friction may be anything between its limits"};
-    }
+    const auto show = [&](double share) { progress.update(share); };
+    Choice choice = choose_brush(data, options, show);
+    FittedBrush& chosen = choice.brush;
     progress.update(0.85);
-    int evaluations = chosen.found.evaluations;
-    chosen.found = Fitter(thin, chosen.options, Detail::search).hold_undetermined(chosen.found);
-    evaluations += chosen.found.evaluations;
+    chosen.found = Fitter(choice.thin, chosen.options, Detail::search).hold_undetermined(chosen.found);
     progress.update(0.9);
-    chosen.found = Fitter(moving, chosen.options, Detail::refine).refine(chosen.found);
-    evaluations += chosen.found.evaluations;
+    chosen.found = Fitter(choice.moving, chosen.options, Detail::refine).refine(chosen.found);
     progress.update(0.95);
-    FitResult result = Fitter(moving, chosen.options, Detail::finish).finish(chosen.found);
-    if (!note.empty()) result.notes.push_back(note);
-    if (fit_stopped()) result.notes.push_back("stopped early: the best that was found until then");
-    result.evaluations += evaluations;
+    FitResult result = Fitter(choice.moving, chosen.options, Detail::finish).finish(chosen.found);
+    FittedBrush last = chosen;
+    last.found.point.past = result.past;
+    for (std::size_t p = 0; p < fit_parameters; ++p) last.found.point.values[p] = result.estimates[p].value;
     if (result.curve.size() < data.force.size()) {
-      FittedBrush last = chosen;
-      last.found.point.past = result.past;
-      for (std::size_t p = 0; p < fit_parameters; ++p) last.found.point.values[p] = result.estimates[p].value;
       const Eigen::VectorXd curve = force_of(last, data, Detail::finish);
       result.curve.assign(curve.begin(), curve.end());
     }
+    if (choice.cut_by) result.left_out = around_turns(data, *choice.cut_by);
+    for (const std::string& note :
+         {choice.note, options.mass > 0.0 ? "" : forgotten_mass(data, last, choice.cut_by),
+          std::string(fit_stopped() ? stopped_early : "")})
+      if (!note.empty()) result.notes.push_back(note);
     return result;
   } catch (const bristle::Error& error) {
     throw UserError(

@@ -105,6 +105,9 @@ struct FitResult {
   Past past;
   /// Force by the body at the samples, N, as fitted, with the sensor's offset and drift.
   std::vector<double> curve;
+  /// For each sample whether the fit left it out, because friction around a turn may be anything there; empty
+  /// if it used all.
+  std::vector<bool> left_out;
   double residual_rms = 0.0;  ///< rms of measured minus fitted force, N
   double held_out_rms = 0.0;  ///< rms error on parts of the record, each predicted from the rest, N
   double explained = 0.0;     ///< share of the force's sum of squares explained by the fit
@@ -112,10 +115,6 @@ struct FitResult {
   /// Number of correlated samples that carry as much information as one independent sample, by which
   /// intervals are widened.
   double correlated_samples = 1.0;
-  /// Smallest over largest singular value of the fit's Jacobian, with its columns scaled to length 1. Near 0,
-  /// some combination of parameters is not determined.
-  double smallest_singular_value = 0.0;
-  int evaluations = 0;  ///< number of times the brush was stepped along the path
 };
 
 /// Number of rows in a fit's report, and the name of each: the parameters in the order of FitParameter, then
@@ -139,8 +138,8 @@ FitResult fit_material(const FitData& data, const FitOptions& options);
 
 std::string fit_table(const FitData& data, const FitResult& result);
 std::string fit_json(const FitData& data, const FitResult& result);
-/// Returns CSV text with a row per sample. Each model in `beside`, which only records of one axis may have,
-/// gets a column for its force.
+/// Returns CSV text with a row per sample; the residual of a sample that was left out is nan. Each model in
+/// `beside`, which only records of one axis may have, gets a column for its force.
 std::string fit_csv(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside = {});
 /// Returns the motion of the prepared record as text of a motion file, with the columns t,x,load or
 /// t,x,y,load.

@@ -40,7 +40,6 @@ inline std::vector<double> trial_stribeck_velocities(const FitData& data) {
 struct Found {
   FitPoint point;
   std::array<std::string, fit_parameters> why;
-  int evaluations = 0;  ///< number of times the force was computed along the path
   std::vector<std::string> notes;
   std::vector<FitPoint> as_good;  ///< points that fit as well, with other values of what is not determined
 };
@@ -80,7 +79,7 @@ class Fitter {
     if (has_spread(options_.law)) set.push_back(fit_spread);
     return set;
   }
-  Found found(const FitPoint& point) const { return {point, why_, model_.evaluations(), notes_, as_good_}; }
+  Found found(const FitPoint& point) const { return {point, why_, notes_, as_good_}; }
   FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
   FitPoint search_grid();
   FitPoint polish(const FitPoint& point);
@@ -166,5 +165,6 @@ class Fitter {
 /// Installs a handler of Ctrl-C, after which all fits of this process end with the best that they have found.
 void stop_fits_on_signals();
 bool fit_stopped() noexcept;
+inline constexpr const char* stopped_early = "stopped early: the best that was found until then";
 
 }  // namespace cli

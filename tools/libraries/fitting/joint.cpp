@@ -108,14 +108,6 @@ double median(std::vector<double> x) {
   return *at;
 }
 
-/// Returns the standard deviation of the noise in a column of a log, estimated from the median of its second
-/// differences.
-double noise_of(const std::vector<double>& x) {
-  std::vector<double> bends;
-  for (std::size_t k = 1; k + 1 < x.size(); ++k) bends.push_back(std::fabs(x[k - 1] - 2.0 * x[k] + x[k + 1]));
-  return median(bends) / (0.6745 * std::sqrt(6.0));
-}
-
 /// Returns the speed (rad/s) below which a joint may stick. Friction then balances the torques that act, up
 /// to its limit.
 double slow_speed(const JointLog& log) { return std::max(1e-3 * size(log.speed), 3.0 * noise_of(log.speed)); }
@@ -337,11 +329,11 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   const double freedom =
       static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
   const double quantile = student_quantile(freedom);
-  // Adds to each parameter's standard error the effect of a model that is wrong by 0.5 % of the friction. The
+  // Adds to each parameter's standard error the effect of a model that is wrong by 0.4 % of the friction. The
   // motion between samples is unknown, so that even without noise friction is known to a few thousandths
   // only.
   const double shape =
-      0.005 * rms(by.topRows(balance.fitted()).middleCols(1, own - 1) * p.segment(1, own - 1));
+      0.004 * rms(by.topRows(balance.fitted()).middleCols(1, own - 1) * p.segment(1, own - 1));
   for (Eigen::Index i = 0; i < p.size(); ++i) {
     JointEstimate e;
     const bool warms = i == own;
@@ -731,6 +723,7 @@ std::string fit_text(const JointLog& log, const JointFit& fit) {
         fit.warming->determined ? "" : "; it does not change with the temperature, as far as seen");
   if (fit.rigid)
     text += "\nThe angles do not show how far the joint bends while it sticks: its stiffness is not told.\n";
+  if (fit_stopped()) text += fmt::format("\n{}\n", stopped_early);
   if (!untold.empty()) text += "\nNot told by this log: " + untold + ".\n";
   return text;
 }

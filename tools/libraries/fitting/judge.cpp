@@ -372,16 +372,20 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   if (columns.planar())
     throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
   const FitData whole = prepare_fit_data(columns, options.sign, options.load, options.mass);
-  std::vector<bool> fitted = fitted_blocks(whole.columns.t, options.fit_until);
+  Progress progress("rivals", options.quiet);
+  const std::optional<FitValues> cut_by =
+      choose_brush(whole, options, [&](double share) { progress.update(0.3 * share); }).cut_by;
+  const FitData moving = without_rests(whole), seen = samples_that_count(moving, moving.samples(), cut_by);
+  std::vector<bool> fitted = fitted_blocks(seen, options.fit_until);
   // Fits to that half of the record in which the motion has the wider range, so that no model has to
   // extrapolate to the other half.
   Judgements halves;
-  Judge(whole, fitted, 0.0).count(halves);
+  Judge(seen, fitted, 0.0).count(halves);
   const bool other_half = !options.fit_until && !halves.within_range();
   if (other_half) fitted.flip();
   const auto fitted_part = [&](std::size_t most) {
-    const FitData thin = thinned(whole, most);
-    return part_of(thin, fitted_blocks(thin.columns.t, options.fit_until), !other_half);
+    const FitData thin = samples_that_count(moving, most, cut_by);
+    return part_of(thin, fitted_blocks(thin, options.fit_until), !other_half);
   };
   const FitData train = fitted_part(rival_samples), brush_train = fitted_part(brush_samples);
   if (std::all_of(fitted.begin(), fitted.end(), [](bool is) { return is; }))
@@ -390,8 +394,6 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   if (train.samples() < fewest_fitted)
     throw UserError(fmt::format("{}: {} samples to fit to; --rivals needs at least {}", columns.name,
                                 train.samples(), fewest_fitted));
-  Progress progress("rivals", options.quiet);
-  progress.update(0.0);
 
   // Fits the brushes without a drift of the sensor. A fitted drift would be extrapolated beyond the fitted
   // part.
@@ -399,12 +401,16 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   held.no_drift = true;
   std::vector<std::pair<std::string, std::string>> failed;
   const std::vector<FittedBrush> brushes = fit_brushes(
-      brush_train, held, Detail::search, [&](double share) { progress.update(0.6 * share); }, &failed);
+      brush_train, held, Detail::search, [&](double share) { progress.update(0.3 + 0.4 * share); }, &failed);
 
   Judgements all;
   all.until = options.fit_until;
   all.presliding_length = brushes.front().found.point.values[fit_length];
-  const Judge judge(whole, fitted, 2.0 * all.presliding_length);
+  if (cut_by) {
+    const std::vector<bool> left_out = around_turns(whole, *cut_by);
+    all.left_out = static_cast<std::size_t>(std::count(left_out.begin(), left_out.end(), true));
+  }
+  const Judge judge(seen, fitted, 2.0 * all.presliding_length);
   judge.count(all);
   const auto add_failed = [&](const std::string& name, int parameters, const std::string& reason) {
     const double none = std::nan("");
@@ -418,14 +424,17 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
       return;
     }
     const double speed = std::max(train.fast, 1e-12);
-    const VectorXd force =
-        whole_force(elastic_force(model.make(fit.parameters.head(model.logarithms)), whole, fit.start), whole,
-                    fit.parameters[model.logarithms] * train.force_scale / speed,
-                    fit.parameters[model.logarithms + 1] * train.force_scale);
-    judge.add(all, model.name, static_cast<std::size_t>(model.logarithms) + 2, force,
+    const auto force_on = [&](const FitData& data) {
+      return whole_force(elastic_force(model.make(fit.parameters.head(model.logarithms)), data, fit.start),
+                         data, fit.parameters[model.logarithms] * train.force_scale / speed,
+                         fit.parameters[model.logarithms + 1] * train.force_scale);
+    };
+    judge.add(all, model.name, static_cast<std::size_t>(model.logarithms) + 2, force_on(seen),
               model.describe(fit.parameters));
-    if (all.models.back().failed.empty())
+    if (all.models.back().failed.empty()) {
+      const VectorXd force = force_on(whole);
       all.rivals.push_back({model.name, {force.data(), force.data() + force.size()}});
+    }
     progress.update(done);
   };
 
@@ -434,7 +443,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   for (const double speed : {0.1 * train.slow, train.slow, train.fast})
     guesses.push_back(
         (VectorXd(4) << std::log(kinetic), std::log(std::max(speed, 1e-12)), 0.0, 0.0).finished());
-  add_rival(coulomb_model(), guesses, 0.3);
+  add_rival(coulomb_model(), guesses, 0.75);
 
   guesses.clear();
   for (const double length : trial_lengths(train, 14)) {
@@ -452,7 +461,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
       }
     }
   }
-  add_rival(lugre_model(train), guesses, 0.4);
+  add_rival(lugre_model(train), guesses, 0.85);
 
   guesses.clear();
   const RivalModel maxwell = maxwell_model(train);
@@ -461,9 +470,9 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
     for (const double high : {lengths[7], lengths[9], lengths[11]})
       guesses.push_back(maxwell_guess(maxwell, train, low, high));
   }
-  add_rival(maxwell, guesses, 0.6);
+  add_rival(maxwell, guesses, 1.0);
   for (const FittedBrush& brush : brushes)
-    judge.add(all, brush.name, brush.found.point.free.size(), force_of(brush, whole, Detail::finish),
+    judge.add(all, brush.name, brush.found.point.free.size(), force_of(brush, seen, Detail::finish),
               brush_values(brush));
   for (const auto& [name, reason] : failed) add_failed(name, 0, reason);
   return all;
@@ -489,7 +498,9 @@ std::string judgement_table(const Judgements& all) {
   else
     text = fmt::format(
         "Closest to the rest of the record: {}{}.", best([](const Judgement& j) { return j.judged.all; }),
-        all.reversal_samples < fewest_turning
+        all.left_out > 0
+            ? std::string("; the samples do not resolve presliding, by which reversals are judged")
+        : all.reversal_samples < fewest_turning
             ? std::string("; too few samples follow a turn to judge reversals")
             : "; in its reversals: " + best([](const Judgement& j) { return j.judged.reversal; }));
   for (const Judgement& j : all.models)
@@ -498,10 +509,14 @@ std::string judgement_table(const Judgements& all) {
       "\n\nFitted to {} ({} samples), judged on the rest: {} samples within {:.3g} um after a turn "
       "(reversal, "
       "twice the presliding length), {} beyond (sliding). Ways of up to {:.3g} mm from a turn, {:.3g} mm/s. "
-      "Residuals in N, rms.\n\n",
+      "Residuals in N, rms.{}\n\n",
       all.until ? fmt::format("the first {:g} s", *all.until) : std::string("16 of 32 blocks of time"),
       all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length, all.sliding_samples,
-      1e3 * all.fitted_stroke, 1e3 * all.fitted_speed);
+      1e3 * all.fitted_stroke, 1e3 * all.fitted_speed,
+      all.left_out > 0 ? fmt::format(" {} samples around turns count nowhere, as friction there may be "
+                                     "anything between its limits.",
+                                     all.left_out)
+                       : "");
   Table table({"<model", "numbers", "fitted", "judged", "reversal", "sliding"});
   const auto number = [](double value) {
     return std::isnan(value) ? std::string("-") : fmt::format("{:.4g}", value);
@@ -512,6 +527,7 @@ std::string judgement_table(const Judgements& all) {
   text += table.text() + '\n';
   for (const Judgement& j : all.models)
     if (j.failed.empty()) text += fmt::format("{}: {}\n", j.model, j.values);
+  if (fit_stopped()) text += fmt::format("\n{}\n", stopped_early);
   return text;
 }
 
@@ -526,8 +542,10 @@ std::string judgement_json(const FitColumns& columns, const Judgements& all) {
     report["held_out_blocks"] = 16;
   report["within_range"] = all.within_range();
   report["presliding_length_m"] = all.presliding_length;
-  report["samples"] = {
-      {"fitted", all.fitted_samples}, {"reversal", all.reversal_samples}, {"sliding", all.sliding_samples}};
+  report["samples"] = {{"fitted", all.fitted_samples},
+                       {"reversal", all.reversal_samples},
+                       {"sliding", all.sliding_samples},
+                       {"left_out", all.left_out}};
   for (const Judgement& j : all.models) {
     report["models"].push_back({{"model", j.model},
                                 {"parameters", j.parameters},

@@ -31,6 +31,8 @@ struct Judgements {
   std::optional<double> until;     ///< end of the part to which models are fitted, s; none: blocks of time
   double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
+  /// Number of samples around turns that are neither fitted nor judged, as a plain fit leaves them out too.
+  std::size_t left_out = 0;
   /// Path since a turn (m) and speed (m/s) that 1 % of the samples exceed, in the fitted and in the judged
   /// part. They show whether the judged part lies within the range of the fitted one.
   double fitted_stroke = 0.0, judged_stroke = 0.0, fitted_speed = 0.0, judged_speed = 0.0;

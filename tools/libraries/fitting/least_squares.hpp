@@ -18,8 +18,6 @@ Eigen::VectorXd solve_shortest(const Eigen::MatrixXd& a, const Eigen::VectorXd& 
 Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& normal, const Eigen::VectorXd& side,
                                   Eigen::Index count);
 
-Eigen::VectorXd singular_values(const Eigen::MatrixXd& a);
-
 /// Eigenvectors of a symmetric matrix (as columns), and its eigenvalues in ascending order.
 struct EigenBasis {
   Eigen::MatrixXd vectors;

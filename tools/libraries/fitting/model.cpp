@@ -7,6 +7,17 @@
 
 namespace cli {
 
+Eigen::VectorXd friction_measured(const FitData& data, const FitValues& p) {
+  Eigen::VectorXd f(static_cast<Eigen::Index>(data.force.size()));
+  const std::size_t n = data.samples();
+  for (std::size_t i = 0; i < data.force.size(); ++i) {
+    const FitParameter offset = i < n ? fit_offset : fit_offset_y, drift = i < n ? fit_drift : fit_drift_y;
+    f[static_cast<Eigen::Index>(i)] =
+        data.force[i] - p[offset] - p[drift] * (data.columns.t[i % n] - data.middle_time());
+  }
+  return f;
+}
+
 FitModel::FitModel(const FitData& data, const FitOptions& options, Detail detail)
     : data_(data),
       options_(options),
@@ -27,7 +38,6 @@ BrushShape FitModel::shape(const FitValues& p) const {
 }
 
 void FitModel::bend_path(const FitValues& p) {
-  ++evaluations_;
   for (std::size_t i = 0; i < bent_path_.size(); ++i)
     bent_path_[i].x = data_.path[i].x - p[fit_softening] * stage_force_[i] * stage_force_[i];
 }
@@ -135,7 +145,7 @@ Eigen::VectorXd FitModel::friction(const FitValues& p) {
 Eigen::VectorXd FitModel::force(const FitValues& p) {
   Eigen::VectorXd f = low_passed(friction(p), p[fit_delay]);
   const std::size_t n = data_.samples();
-  const double middle = data_.start() + 0.5 * data_.length();
+  const double middle = data_.middle_time();
   for (Eigen::Index i = 0; i < f.size(); ++i) {
     const auto row = static_cast<std::size_t>(i);
     const FitParameter offset = row < n ? fit_offset : fit_offset_y,
@@ -187,7 +197,7 @@ Eigen::VectorXd FitModel::derivative_before_sensor(const FitValues& p, FitParame
   if (parameter == fit_kinetic) return unit * elastic(p);
   if (bends(parameter)) return bent_derivative(p, parameter, central);
   Eigen::VectorXd d = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(data_.force.size()));
-  const double middle = data_.start() + 0.5 * data_.length();
+  const double middle = data_.middle_time();
   for (Eigen::Index i = 0; i < d.size(); ++i) {
     const auto row = static_cast<std::size_t>(i);
     const std::size_t k = row % n;

@@ -12,6 +12,10 @@ inline Eigen::Map<const Eigen::VectorXd> measured_force(const FitData& data) {
   return {data.force.data(), static_cast<Eigen::Index>(data.force.size())};
 }
 
+/// Returns the measured force (N, by the body) less the fitted offset and drift of the sensor, which are no
+/// friction.
+Eigen::VectorXd friction_measured(const FitData& data, const FitValues& values);
+
 class FitModel {
  public:
   FitModel(const FitData& data, const FitOptions& options, Detail detail);
@@ -65,7 +69,6 @@ class FitModel {
   /// Returns a material with one bristle per newton and a kinetic coefficient of 1 per metre of mean
   /// deflection.
   bristle::Material unit_material(const FitValues& values) const;
-  int evaluations() const { return evaluations_; }
   const FitData& data() const { return data_; }
   const FitOptions& options() const { return options_; }
 
@@ -105,7 +108,6 @@ class FitModel {
   std::vector<double> speed_;  // speed of the contact at the samples, m/s
   FitValues known_values_{}, settled_{};
   Eigen::VectorXd known_;
-  int evaluations_ = 0;
 };
 
 }  // namespace cli

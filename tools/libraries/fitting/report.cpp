@@ -54,6 +54,9 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
                                        {"peak", "", 1.0, "peak"},
                                        {"stiffness / load", "1/mm", 1e-3, "stiffness_per_newton"}};
 
+/// Longest plausible presliding length, m.
+constexpr double longest_presliding = 5e-3;
+
 const char* start_text(StartState start) {
   return start == StartState::straight  ? "straight"
          : start == StartState::forward ? "sliding towards +x"
@@ -125,13 +128,15 @@ static std::string fit_answer(const FitData& data, const FitResult& r) {
                     rows[i].unit[0] != '\0' ? " " : "", rows[i].unit, k * e.low, k * e.high);
   }
   const double length = r.estimates[fit_length].value, kinetic = r.estimates[fit_kinetic].value;
-  const bool odd_length = r.estimates[fit_length].fitted && !(length > 0.2e-6 && length < 5e-3);
+  const bool odd_length = r.estimates[fit_length].fitted && !(length > 0.2e-6 && length < longest_presliding);
   // Takes a load given as 1 N as no load: the number `kinetic` is then a force (N) or a torque.
   const bool odd_kinetic = r.estimates[fit_kinetic].fitted && !(kinetic > 0.01 && kinetic < 1.5) &&
                            !(data.steady_load && data.mean_load == 1.0);
+  // Takes a force that follows the position over more than the longest presliding length as no presliding.
+  const bool springs = !r.estimates[fit_kinetic].fitted && data.range > longest_presliding;
   if (fitted > 2) found += fmt::format(", and {} more below", fitted - 2);
   return fmt::format(
-      "{}{}{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
+      "{}{}{}{}The brush explains {:.2f} % of the force and is off by {:.3g} N rms where it was not "
       "fitted{}{}.\n\n",
       odd_length
           ? fmt::format(
@@ -144,6 +149,11 @@ static std::string fit_answer(const FitData& data, const FitResult& r) {
                 "A kinetic coefficient of {:.3g} is unusual (most solids 0.05 to 0.8, rubber and skin "
                 "up to 1.5): check the unit of the load, {:.4g} N on average (--units load=mN). ",
                 kinetic, data.mean_load)
+          : "",
+      springs
+          ? fmt::format("The force follows the position over {:.3g} mm, farther than presliding goes, and "
+                        "not the direction of motion: a spring, or columns of different records. ",
+                        1e3 * data.range)
           : "",
       r.explained < 0.5 ? "Not a fit to build on. " : "", 100.0 * r.explained, r.held_out_rms,
       found.empty() ? "" : ": ", found);
@@ -232,15 +242,6 @@ Json curves(const FitData& data, const FitResult& r) {
   return out;
 }
 
-/// Returns the columns of time, path, load and force as the file has them, in its own units, as JSON.
-Json as_written(const FitData& data) {
-  const std::vector<std::size_t> places = drawn(data.columns);
-  Json out = Json::array();
-  for (const WrittenColumn& column : data.columns.written)
-    out.push_back({{"header", column.header}, {"values", taken(column.values, places)}});
-  return out;
-}
-
 }  // namespace
 
 std::string fit_json(const FitData& data, const FitResult& r) {
@@ -288,11 +289,8 @@ std::string fit_json(const FitData& data, const FitResult& r) {
   report["residuals"] = {{"rms_n", r.residual_rms},
                          {"held_out_rms_n", r.held_out_rms},
                          {"explained", r.explained},
-                         {"correlated_samples", r.correlated_samples},
-                         {"smallest_singular_value", r.smallest_singular_value}};
-  report["evaluations"] = r.evaluations;
+                         {"correlated_samples", r.correlated_samples}};
   report["curves"] = curves(data, r);
-  report["as_written"] = as_written(data);
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
@@ -313,8 +311,9 @@ std::string fit_csv(const FitData& data, const FitResult& r, const std::vector<M
                      data.force[i], data.force[i + n], r.curve[i], r.curve[i + n], data.force[i] - r.curve[i],
                      data.force[i + n] - r.curve[i + n]);
     } else {
-      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g}", data.load[i], data.force[i], r.curve[i],
-                     data.force[i] - r.curve[i]);
+      const double residual =
+          !r.left_out.empty() && r.left_out[i] ? std::nan("") : data.force[i] - r.curve[i];
+      fmt::format_to(to, "{:.9g},{:.9g},{:.9g},{:.9g}", data.load[i], data.force[i], r.curve[i], residual);
     }
     for (const ModelForce& rival : beside) fmt::format_to(to, ",{:.9g}", rival.force[i]);
     out.push_back('\n');
