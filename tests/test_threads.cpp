@@ -9,7 +9,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -34,26 +33,6 @@ namespace bristle_test::test_threads {
 namespace {
 
 #if BRISTLE_WITH_TBB
-
-/// Patches whose shared step takes some tens of milliseconds with slow kernels. Pieces of work take about a
-/// millisecond each: with shorter ones, eight threads on fewer cores did not all get one (measured).
-struct LongStep {
-  PatchBatch batch;
-  std::vector<Motion> motions;
-  std::vector<Response> responses;
-
-  explicit LongStep(const BatchOptions& options) : batch(BatchOptions(options).with_isa("scalar")) {
-    const Material material = plain_material(SnapLength::lognormal(dbar, 1.0), SnapRule::redraw);
-    for (std::uint32_t size : {140000u, 60000u, 3000u, 3000u}) {
-      Motion motion{
-          batch.add(material, plain_options(size).with_seed(size + 7)), {8.0 * dbar, 5.0 * dbar}, 1.0 * size};
-      motions.push_back(motion);
-    }
-    responses.resize(motions.size());
-    batch.warm_up();
-  }
-  bristle::StepReport step() { return batch.step(tick, motions, responses); }
-};
 
 /// Returns the other threads of this process, by number, with a line of their status in /proc.
 std::map<int, std::string> other_threads(const char* key) {
@@ -113,32 +92,6 @@ TEST_CASE("As many threads as asked for take part where there is work for them",
   }
 }
 
-TEST_CASE("However many threads take part in a long step, the bits stay those of one",
-          "[determinism][threads]") {
-  constexpr int steps = 3;
-  std::uint64_t expected = 0;
-  for (int threads : {1, 2, 3, 8}) {
-    LongStep scene(BatchOptions{}.with_threads(threads));
-    std::uint32_t most = 0;
-    for (int k = 0; k < steps; ++k) most = std::max(most, scene.step().threads);
-    if (threads == 1) expected = scene.batch.state_hash();
-    INFO(threads << " threads");
-    CHECK(scene.batch.state_hash() == expected);
-    CHECK(most <= static_cast<std::uint32_t>(threads));
-    // Tries several fresh batches, because on a busy machine the caller may be held up and then work alone
-    // for a while, or workers may get no core.
-    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(10);
-    while (threads > 1 && most < 2 && std::chrono::steady_clock::now() < until) {
-      // Pauses, so that the system may move a worker that waits for the core on which the caller never
-      // sleeps.
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-      LongStep other(BatchOptions{}.with_threads(threads));
-      for (int k = 0; k < steps; ++k) most = std::max(most, other.step().threads);
-    }
-    CHECK(most >= (threads > 1 ? 2u : 1u));
-  }
-}
-
 TEST_CASE("What a worker that is held up has not begun, the caller does", "[threads]") {
   // Lets the worker hold its first task until all others are done, so the caller must do these and not wait
   // for the worker.
@@ -187,43 +140,6 @@ TEST_CASE("Each task is done once, whoever takes it", "[threads]") {
       CHECK(std::all_of(done.begin(), done.end(), [](const std::atomic<int>& n) { return n == 1; }));
     }
   }
-}
-
-TEST_CASE("However many threads step a patch that renews, bits and responses stay those of one",
-          "[determinism][threads][rubbing]") {
-  // Steps of one and of several pieces, turns, and long slides that mostly follow from their steady state.
-  constexpr double ways[][2] = {{0.2, 0.1}, {0.8, 0.0},   {2.5, 1.0}, {-0.1, 0.1},
-                                {0.0, 0.9}, {30.0, 20.0}, {0.7, 0.5}};
-  const std::uint32_t n = 70000;  // bristles for several ranges of blocks, the last one shorter
-  setenv("BRISTLE_SHARING", "0,4096,100", 1);
-  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-    for (const bool ages : {false, true}) {
-      Material material = plain_material(SnapLength::lognormal(dbar, 0.4), rule)
-                              .with_residual_length(0.3 * dbar)
-                              .with_shared_renewal(1.5);
-      if (ages) material = material.with_ageing(bristle::Ageing::saturating(0.4, 3e-3));
-      std::vector<Response> expected;
-      std::uint64_t hash = 0;
-      for (const int threads : {1, 2, 3, 8}) {
-        OnePatch patch(material, plain_options(n, 2), BatchOptions{}.with_threads(threads));
-        INFO(threads << " threads, ages: " << ages);
-        std::size_t k = 0;
-        std::uint32_t tasks = 0;  // tasks of the first step (a caller held up takes later ones alone)
-        for (const auto& way : ways) {
-          const Response response = patch.step(way[0] * dbar, way[1] * dbar, 0.97 * n);
-          if (threads == 1)
-            expected.push_back(response);
-          else
-            CHECK(first_difference(response, expected[k++]) == "");
-          if (tasks == 0) tasks = patch.report.tasks;
-        }
-        if (threads == 1) hash = patch.hash();
-        CHECK(patch.hash() == hash);
-        if (threads > 1) CHECK(tasks > 1);
-      }
-    }
-  }
-  unsetenv("BRISTLE_SHARING");
 }
 
 TEST_CASE("A small step wakes no worker", "[threads]") {

@@ -109,12 +109,18 @@ inline void add_rubbed_variants(std::vector<PatchCase>& cases, std::uint32_t bri
       }
     }
   }
-  PatchCase large = cases.back();
-  large.name = "large, rubbed";
-  large.options = PatchOptions(large.options).with_bristles(40000).with_outputs(Outputs::all);
-  large.material = Material(large.material).with_residual_length(0.2 * dbar).with_shared_renewal(1.0);
-  large.later = large.material;
-  cases.push_back(large);
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw})
+    for (const bool ages : {false, true}) {
+      PatchCase large = cases.back();
+      large.name = std::string(ages ? "large, rubbed, ageing, " : "large, rubbed, ") + table_name(rule);
+      large.options = PatchOptions(large.options).with_bristles(40000).with_outputs(Outputs::all);
+      large.material = plain_material(SnapLength::lognormal(dbar, 0.4), rule)
+                           .with_residual_length(0.2 * dbar)
+                           .with_shared_renewal(1.0);
+      if (ages) large.material.with_ageing(bristle::Ageing::saturating(0.4, 3.0 * tick));
+      large.later = large.material;
+      cases.push_back(large);
+    }
 }
 
 /// Adds patches of ageing representatives, for every combination of axes, rule, precision and law: both
