@@ -232,6 +232,24 @@ TEST_CASE("What a record lacks is taken from what is stated, each in a line", "[
     CHECK_THAT(joined(read.understood), Contains("1 negative loads, down to -0.01 N, taken as 0"));
     reading.clip_load = 0.0099;
     CHECK_THAT(refused(text, reading), Contains("allowed: -0.0099 N or more (--clip-load)"));
+    // A load below the limit is refused where the loads before it press.
+    reading.clip_load = 0.005;
+    CHECK_THAT(refused("t,x,load,force\n0,0,1,1\n1,1,-0.01,1\n", reading), Contains("-0.01 is negative"));
+  }
+  SECTION("a wild row of the first file leaves the second where it begins") {
+    const auto file = [](const char* name, bool wild) {
+      std::string text = "t,x,load,force\n";
+      for (int i = 0; i < 100; ++i)
+        text += fmt::format("{},{:.9f},2,{}\n", 0.01 * i, 1e-3 * std::sin(0.2 * i),
+                            wild && i == 3            ? 90.0
+                            : std::cos(0.2 * i) > 0.0 ? 0.6
+                                                      : -0.6);
+      return cli::parse_fit_columns(text, name);
+    };
+    const cli::FitData data =
+        cli::prepare_fit_data(cli::join_fit_columns({file("a.csv", true), file("b.csv", false)}), {}, {});
+    CHECK(data.samples() == 199);
+    CHECK(data.columns.parts == std::vector<std::size_t>{99});
   }
   SECTION("a tribometer's names and grams") {
     cli::FitReading reading;
