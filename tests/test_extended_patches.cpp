@@ -803,6 +803,7 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   PatchBatch batch;
   ExtendedPatches pads(batch);
   const PatchId pad = pads.add(soft, light_options(), Outline::disc(1e-3, Pressure::uniform, 2));
+  CHECK(pads.info(pad).max_normal_load == light_options().max_normal_load);
   for (int i = 0; i < 3; ++i) CHECK(stick(pads, pad, load_n).stiffness[0][0] == Approx(load_n));
   const double limit = stick(pads, pad, load_n).force_limit;
 

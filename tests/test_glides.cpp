@@ -166,13 +166,16 @@ TEST_CASE("Bristles that are read in a glide have its force, and reading changes
 namespace {
 
 /// Returns step i of a motion with all kinds of steps in turns: tremor, slides that go straight on, turn
-/// slowly or sharply, rests, creep, another load, a given velocity, a step of many lengths.
+/// slowly or sharply, rests, strokes within presliding, creep, another load, a given velocity, a step of many
+/// lengths.
 Motion motion_of(int i) {
-  const double kinds[][2] = {{0.03, 0.0}, {0.1, 0.0}, {0.1, 0.002}, {0.3, 0.7}, {3.0, 0.001}, {0.0, 0.0}};
-  const double(&kind)[2] = kinds[i / 150 % 6];
-  const bool trembles = i / 150 % 6 == 0;
+  const double kinds[][2] = {{0.03, 0.0},  {0.1, 0.0}, {0.1, 0.002}, {0.3, 0.7},
+                             {3.0, 0.001}, {0.0, 0.0}, {0.05, 0.0}};
+  const int which = i / 150 % 7;
+  const double(&kind)[2] = kinds[which];
+  const bool goes_back = (which == 0 && i % 2 == 1) || (which == 6 && i / 12 % 2 == 1);
   const double angle = 0.4 + kind[1] * i;
-  const double way = (trembles && i % 2 == 1 ? -1.0 : 1.0) * kind[0] * dbar;
+  const double way = (goes_back ? -1.0 : 1.0) * kind[0] * dbar;
   Motion motion;
   motion.displacement[0] = way * std::cos(angle);
   motion.displacement[1] = way * std::sin(angle);

@@ -345,6 +345,25 @@ TEST_CASE("energy of patches with a lay balances at every step, and none comes f
     }
 }
 
+TEST_CASE("the stored energy of a stuck patch with a lay is half the work of its force", "[lay]") {
+  // Closed form: while nothing snaps or slides the force is linear in the displacement.
+  for (const Kind& kind : kinds()) {
+    const bool endless = kind.options.population == Population::infinite;
+    for (const double stiffness : {0.0, 0.7, 9.0}) {
+      if (stiffness != 0.0 && (endless || kind.material.residual_length != 0.0)) continue;
+      for (const double angle : {0.0, 0.5, 1.9, 4.0}) {
+        CAPTURE(kind.name, stiffness, angle);
+        OnePatch patch(kind.material, PatchOptions(kind.options).with_lay(Lay{0.5, 1.8, stiffness, 1.0}));
+        const double d[2] = {0.02 * dbar * std::cos(angle), 0.02 * dbar * std::sin(angle)};
+        const Response out = patch.step(d[0], d[1], load);
+        const double half_work = -0.5 * (out.end[0] * d[0] + out.end[1] * d[1]);
+        CHECK(half_work > 0.0);
+        CHECK(patch.energy() == Approx(half_work).epsilon(1e-5));
+      }
+    }
+  }
+}
+
 TEST_CASE("a load that changes at rest leaves the force of a lay that leans", "[lay]") {
   Kind kind = sliding(Precision::double_);
   OnePatch patch(kind.material, kind.options.with_lay(Lay{0.3, 0.7, 0.0, 4.0}));

@@ -20,7 +20,6 @@ namespace {
 
 constexpr std::uint32_t none = KeyTable::none;
 
-// Magic number at the head of the saved state of a matcher (letters "brstmtch").
 constexpr std::size_t saved_point = 7 * 8 + 3 * 4;
 // Cosine of the largest angle between the normals of a contact in two steps. Points whose normals differ
 // more, such as those on two faces of a box, are different contacts.

@@ -216,7 +216,7 @@ FittedBrush choose_by(const FitData& thin, const FitOptions& options,
   for (const FittedBrush& brush : brushes) {
     errors.push_back(std::sqrt((force_of(brush, rest, Detail::search) - measured_force(rest)).squaredNorm() /
                                static_cast<double>(rest.force.size())));
-    text += fmt::format("{}{} {:.3g}", text.empty() ? "" : ", ", brush.name, errors.back());
+    text += fmt::format("{}{} {:.3g}", text.empty() ? "" : "; ", brush.name, errors.back());
   }
   const double lowest = *std::min_element(errors.begin(), errors.end());
   FittedBrush* best = nullptr;
