@@ -13,8 +13,6 @@
 namespace bristle::detail {
 namespace {
 
-thread_local char this_thread;  // variable of each thread, whose address identifies the thread
-
 /// Distances, in motions of the step, at which the slot of a patch and its record are prefetched from memory.
 constexpr std::size_t slots_ahead = 4;
 constexpr std::size_t records_ahead = 2;
@@ -352,7 +350,7 @@ class Scheduler::Step {
     Step& step = *static_cast<Step*>(self);
     Scheduler& s = step.s;
     Task& task = s.tasks_[static_cast<std::size_t>(index)];
-    task.thread = &this_thread;
+    task.thread = this_thread();
     FloatModeScope mode;
     if (task.blocks != nullptr) {
       step.step_blocks(task.blocks, task.block_count, task.outcome);

@@ -66,7 +66,7 @@ class Scheduler {
     Range range;
     Totals totals;
     Outcome outcome;
-    const void* thread = nullptr;  ///< thread that did the task, by the address of `this_thread`
+    const void* thread = nullptr;  ///< thread that did the task, by this_thread()
   };
   struct Split {
     Patch* patch = nullptr;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <thread>
 
 #include "bristle/deadline_monitor.hpp"
 #include "core/runtime/workers.hpp"
@@ -117,13 +116,13 @@ class SharedWork {
   /// waited.
   void run(int tasks, void (*task)(void* context, int index), void* context) noexcept {
     const double start = DeadlineMonitor::wall_now();
-    Run run{task, context, std::this_thread::get_id(), start};
+    Run run{task, context, this_thread(), start};
     workers.run(
         tasks,
         [](void* self, int index) {
           Run& r = *static_cast<Run*>(self);
           r.task(r.context, index);
-          if (std::this_thread::get_id() == r.caller) r.callers_end = DeadlineMonitor::wall_now();
+          if (this_thread() == r.caller) r.callers_end = DeadlineMonitor::wall_now();
         },
         &run);
     retreat_.judge(run.callers_end - start, DeadlineMonitor::wall_now() - run.callers_end);
@@ -133,7 +132,7 @@ class SharedWork {
   struct Run {
     void (*task)(void* context, int index);
     void* context;
-    std::thread::id caller;
+    const void* caller;
     double callers_end;  ///< time when the caller's last task was done, s
   };
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/common/assert.hpp"
+#include "core/runtime/workers.hpp"
 
 #if BRISTLE_ASSERTS
 #include <atomic>
@@ -28,11 +29,6 @@ class SteppingSide {
   }
 
  private:
-  static const void* this_thread() noexcept {
-    static thread_local char here;
-    return &here;
-  }
-
   std::atomic<const void*> owner_{nullptr};  ///< thread whose call is under way on this side
   int depth_ = 0;                            ///< number of nested calls of that thread
 };

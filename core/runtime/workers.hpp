@@ -6,6 +6,12 @@
 
 namespace bristle::detail {
 
+/// Returns an address that identifies the calling thread. WebAssembly's library has no std::thread.
+inline const void* this_thread() noexcept {
+  static thread_local char mark;
+  return &mark;
+}
+
 class Workers {
  public:
   /// Makes a team of `threads` >= 1 threads, counting the caller; 0 means one per core.
