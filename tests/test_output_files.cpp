@@ -49,6 +49,13 @@ std::size_t files_in(const fs::path& folder) {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
 }
 
+/// Returns whether a command has begun to write the file `out` in a folder: its temporary file is there.
+bool writes_out(const std::string& folder) {
+  return std::any_of(fs::directory_iterator(folder), fs::directory_iterator(), [](const auto& entry) {
+    return entry.path().filename().string().starts_with("out.tmp.");
+  });
+}
+
 }  // namespace
 
 TEST_CASE("No command writes over a file that it reads, or two outputs into one", "[cli][files]") {
@@ -246,11 +253,7 @@ TEST_CASE("A command that is stopped leaves the old file whole and nothing besid
         ::_exit(127);
       }
       // Waits for the temporary file beside the output, which shows that the command has begun.
-      const auto begun = [&] {
-        return std::any_of(
-            fs::directory_iterator(folder.path), fs::directory_iterator(),
-            [](const auto& entry) { return entry.path().filename().string().starts_with("out.tmp."); });
-      };
+      const auto begun = [&] { return writes_out(folder.path); };
       for (int k = 0; k < 2000 && !begun(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
       CHECK(begun());
       ::kill(child, signal);
@@ -305,9 +308,7 @@ TEST_CASE("A fit that Ctrl-C stops reports the best found until then; a long one
       for (ssize_t got = 0; (got = ::read(terminal, text, sizeof text)) > 0;)
         shown.append(text, static_cast<std::size_t>(got));
       if (of_joint) return shown.find("will take about") != shown.npos;
-      return std::any_of(
-          fs::directory_iterator(folder.path), fs::directory_iterator(),
-          [](const auto& entry) { return entry.path().filename().string().starts_with("out.tmp."); });
+      return writes_out(folder.path);
     };
     for (int k = 0; k < 4000 && !begun(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     CHECK(begun());

@@ -408,8 +408,8 @@ class SurfaceLoads {
     if (of.before > 0.0) load = (1.0 - follows) * before / of.before * of.now + follows * on_its_points;
     return std::fabs(load - before) > 1e-6 * load ? load : before;
   }
-  /// Returns whether a held contact carries more than a thousandth of the load of its surfaces. One that does
-  /// not should be released (ContactMatcher::release).
+  /// Returns whether a held contact carries more than a thousandth of the load of its surfaces (`index`: at
+  /// least 0). One that does not should be released (ContactMatcher::release).
   bool presses(int index, double load) const noexcept {
     return load > 1e-3 * sums_[static_cast<std::size_t>(index)].now;
   }
