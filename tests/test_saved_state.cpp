@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bristle/keyed_patches.hpp"
 #include "expect.hpp"
 #include "scenes.hpp"
 
@@ -101,6 +102,18 @@ TEST_CASE("A saved state that is cut short, or of another format or batch, is re
   CHECK(names(refusal(bad), {"format 9", "reads format"}));
   PatchBatch other;
   CHECK(names(message_of([&] { other.restore_state(bytes); }), {"has 2 patches", "has 0"}));
+}
+
+TEST_CASE("A saved state of another kind, or with bytes behind it, is refused as such, even an empty one",
+          "[state]") {
+  const bristle::ContactMatcher matcher{bristle::MatcherOptions{}};
+  PatchBatch batch;
+  const std::vector<std::byte> points = saved_state(matcher);
+  CHECK(names(message_of([&] { batch.restore_state(points); }), {"points of a matcher", "not patches"}));
+  std::vector<std::byte> longer = saved_state(batch);
+  batch.restore_state(longer);
+  longer.push_back(std::byte{0});
+  CHECK(names(message_of([&] { batch.restore_state(longer); }), {"1 bytes behind it"}));
 }
 
 TEST_CASE("A state with a true checksum and values that no patch can have is refused by the value",
