@@ -250,26 +250,28 @@ class World {
 
   /// bristles: solves all boxes at once, with soft normal impulses and the linear models, because in a stack
   /// iterations carry changes too slowly from box to box. Returns whether few iterations are enough after
-  /// that: no contact pulls, and loads are nearly those of the linear models. (bristle::BodySystem does the
-  /// same for many bodies, and LinearFriction::release finds contacts that slip.)
+  /// that: no contact pulls, and loads are nearly those of the linear models. (LinearFriction::release finds
+  /// contacts that slip.)
   bool solve_bodies(double h) {
-    const int size = 6 * static_cast<int>(boxes.size());
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(size, size);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
-    for (int at = 0; at < size; at += 6) {
-      matrix.block<3, 3>(at, at).diagonal().setConstant(boxes[at / 6].mass);
-      matrix.block<3, 3>(at + 3, at + 3) = boxes[at / 6].inertia();
+    system_.begin(6 * static_cast<int>(boxes.size()));
+    for (int box = 0; box < static_cast<int>(boxes.size()); ++box)
+      system_.couple(Unknowns(box, -1).column, 12);
+    for (const Contact& c : contacts) system_.couple(Unknowns(c.box, c.below).column, 12);
+    system_.set_zero();
+    for (int at = 0; at < system_.size(); at += 6) {
+      const Matrix3d inertia = boxes[at / 6].inertia();
+      for (int i = 0; i < 3; ++i) {
+        system_.line(at + i)[at + i] = boxes[at / 6].mass;
+        for (int k = 0; k <= i; ++k) system_.line(at + 3 + i)[at + 3 + k] = inertia(i, k);
+      }
     }
-    std::vector<Eigen::Matrix3Xd> rows;  // velocity along, aside and up, per velocity and spin of all boxes
+    std::vector<Levers> levers;          // velocity along, aside and up, per velocity and spin of both bodies
     std::vector<Vector3d> pulls, gains;  // impulse without change of velocity, N s, and lost per m/s of it
     for (const Contact& c : contacts) {
       const Vector3d axes[3] = {c.frame.along(), c.frame.aside(), c.up};
-      Eigen::Matrix3Xd& to = rows.emplace_back(Eigen::Matrix3Xd::Zero(3, size));
-      for (int a = 0; a < 3; ++a) {
-        to.row(a).segment<6>(6 * c.box) << axes[a].transpose(), c.arm.cross(axes[a]).transpose();
-        if (c.below >= 0)
-          to.row(a).segment<6>(6 * c.below) << -axes[a].transpose(), -c.arm_below.cross(axes[a]).transpose();
-      }
+      Levers& of = levers.emplace_back();
+      for (int a = 0; a < 3; ++a)
+        of.col(a) << axes[a], c.arm.cross(axes[a]), -axes[a], -c.arm_below.cross(axes[a]);
       const double stiffness = 1.0 / (softness * mobility(c, c.up, c.up));
       Vector3d& gain = gains.emplace_back(0, 0, stiffness);
       Vector3d& pull = pulls.emplace_back(0, 0, stiffness * (wanted_speed(c, h) - c.up.dot(velocity(c))));
@@ -277,14 +279,17 @@ class World {
         gain.head<2>() = h * c.model.slope();
         pull.head<2>() = h * c.model.force(slip(c));
       }
-      matrix += to.transpose() * gain.asDiagonal() * to;
-      right += to.transpose() * pull;
+      system_.add(Unknowns(c.box, c.below).column, of, gain.asDiagonal(), pull);
     }
-    const Eigen::VectorXd change = matrix.ldlt().solve(right);
+    system_.factor();
+    system_.substitute();
     bool nearly = true;
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       Contact& c = contacts[i];
-      const Vector3d impulse = pulls[i] - gains[i].cwiseProduct(rows[i] * change);
+      Vector3d change = levers[i].topRows<6>().transpose() * system_.right.segment<6>(6 * c.box);
+      if (c.below >= 0)
+        change += levers[i].bottomRows<6>().transpose() * system_.right.segment<6>(6 * c.below);
+      const Vector3d impulse = pulls[i] - gains[i].cwiseProduct(change);
       c.impulse = impulse.head<2>();
       c.normal_impulse = std::max(impulse[2], 0.0);
       push(c, c.normal_impulse, c.impulse);
@@ -330,8 +335,21 @@ class World {
     batch_.step(h, motions, responses);
   }
 
+  /// Numbers of the unknowns of two bodies in the equations, velocity and spin of each; -1: cannot move.
+  struct Unknowns {
+    Unknowns(int box, int below) {
+      for (int i = 0; i < 12; ++i) {
+        const int body = i < 6 ? box : below;
+        column[i] = body < 0 ? -1 : 6 * body + i % 6;
+      }
+    }
+    int column[12];
+  };
+  using Levers = Eigen::Matrix<double, 12, 3>;
+
   Vector3d gravity_;
   Friction kind_;
+  bristle::BodySystem system_;
   bristle::PatchBatch batch_;
   bristle::KeyedPatches patches_;
 };
