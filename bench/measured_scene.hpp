@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <bristle/bristle.hpp>
-#include <chrono>
+#include <bristle/deadline_monitor.hpp>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -112,7 +112,7 @@ inline double least_bytes(const Regime& regime, SnapRule rule, int axes, Precisi
 /// second".
 template <class Step>
 void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_bristle, Step step) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = bristle::DeadlineMonitor::wall_now();
   double visited = 0.0;
   for (auto _ : state) {
     if constexpr (std::is_same_v<decltype(step()), bristle::StepReport>) {
@@ -122,10 +122,10 @@ void measure(benchmark::State& state, std::uint64_t bristles, double bytes_per_b
       visited += static_cast<double>(bristles);
     }
   }
-  const std::chrono::duration<double, std::nano> elapsed = std::chrono::steady_clock::now() - start;
+  const double elapsed = bristle::DeadlineMonitor::wall_now() - start;
   const double steps = static_cast<double>(state.iterations());
   const double n = static_cast<double>(bristles);
-  const double ns_per_bristle = elapsed.count() / (steps * n);
+  const double ns_per_bristle = 1e9 * elapsed / (steps * n);
   state.counters["ns_per_bristle"] = ns_per_bristle;
   state.counters["bristles_per_ms"] = 1e6 / ns_per_bristle;
   state.counters["visited"] = visited / (steps * n);

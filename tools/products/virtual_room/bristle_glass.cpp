@@ -62,7 +62,8 @@ void BristleGlass::find_snaps(const BristleView& now) {
   }
 }
 
-float BristleGlass::age_colour(float age_s) {
+/// Returns where on the colour scale an age (s) is: from 0 for 10 ms to 1 for 100 s.
+static float age_colour(float age_s) {
   return std::clamp((std::log10(std::max(age_s, 1e-6f)) + 2.0f) / 4.0f, 0.0f, 1.0f);
 }
 

@@ -39,8 +39,6 @@ class BristleGlass {
   bool shows_cohorts() const { return cohorts_; }
   bool by_age = false;  ///< whether hairs have colours by age, not by bending
 
-  /// Returns where on the colour scale an age (s) is: from 0 for 10 ms to 1 for 100 s.
-  static float age_colour(float age_s);
   /// Returns how many of the shown bristles were seen to snap in the last update.
   std::size_t snaps() const { return snaps_; }
 
