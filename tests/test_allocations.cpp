@@ -200,6 +200,9 @@ TEST_CASE("No call of the C interface between two steps allocates", "[allocation
     count("bristle_matcher_match", [&] { bristle_matcher_match(matcher, &point, &key, 1, nullptr); });
     count("bristle_keyed_find_or_add", [&] { bristle_keyed_find_or_add(keyed, &key, &id, 1); });
     count("bristle_keyed_find", [&] { bristle_keyed_find(keyed, &key, &id, 1); });
+    bristle_group group{};
+    count("bristle_keyed_groups", [&] { bristle_keyed_groups(keyed, &group, 1); });
+    CHECK(group.count == 1024);
     count("bristle_keyed_end_step", [&] { bristle_keyed_end_step(keyed); });
     count("bristle_keyed_save_state", [&] { bristle_keyed_save_state(keyed, state.data(), state.size()); });
     count("bristle_beds_step", [&] { bristle_beds_step(beds, &bed_motion, &bed_response, 1, &report); });

@@ -622,6 +622,66 @@ TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys
   CHECK(matcher.match(points, keys) == 3);
 }
 
+TEST_CASE("A pool's patches are groups, stepped by arrays at their places as by motions", "[keys][group]") {
+  constexpr std::uint32_t first = 5, later = 40;
+  const auto with_keys = KeyedOptions{}.with_capacity(first);
+  for (const Material& material :
+       {surface, plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::slide)}) {
+    PatchBatch by_motion, by_array;
+    KeyedPatches listed(by_motion, material, plain_options(20), with_keys);
+    KeyedPatches arrayed(by_array, material, plain_options(20), with_keys);
+    std::vector<double> dx(later), dy(later), load(later), fx(later), fy(later);
+    for (int k = 0; k < 60; ++k) {
+      if (k == 30) {
+        listed.reserve(later);
+        arrayed.reserve(later);
+      }
+      std::vector<Motion> motions;
+      std::vector<std::uint32_t> places;
+      for (std::uint64_t key = 0; key < (k < 30 ? 5u : 30u); ++key) {
+        if ((key + static_cast<std::uint64_t>(k) / 7) % 4 == 0) continue;  // contacts begin and end
+        const bristle::KeyedContact contact = arrayed.find_or_add_contact(key);
+        Motion motion = scripted_motion(key, k, 2);
+        motion.has_velocity = false;
+        motion.id = listed.find_or_add(key);
+        motions.push_back(motion);
+        places.push_back(contact.place);
+        dx[contact.place] = motion.displacement[0];
+        dy[contact.place] = motion.displacement[1];
+        load[contact.place] = motion.normal_load;
+      }
+      std::vector<Response> responses(motions.size());
+      by_motion.step(tick, motions, responses);
+      std::size_t begin = 0;
+      REQUIRE(arrayed.groups().size() == (k < 30 ? 1 : 2));
+      for (const bristle::PatchGroup& group : arrayed.groups()) {
+        std::vector<std::uint32_t> which;
+        for (const std::uint32_t place : places)
+          if (place >= begin && place < begin + group.size())
+            which.push_back(place - static_cast<std::uint32_t>(begin));
+        const auto part = [&](std::vector<double>& all) {
+          return bristle::Span<double>(all.data() + begin, group.size());
+        };
+        bristle::GroupStep step;
+        step.group = group;
+        step.which = which;
+        step.displacement[0] = part(dx);
+        step.displacement[1] = part(dy);
+        step.normal_load = part(load);
+        step.end[0] = part(fx);
+        step.end[1] = part(fy);
+        by_array.step(tick, step);
+        begin += group.size();
+      }
+      for (std::size_t i = 0; i < motions.size(); ++i) {
+        expect(fx[places[i]] == responses[i].end[0], "force along x");
+        expect(fy[places[i]] == responses[i].end[1], "force along y");
+      }
+      expect(listed.end_step() == arrayed.end_step(), "contacts that ended");
+    }
+  }
+}
+
 TEST_CASE("A pool and a matcher that grow keep their contacts, and have room for a thousand", "[keys]") {
   PatchBatch batch;
   KeyedPatches patches(batch, surface, plain_options(4), KeyedOptions{}.with_capacity(3));

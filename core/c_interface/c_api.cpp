@@ -1248,6 +1248,19 @@ uint32_t bristle_keyed_end_step(bristle_keyed* keyed) {
 uint32_t bristle_keyed_size(const bristle_keyed* keyed) {
   return keyed != nullptr ? keyed->visit([](const auto& pool) { return pool.size(); }) : 0;
 }
+size_t bristle_keyed_groups(const bristle_keyed* keyed, bristle_group* groups, size_t count) {
+  if (keyed == nullptr) return 0;
+  return keyed->visit([&](const auto& pool) -> size_t {
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(pool)>, KeyedPatches>) {
+      const Span<const PatchGroup> its = pool.groups();
+      for (size_t i = 0; groups != nullptr && i < std::min(count, its.size()); ++i)
+        groups[i] = {its[i].first.value, its[i].count};
+      return its.size();
+    } else {
+      return 0;
+    }
+  });
+}
 uint64_t bristle_keyed_refused(const bristle_keyed* keyed) {
   return keyed != nullptr ? keyed->visit([](const auto& pool) { return pool.refused(); }) : 0;
 }

@@ -64,43 +64,46 @@ std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
 /// those of its functions that the pool calls. Ids are valid in this object.
 struct Owner {
   void* it;
-  void (*remove)(void* it, std::uint64_t id);
+  /// Removes one object, or a group of `count` patches whose first is `id`.
+  void (*remove)(void* it, std::uint64_t id, std::uint32_t count);
   void (*reset)(void* it, std::uint64_t id, std::uint32_t seed, std::uint64_t key) noexcept;
   /// Returns the key of a patch, or of the first cell of an outline, to check a restored pool; 0 if there is
   /// no such patch, and no value for beds, which have no keys.
   std::optional<std::uint64_t> (*key_of)(void* it, std::uint64_t id) noexcept;
 };
 
-/// Wraps a PatchBatch or ExtendedPatches as the owner of a pool's patches. Its reset() takes a seed and a
-/// key.
 template <class Patches>
-Owner owner_of(Patches& patches, std::optional<std::uint64_t> (*key_of)(void*, std::uint64_t) noexcept) {
-  return {&patches, [](void* it, std::uint64_t id) { static_cast<Patches*>(it)->remove({id}); },
-          [](void* it, std::uint64_t id, std::uint32_t seed, std::uint64_t key) noexcept {
-            static_cast<Patches*>(it)->reset({id}, seed, key);
-          },
-          key_of};
+void reset_patch(void* it, std::uint64_t id, std::uint32_t seed, std::uint64_t key) noexcept {
+  static_cast<Patches*>(it)->reset({id}, seed, key);
 }
 
 Owner owner_of(PatchBatch& batch) {
-  return owner_of(batch, [](void* it, std::uint64_t id) noexcept -> std::optional<std::uint64_t> {
-    return static_cast<PatchBatch*>(it)->info({id}).key;
-  });
+  return {&batch,
+          [](void* it, std::uint64_t id, std::uint32_t count) {
+            static_cast<PatchBatch*>(it)->remove(PatchGroup({id}, count));
+          },
+          &reset_patch<PatchBatch>,
+          [](void* it, std::uint64_t id) noexcept -> std::optional<std::uint64_t> {
+            return static_cast<PatchBatch*>(it)->info({id}).key;
+          }};
 }
 
 #if BRISTLE_WITH_OUTLINES
 Owner owner_of(ExtendedPatches& patches) {
-  return owner_of(patches, [](void* it, std::uint64_t id) noexcept -> std::optional<std::uint64_t> {
-    const ExtendedPatches& extended = *static_cast<ExtendedPatches*>(it);
-    const Span<const PatchId> cells = extended.cell_patches({id});
-    return cells.empty() ? 0 : extended.batch().info(cells[0]).key;
-  });
+  return {&patches,
+          [](void* it, std::uint64_t id, std::uint32_t) { static_cast<ExtendedPatches*>(it)->remove({id}); },
+          &reset_patch<ExtendedPatches>,
+          [](void* it, std::uint64_t id) noexcept -> std::optional<std::uint64_t> {
+            const ExtendedPatches& extended = *static_cast<ExtendedPatches*>(it);
+            const Span<const PatchId> cells = extended.cell_patches({id});
+            return cells.empty() ? 0 : extended.batch().info(cells[0]).key;
+          }};
 }
 #endif
 
 #if BRISTLE_WITH_BEDS
 Owner owner_of(BedBatch& beds) {
-  return {&beds, [](void* it, std::uint64_t id) { static_cast<BedBatch*>(it)->remove({id}); },
+  return {&beds, [](void* it, std::uint64_t id, std::uint32_t) { static_cast<BedBatch*>(it)->remove({id}); },
           [](void* it, std::uint64_t id, std::uint32_t, std::uint64_t) noexcept {
             static_cast<BedBatch*>(it)->reset({id});
           },
@@ -119,14 +122,16 @@ struct KeyedPool {
     bool told = false;  ///< whether find_or_add_contact has returned this contact before
   };
 
-  /// Makes a pool and fills it with patches or beds; each call of `its_add` makes one in the owner.
+  /// Adds `count` patches or beds to the owner, and entries for them to the pool, which has room for them.
+  using Grow = std::function<void(KeyedPool&, std::uint32_t count)>;
+
   KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
-            const KeyedOptions& its_options, std::function<std::uint64_t()> its_add)
+            const KeyedOptions& its_options, Grow its_grow)
       : name(its_name),
         owner(its_owner),
         options(its_options),
         seed(its_seed),
-        add(std::move(its_add)),
+        grow(std::move(its_grow)),
         table(check_capacity("KeyedOptions", its_options.capacity)) {
     options.capacity = 0;
     reserve(its_options.capacity);
@@ -137,11 +142,14 @@ struct KeyedPool {
 
   /// Removes all entries but the first `kept` from the pool, and their patches or beds from the owner.
   void remove_patches(std::size_t kept) noexcept {
-    for (; pool.size() > kept; pool.pop_back()) {
+    while (pool.size() > kept) {
+      const std::uint32_t count = groups.empty() ? 1 : groups.back().count;
+      if (!groups.empty()) groups.pop_back();
       try {
-        owner.remove(owner.it, pool.back().id);
+        owner.remove(owner.it, pool[pool.size() - count].id, count);
       } catch (...) {  // ignored: the patch or bed was already removed, or there is no memory for the command
       }
+      pool.resize(pool.size() - count);
     }
   }
 
@@ -154,10 +162,7 @@ struct KeyedPool {
     pool.reserve(capacity);
     free.reserve(capacity);
     try {
-      while (pool.size() < capacity) {
-        const std::uint64_t id = add();
-        pool.emplace_back().id = id;
-      }
+      grow(*this, capacity - before);
     } catch (...) {
       remove_patches(before);
       throw;
@@ -221,8 +226,10 @@ struct KeyedPool {
   const Owner owner;
   KeyedOptions options;
   const std::uint32_t seed;
-  const std::function<std::uint64_t()> add;  ///< adds one patch or bed to the owner and returns its id
+  const Grow grow;
   std::vector<Held> pool;
+  /// Groups that the patches of the pool are in, in the order of its entries; none for outlines and beds.
+  std::vector<PatchGroup> groups;
   /// Indices of the free entries. The one freed last is used first, because it is likely still in the cache.
   std::vector<std::uint32_t> free;
   KeyTable table;  ///< maps a key to its place in the pool
@@ -347,6 +354,17 @@ void KeyedPool::restore_state(Span<const std::byte> from) {
 
 }  // namespace
 
+/// Returns a function that adds objects to a pool, which have ids of their own, one by one.
+template <class Add>
+KeyedPool::Grow one_by_one(const Add& add) {
+  return [add](KeyedPool& to, std::uint32_t count) {
+    for (; count > 0; --count) {
+      const std::uint64_t id = add();
+      to.pool.emplace_back().id = id;
+    }
+  };
+}
+
 struct BRISTLE_PRIVATE KeyedPatches::Impl : KeyedPool {
   using KeyedPool::KeyedPool;
 };
@@ -354,13 +372,20 @@ struct BRISTLE_PRIVATE KeyedPatches::Impl : KeyedPool {
 KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                            const KeyedOptions& options)
     : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(batch), patch.seed, options,
-                                   [&batch, material, patch] { return batch.add(material, patch).value; })) {}
+                                   [&batch, material, patch](KeyedPool& to, std::uint32_t count) {
+                                     to.groups.reserve(to.groups.size() + 1);
+                                     const PatchGroup group = batch.add_group(material, patch, count);
+                                     to.groups.push_back(group);
+                                     for (std::uint32_t i = 0; i < count; ++i)
+                                       to.pool.emplace_back().id = group[i].value;
+                                   })) {}
 #if BRISTLE_WITH_OUTLINES
 KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                            const Outline& outline, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>(
-          "KeyedPatches", owner_of(patches), patch.seed, options,
-          [&patches, material, patch, outline] { return patches.add(material, patch, outline).value; })) {}
+    : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(patches), patch.seed, options,
+                                   one_by_one([&patches, material, patch, outline] {
+                                     return patches.add(material, patch, outline).value;
+                                   }))) {}
 #endif
 KeyedPatches::~KeyedPatches() = default;
 KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
@@ -370,6 +395,7 @@ KeyedContact KeyedPatches::find_or_add_contact(std::uint64_t key) noexcept {
   return impl_->find_or_add(key, true);
 }
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
+Span<const PatchGroup> KeyedPatches::groups() const noexcept { return impl_->groups; }
 void KeyedPatches::reserve(std::uint32_t patches) { impl_->reserve(patches); }
 bool KeyedPatches::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
 void KeyedPatches::clear() noexcept { impl_->clear(); }
@@ -396,9 +422,9 @@ struct BRISTLE_PRIVATE KeyedBeds::Impl : KeyedPool {
 
 KeyedBeds::KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape,
                      const BedOptions& bed, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedBeds", owner_of(beds), 0u, options, [&beds, material, shape, bed] {
-        return beds.add(material, shape, bed).value;
-      })) {}
+    : impl_(std::make_unique<Impl>(
+          "KeyedBeds", owner_of(beds), 0u, options,
+          one_by_one([&beds, material, shape, bed] { return beds.add(material, shape, bed).value; }))) {}
 KeyedBeds::~KeyedBeds() = default;
 KeyedBeds::KeyedBeds(KeyedBeds&&) noexcept = default;
 KeyedBeds& KeyedBeds::operator=(KeyedBeds&&) noexcept = default;

@@ -70,8 +70,8 @@ struct KeyedContact {
 /// allocates but making it, destroying it, reserve and restore_state.
 class BRISTLE_API KeyedPatches {
  public:
-  /// Makes a pool of options.capacity patches, which it adds to the batch. `patch.seed` is mixed into the
-  /// seeds of the contacts. Throws bristle::Error.
+  /// Makes a pool of options.capacity patches, which it adds to the batch as a group (groups()). `patch.seed`
+  /// is mixed into the seeds of the contacts. Throws bristle::Error.
   KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                const KeyedOptions& options = {});
 #if BRISTLE_WITH_OUTLINES
@@ -89,6 +89,11 @@ class BRISTLE_API KeyedPatches {
   /// nothing. It adds to the batch and uses the pool at once, so no other thread may call either meanwhile.
   /// Throws bristle::Error.
   void reserve(std::uint32_t patches);
+
+  /// Returns the groups of the pool's patches, which the caller may step by arrays (GroupStep) that are
+  /// indexed by KeyedContact::place, with those places in GroupStep::which. The second and later groups,
+  /// one for each reserve(), follow in the places after the first. A pool of extended patches has none.
+  Span<const PatchGroup> groups() const noexcept;
 
   /// Returns the patch of this contact, with straight bristles if the key is new; the key counts as seen in
   /// this step. Returns PatchId::no_capacity() if all patches are in use, or for no_contact_key. refused()
