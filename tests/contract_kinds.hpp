@@ -17,6 +17,7 @@
 #include "bristle/bed.hpp"
 #include "bristle/extended_patches.hpp"
 #include "bristle/joint_friction.hpp"
+#include "c_batch.hpp"
 #include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "reseal.hpp"
@@ -92,6 +93,7 @@ struct Kind {
   std::string name;
   Maker make;
   Maker one_by_one = {};  ///< makes patches that must answer as the members of a group
+  Maker in_c = {};        ///< makes the same by the C interface
 };
 
 /// Returns the bits of numbers and of arrays of numbers.
@@ -284,10 +286,12 @@ inline std::vector<PatchCase> few_of(const Material& material, const PatchOption
   return cases;
 }
 
-class Patches : public Listed<PatchBatch, PatchId, Motion, Response> {
+/// Patches of a PatchBatch, or of a CBatch, which is never eager.
+template <class Batch>
+class PatchesOf : public Listed<Batch, PatchId, Motion, Response> {
  public:
-  Patches(const How& how, const std::vector<PatchCase>& cases)
-      : Listed(how.company), batch_(stepped_eagerly(how.options, how.eager)) {
+  PatchesOf(const How& how, const std::vector<PatchCase>& cases)
+      : Listed<Batch, PatchId, Motion, Response>(how.company), batch_(make(how)) {
     for (std::size_t i = 0; i < how.company; ++i) {
       PatchCase c = cases[i % cases.size()];
       if (i % 2 == 0) c.material.with_viscous_friction(0.2);
@@ -298,21 +302,28 @@ class Patches : public Listed<PatchBatch, PatchId, Motion, Response> {
   }
 
   void change() override {
-    for (std::size_t i = 0; i < ids().size(); ++i) batch_.set_material(ids()[i], later_[i]);
+    for (std::size_t i = 0; i < later_.size(); ++i) batch_.set_material(this->ids()[i], later_[i]);
   }
   void seal(std::vector<std::byte>& state) const override { reseal(state); }
 
  protected:
-  PatchBatch& batch() const override { return batch_; }
+  Batch& batch() const override { return batch_; }
 
  private:
   void add(const PatchCase& c) {
-    append(batch_.add(c.material, c.options), c.options.axes);
+    this->append(batch_.add(c.material, c.options), c.options.axes);
     later_.push_back(c.later);
   }
-  mutable PatchBatch batch_;
+  static Batch make(const How& how) {
+    if constexpr (std::is_same_v<Batch, PatchBatch>)
+      return stepped_eagerly(how.options, how.eager);
+    else
+      return Batch(how.options);
+  }
+  mutable Batch batch_;
   std::vector<Material> later_;
 };
+using Patches = PatchesOf<PatchBatch>;
 
 class Outlines
     : public Listed<bristle::ExtendedPatches, PatchId, bristle::ExtendedMotion, bristle::ExtendedResponse> {
@@ -549,6 +560,9 @@ inline std::vector<Kind> all_kinds() {
   const auto add = [&](const char* name, Maker make) { kinds.push_back({name, std::move(make)}); };
   const auto patches = [&](const char* name, const Material& m, const PatchOptions& options) {
     add(name, [=](const How& how) { return std::make_unique<Patches>(how, few_of(m, options)); });
+    kinds.back().in_c = [=](const How& how) {
+      return std::make_unique<PatchesOf<CBatch>>(how, few_of(m, options));
+    };
   };
   patches("representatives, keep", material(SnapRule::keep), some);
   patches("representatives, redraw, one axis", material(SnapRule::redraw), PatchOptions(some).with_axes(1));
@@ -648,7 +662,10 @@ inline Kind variants(std::uint32_t bristles, bool large = false) {
     laid.options.with_lay(bristle::Lay{}.with_angle(0.5).with_limit_ratio(1.8));
     cases.push_back(std::move(laid));
   }
-  return {"variants", [=](const How& how) { return std::make_unique<Patches>(how, cases); }};
+  return {"variants",
+          [=](const How& how) { return std::make_unique<Patches>(how, cases); },
+          {},
+          [=](const How& how) { return std::make_unique<PatchesOf<CBatch>>(how, cases); }};
 }
 
 inline std::vector<Kind> all_kinds_and_variants(bool large = false) {

@@ -50,56 +50,6 @@ TEST_CASE("Another thread's failure leaves the last error of this one", "[c]") {
   CHECK(bristle_last_error() == mine);
 }
 
-TEST_CASE("The C and the C++ interface give the same bits", "[c]") {
-  constexpr std::uint32_t n = 700;
-  const SnapLength law = SnapLength::uniform(0.5 * dbar, 1.5 * dbar);
-  const Material material =
-      plain_material(law, SnapRule::keep).with_bristle_damping(1e-3).with_viscous_friction(0.5);
-  const PatchOptions options = plain_options(n, 1, Precision::single, Outputs::end);
-  bristle_material c_material;
-  bristle_init_material(&c_material, sizeof c_material);
-  c_material.bristle_stiffness = material.bristle_stiffness;
-  c_material.bristle_damping = material.bristle_damping;
-  c_material.viscous_friction = material.viscous_friction;
-  c_material.normal_stiffness = material.normal_stiffness;
-  c_material.asperity_height_deviation = material.asperity_height_deviation;
-  c_material.snap_length = {BRISTLE_LAW_UNIFORM, 0, 0.5 * dbar, 1.5 * dbar, nullptr};
-  c_material.snap_rule = BRISTLE_RULE_KEEP;
-  bristle_patch_options c_options;
-  bristle_init_patch_options(&c_options, sizeof c_options);
-  c_options.max_normal_load = options.max_normal_load;
-  c_options.bristles = options.bristles;
-  c_options.axes = 1;
-  PatchBatch fresh;
-  const PatchId cpp_id = fresh.add(material, options);
-  bristle_batch* c_batch = nullptr;
-  REQUIRE(bristle_create(nullptr, &c_batch) == BRISTLE_OK);
-  bristle_id c_id = 0;
-  REQUIRE(bristle_add(c_batch, &c_material, &c_options, &c_id) == BRISTLE_OK);
-  REQUIRE(bristle_warm_up(c_batch) == BRISTLE_OK);
-  for (int k = 0; k < 200; ++k) {
-    const double d = dbar * ((k * 37) % 100 - 45) / 60.0;
-    Motion motion{cpp_id, {d, 0.0}, n * (0.5 + (k % 7) / 14.0)};
-    motion.has_velocity = k % 2 == 0;
-    motion.velocity[0] = 0.5e-3;
-    const Response response = step_one(fresh, motion, 1e-3);
-    bristle_motion c_motion{};
-    c_motion.id = c_id;
-    c_motion.displacement[0] = d;
-    c_motion.normal_load = motion.normal_load;
-    c_motion.has_velocity = motion.has_velocity ? 1 : 0;
-    c_motion.velocity[0] = 0.5e-3;
-    bristle_response c_response{};
-    REQUIRE(bristle_step(c_batch, 1e-3, &c_motion, sizeof c_motion, &c_response, sizeof c_response, 1,
-                         nullptr) == BRISTLE_OK);
-    REQUIRE(c_response.end[0] == response.end[0]);
-    REQUIRE(c_response.elastic[0] == response.elastic[0]);
-    REQUIRE(c_response.damper[0] == response.damper[0]);
-  }
-  REQUIRE(bristle_state_hash(c_batch, c_id) == fresh.state_hash(cpp_id));
-  bristle_destroy(c_batch);
-}
-
 TEST_CASE("Headers that do not belong to the library are refused by name", "[build check]") {
   REQUIRE_NOTHROW(check_build());
   const auto text_of = [](BuildSignature headers) {

@@ -138,6 +138,26 @@ TEST_CASE("A group answers as patches of its seeds and keys that were added one 
   }
 }
 
+TEST_CASE("Patches of every kind have the same bits in C", "[contract][c]") {
+  for (const Kind& kind : all_kinds_and_variants()) {
+    if (!kind.in_c) continue;
+    const auto expected = kind.make({{}, 5}), got = kind.in_c({{}, 5});
+    for (int k = 0; k < 30; ++k) {
+      if (k == 20) {
+        const std::vector<std::byte> saved = expected->save();
+        expect(got->save() == saved, (kind.name + ": saved state").c_str());
+        got->restore(saved);
+      }
+      check_same(expected->find(k), got->find(k), "trial: " + at_step(kind, k));
+      check_same(go(*expected, k), go(*got, k), at_step(kind, k));
+      expect(got->report.patches_stepped == expected->report.patches_stepped, "patches of the step");
+    }
+    expect(got->hash() == expected->hash(), kind.name.c_str());
+    for (Subject* subject : {expected.get(), got.get()}) subject->reset();
+    expect(got->hash() == expected->hash(), (kind.name + ", reset").c_str());
+  }
+}
+
 TEST_CASE("A trial of every kind answers as the step and leaves no trace", "[contract]") {
   for (const Kind& kind : all_kinds_and_variants()) {
     const auto tried = kind.make({}), untried = kind.make({});

@@ -528,27 +528,13 @@ TEST_CASE("the C interface has the lay", "[lay][c]") {
   bristle_init_patch_options(&options, sizeof options);
   CHECK(options.lay.limit_ratio == 1.0);
   CHECK(options.lay.to_over_fro == 1.0);
-  options.max_normal_load = load;
-  options.lay = {0.5, 1.8, 1.2, 1.0};
-  options.bristles = 100;
   bristle_material material;
   bristle_init_material(&material, sizeof material);
   bristle_batch* batch = nullptr;
-  bristle_motion motion{};
+  bristle_id id = 0;
   REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
-  REQUIRE(bristle_add(batch, &material, &options, &motion.id) == BRISTLE_OK);
-  OnePatch patch(Material{}, PatchOptions{}.with_max_normal_load(load).with_bristles(100).with_lay(
-                                 Lay{0.5, 1.8, 1.2, 1.0}));
-  motion.displacement[0] = 0.7 * dbar;
-  motion.displacement[1] = -1.9 * dbar;
-  motion.normal_load = load;
-  bristle_response out{};
-  REQUIRE(bristle_step(batch, tick, &motion, sizeof motion, &out, sizeof out, 1, nullptr) == BRISTLE_OK);
-  const Response expected = patch.step(motion.displacement[0], motion.displacement[1], load);
-  for (int axis = 0; axis < 2; ++axis) CHECK(out.end[axis] == expected.end[axis]);
-  CHECK(bristle_state_hash(batch, motion.id) == patch.hash());
   options.lay.limit_ratio = -1.0;
-  CHECK(bristle_add(batch, &material, &options, &motion.id) == BRISTLE_REFUSED);
+  CHECK(bristle_add(batch, &material, &options, &id) == BRISTLE_REFUSED);
   CHECK(names(bristle_last_error(), {"lay.limit_ratio"}));
   bristle_destroy(batch);
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-#include <bristle/bristle.h>
 
 #include "brute_force.hpp"
 #include "core/materials/strata.hpp"
@@ -780,45 +779,6 @@ TEST_CASE("a disc of bristles that slide meets the limit surface, and balances i
     CHECK(along == Approx(number(row, "F_over_muN")).margin(0.01));
     CHECK(-out.mean[2] / (load * dbar * radius) == Approx(number(row, "T_over_muNR")).margin(0.01 * full));
   }
-}
-
-TEST_CASE("the C interface has bristles that slide", "[slide]") {
-  const Material material = sliding(SnapLength::lognormal(dbar, 0.3)).with_drop(0.2);
-  OnePatch patch(material, plain_options(32, 2, Precision::single, Outputs::end).with_max_normal_load(load));
-  bristle_material c_material;
-  bristle_init_material(&c_material, sizeof c_material);
-  c_material.bristle_stiffness = material.bristle_stiffness;
-  c_material.bristle_damping = c_material.viscous_friction = 0.0;
-  c_material.normal_stiffness = material.normal_stiffness;
-  c_material.asperity_height_deviation = material.asperity_height_deviation;
-  c_material.snap_length = {BRISTLE_LAW_LOGNORMAL, 0, dbar, 0.3, nullptr};
-  c_material.snap_rule = BRISTLE_RULE_SLIDE;
-  c_material.residual_length = c_material.shared_renewal = 0.0;
-  c_material.drop = 0.2;
-  bristle_patch_options options;
-  bristle_init_patch_options(&options, sizeof options);
-  options.max_normal_load = load;
-  options.bristles = 32;
-  bristle_batch* batch = nullptr;
-  bristle_id id = 0;
-  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
-  REQUIRE(bristle_add(batch, &c_material, &options, &id) == BRISTLE_OK);
-  Winding path;
-  for (int k = 0; k < 50; ++k) {
-    const auto d = path.next(0.3 * dbar);
-    bristle_motion motion{};
-    motion.id = id;
-    motion.displacement[0] = d[0];
-    motion.displacement[1] = d[1];
-    motion.normal_load = load;
-    bristle_response out{};
-    REQUIRE(bristle_step(batch, tick, &motion, sizeof motion, &out, sizeof out, 1, nullptr) == BRISTLE_OK);
-    const Response expected = patch.step(d[0], d[1], load);
-    CHECK(out.end[0] == expected.end[0]);
-    CHECK(out.end[1] == expected.end[1]);
-  }
-  CHECK(bristle_state_hash(batch, id) == patch.hash());
-  bristle_destroy(batch);
 }
 
 }  // namespace bristle_test::test_slide
