@@ -215,24 +215,26 @@ TEST_CASE("A share of the motor's torque cannot swallow a joint's inertia and fr
   }
 }
 
-TEST_CASE("Friction of a joint that falls as it warms is told, at the mean temperature", "[fit][joints]") {
-  cli::JointLog log = swing(0.05, 1.0, 0.1, 1.0, 0.0);
+TEST_CASE("Dry and viscous friction of a joint that warms are told apart, at the mean temperature",
+          "[fit][joints]") {
+  cli::JointLog log = swing(0.05, 1.0, 0.5, 1.0, 0.0);
   const JointFit cold = cli::fit_joint(log);
-  CHECK_FALSE(cold.warming);
+  CHECK(cold.warming.empty());
   double sum = 0.0;
   for (std::size_t i = 0; i < log.t.size(); ++i) {
     const double degrees = 40.0 - 15.0 * std::exp(-log.t[i] / 4.0);
-    const double friction = std::copysign(1.0, log.speed[i]) + 0.1 * log.speed[i];
     log.temperature.push_back(degrees);
-    log.motor[i] -= 0.006 * (degrees - 25.0) * friction;
+    log.motor[i] -= (degrees - 25.0) * (0.006 * std::copysign(1.0, log.speed[i]) + 0.02 * 0.5 * log.speed[i]);
     sum += degrees;
   }
-  const double mean = sum / 5000.0, left = 1.0 - 0.006 * (mean - 25.0);
+  const double mean = sum / 5000.0, dry = 1.0 - 0.006 * (mean - 25.0), viscous = 1.0 - 0.02 * (mean - 25.0);
   const JointFit fit = cli::fit_joint(log);
-  REQUIRE(fit.warming);
-  CHECK(fit.warming->determined);
-  CHECK(fit.warming->value == Approx(-0.006 / left).epsilon(0.05));
-  CHECK(number_of(fit, "base").value == Approx(left).epsilon(0.01));
+  REQUIRE(fit.warming.size() == 2);
+  for (const cli::JointEstimate& change : fit.warming) CHECK(change.determined);
+  CHECK(fit.warming[0].value == Approx(-0.006 / dry).epsilon(0.05));
+  CHECK(fit.warming[1].value == Approx(-0.02 / viscous).epsilon(0.05));
+  CHECK(number_of(fit, "base").value == Approx(dry).epsilon(0.01));
+  CHECK(number_of(fit, "viscous").value == Approx(0.5 * viscous).epsilon(0.02));
   CHECK(number_of(fit, "inertia").value == Approx(0.05).margin(0.002));
   CHECK(fit.fitted_rms == Approx(cold.fitted_rms).epsilon(0.05));
 }

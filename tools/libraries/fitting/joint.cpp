@@ -170,12 +170,15 @@ class Balance {
   Eigen::Index fitted() const { return static_cast<Eigen::Index>(fitted_); }
   double scale() const { return scale_; }
 
-  /// Returns the unbalanced torque (N m) of each block under a friction model, and its derivatives. A last
-  /// number beyond the model's own is 1 plus the relative change of friction over the temperature's range.
+  /// Returns the unbalanced torque (N m) of each block under a friction model, and its derivatives. Two last
+  /// numbers beyond the model's own are 1 plus the relative change of dry and of viscous friction over the
+  /// temperature's range.
   VectorXd left(const Model& model, const VectorXd& numbers, MatrixXd* by) const {
     const auto intervals = static_cast<Eigen::Index>(log_.t.size()) - 1;
     const auto own = static_cast<Eigen::Index>(model.names.size());
     const bool warms = numbers.size() > own;
+    const auto viscous = static_cast<Eigen::Index>(
+        std::find(model.names.begin(), model.names.end(), std::string_view("viscous")) - model.names.begin());
     VectorXd friction(intervals);
     MatrixXd friction_by;
     if (by != nullptr) friction_by.resize(intervals, own);
@@ -191,15 +194,21 @@ class Balance {
       for (std::size_t k = first; k < end; ++k) {
         const double share = (log_.t[k + 1] - log_.t[k]) / time;
         const auto row = static_cast<Eigen::Index>(k);
+        const double speed = middle(log_.speed, k), of_oil = -numbers[viscous] * speed,
+                     dry = friction[row] - of_oil;
         const double warmer = warms ? (middle(log_.temperature, k) - mean_temperature_) / degrees_ : 0.0,
-                     factor = warms ? 1.0 + (numbers[own] - 1.0) * warmer : 1.0;
-        torque += share * (middle(log_.motor, k) + middle(log_.outside, k) + factor * friction[row]);
+                     factor = warms ? 1.0 + (numbers[own] - 1.0) * warmer : 1.0,
+                     oil_factor = warms ? 1.0 + (numbers[own + 1] - 1.0) * warmer : 1.0;
+        torque +=
+            share * (middle(log_.motor, k) + middle(log_.outside, k) + factor * dry + oil_factor * of_oil);
         const double here = model.by_motor(moved, k);
         by_motor += share * factor * here;
         if (by == nullptr) continue;
         slope.head(own) += share * factor * friction_by.row(row).transpose();
+        slope[viscous] -= share * (oil_factor - factor) * speed;
         if (warms) {
-          slope[own] += share * warmer * friction[row];
+          slope[own] += share * warmer * dry;
+          slope[own + 1] += share * warmer * of_oil;
           by_motor_slope[own] += share * warmer * here;
         }
         for (Eigen::Index i = 2; i < own && here != 0.0; ++i) {
@@ -297,7 +306,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   const auto own = static_cast<Eigen::Index>(model.names.size());
   for (const VectorXd& guess : model.guesses) {
     if (fit_stopped() && best.numbers.size() > 0) break;
-    VectorXd from = VectorXd::Ones(own + (balance.degrees() > 0.0 ? 1 : 0));
+    VectorXd from = VectorXd::Ones(own + (balance.degrees() > 0.0 ? 2 : 0));
     from.head(own) = guess;
     const Place place = minimise(balance, model, from, 12, fit.runs);
     if (best.numbers.size() == 0 || place.squares() < best.squares()) best = place;
@@ -336,8 +345,10 @@ JointFit fit_model(const Balance& balance, const Model& model) {
       0.004 * rms(by.topRows(balance.fitted()).middleCols(1, own - 1) * p.segment(1, own - 1));
   for (Eigen::Index i = 0; i < p.size(); ++i) {
     JointEstimate e;
-    const bool warms = i == own;
-    e.name = warms ? "friction per degree" : model.names[static_cast<std::size_t>(i)];
+    const bool warms = i >= own;
+    e.name = i == own ? "dry friction per degree"
+             : warms  ? "viscous friction per degree"
+                      : model.names[static_cast<std::size_t>(i)];
     e.unit = warms ? "1/K" : model.units[static_cast<std::size_t>(i)];
     e.value = p[i];
     const auto its = std::find(told.begin(), told.end(), i);
@@ -355,7 +366,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
     }
     e.determined = its != told.end() && (e.low > 1.0 || e.high < 1.0);
     for (double* end : {&e.value, &e.low, &e.high}) *end = (*end - 1.0) / balance.degrees();
-    fit.warming = e;
+    fit.warming.push_back(e);
   }
   return fit;
 }
@@ -705,22 +716,19 @@ std::string fit_text(const JointLog& log, const JointFit& fit) {
       std::hypot(size(log.motor), size(log.outside)), log.t.size(), log.t.back() - log.t.front(), fit.runs);
   Table table({"<number", "value", "95 % from", "to", "<unit"});
   std::string untold;
-  for (const JointEstimate& e : fit.numbers) {
+  std::vector<JointEstimate> numbers = fit.numbers;
+  numbers.insert(numbers.end(), fit.warming.begin(), fit.warming.end());
+  for (const JointEstimate& e : numbers) {
     if (e.determined)
       table.add({e.name, fmt::format("{:.4g}", e.value), fmt::format("{:.4g}", e.low),
                  fmt::format("{:.4g}", e.high), e.unit});
     else
       untold += (untold.empty() ? "" : ", ") + e.name;
   }
-  if (fit.warming && fit.warming->determined)
-    table.add({fit.warming->name, fmt::format("{:.4g}", fit.warming->value),
-               fmt::format("{:.4g}", fit.warming->low), fmt::format("{:.4g}", fit.warming->high),
-               fit.warming->unit});
   text += table.text() + joint_warnings(log, fit);
-  if (fit.warming)
-    text += fmt::format(
-        "\nFriction is that at {:.4g} degrees, the mean of the log's temperature{}.\n", mean(log.temperature),
-        fit.warming->determined ? "" : "; it does not change with the temperature, as far as seen");
+  if (!fit.warming.empty())
+    text += fmt::format("\nFriction is that at {:.4g} degrees, the mean of the log's temperature.\n",
+                        mean(log.temperature));
   if (fit.rigid)
     text += "\nThe angles do not show how far the joint bends while it sticks: its stiffness is not told.\n";
   if (fit_stopped()) text += fmt::format("\n{}\n", stopped_early);
@@ -767,7 +775,7 @@ std::string joint_json(const JointLog& log, const std::vector<JointFit>& fits, c
                                     {"low", e.low},   {"high", e.high}, {"determined", e.determined}};
     };
     for (const JointEstimate& e : fit.numbers) model["numbers"].push_back(entry(e));
-    if (fit.warming) model["numbers"].push_back(entry(*fit.warming));
+    for (const JointEstimate& e : fit.warming) model["numbers"].push_back(entry(e));
     report["models"].push_back(model);
   }
   return report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';

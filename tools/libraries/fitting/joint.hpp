@@ -74,9 +74,9 @@ struct JointFit {
       false;  ///< whether the outside torque varies by itself, so that shares of torques can be told
   double criterion = 0.0;  ///< information criterion of the fit; lower is better
   double count = 0.0;      ///< number of independent blocks that were fitted
-  /// Relative change of friction per degree, if the temperature was logged; the other numbers then hold at
-  /// the log's mean temperature.
-  std::optional<JointEstimate> warming;
+  /// Relative changes of dry and of viscous friction per degree, if the temperature was logged; the other
+  /// numbers then hold at the log's mean temperature.
+  std::vector<JointEstimate> warming;
 
   /// Number of times that the friction model was run along the log, including runs for derivatives.
   int runs = 0;
