@@ -754,6 +754,31 @@ TEST_CASE("Above the full load a falling load that limits nothing leaves the for
   }
 }
 
+TEST_CASE(
+    "After the load has fallen by many powers of ten, a bed is within its new limits and slides at them") {
+  const BedMaterial material = BedMaterial(0.6).with_presliding(1e-4);
+  const BedShape shapes[] = {BedShape::sphere_row(20, 1e-3), BedShape::from_list({{{0, 0}}, {{1e-3, 0}}}),
+                             BedShape::wheel_row(1e-3)};
+  for (const BedShape& shape : shapes)
+    for (const bool all : {true, false})
+      for (const double before : {1e3, 1e9, 1e15}) {
+        CAPTURE(before, all, static_cast<int>(shape.kind), shape.rolls);
+        OneBed bed(material, shape, with_load(2.0, all), before);
+        for (const double moved : {1e5, 3e-4, 2e-4}) bed.step(moved);
+        bed.motion.normal_load = 1e-3;
+        const double limit = 0.6 * 1e-3;
+        for (int k = 0; k < 5; ++k)
+          CHECK(std::hypot(bed.step(0.0).force[0], bed.out.force[1]) < 1.000002 * limit);
+        std::vector<std::byte> state(bed.batch.state_size());
+        REQUIRE(bed.batch.save_state(state) == state.size());
+        CHECK_NOTHROW(bed.batch.restore_state(state));
+        for (int k = 0; k < 5; ++k)
+          CHECK(std::hypot(bed.step(1e-9, 1e-9).force[0], bed.out.force[1]) < 1.000002 * limit);
+        for (int k = 0; k < 5; ++k) bed.step(0.0, 1e-4);
+        CHECK(-bed.out.force[1] == Approx(limit).epsilon(1e-3));
+      }
+}
+
 TEST_CASE("The tractrix that beds use is the tractrix") {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

@@ -498,6 +498,8 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
       {"tip", any, [](S& s, std::size_t in, auto) { s.put(bed_tip_x, in, s.get(S::root) + 1e12); }},
       {"tip across", any,
        [](S& s, std::size_t in, auto) { s.put(bed_tip_y, in, s.get(S::root + 1) - 1e12); }},
+      {"tip beyond the limits", any,
+       [](S& s, std::size_t in, auto) { s.put(bed_tip_x, in, s.get(S::root) - 10.0); }},
       {"tip out of contact", ball, [](S& s, auto, std::size_t out) { s.put(bed_tip_x, out, 1e35); }},
       {"pressure_sum", any, [](S& s, auto, auto) {
          s.set(S::pressure_sum, 1.05 * s.get(S::pressure_sum)), s.set(S::limit, s.get(S::limit) / 1.05);

@@ -18,6 +18,9 @@ constexpr double farthest_root = 8.0;
 /// steps. The second number is the displacement of the roots, in the same unit, above which rebase() resets
 /// it to zero while the bed creeps.
 constexpr double creep = 0x1p-10, farthest_creeping = 0.25;
+/// Ratio of two limits below which a fall from one to the other rewrites all tips relative to roots at
+/// displacement zero. A tip holds its bristle's deflection only to 6e-8 of the deflection before the fall.
+constexpr double deep_fall = 0x1p-10;
 /// Limit at relative pressure 1, in units of deflection, below which a bed counts as free of friction,
 /// because the load is so small.
 constexpr double least_limit = 1e-12;
@@ -160,14 +163,10 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
                  .turns_rows = bed.turns_rows};
   if (bed.rolls) most.rolled[0] = most_waiting(bed, s);
   if (bed.turns_rows) most.rolled[1] = most.rolled[0];
-  // Largest plausible displacement of the roots in a saved state: `farthest_root` and one motion beyond it.
-  for (int k = 0; k < 2; ++k) {
-    const double longest[] = {most_moved * bed.per_metre[k], most_spin * bed.per_radian[k]};
-    for (int part = 0; part < 2; ++part) {
-      const double motion = bed.all_outputs ? longest[part] : std::min(longest[part], longest_under(bed, s));
-      most.root[2 * part + k] = 1.000001 * (farthest_root + motion);
-    }
-  }
+  // Largest displacement of the roots that a step leaves: run_kernel() resets a larger one to zero, and a
+  // motion longer than `farthest_root` is not added to it.
+  const double most_root = farthest_root + std::max(farthest_root, farthest_creeping * s.limit_of_pressure);
+  for (double& root : most.root) root = 1.000001 * most_root;
   const char* fault = nullptr;
   bed_fields(s, most, [&fault](double x, const FieldRule& rule) {
     if (fault == nullptr && !is_allowed(x, rule)) fault = rule.name;
@@ -178,10 +177,19 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
 
   constexpr double widest = 4.0;     // largest coordinate of a bristle's place, scaled
   constexpr double rounding = 1e-6;  // relative rounding error of the place of a bristle's tip
+  const double farthest = most_root * (1.0 + widest);  // largest displacement of a bristle's root
   // Number of equal terms, in single precision, above which one more term does not change the sum. It
   // bounds the rounding error of a saved sum.
   constexpr double most_added = 0x1p25;
-  const double overload = 2.0 * bed.hold_over_limit * highest_load / bed.full_load;
+  // Farthest tip of a cell out of contact, which may have left under any load and by one motion of any
+  // length.
+  double farthest_tip[2];
+  for (int k = 0; k < 2; ++k) {
+    const double motion = most_moved * bed.per_metre[k] + widest * most_spin * bed.per_radian[k];
+    farthest_tip[k] =
+        1.000001 * (farthest + (bed.all_outputs ? motion : std::min(motion, longest_under(bed, s)))) +
+        2.0 * bed.hold_over_limit * highest_load / bed.full_load;
+  }
   double sum = 0.0, stiffness = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
     const auto at = [&](BedColumn c) { return static_cast<double>(columns[bed_place(c, i)]); };
@@ -199,11 +207,10 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
     const double turned[2] = {0.0 - s.root[2] * at(bed_y), s.root[3] * at(bed_x)};
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
-      const double farthest = most.root[axis] + widest * most.root[axis + 2] + overload;
       // Bounds the deflection of a cell in contact by twice the largest static limit plus the rounding error
       // of a far place. For a cell out of contact only the place of the tip is bounded.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
-                              : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest));
+                              : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest_tip[axis]));
     }
     if (!good) return "a bristle";
     sum += k * pressure;
@@ -211,7 +218,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
   }
   // Bounds the saved force, which a bed at rest repeats, by twice the static limit plus what rounding adds.
   for (int k = 0; k < 2; ++k) {
-    const double dust = rounding * (most.root[k] + widest * most.root[k + 2]) * stiffness;
+    const double dust = rounding * farthest * stiffness;
     const double limit = 2.0 * bed.hold_over_limit * s.limit_of_pressure * sum + dust;
     if (!within(s.force[k], limit) || !within(s.torque, 2.0 * widest * limit)) return "force";
   }
@@ -226,6 +233,7 @@ struct Piece {
   double motion[4];  ///< scaled displacement along x and y, and by spin along x and y
   double rolled[2];  ///< distance rolled along x and y, m
   bool reloaded;
+  bool falls_deep;  ///< whether the load has let the limit fall below `deep_fall` of its last value
 };
 
 /// Outputs of a step: the sums of its last piece, and averages over all its pieces.
@@ -261,7 +269,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
     return;
   }
   const double most_motion = largest_of(piece.motion);
-  const bool goes_far = most_motion > farthest_root;
+  const bool goes_far = most_motion > farthest_root || piece.falls_deep;
   const bool creeps =
       holds && !piece.reloaded && most_motion > 0.0 && most_motion < creep * s.limit_of_pressure;
   const double far = creeps ? farthest_creeping * s.limit_of_pressure : farthest_root;
@@ -407,7 +415,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
   }
 
   // Applies the load of the step, which sets the size of the contact.
-  bool reloaded = false;
+  bool reloaded = false, falls_deep = false;
   const double limit_before = s.limit_of_pressure;
   if (motion.normal_load != s.load) {
     const double size = size_under(bed, motion.normal_load);
@@ -421,6 +429,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
     reloaded = resized || s.limit_of_pressure < limit_before;
+    falls_deep = s.limit_of_pressure < deep_fall * limit_before;
   }
 
   for (int k = 0; k < 2; ++k) s.rolled[k] += motion.rolled[k];
@@ -435,6 +444,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     if (reloaded) {  // applies the changed load without motion; rolling follows
       Piece piece{};
       piece.reloaded = true;
+      piece.falls_deep = falls_deep;
       run_kernel(bed, kernels, piece, sum.last);
       s.force[0] = sum.last.force[0];
       s.force[1] = sum.last.force[1];
@@ -445,6 +455,7 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     Piece piece{};
     for (int k = 0; k < 4; ++k) piece.motion[k] = scaled[k];
     piece.reloaded = reloaded;
+    piece.falls_deep = falls_deep;
     run_kernel(bed, kernels, piece, sum.last);
     s.force[0] = sum.last.force[0];
     s.force[1] = sum.last.force[1];
