@@ -169,6 +169,36 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
         "bristle-run-1");
 }
 
+TEST_CASE("A scene of joints reports torques and work, and refuses what no joint has by key and line",
+          "[cli]") {
+  const Folder folder;
+  const std::string csv = folder.at("arm.csv");
+  const json report = run_report(folder, "run " + scene_path("arm") + " --csv '" + csv + "'");
+  CHECK(report["schema"] == "bristle-joints-1");
+  CHECK(report["steps"] == 2500);
+  const json &shoulder = report["joints"][0], &wrist = report["joints"][1];
+  // Lifting at 0.5 rad/s the motor drives, lowering it is driven; 20 N m are motor torque.
+  CHECK(shoulder["torque"]["max"].get<double>() == Approx(0.8 + 0.12 * 20.0 + 0.2 * 0.5).epsilon(0.02));
+  CHECK(wrist["torque"]["min"].get<double>() == Approx(-0.1).epsilon(1e-6));
+  // Over 1 rad the wrist loses 0.1 J, less what bends its springs: at most 0.1 N m over 2 x 60 N m/rad each.
+  CHECK(wrist["work"].get<double>() == Approx(0.1).margin(2e-4));
+  const std::string rows = read_file(csv);
+  CHECK(rows.rfind("t,joint,torque,mean,angle,motor,outside,status\n", 0) == 0);
+  CHECK(std::count(rows.begin(), rows.end(), '\n') == 5001);
+  CHECK_THAT(run_cli(folder, "run " + scene_path("arm")).out, Contains("shoulder") && Contains("work"));
+  check_refused(folder, "run " + scene_path("arm") + " --bristles 5", {"[[joint]]", "--threads"});
+  check_refused(folder, "accuracy " + scene_path("arm"), {"only `bristle run`", "[[joint]]"});
+  const auto refused = [&](const std::string& joint, const std::vector<std::string>& parts) {
+    const std::string head = "[scene]\nname = 'a'\ndt = 0.1\n[[joint]]\nname = 'j'\n";
+    check_refused(folder, "run '" + folder.write("bad.toml", head + joint) + "'", parts);
+  };
+  refused("path = [{ t = 0 }]", {"bad.toml:4", "stiffness"});
+  refused("stiffness = -1\npath = [{ t = 0 }]", {"bad.toml:6", "stiffness"});
+  refused("stiffness = 1\nmotor = [0.1]\npath = [{ t = 0 }]", {"motor", "while it drives"});
+  refused("stiffness = 1\nstatic_bse = 1\npath = [{ t = 0 }]", {"static_bse", "static_base"});
+  refused("stiffness = 1\npath = []", {"path"});
+}
+
 TEST_CASE("A run reports what the documentation says it does", "[cli]") {
   if (!BRISTLE_WITH_DOUBLE) return;  // one patch of this scene has double precision
   const Folder folder;

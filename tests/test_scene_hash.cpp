@@ -35,7 +35,8 @@ std::vector<std::string> scene_names() {
     if (entry.path().extension() != ".toml") continue;
     std::ifstream file(entry.path());
     const std::string text(std::istreambuf_iterator<char>(file), {});
-    if (text.find("[[bed]]") == std::string::npos) names.push_back(entry.path().stem().string());
+    if (text.find("[[bed]]") == std::string::npos && text.find("[[joint]]") == std::string::npos)
+      names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
   return names;

@@ -12,26 +12,19 @@
 
 #include "tools/libraries/files/force_file.hpp"
 #include "tools/libraries/files/toml_table.hpp"
-#include "tools/libraries/files/toml_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/table.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
+#include "tools/libraries/run/part_scene.hpp"
 #include "tools/libraries/scene/scene_stepper.hpp"
-#include "tools/libraries/scene/scene_table.hpp"
 
 namespace cli {
 namespace {
 
-/// Row of the path of a bed (the contact of an elastic body): its displacement since the beginning at time t.
-/// Between rows the displacement is linear.
-struct BedRow {
-  double t = 0.0;                 ///< time of the row, s
-  double x = 0.0, y = 0.0;        ///< displacement, m
-  double spin = 0.0;              ///< turn about the normal, rad
-  double rolled[2] = {0.0, 0.0};  ///< rolled distance, m
-  double load = 0.0;              ///< normal load, N
-};
+/// Numbers of a row of a bed's path: displacement x, y (m), turn (rad), rolled distance x, y (m), load (N).
+enum BedNumber : std::size_t { at_x, at_y, at_spin, at_rolled, at_load = at_rolled + 2, bed_numbers };
+using BedRow = PathRow<bed_numbers>;
 
 struct SceneBed {
   std::string name, where;
@@ -39,11 +32,6 @@ struct SceneBed {
   bristle::BedShape shape;
   bristle::BedOptions options;
   std::vector<BedRow> path;
-};
-
-struct BedScene {
-  Scene scene;  ///< scene without its beds, which `beds` has, and so without patches
-  std::vector<SceneBed> beds;
 };
 
 constexpr Range metres{-1e5, 1e5, false, "m"}, half_width{0.0, 1e3, false, "m"};
@@ -115,40 +103,18 @@ bristle::BedShape read_shape(const TomlTable& table) {
   return shape;
 }
 
-std::vector<BedRow> read_path(const TomlTable& parent) {
-  std::vector<BedRow> rows;
-  for (const TomlTable& table : parent.tables("path")) {
-    table.allow({"t", "x", "y", "spin", "rolled", "load"});
-    // Starts a row with the values of the last one, which stay for keys that the row does not have.
-    BedRow row = rows.empty() ? BedRow{} : rows.back();
-    row.t = table.number("t", {0.0, 1e6, false, "s"});
-    if (!rows.empty() && row.t < rows.back().t) table.fail("t", "comes before the row above");
-    if (rows.empty() && !table.has("load")) table.fail("key 'load' is missing in the first row");
-    row.x = table.number("x", metres, row.x);
-    row.y = table.number("y", metres, row.y);
-    row.spin = table.number("spin", {-1e6, 1e6, false, "rad"}, row.spin);
-    if (table.has("rolled")) table.pair("rolled", {-1e9, 1e9, false, "m"}, row.rolled);
-    row.load = table.number("load", {0.0, 1e15, false, "N"}, row.load);
-    rows.push_back(row);
+void read_bed_row(const TomlTable& table, BedRow& row, bool first) {
+  table.allow({"t", "x", "y", "spin", "rolled", "load"});
+  if (first && !table.has("load")) table.fail("key 'load' is missing in the first row");
+  row.at[at_x] = table.number("x", metres, row.at[at_x]);
+  row.at[at_y] = table.number("y", metres, row.at[at_y]);
+  row.at[at_spin] = table.number("spin", {-1e6, 1e6, false, "rad"}, row.at[at_spin]);
+  if (table.has("rolled")) {
+    double rolled[2];
+    table.pair("rolled", {-1e9, 1e9, false, "m"}, rolled);
+    std::copy_n(rolled, 2, &row.at[at_rolled]);
   }
-  if (rows.empty()) parent.fail("path", "is missing, or holds no rows");
-  return rows;
-}
-
-BedRow row_at(const std::vector<BedRow>& rows, double t) {
-  const auto after = std::upper_bound(rows.begin(), rows.end(), t,
-                                      [](double time, const BedRow& row) { return time < row.t; });
-  if (after == rows.begin()) return rows.front();
-  if (after == rows.end()) return rows.back();
-  const BedRow &a = *(after - 1), &b = *after;
-  const double share = (t - a.t) / (b.t - a.t);
-  const auto between = [&](double from, double to) { return from + share * (to - from); };
-  return {t,
-          between(a.x, b.x),
-          between(a.y, b.y),
-          between(a.spin, b.spin),
-          {between(a.rolled[0], b.rolled[0]), between(a.rolled[1], b.rolled[1])},
-          between(a.load, b.load)};
+  row.at[at_load] = table.number("load", {0.0, 1e15, false, "N"}, row.at[at_load]);
 }
 
 struct BedResult {
@@ -157,56 +123,28 @@ struct BedResult {
   std::uint64_t refused = 0;  ///< number of a bed's steps refused with Status::bad_input
 };
 
-using Json = nlohmann::ordered_json;
-Json json_of(const ForceStatistics& f) {
-  return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
-}
-
-/// Parses a scene that has beds. Returns nothing for a scene without beds. Throws UserError with file, line
-/// and key.
-std::optional<BedScene> parse_bed_scene(const std::string& text, const std::string& path) {
-  // Searches for the word "bed" first. Otherwise most scenes, which have no beds, would be parsed twice.
-  if (text.find("bed") == std::string::npos) return std::nullopt;
-  const toml::table root = parse_toml(text, path);
-  if (!root.contains("bed")) return std::nullopt;
-  const TomlTable table(path, root, "");
-  table.allow({"scene", "bed"});
-  BedScene result;
-  result.scene.file = path;
-  if (!table.has("scene")) throw UserError(fmt::format("{}: table [scene] is missing", path));
-  read_scene_table(table.table("scene"), result.scene);
-  double longest = 0.0;
-  for (TomlTable& t : table.tables("bed")) {
-    SceneBed bed;
-    bed.name = t.name();
-    bed.where = t.where();
-    t.allow({"name", "shape", "half", "cells", "pressure", "growth", "rolling", "friction", "shear_modulus",
-             "poisson", "radius", "slip_stiffness", "flexibility", "presliding", "max_normal_load",
-             "longest_piece", "path"});
-    bed.material = read_material(t);
-    bed.shape = read_shape(t);
-    bed.options.max_normal_load = t.number("max_normal_load", {0.0, 1e15, true, "N"});
-    bed.options.longest_piece = t.number("longest_piece", {1e-3, 10.0}, bed.options.longest_piece);
-    bed.path = read_path(t);
-    longest = std::max(longest, bed.path.back().t);
-    if (std::any_of(result.beds.begin(), result.beds.end(),
-                    [&](const SceneBed& b) { return b.name == bed.name; }))
-      t.fail("name", fmt::format("'{}' appears twice", bed.name));
-    result.beds.push_back(std::move(bed));
-  }
-  if (!result.scene.duration) result.scene.duration = longest;
-  return result;
+void read_bed(const TomlTable& t, SceneBed& bed) {
+  t.allow({"name", "shape", "half", "cells", "pressure", "growth", "rolling", "friction", "shear_modulus",
+           "poisson", "radius", "slip_stiffness", "flexibility", "presliding", "max_normal_load",
+           "longest_piece", "path"});
+  bed.material = read_material(t);
+  bed.shape = read_shape(t);
+  bed.options.max_normal_load = t.number("max_normal_load", {0.0, 1e15, true, "N"});
+  bed.options.longest_piece = t.number("longest_piece", {1e-3, 10.0}, bed.options.longest_piece);
+  bed.path = read_path<bed_numbers>(t, read_bed_row);
 }
 
 /// Returns the motion that moves a bed from one row of its path to the other.
 bristle::BedMotion motion_between(bristle::BedId id, const BedRow& from, const BedRow& to) {
   bristle::BedMotion m;
   m.id = id;
-  m.displacement[0] = to.x - from.x;
-  m.displacement[1] = to.y - from.y;
-  m.spin = to.spin - from.spin;
-  for (int axis = 0; axis < 2; ++axis) m.rolled[axis] = to.rolled[axis] - from.rolled[axis];
-  m.normal_load = to.load;
+  const auto moved = [&](std::size_t i) { return to.at[i] - from.at[i]; };
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    m.displacement[axis] = moved(at_x + axis);
+    m.rolled[axis] = moved(at_rolled + axis);
+  }
+  m.spin = moved(at_spin);
+  m.normal_load = to.at[at_load];
   return m;
 }
 
@@ -224,8 +162,9 @@ void gather(BedResult& result, const bristle::BedMotion& motion, const bristle::
   result.refused += has(r.status, bristle::Status::bad_input) ? 1 : 0;
 }
 
-Json report_json(const BedScene& given, const std::vector<BedResult>& results, const bristle::BedBatch& beds,
-                 const std::vector<bristle::BedMotion>& motions, std::uint64_t steps) {
+Json report_json(const PartScene<SceneBed>& given, const std::vector<BedResult>& results,
+                 const bristle::BedBatch& beds, const std::vector<bristle::BedMotion>& motions,
+                 std::uint64_t steps) {
   const Scene& scene = given.scene;
   Json report = {{"schema", "bristle-beds-1"},
                  {"conditions", to_json(conditions())},
@@ -235,7 +174,7 @@ Json report_json(const BedScene& given, const std::vector<BedResult>& results, c
   for (std::size_t b = 0; b < results.size(); ++b) {
     const BedResult& r = results[b];
     report["beds"].push_back(
-        {{"name", given.beds[b].name},
+        {{"name", given.parts[b].name},
          {"bristles", beds.info(motions[b].id).bristles},
          {"load", json_of(r.load)},
          {"force", {{"x", json_of(r.force[0])}, {"y", json_of(r.force[1])}}},
@@ -250,8 +189,8 @@ Json report_json(const BedScene& given, const std::vector<BedResult>& results, c
   return report;
 }
 
-std::string report_text(const BedScene& given, const std::vector<BedResult>& results, std::uint64_t steps,
-                        std::uint64_t hash) {
+std::string report_text(const PartScene<SceneBed>& given, const std::vector<BedResult>& results,
+                        std::uint64_t steps, std::uint64_t hash) {
   Table forces({"<force on the body", "load N", "fx mean N", "min", "max", "fy mean N", "min", "max",
                 "torque mean N m", "min", "max"});
   Table energies(
@@ -259,11 +198,11 @@ std::string report_text(const BedScene& given, const std::vector<BedResult>& res
   const auto number = [](double value) { return fmt::format("{:.4g}", value); };
   for (std::size_t b = 0; b < results.size(); ++b) {
     const BedResult& r = results[b];
-    std::vector<Cell> row = {given.beds[b].name, number(r.load.mean())};
+    std::vector<Cell> row = {given.parts[b].name, number(r.load.mean())};
     for (const ForceStatistics* f : {&r.force[0], &r.force[1], &r.torque})
       for (const double value : {f->mean(), f->min, f->max}) row.push_back(number(value));
     forces.add(std::move(row));
-    energies.add({given.beds[b].name, number(r.work), number(r.dissipated), number(r.stored),
+    energies.add({given.parts[b].name, number(r.work), number(r.dissipated), number(r.stored),
                   fmt::format("{:.1f}", 100.0 * r.most_slipping), std::to_string(r.refused)});
   }
   return fmt::format("{}: {} of {} steps of {:g} s\n\n{}\n{}\nstate hash  {:016x}\n", given.scene.name,
@@ -274,14 +213,11 @@ std::string report_text(const BedScene& given, const std::vector<BedResult>& res
 }  // namespace
 
 bool run_bed_scene(const RunOptions& options, const std::string& text) {
-  const std::optional<BedScene> read = parse_bed_scene(text, options.scene);
+  const std::optional<PartScene<SceneBed>> read =
+      parse_part_scene<SceneBed>(text, options.scene, "bed", read_bed);
   if (!read) return false;
-  const BedScene& given = *read;
-  if (options.realtime || !options.trace.empty() || options.bristles || !options.restore_state.empty() ||
-      !options.save_state.empty() || !options.plot.empty() || !options.html.empty())
-    throw UserError(fmt::format(
-        "{}: has [[bed]]: --csv, --json, --steps, --threads and --isa go with it, other options do not",
-        options.scene));
+  const PartScene<SceneBed>& given = *read;
+  check_part_options(options, "bed");
   const Scene& scene = given.scene;
   const bool on_stdout =
       check_files({{"SCENE", options.scene}}, {{"--json", options.json}, {"--csv", options.out}});
@@ -289,12 +225,12 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   bristle::BedBatch beds(bristle::BatchOptions{}
                              .with_threads(options.threads.value_or(scene.threads))
                              .with_isa(options.isa.empty() ? nullptr : options.isa.c_str()));
-  std::vector<bristle::BedMotion> motions(given.beds.size());
-  std::vector<bristle::BedResponse> responses(given.beds.size());
-  std::vector<BedRow> last(given.beds.size());
-  std::vector<BedResult> results(given.beds.size());
-  for (std::size_t b = 0; b < given.beds.size(); ++b) {
-    const SceneBed& bed = given.beds[b];
+  std::vector<bristle::BedMotion> motions(given.parts.size());
+  std::vector<bristle::BedResponse> responses(given.parts.size());
+  std::vector<BedRow> last(given.parts.size());
+  std::vector<BedResult> results(given.parts.size());
+  for (std::size_t b = 0; b < given.parts.size(); ++b) {
+    const SceneBed& bed = given.parts[b];
     try {
       motions[b].id = beds.add(bed.material, bed.shape, bed.options);
     } catch (const bristle::Error& error) {
@@ -307,7 +243,7 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   for (std::uint64_t k = 1; k <= steps; ++k) {
     const double t = static_cast<double>(k) * scene.dt;
     for (std::size_t b = 0; b < motions.size(); ++b) {
-      const BedRow row = row_at(given.beds[b].path, t);
+      const BedRow row = row_at(given.parts[b].path, t);
       motions[b] = motion_between(motions[b].id, last[b], row);
       last[b] = row;
     }
@@ -316,10 +252,11 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
       const bristle::BedResponse& r = responses[b];
       gather(results[b], motions[b], r);
       if (out_file)
-        out_file.append(fmt::format(
-            "{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", t,
-            given.beds[b].name, r.force[0], r.force[1], r.torque, motions[b].normal_load,
-            status_text(r.status), r.dissipated, r.stored, r.slipping_share, last[b].x, last[b].y));
+        out_file.append(
+            fmt::format("{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", t,
+                        given.parts[b].name, r.force[0], r.force[1], r.torque, motions[b].normal_load,
+                        status_text(r.status), r.dissipated, r.stored, r.slipping_share, last[b].at[at_x],
+                        last[b].at[at_y]));
     }
   }
   if (out_file) out_file.finish();

@@ -18,6 +18,7 @@
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
 #include "tools/libraries/run/bed_run.hpp"
+#include "tools/libraries/run/joint_run.hpp"
 #include "tools/libraries/run/paced_clock.hpp"
 #include "tools/libraries/run/run_state.hpp"
 #include "tools/libraries/scene/scene_memory.hpp"
@@ -434,7 +435,7 @@ void draw_forces(const Scene& scene, const RunResult& result, const std::string&
 void run_command(const RunOptions& given) {
   RunOptions options = given;
   const std::string text = read_text_file(options.scene, most_scene_bytes);
-  if (run_bed_scene(options, text)) return;
+  if (run_bed_scene(options, text) || run_joint_scene(options, text)) return;
   Scene scene = parse_scene(text, options.scene, options.limits, progress_line("reading", options.quiet));
   if (!options.trace.empty()) replace_motion(scene, options.trace, options.clip_load);
   if (options.bristles) set_bristles(scene, *options.bristles);

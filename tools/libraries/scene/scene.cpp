@@ -598,9 +598,9 @@ Scene scene_of(const toml::table& root, const std::string& path, const SceneLimi
     const std::string_view name = key.str();
     if (name == "scene" || name == "material" || name == "patch" || name == "motion" || name == "body")
       continue;
-    if (name == "bed")
+    if (name == "bed" || name == "joint")
       throw UserError(
-          fmt::format("{}:{}: only `bristle run` steps a [[bed]]", path, key.source().begin.line));
+          fmt::format("{}:{}: only `bristle run` steps a [[{}]]", path, key.source().begin.line, name));
     throw UserError(fmt::format(
         "{}:{}: unknown key '{}'; allowed: [scene], [[material]], [[patch]], [[motion]], [[body]]", path,
         key.source().begin.line, name));
