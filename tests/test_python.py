@@ -1367,12 +1367,57 @@ def stubbed_calls():
                 for a, default in zip(arguments.args + arguments.kwonlyargs, defaults) if a.annotation]
 
 
+class Keys(unittest.TestCase):
+    def test_patches_by_key_step_as_those_that_were_added_with_seed_and_key(self):
+        batch, plain = bristle.PatchBatch(), bristle.PatchBatch()
+        options = bristle.PatchOptions(max_normal_load=1.0, bristles=200)
+        pool = bristle.KeyedPatches(batch, bristle.Material(), options, capacity=3, seed_from_key=False)
+        ids = pool.find_or_add(np.array([7, 2**63 + 5], np.uint64))
+        others = [plain.add(bristle.Material(), bristle.PatchOptions(max_normal_load=1.0, bristles=200, key=key))
+                  for key in (7, 2**63 + 5)]
+        forces = []
+        for of, names in ((batch, ids), (plain, others)):
+            motions = bristle.motions(names)
+            motions["displacement"][:, 0], motions["normal_load"] = 3e-6, [0.5, 1.0]
+            responses = bristle.responses(2)
+            for _ in range(20):
+                of.step(1e-3, motions, responses)
+            forces.append(responses["end"].copy())
+        np.testing.assert_array_equal(forces[0], forces[1])
+        self.assertTrue((forces[0][:, 0] < 0).all())
+        saved, keys = batch.save_state(), pool.save_state()
+        self.assertEqual((len(pool), pool.end_step(), pool.end_step()), (2, 0, 2))
+        self.assertEqual(pool.find([7]).tolist(), [0])
+        batch.restore_state(saved)
+        pool.restore_state(keys)
+        np.testing.assert_array_equal(pool.find([7, 2**63 + 5]), ids)
+        self.assertTrue(pool.remove(7))
+        self.assertFalse(pool.remove(7))
+
+    def test_a_full_pool_has_an_id_that_steps_without_force(self):
+        beds = bristle.BedBatch()
+        pool = bristle.KeyedBeds(beds, bristle.BedMaterial(0.5).with_presliding(1e-4), bristle.BedShape.disc(1e-3),
+                                 max_normal_load=1.0, capacity=1)
+        ids = pool.find_or_add([1, 2])
+        self.assertEqual((ids[1], pool.refused), (2**64 - 1, 1))
+        out = beds.step(ids, [[2e-4, 0, 0, 0, 0, 1.0]] * 2)
+        self.assertEqual(out["status"].tolist(), [0, int(bristle.Status.no_capacity)])
+        self.assertAlmostEqual(out["force"][0, 0], -0.5, 5)
+        self.assertEqual(out["force"][1, 0], 0.0)
+        pool.reserve(2)
+        self.assertNotEqual(pool.find_or_add([2])[0], 2**64 - 1)
+        self.assertEqual(len(beds), 2)
+        del pool
+        self.assertEqual(len(beds), 0)
+
+
 class EveryCall(unittest.TestCase):
     # Example values for the types of parameters that have no default.
     VALUES = {"float": 1.0, "int": 1, "str": "keep", "bytes": b"", "ArrayLike": [1.0], "Material": bristle.Material(),
               "Coefficients": bristle.Coefficients(), "SnapLength": bristle.SnapLength.single(1e-6),
               "np.ndarray[Any, Any]": bristle.motions([1]), "Outline": bristle.Outline.disc(1e-3),
-              "BedMaterial": bristle.BedMaterial(0.3), "BedShape": bristle.BedShape.disc(1e-3),
+              "BedMaterial": bristle.BedMaterial(0.3).with_presliding(1e-4), "BedShape": bristle.BedShape.disc(1e-3),
+              "PatchBatch": bristle.PatchBatch(), "BedBatch": bristle.BedBatch(),
               "Callable[[float, float], float]": lambda x, y: 1.0,
               "PatchGroup": bristle.PatchBatch().add_group(1, bristle.Material(snap_rule="slide")),
               "JointMaterial | Sequence[JointMaterial]": bristle.JointMaterial(stiffness=1.0)}
@@ -1382,7 +1427,10 @@ class EveryCall(unittest.TestCase):
         those that it needs, and None for those of which the stubs say that they may be None."""
         objects = {"SnapLength": self.VALUES["SnapLength"], "Material": bristle.Material(), "Outline": self.VALUES["Outline"],
                    "BedMaterial": self.VALUES["BedMaterial"], "BedShape": self.VALUES["BedShape"],
-                   "JointFriction": bristle.JointFriction(1, bristle.JointMaterial(stiffness=1.0))}
+                   "JointFriction": bristle.JointFriction(1, bristle.JointMaterial(stiffness=1.0)),
+                   "KeyedPatches": bristle.KeyedPatches(self.VALUES["PatchBatch"], bristle.Material(), capacity=2),
+                   "KeyedBeds": bristle.KeyedBeds(self.VALUES["BedBatch"], self.VALUES["BedMaterial"],
+                                                  self.VALUES["BedShape"], max_normal_load=1.0, capacity=2)}
         if HAS_TOOLS:
             vary = {"material.skin.kinetic": [0.4]}
             objects["Scene"] = bristle.Scene(SCENES / "stroke.toml")
@@ -1393,7 +1441,7 @@ class EveryCall(unittest.TestCase):
             elif owner is None:
                 call = getattr(bristle, name)
             else:
-                call = getattr(objects.get(owner) or getattr(bristle, owner)(), name) if parameters else None
+                call = getattr(objects[owner] if owner in objects else getattr(bristle, owner)(), name) if parameters else None
             values = {p: None for p, kind, _ in parameters if "None" in kind}
             values |= {"vary": vary, "steps": 1} if name == "sweep" else {}
             values |= {p: SCENES / "stroke.toml" if "PathLike" in kind else self.VALUES[kind]

@@ -142,6 +142,7 @@ PYBIND11_MODULE(_bristle, module) {
   define_beds(module);
   define_extended(module);
   define_joints(module);
+  define_keyed(module);
   define_monitor(module);
   define_tools(module);
   module.def(

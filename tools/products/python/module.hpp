@@ -138,6 +138,7 @@ void define_batch(py::module_& module);
 void define_beds(py::module_& module);
 void define_extended(py::module_& module);
 void define_joints(py::module_& module);
+void define_keyed(py::module_& module);
 void define_monitor(py::module_& module);
 /// Adds scenes, fitting and experiments to the module, if the build has their libraries; otherwise their
 /// names, which raise an error with the reason.
