@@ -20,7 +20,7 @@ SnapLength normal_of(const SnapLength& law, double mean, double cv) {
 
 /// Makes a table law of aged snap lengths: from the aged values of a table, or from 33 aged quantiles of a
 /// uniform law with straight lines between them (error of the peak below 1e-4: test_ageing_law).
-SnapLength table_of(const SnapLength& law, const WayAgeing& ageing) {
+SnapLength table_of(const SnapLength& law, const PathAgeing& ageing) {
   std::vector<double> quantiles;
   if (law.law() == SnapLaw::table) {
     for (const double q : law.table_values()) quantiles.push_back(q / law.mean());
@@ -35,7 +35,7 @@ SnapLength table_of(const SnapLength& law, const WayAgeing& ageing) {
 
 }  // namespace
 
-SnapLength aged_law(const SnapLength& law, const WayAgeing& ageing) {
+SnapLength aged_law(const SnapLength& law, const PathAgeing& ageing) {
   const AgedMoments m = find_aged_moments(law, ageing);
   switch (law.law()) {
     case SnapLaw::normal:
@@ -52,18 +52,18 @@ SnapLength aged_law(const SnapLength& law, const WayAgeing& ageing) {
   }
 }
 
-double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, const WayAgeing& ageing) {
+double aged_peak(const SnapLength& law, SnapRule rule, double shared_renewal, const PathAgeing& ageing) {
   const SnapLength aged = aged_law(law, ageing);
   return aged.mean() * peak_deflection(aged, rule, shared_renewal);
 }
 
 double kinetic_fall(const SnapLength& law, SnapRule rule, double shared_renewal, double residual,
-                    const WayAgeing& ageing) {
+                    const PathAgeing& ageing) {
   // Relative change of speed by which a derivative is taken as a central difference; its relative error is
   // then 1e-7.
   constexpr double step = 1e-3;
   const auto force = [&](double factor) {
-    WayAgeing other = ageing;
+    PathAgeing other = ageing;
     other.path *= factor;
     return residual + find_steady_sliding(law, rule, shared_renewal, other).deflection;
   };

@@ -92,11 +92,11 @@ struct Family {
   /// Returns the effect that ageing of this strength has on friction, relative, as AgeingWish names it: the
   /// fall with speed or the growth at rest.
   double effect(const SnapLength& unit, double strength) const {
-    const detail::WayAgeing ageing{wish.form, strength, wish.path};
+    const detail::PathAgeing ageing{wish.form, strength, wish.path};
     if (wish.growth == 0.0 && wish.path != 0.0)
       return detail::kinetic_fall(unit, rule, renewal, residual, ageing);
     const detail::SteadySliding sliding =
-        detail::find_steady_sliding(unit, rule, renewal, wish.path == 0.0 ? detail::WayAgeing{} : ageing);
+        detail::find_steady_sliding(unit, rule, renewal, wish.path == 0.0 ? detail::PathAgeing{} : ageing);
     return strength * (wish.growth != 0.0 ? sliding.drawn : sliding.deflection) /
            (residual + sliding.deflection);
   }
@@ -117,7 +117,7 @@ struct Family {
   double ratio(double spread) const {
     const SnapLength unit = make(1.0, spread);
     if (wish.at_speed()) {
-      const detail::WayAgeing ageing{wish.form, find_strength(unit), wish.path};
+      const detail::PathAgeing ageing{wish.form, find_strength(unit), wish.path};
       return (residual + detail::aged_peak(unit, rule, renewal, ageing)) /
              (residual + detail::find_steady_sliding(unit, rule, renewal, ageing).deflection);
     }
@@ -350,7 +350,7 @@ void find_friction(const Material& m, Coefficients& c) {
     c.fall_per_decade = ln10 * m.ageing_strength * deflection / (residual + deflection);
     return;
   }
-  const detail::WayAgeing ageing = detail::ageing_at(m, c.kinetic_speed);
+  const detail::PathAgeing ageing = detail::ageing_at(m, c.kinetic_speed);
   c.kinetic = m.kinetic_coefficient(c.kinetic_speed);
   c.peak =
       m.bristle_stiffness *

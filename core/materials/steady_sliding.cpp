@@ -174,7 +174,7 @@ double deflection_share(double growth, double d) {
   return (1.0 - exp(-t) * (1.0 + t)) / (growth * growth);
 }
 
-std::vector<Node> aged_nodes(const SnapLength& law, SnapRule rule, const WayAgeing& ageing) {
+std::vector<Node> aged_nodes(const SnapLength& law, SnapRule rule, const PathAgeing& ageing) {
   std::vector<Node> nodes = spread_nodes(law);
   if (rule == SnapRule::keep) {
     const auto too_short = [](const Node& node) { return node.length < shortest_that_counts; };
@@ -186,24 +186,24 @@ std::vector<Node> aged_nodes(const SnapLength& law, SnapRule rule, const WayAgei
 
 }  // namespace
 
-double WayAgeing::factor(double way) const noexcept {
+double PathAgeing::factor(double run) const noexcept {
   if (strength == 0.0) return 1.0;
-  const double a = way / path;
+  const double a = run / path;
   return 1.0 + strength * (form == AgeingForm::saturating ? -expm1(-a) : log1p(a));
 }
 
-double WayAgeing::slope(double way) const noexcept {
+double PathAgeing::slope(double run) const noexcept {
   if (strength == 0.0) return 0.0;
-  return form == AgeingForm::saturating ? strength / path * exp(-way / path) : strength / (path + way);
+  return form == AgeingForm::saturating ? strength / path * exp(-run / path) : strength / (path + run);
 }
 
-WayAgeing ageing_at(const Material& m, double speed_m_per_s) {
+PathAgeing ageing_at(const Material& m, double speed_m_per_s) {
   const double speed = magnitude(speed_m_per_s);
   return {m.ageing_form, m.ageing_strength,
           (speed > slowest_sliding ? speed : slowest_sliding) * m.ageing_time / m.snap_length.mean()};
 }
 
-double aged_length(double length, const WayAgeing& ageing) noexcept {
+double aged_length(double length, const PathAgeing& ageing) noexcept {
   if (ageing.strength == 0.0) return length;
   // Starts Newton's method beyond the root, from where its iterates fall onto the root, since l - length g(l)
   // is convex. From `length` they could diverge, because the slope can be 0 there. No allowed strength of
@@ -215,7 +215,7 @@ double aged_length(double length, const WayAgeing& ageing) noexcept {
                 [&](double l) { return (length * ageing.factor(l) - l) / (1.0 - length * ageing.slope(l)); });
 }
 
-AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing) {
+AgedMoments find_aged_moments(const SnapLength& law, const PathAgeing& ageing) {
   const std::vector<Node> list = aged_nodes(law, SnapRule::redraw, ageing);
   const Span<const Node> nodes{list.data(), list.size()};
   const double mean = expectation(nodes, [](double l) { return l; });
@@ -224,7 +224,7 @@ AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing) {
 }
 
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
-                                  const WayAgeing& ageing) {
+                                  const PathAgeing& ageing) {
   BRISTLE_ASSERT(shared_renewal >= 0.0 && ageing.path > 0.0);
   const std::vector<Node> nodes = aged_nodes(law, rule, ageing);
   const Span<const Node> span{nodes.data(), nodes.size()};

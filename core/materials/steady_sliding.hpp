@@ -13,31 +13,31 @@ inline constexpr double shortest_that_counts = 1.0 / 1024;
 
 /// Growth of snap lengths at a constant speed, as a function of the path r of a bristle since its last snap
 /// (in mean snap lengths): g = 1 + strength ln(1 + r / path) or 1 + strength (1 - exp(-r / path)).
-struct WayAgeing {
+struct PathAgeing {
   AgeingForm form = AgeingForm::logarithmic;
   double strength = 0.0;  ///< beta or gain of ageing; 0 = none
   double path = 1.0;      ///< speed times ageing time, in mean snap lengths, > 0
 
-  /// Returns the factor g by which a snap length has grown after the path `way` since the last snap, in mean
+  /// Returns the factor g by which a snap length has grown after the path `run` since the last snap, in mean
   /// snap lengths; slope() is its derivative.
-  double factor(double way) const noexcept;
-  double slope(double way) const noexcept;
+  double factor(double run) const noexcept;
+  double slope(double run) const noexcept;
 };
 
 /// Returns the ageing of a material along the path of sliding at one speed. Speeds below slowest_sliding
 /// count as slowest_sliding.
-WayAgeing ageing_at(const Material& material, double speed_m_per_s);
+PathAgeing ageing_at(const Material& material, double speed_m_per_s);
 
 /// Returns the deflection beyond the residual at which a bristle of this fresh length snaps: the solution l
 /// of l = length g(l).
-double aged_length(double length, const WayAgeing& ageing) noexcept;
+double aged_length(double length, const PathAgeing& ageing) noexcept;
 
 /// Mean and coefficient of variation of the lengths at which ageing bristles snap, in units of the mean fresh
 /// snap length.
 struct AgedMoments {
   double mean, cv;
 };
-AgedMoments find_aged_moments(const SnapLength& law, const WayAgeing& ageing);
+AgedMoments find_aged_moments(const SnapLength& law, const PathAgeing& ageing);
 
 /// Node of a sum over a law: a fresh snap length, its share of the bristles, and the length at which it snaps
 /// when aged.
@@ -55,7 +55,7 @@ struct SteadySliding {
 /// Computes mean deflection and rates of steady sliding for `shared_renewal` >= 0. Takes longer with ageing,
 /// and for a table of many lengths.
 SteadySliding find_steady_sliding(const SnapLength& law, SnapRule rule, double shared_renewal,
-                                  const WayAgeing& ageing = {});
+                                  const PathAgeing& ageing = {});
 /// Computes steady sliding for a law given by nodes and by `mean`, the mean length at which its bristles
 /// snap; all in one unit of length. Does not allocate, so a step may call it.
 SteadySliding find_steady_sliding(Span<const AgedNode> nodes, double mean, SnapRule rule,

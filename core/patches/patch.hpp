@@ -56,7 +56,7 @@ struct PatchRecord {
     /// Last time at which the patch was near the place where it began to hold (its anchor). After a slide
     /// away from there it becomes the new `oldest`.
     double since = 0.0;
-    std::int64_t way[2] = {0, 0};  ///< displacement of the patch since it began to hold, fixed point
+    std::int64_t moved[2] = {0, 0};  ///< displacement of the patch since it began to hold, fixed point
   } hold;
   LayMap lay;  ///< map to axes in which friction does not depend on direction (lay.hpp)
 };

@@ -39,8 +39,8 @@ void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
   }
   // Adds up the displacements of the steps instead of comparing positions, because a contact model may move
   // the stored position of the patch.
-  for (int axis = 0; axis < 2; ++axis) hold.way[axis] = sum_of(hold.way[axis], step.units[axis]);
-  const double x = to_lengths(hold.way[0]), y = to_lengths(hold.way[1]);
+  for (int axis = 0; axis < 2; ++axis) hold.moved[axis] = sum_of(hold.moved[axis], step.units[axis]);
+  const double x = to_lengths(hold.moved[0]), y = to_lengths(hold.moved[1]);
   const double way2 = x * x + y * y;
   // Share of the distance `reach` within which the patch counts as still where its bristles got stuck. A
   // later slide beyond `reach` sets hold.oldest to the last time there, which is the end of a rest, not its
@@ -81,7 +81,7 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
 
 /// Converts a displacement of unusual length for `step`: a very short one, whose rounding remainder is
 /// carried, or a long one, in which all bristles snap.
-[[gnu::noinline]] void find_odd_way(const Patch& p, PatchStep& step) noexcept {
+[[gnu::noinline]] void find_odd_path(const Patch& p, PatchStep& step) noexcept {
   Advance& a = step.advance;
   // Largest scaled displacement that is used, far beyond any snap length. Longer ones could make squares and
   // sums infinite.
@@ -148,11 +148,11 @@ template <bool plain, class Asked>
 /// of is_plain() and is_usual(), as constants, so that the compiler drops the cases that do not occur.
 template <bool plain, bool usual>
 [[gnu::always_inline]] inline void read_motion(const Patch& p, const double (&displacement)[2], double dt_s,
-                                               bool commit, PatchStep& step) noexcept {
+                                               bool stores, PatchStep& step) noexcept {
   Advance& a = step.advance;
   a.start = a.rounding = step.begins = step.ends = 0.0;
   a.duration = dt_s;
-  a.commit = commit ? 1 : 0;
+  a.commit = stores ? 1 : 0;
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
@@ -169,7 +169,7 @@ template <bool plain, bool usual>
     step.scaled[axis] = displacement[axis] * p.lengths_per_metre;
     if (usual) step.units[axis] = std::llrint(step.scaled[axis] * fixed_per_length);
   }
-  if (!usual) find_odd_way(p, step);
+  if (!usual) find_odd_path(p, step);
   for (int axis = 0; axis < 2; ++axis) {
     a.from[axis] = p.position[axis];
     a.to[axis] = sum_of(p.position[axis], step.units[axis]);
@@ -247,20 +247,20 @@ template <bool plain, class Asked, class Answer>
 /// Steps a patch whose motion the bound on snapping does not answer: it leaves Patch::bound, has no known
 /// bound, or has unusual length. Bristles have to be visited.
 template <bool plain, class Asked, class Answer>
-[[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool commit,
+[[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool stores,
                                             double contact_loss, Answer& out) noexcept {
   const Displacement d = displacement_of<plain>(p, motion);
   PatchStep step;
   step.contact_loss = contact_loss;
   if (is_usual(p, d.by))
-    read_motion<plain, true>(p, d.by, dt_s, commit, step);
+    read_motion<plain, true>(p, d.by, dt_s, stores, step);
   else
-    read_motion<plain, false>(p, d.by, dt_s, commit, step);
+    read_motion<plain, false>(p, d.by, dt_s, stores, step);
   StepSums sums;
   Bound bound = find_bound(p, step);
   if (bound == Bound::none) {
     find_direction(step.advance);
-    if (plain && p.known != Bound::none && commit && !step.advance.snaps_all && p.axes == 2 &&
+    if (plain && p.known != Bound::none && stores && !step.advance.snaps_all && p.axes == 2 &&
         p.outputs == Outputs::end && p.model->find_new_bound != nullptr)
       bound = p.model->find_new_bound(p, step.advance, sums);
   }
@@ -279,16 +279,16 @@ template <bool plain, class Asked, class Answer>
 /// Steps a patch under the present load. Usually its motion stays in the ball within which no bristle snaps,
 /// and the answer follows without a call of the contact model.
 template <bool plain, class Asked, class Answer>
-[[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool commit,
+[[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool stores,
                                                       double contact_loss, Answer& out) noexcept {
   const Displacement d = displacement_of<plain>(p, motion);
   if (p.known != Bound::ball || !is_usual(p, d.by))
-    return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
+    return leave_bound<plain>(p, motion, dt_s, stores, contact_loss, out);
   PatchStep step;
   step.contact_loss = contact_loss;
-  read_motion<plain, true>(p, d.by, dt_s, commit, step);
+  read_motion<plain, true>(p, d.by, dt_s, stores, step);
   if (find_bound(p, step) == Bound::none)
-    return leave_bound<plain>(p, motion, dt_s, commit, contact_loss, out);
+    return leave_bound<plain>(p, motion, dt_s, stores, contact_loss, out);
   StepSums sums;
   bend_without_snap(p, step.advance, sums);
   write_response<plain>(p, motion, dt_s, step, true, sums, out);
@@ -310,14 +310,14 @@ template <class Asked>
 
 /// Writes the response to a motion of a patch in a lane, under the load that was placed with the motion.
 template <bool plain, class Asked, class Answer>
-[[gnu::always_inline]] inline void answer(Patch& p, const Asked& motion, double dt_s, bool commit,
+[[gnu::always_inline]] inline void answer(Patch& p, const Asked& motion, double dt_s, bool stores,
                                           const LaneAnswers& answers, Answer& out) noexcept {
   const std::uint32_t lane = lane_of(p).lane;
   PatchStep step;
   if constexpr (plain) {
-    step.advance.commit = commit ? 1 : 0;
+    step.advance.commit = stores ? 1 : 0;
   } else {
-    read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, commit, step);
+    read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, stores, step);
   }
   step.creeps = false;  // a contact in a lane has no position that could lose a remainder
   StepSums sums;
@@ -385,14 +385,14 @@ void answer_motion(Patch& p, CellMotion& motion, double dt_s, const LaneAnswers&
   answer<false>(p, motion, dt_s, true, answers, motion);
 }
 
-void step_lane(Patch& p, const Motion& motion, double dt_s, bool commit, Response& out) noexcept {
+void step_lane(Patch& p, const Motion& motion, double dt_s, bool stores, Response& out) noexcept {
   const LaneRecord& r = lane_of(p);
   LaneMotions alone;
   place(p, motion, motion.normal_load, dt_s, r.lane, alone);
   LaneAnswers answers;
-  r.block->run(*r.block, alone.input(commit), answers.columns());
+  r.block->run(*r.block, alone.input(stores), answers.columns());
   if (motion.normal_load != p.normal_load) set_load(p, motion.normal_load);
-  answer<false>(p, motion, dt_s, commit, answers, out);
+  answer<false>(p, motion, dt_s, stores, answers, out);
 }
 
 std::uint32_t begin_step(Patch& p, const Motion& motion, double dt_s, PatchStep& step) noexcept {

@@ -75,9 +75,9 @@ void place_motion(const Patch& patch, const CellMotion& motion, double dt_s) noe
 void answer_motion(Patch& patch, const Motion& motion, double dt_s, const LaneAnswers& answers,
                    Response& out) noexcept;
 void answer_motion(Patch& patch, CellMotion& motion, double dt_s, const LaneAnswers& answers) noexcept;
-/// Steps the contact of one lane alone. `commit`: false for a trial, which changes neither block nor record
+/// Steps the contact of one lane alone. `stores`: false for a trial, which changes neither block nor record
 /// but only `patch`, which is a copy.
-void step_lane(Patch& patch, const Motion& motion, double dt_s, bool commit, Response& out) noexcept;
+void step_lane(Patch& patch, const Motion& motion, double dt_s, bool stores, Response& out) noexcept;
 
 /// Begins a step that is shared among threads. The caller then runs SharedStep::run for all blocks and calls
 /// end_step(). Returns the number of blocks; 0 = no bristle has to be stepped.

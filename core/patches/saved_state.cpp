@@ -41,7 +41,7 @@ void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
   visit(time, FieldRule{"time", 0.0, 4.0 * longest_time * clock_units_per_second});
   visit(hold.oldest, FieldRule{"time", 0.0});
   visit(hold.since, FieldRule{"time", 0.0});
-  for (auto& way : hold.way) visit(way, FieldRule{"time", -0x1p62, 0x1p62});
+  for (auto& moved : hold.moved) visit(moved, FieldRule{"time", -0x1p62, 0x1p62});
 }
 /// Writes a saved patch except its head, which has its length and signature.
 void write_state(const Patch& p, ByteWriter& write) noexcept {

@@ -218,11 +218,12 @@ class Scheduler::Step {
 
   /// Runs the blocks from `first` on.
   void run_blocks(LaneBlock* first, std::uint64_t cost, StepReport& report) noexcept {
-    if (!s.work.pays(cost)) {
+    const auto alone = [&] {
       Outcome outcome;
       step_blocks(first, ~0u, outcome);
       add_to(report, outcome);
-    } else {
+    };
+    s.work.step(cost, alone, [&] {
       const std::uint64_t piece = s.work.piece_of(cost);
       int task_count = 0;
       for (LaneBlock* block = first; block != nullptr;) {
@@ -235,8 +236,7 @@ class Scheduler::Step {
         }
       }
       run_tasks(task_count, report);
-    }
-    s.work.note_cost(cost);
+    });
   }
 
  private:
@@ -284,14 +284,12 @@ class Scheduler::Step {
   void run_patches(StepReport& report) noexcept {
     s.split_count_ = 0;
     const std::uint64_t cost = s.work.workers.count() > 1 ? count_cost() : 0;
-    if (s.work.pays(cost)) {
-      split_and_run(cost, report);
-    } else {
+    const auto alone = [&] {
       Outcome outcome;
       step_range({0, static_cast<std::uint32_t>(items_.size()), 0}, outcome);
       add_to(report, outcome);
-    }
-    s.work.note_cost(cost);
+    };
+    s.work.step(cost, alone, [&] { split_and_run(cost, report); });
   }
 
   /// Prefetches the memory of patches that the next motions (before `last`) will need. Patches out of cache

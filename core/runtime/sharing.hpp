@@ -96,17 +96,16 @@ class SharedWork {
   Workers workers;
   const Sharing constants = chosen_sharing();
 
-  /// Returns whether a step of this cost is worth sharing among threads. Call it once for each step, because
-  /// it counts the steps of a Retreat, and note_cost() after the step.
-  bool pays(std::uint64_t cost) noexcept {
-    if (workers.count() <= 1 || cost < constants.parallel_from) return false;
-    const bool awake = DeadlineMonitor::wall_now() - last_sizable_step_ < constants.awake;
-    return (cost >= constants.parallel_from_paused || awake) && retreat_.is_over();
-  }
-  /// Notes the cost of a step that has just ended: after a sizable one the workers are awake.
-  void note_cost(std::uint64_t cost) noexcept {
-    if (workers.count() > 1 && cost >= constants.parallel_from)
-      last_sizable_step_ = DeadlineMonitor::wall_now();
+  /// Does the work of a step of this cost: by shared() if sharing it among threads pays, otherwise by
+  /// alone().
+  template <class Alone, class Shared>
+  [[gnu::always_inline]] void step(std::uint64_t cost, const Alone& alone, const Shared& shared) noexcept {
+    const bool sizable = workers.count() > 1 && cost >= constants.parallel_from;
+    if (sizable && pays(cost))
+      shared();
+    else
+      alone();
+    if (sizable) last_sizable_step_ = DeadlineMonitor::wall_now();  // workers are awake after such a step
   }
   /// Returns the cost of the pieces into which a step of this cost is cut.
   std::uint64_t piece_of(std::uint64_t cost) const noexcept {
@@ -129,6 +128,12 @@ class SharedWork {
   }
 
  private:
+  /// Returns whether a sizable step is worth sharing. Counts the steps of a Retreat.
+  bool pays(std::uint64_t cost) noexcept {
+    const bool awake = DeadlineMonitor::wall_now() - last_sizable_step_ < constants.awake;
+    return (cost >= constants.parallel_from_paused || awake) && retreat_.is_over();
+  }
+
   struct Run {
     void (*task)(void* context, int index);
     void* context;

@@ -14,7 +14,7 @@ namespace {
 constexpr double memory_of_aged_exponential = 7.0;
 
 /// Returns how a bristle ages along its path since it snapped, scaled, at one sliding speed.
-WayAgeing ageing_along(const Material& m, double per_length) noexcept {
+PathAgeing ageing_along(const Material& m, double per_length) noexcept {
   return {m.ageing_form, m.ageing_strength, 1.0 / per_length};
 }
 
@@ -36,7 +36,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   AgedSliding& aged = *r.aged;
   if (aged.per_length == per_length) return;
   aged.per_length = per_length;
-  const WayAgeing ageing = ageing_along(m.material, per_length);
+  const PathAgeing ageing = ageing_along(m.material, per_length);
   double moment[6] = {1.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   for (int k = 0; k < spread_size; ++k) {
     const double l = aged_length(m.spread[static_cast<std::size_t>(k)], ageing);
@@ -143,7 +143,7 @@ void find_steady_sliding(const Representatives<T>& r, double per_length) noexcep
   if (aged.steady_at == per_length) return;
   aged.steady_at = per_length;
   const CompiledMaterial& m = *r.material;
-  const WayAgeing ageing = ageing_along(m.material, per_length);
+  const PathAgeing ageing = ageing_along(m.material, per_length);
   AgedNode nodes[spread_size];
   double mean = 0.0;
   for (int k = 0; k < spread_size; ++k) {

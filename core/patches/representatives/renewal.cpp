@@ -136,14 +136,14 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
 /// step. Both change the friction of ageing bristles, so the patch is further from steady sliding than a
 /// slide of the length `run`; the relative change of friction tells by how much (shortened_run()).
 template <class T>
-double run_of_aged(const Patch& p, const Advance& a, double run, double way) noexcept {
+double run_of_aged(const Patch& p, const Advance& a, double run, double path) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const Material& m = p.material().material;
   const double before = r.shared->run_ageing;
   const double now = r.shared->walked.per_length;
   if (run == 0.0) return 0.0;
   if (!(before > 0.0 && now > 0.0)) return 0.0;
-  const double waited = (a.start - r.shared->run_until) / m.ageing_time - before * std::max(way, 0.0);
+  const double waited = (a.start - r.shared->run_until) / m.ageing_time - before * std::max(path, 0.0);
   const double rest = log1p(std::max(waited, 0.0) * r.shared->inverse_mean / before);
   const double change = m.ageing_strength * (rest + std::abs(log(now / before)));
   return shortened_run(run, r.shared->walked.forget, change);
@@ -168,9 +168,9 @@ double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
     return turns ? std::min(r.shared->run, r.shared->walked.forget) : 0.0;
   }
   if (std::abs(x * e[1] - y * e[0]) * r.shared->inverse_mean > straight) return 0.0;
-  const double way = x * e[0] + y * e[1];
-  const double run = std::clamp(r.shared->run + way, 0.0, r.shared->walked.forget);
-  return r.ages() ? run_of_aged<T>(p, a, run, way) : run;
+  const double path = x * e[0] + y * e[1];
+  const double run = std::clamp(r.shared->run + path, 0.0, r.shared->walked.forget);
+  return r.ages() ? run_of_aged<T>(p, a, run, path) : run;
 }
 
 /// Stores length, direction and end of the slide after a step in which a bristle snapped, for the next step
@@ -336,15 +336,15 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
 }
 
 /// Carries the bristles along the steady part of a slide's path without stepping them, up to its last piece,
-/// which ends at `way`. Turns them round a corner if the path turns, and steps young bristles as far as they
+/// which ends at `path`. Turns them round a corner if the path turns, and steps young bristles as far as they
 /// need it.
 template <class T>
-void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept {
+void carry_on(Patch& p, const PatchStep& step, bool turned, double path) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const PieceSums& walked = r.shared->walked;
-  const double length = walked.length - way;
+  const double length = walked.length - path;
   const std::uint32_t begin = first_young_block(r), end = r.active_blocks();
-  double needed = begin < end ? std::clamp(walked.forget - walked.young_run - way, 0.0, length) : 0.0;
+  double needed = begin < end ? std::clamp(walked.forget - walked.young_run - path, 0.0, length) : 0.0;
   if (needed < least_apart * r.shared->piece) needed = 0.0;
   if (walked.turns) {
     const double(&before)[2] = turned ? step.advance.direction : r.shared->direction;
@@ -359,7 +359,7 @@ void carry_on(Patch& p, const PatchStep& step, bool turned, double way) noexcept
 /// depend on its start, and that several snaps are expected on it (snaps_followed), which matters in a patch
 /// of few bristles.
 template <class T>
-double way_followed(const Representatives<T>& r, double length) noexcept {
+double path_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
@@ -437,7 +437,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   r.shared->walked.run = find_run<T>(p, whole, r.shared->walked.turns);
   r.shared->walked.young_run =
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
-  const double followed = way_followed(r, whole.length);
+  const double followed = path_followed(r, whole.length);
   // Makes pieces shorter in patches of many bristles: the error falls with the square of the piece, and
   // should not exceed the noise, which falls with the root of the number of bristles. Pieces keep their full
   // length if bristles are carried round a corner (carry_round()), because the last piece must follow the
@@ -455,27 +455,27 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
   a.snaps_all = 0;
   a.skips_blocks = p.skips ? 1 : 0;
   for (int axis = 0; axis < 2; ++axis) a.to[axis] = whole.from[axis];
-  double way = 0.0;
+  double path = 0.0;
   for (double k = 1.0;; k += 1.0) {
-    const double before = way;
-    way = k <= pieces ? followed * (k / pieces) : std::min(way + piece, whole.length);
-    const bool arrives = way >= whole.length;
+    const double before = path;
+    path = k <= pieces ? followed * (k / pieces) : std::min(path + piece, whole.length);
+    const bool arrives = path >= whole.length;
     for (int axis = 0; axis < 2; ++axis) {
       a.from[axis] = a.to[axis];
       a.to[axis] =
           arrives ? whole.to[axis]
-                  : sum_of(whole.from[axis], std::llrint(whole.direction[axis] * way * fixed_per_length));
+                  : sum_of(whole.from[axis], std::llrint(whole.direction[axis] * path * fixed_per_length));
     }
-    a.duration = whole.duration * ((way - before) / whole.length);
+    a.duration = whole.duration * ((path - before) / whole.length);
     a.rounding = rounding_of_times(step.ends, k);
     find_direction(a);
     prepare_kernel<T>(p, step);
-    if (k >= pieces && way < whole.length) carry_on<T>(p, step, k > 1.0, way);
+    if (k >= pieces && path < whole.length) carry_on<T>(p, step, k > 1.0, path);
     const std::uint64_t beyond = renew<T>(p, step);
     // Carries the patch only after a bristle has snapped. Until the first snap the patch does not slide, and
     // its bristles still bend further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
-      r.shared->walked.carried = whole.length - way;
+      r.shared->walked.carried = whole.length - path;
       return;
     }
     finish_piece<T>(p, a, run_all_blocks<T>(p, step));
