@@ -965,7 +965,7 @@ TEST_CASE("Beds refuse what contradicts itself or is out of range, and name it")
   CHECK_THAT(text(BedMaterial(0.5).with_presliding(1e-4).with_elastic(1e9, 0.3), disc),
              Contains("more than one"));
   CHECK_THAT(text(BedMaterial(0.4, 0.5).with_presliding(1e-4), disc), Contains("static_friction"));
-  CHECK_THAT(text(BedMaterial(0.0).with_presliding(1e-4), disc), Contains("kinetic_friction"));
+  CHECK_THAT(text(BedMaterial(0.5, 0.0).with_presliding(1e-4), disc), Contains("kinetic_friction"));
   CHECK_THAT(text(BedMaterial(0.5).with_slip_stiffness(1e4, 1e4), disc), Contains("rolls"));
   CHECK_THAT(text(BedMaterial(0.5).with_flexibility(1e-14, 1e-14, 1e-14), BedShape::wheel_row(1.0)),
              Contains("area"));

@@ -5,16 +5,22 @@
 #include <bristle/bristle.h>
 #include <bristle/bed.hpp>
 #include <bristle/deadline_monitor.hpp>
+#include <bristle/fields.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cstddef>
 #include <cstring>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "core/c_interface/field_count.hpp"
 #include "scenes.hpp"
+#include "test_paths.hpp"
 
 namespace bristle_test::test_c_structs {
 
@@ -411,6 +417,78 @@ TEST_CASE("Each field of a bed in C is that of C++", "[c]") {
     CHECK(bristle_beds_state_hash(beds, id) == batch.state_hash(motion.id));
     bristle_beds_destroy(beds);
   }
+}
+
+namespace {
+
+std::string read_header() {
+  std::ifstream in(BRISTLE_C_HEADER);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// Returns the name in C of a C++ type of a field.
+template <class Value>
+const char* c_type() {
+  if (std::is_same_v<Value, double>) return "double ";
+  if (std::is_same_v<Value, const char*>) return "const char* ";
+  if (std::is_same_v<Value, SnapLength>) return "bristle_snap_length ";
+  if (std::is_same_v<Value, Lay>) return "bristle_lay ";
+  if (std::is_same_v<Value, int>) return "int32_t ";
+  return sizeof(Value) == 8 ? "uint64_t " : "uint32_t ";
+}
+
+/// Writes the C struct that mirrors `Cpp` into the text of the header, in place of the one that stands there.
+template <class Cpp>
+void write_struct(const std::string& name, std::string& header) {
+  std::string text = "typedef struct " + name + " {\n  size_t struct_size;\n";
+  for_each_field<Cpp>([&](const auto& field) {
+    const AboutField& about = field.about;
+    const std::string declared =
+        std::string("  ") + c_type<std::remove_cvref_t<decltype(Cpp{}.*field.member)>>() + field.name + ";";
+    std::string meaning;
+    if (*about.unit != 0) meaning += std::string(about.unit) + ". ";
+    for (unsigned i = 0; i < about.name_count; ++i)
+      meaning += std::to_string(i) + " " + about.names[i] + (i + 1 < about.name_count ? ", " : ": ");
+    meaning += about.text;
+    constexpr std::size_t width = 96;
+    if (declared.size() + meaning.size() <= width)
+      text += declared + " /**< " + meaning + " */\n";
+    else
+      text += "  /** " + meaning + " */\n" + declared + "\n";
+  });
+  const std::string end = "} " + name + ";";
+  const std::size_t first = header.find("typedef struct " + name + " {"), last = header.find(end);
+  REQUIRE(last != std::string::npos);
+  header.replace(first, last - first, text);
+}
+
+std::string with_all_structs(std::string header) {
+  write_struct<Material>("bristle_material", header);
+  write_struct<Coefficients>("bristle_coefficients", header);
+  write_struct<PatchOptions>("bristle_patch_options", header);
+  write_struct<BatchOptions>("bristle_batch_options", header);
+  write_struct<KeyedOptions>("bristle_keyed_options", header);
+  write_struct<MatcherOptions>("bristle_matcher_options", header);
+  write_struct<JointOptions>("bristle_joint_options", header);
+  return header;
+}
+
+}  // namespace
+
+TEST_CASE("The structs of parameters in bristle.h are those of the lists in fields.hpp", "[c]") {
+  // Compares without white space and the stars of comments, which clang-format moves.
+  const auto bare = [](std::string text) {
+    std::erase_if(text, [](char c) { return c == '*' || std::isspace(static_cast<unsigned char>(c)); });
+    return text;
+  };
+  const std::string header = read_header();
+  INFO("run bristle_tests '[.write]' and clang-format bristle.h");
+  CHECK((bare(header) == bare(with_all_structs(header))));
+}
+
+TEST_CASE("The structs of parameters are written into bristle.h", "[.write]") {
+  const std::string header = with_all_structs(read_header());
+  std::ofstream(BRISTLE_C_HEADER) << header;
 }
 
 TEST_CASE("Fields of a struct are counted", "[c]") {

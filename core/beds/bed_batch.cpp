@@ -47,7 +47,7 @@ void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
 
 struct BRISTLE_PRIVATE BedBatch::Impl {
   explicit Impl(const BatchOptions& options)
-      : table(choose_kernels(options.isa)), work(check_threads(options.threads)) {}
+      : table(choose_kernels(options.isa)), work(check_threads(options)) {}
 
   const KernelTable& table;
   const BedKernels& kernels = *table.beds;
@@ -186,9 +186,7 @@ StepReport BedBatch::step(Span<const BedMotion> in, Span<BedResponse> out) noexc
   impl.out = out;
   impl.rest_others();
   report.tasks = report.threads = 1;
-  if (!impl.work.pays(cost)) {
-    impl.run(0, in.size());
-  } else {
+  const auto divide = [&] {
     const std::uint64_t piece = std::max(impl.work.piece_of(cost), cost / (most_tasks - 1) + 1);
     int tasks = 0;
     std::uint64_t group = 0;
@@ -208,8 +206,9 @@ StepReport BedBatch::step(Span<const BedMotion> in, Span<BedResponse> out) noexc
         &impl);
     report.tasks = static_cast<std::uint32_t>(tasks);
     report.threads = static_cast<std::uint32_t>(std::min(tasks, impl.work.workers.count()));
-  }
-  impl.work.note_cost(cost);
+  };
+  impl.work.step(
+      cost, [&] { impl.run(0, in.size()); }, divide);
   for (const BedResponse& response : out) report.status = report.status | response.status;
   return report;
 }

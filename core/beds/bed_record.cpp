@@ -5,7 +5,7 @@
 
 #include "bristle/error.hpp"
 #include "core/beds/bed.hpp"
-#include "core/common/range_check.hpp"
+#include "core/common/check_fields.hpp"
 #include "core/contacts/gauss.hpp"
 
 namespace bristle {
@@ -150,9 +150,7 @@ std::vector<Cell> list_cells(const BedShape& shape, double largest) {
 BedShape complete(const BedShape& given, const BedMaterial& material, const BedOptions& options) {
   using Kind = BedShape::Kind;
   BedShape shape = given;
-  if (static_cast<unsigned>(shape.kind) > 3 || static_cast<unsigned>(shape.pressure) > 2 ||
-      static_cast<unsigned>(shape.growth) > 2)
-    throw Error("BedShape: kind, pressure or growth has no such value; use the factories");
+  require_fields(shape_text, shape);
   const bool is_sphere = shape.kind == Kind::row && !shape.rolls;
   if (shape.kind == Kind::list) {
     require_within(shape_text, "list.size()", static_cast<double>(shape.list.size()), 1, 65536);
@@ -177,14 +175,12 @@ BedShape complete(const BedShape& given, const BedMaterial& material, const BedO
     const double cube = 0.75 * options.max_normal_load * material.radius / material.normal_modulus;
     shape.half[0] = exp(log(cube) / 3.0);
     if (shape.kind == Kind::ellipse) shape.half[1] = shape.half[0];
+    require_fields(shape_text, shape);
   }
   if (shape.half[0] == 0.0)
     throw Error("BedShape: no half width; give it, or a radius to BedMaterial::with_elastic");
-  require_within(shape_text, "half[0]", shape.half[0], 1e-12, 1e3, "m");
-  if (shape.kind == Kind::row)
-    require_within(shape_text, "half[1] of a row", shape.half[1], 0.0, 0.0, "m");
-  else
-    require_within(shape_text, "half[1]", shape.half[1], 1e-12, 1e3, "m");
+  if ((shape.kind == Kind::row) != (shape.half[1] == 0.0))
+    refuse(shape_text, "half[1]", shape.half[1], shape.kind == Kind::row ? "0 for a row" : "above 0 m");
   const bool rings = shape.kind == Kind::ellipse && !shape.rolls;
   const int least_along = shape.rolls || is_sphere ? 2 : 1;
   require_within(shape_text, rings ? "cells[0] (rings)" : "cells[0] (along)", shape.cells[0], least_along,
@@ -201,6 +197,11 @@ BedShape complete(const BedShape& given, const BedMaterial& material, const BedO
   if (shape.growth == BedGrowth::cube_root && shape.kind == Kind::rectangle)
     throw Error("BedShape: a rectangle does not grow with the cube root of the load");
   return shape;
+}
+
+/// Refuses a number of the material that is 0, though others that are given need it.
+void require_given(const char* name, double value) {
+  if (value == 0.0) refuse(material_text, name, value, "a number above 0, which the elasticity needs");
 }
 
 /// Returns the stiffness of all bristles together along x at full load, N/m, and sets the gains of the bed.
@@ -223,14 +224,13 @@ double stiffness_of(const BedMaterial& material, const BedShape& shape, Bed& bed
   double area = 4.0 * a * b;
   if (shape.kind == Kind::ellipse) area = pi * a * b;
   if (elastic) {
-    require_within(material_text, "shear_modulus", material.shear_modulus, 1.0, 1e15, "Pa");
+    require_given("shear_modulus", material.shear_modulus);
     if (!is_sphere && !(shape.kind == Kind::ellipse && a == b))
       throw Error("BedMaterial: elastic moduli serve sphere_row and disc; give flexibilities");
     return 2.0 * material.shear_modulus * a;
   }
   if (kalker) {
-    for (const double l : material.flexibility)
-      require_within(material_text, "flexibility", l, 1e-20, 1.0, "m^3/N");
+    for (const double l : material.flexibility) require_given("flexibility", l);
     if (shape.kind == Kind::row || shape.kind == Kind::list)
       throw Error("BedMaterial: flexibilities need an area; use an ellipse or a rectangle");
     bed.gain[1] = material.flexibility[0] / material.flexibility[1];
@@ -238,25 +238,20 @@ double stiffness_of(const BedMaterial& material, const BedShape& shape, Bed& bed
     return area / material.flexibility[0];
   }
   if (tyre) {
-    for (const double c : material.slip_stiffness)
-      require_within(material_text, "slip_stiffness", c, 1e-9, 1e15, "N");
+    for (const double c : material.slip_stiffness) require_given("slip_stiffness", c);
     if (!shape.rolls) throw Error("BedMaterial: a slip stiffness needs a shape that rolls");
     bed.gain[1] = bed.spin_gain[1] = material.slip_stiffness[1] / material.slip_stiffness[0];
     const double by_length = shape.kind == Kind::ellipse ? 3.0 * pi / 8.0 : 1.0;
     return by_length * material.slip_stiffness[0] / a;
   }
-  require_within(material_text, "presliding", material.presliding, 1e-12, 1e3, "m");
   return 0.0;
 }
 
 void check_material(const BedMaterial& material) {
-  require_within(material_text, "kinetic_friction", material.kinetic_friction, 1e-6, 100.0);
+  require_fields(material_text, material);
   require_within(material_text, "static_friction", material.static_friction, material.kinetic_friction,
                  100.0);
-  if (material.radius != 0.0 || material.normal_modulus != 0.0) {
-    require_within(material_text, "normal_modulus", material.normal_modulus, 1.0, 1e15, "Pa");
-    require_within(material_text, "radius", material.radius, 0.0, 1e6, "m");
-  }
+  if (material.radius != 0.0) require_given("normal_modulus", material.normal_modulus);
 }
 
 }  // namespace
@@ -270,8 +265,7 @@ BedMemory make_columns(std::uint32_t count) {
 
 Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOptions& options,
              const BedKernels& kernels) {
-  require_within("BedOptions", "max_normal_load", options.max_normal_load, 1e-12, 1e15, "N");
-  require_within("BedOptions", "longest_piece", options.longest_piece, 1e-3, 10.0);
+  require_fields("BedOptions", options);
   check_material(material);
   const BedShape shape = complete(given, material, options);
   const bool is_sphere = shape.kind == BedShape::Kind::row && !shape.rolls;

@@ -281,34 +281,67 @@ constexpr std::uint32_t last_of(std::string_view name) {
 template <class C>
 struct Mirror;
 
-/// Pairs the fields of a C struct with those of the C++ struct that it mirrors, so that one loop converts in
-/// either direction. Counts the pairs, so that the compiler refuses a forgotten one. `unused`: number of
-/// reserved fields in C.
-#define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                                                     \
-  template <>                                                                                             \
-  struct Mirror<c_type> {                                                                                 \
-    using C = c_type;                                                                                     \
-    using Cpp = cpp_type;                                                                                 \
-    static constexpr const char* name = #c_type;                                                          \
-    static constexpr auto fields = std::tuple{__VA_ARGS__};                                               \
-    static_assert(detail::field_count<Cpp> == std::tuple_size_v<decltype(fields)>,                        \
-                  "a field of " #cpp_type " is missing in " #c_type);                                     \
-    static_assert(detail::field_count<C> == 1 + std::tuple_size_v<decltype(fields)> + (unused),           \
-                  "a field of " #c_type " is missing in its list of fields: struct_size, these, " #unused \
-                  " reserved");                                                                           \
+/// Counts the numbers of a list of pairs: each field once, but every number of an array.
+template <class... Pairs>
+constexpr std::size_t count_numbers(const std::tuple<Pairs...>&) {
+  const auto numbers = []<class C, class CField, class Cpp, class CppField>(
+                           std::type_identity<FieldPair<C, CField, Cpp, CppField>>) {
+    return std::max<std::size_t>(std::extent_v<CppField>, 1);
+  };
+  return (numbers(std::type_identity<Pairs>{}) + ...);
+}
+
+/// Pairs fields of a C struct with those of a C++ struct that it mirrors, so that one loop converts in either
+/// direction. Counts the pairs, so that the compiler refuses a forgotten one.
+#define BRISTLE_MIRROR_PART(part, c_type, cpp_type, ...)                            \
+  template <>                                                                       \
+  struct part {                                                                     \
+    using C = c_type;                                                               \
+    using Cpp = cpp_type;                                                           \
+    static constexpr const char* name = #c_type;                                    \
+    static constexpr auto fields = std::tuple{__VA_ARGS__};                         \
+    static constexpr std::size_t count = count_numbers(fields);                     \
+    static_assert(std::is_aggregate_v<Cpp> ? detail::field_count<Cpp> == count      \
+                                           : sizeof(Cpp) == count * sizeof(double), \
+                  "a field of " #cpp_type " is missing in " #c_type);               \
   }
-/// Pairs the fields of those structs whose fields are listed in bristle/fields.hpp.
-#define BRISTLE_MIRROR_FIELDS(c_type, cpp_type, unused) \
-  BRISTLE_MIRROR(c_type, cpp_type, unused, BRISTLE_FIELDS_OF_##cpp_type(BRISTLE_LISTED))
+/// Refuses a field of a C struct that no list names. `unused`: number of its reserved fields.
+#define BRISTLE_ALL_NAMED(c_type, count, unused)                       \
+  static_assert(detail::field_count<c_type> == 1 + (count) + (unused), \
+                "a field of " #c_type " is missing in its list: struct_size, these, " #unused " reserved")
+#define BRISTLE_MIRROR(c_type, cpp_type, unused, ...)                 \
+  BRISTLE_MIRROR_PART(Mirror<c_type>, c_type, cpp_type, __VA_ARGS__); \
+  BRISTLE_ALL_NAMED(c_type, Mirror<c_type>::count, unused)
+/// Pairs the fields of structs that bristle/fields.hpp lists.
+#define BRISTLE_MIRROR_FIELDS(c_type, cpp_type) \
+  BRISTLE_MIRROR(c_type, cpp_type, 0, BRISTLE_FIELDS_OF_##cpp_type(BRISTLE_LISTED))
 #define BRISTLE_FIELD(c_name) field(&C::c_name, &Cpp::c_name, #c_name)
 #define BRISTLE_CHOICE(c_name, last) \
   field(&C::c_name, &Cpp::c_name, #c_name, static_cast<std::uint32_t>(last))
 #define BRISTLE_LISTED(c_name, about) BRISTLE_CHOICE(c_name, last_of<Cpp>(#c_name)),
 
-BRISTLE_MIRROR_FIELDS(bristle_material, Material, 1);
-BRISTLE_MIRROR_FIELDS(bristle_coefficients, Coefficients, 2);
-BRISTLE_MIRROR_FIELDS(bristle_patch_options, PatchOptions, 0);
-BRISTLE_MIRROR(bristle_batch_options, BatchOptions, 0, BRISTLE_FIELD(isa), BRISTLE_FIELD(threads));
+BRISTLE_MIRROR_FIELDS(bristle_material, Material);
+BRISTLE_MIRROR_FIELDS(bristle_coefficients, Coefficients);
+BRISTLE_MIRROR_FIELDS(bristle_patch_options, PatchOptions);
+BRISTLE_MIRROR_FIELDS(bristle_batch_options, BatchOptions);
+BRISTLE_MIRROR_FIELDS(bristle_keyed_options, KeyedOptions);
+BRISTLE_MIRROR_FIELDS(bristle_matcher_options, MatcherOptions);
+#if BRISTLE_WITH_JOINTS
+BRISTLE_MIRROR_FIELDS(bristle_joint_options, JointOptions);
+#endif
+#if BRISTLE_WITH_BEDS
+/// A bristle_bed has the fields of three C++ structs.
+template <class Part>
+struct BedMirror;
+BRISTLE_MIRROR_PART(BedMirror<BedMaterial>, bristle_bed, BedMaterial,
+                    BRISTLE_FIELDS_OF_BedMaterial(BRISTLE_LISTED));
+BRISTLE_MIRROR_PART(BedMirror<BedShape>, bristle_bed, BedShape, BRISTLE_FIELDS_OF_BedShape(BRISTLE_LISTED));
+BRISTLE_MIRROR_PART(BedMirror<BedOptions>, bristle_bed, BedOptions,
+                    BRISTLE_FIELDS_OF_BedOptions(BRISTLE_LISTED));
+BRISTLE_ALL_NAMED(bristle_bed,
+                  BedMirror<BedMaterial>::count + BedMirror<BedShape>::count + BedMirror<BedOptions>::count,
+                  2);
+#endif
 BRISTLE_MIRROR(bristle_step_report, StepReport, 0, BRISTLE_CHOICE(status, Status{0xFFFFFFFFu}),
                BRISTLE_FIELD(patches_stepped), BRISTLE_FIELD(tasks), BRISTLE_FIELD(threads),
                BRISTLE_FIELD(bristles_visited));
@@ -316,14 +349,6 @@ BRISTLE_MIRROR(bristle_patch_info, PatchInfo, 0, BRISTLE_FIELD(key), BRISTLE_FIE
                BRISTLE_FIELD(active), BRISTLE_FIELD(normal_load), BRISTLE_FIELD(memory_bytes),
                BRISTLE_FIELD(representatives), BRISTLE_FIELD(bytes_per_representative), BRISTLE_FIELD(kernel),
                BRISTLE_FIELD(max_normal_load));
-BRISTLE_MIRROR(bristle_keyed_options, KeyedOptions, 1, BRISTLE_FIELD(capacity), BRISTLE_FIELD(keep_steps),
-               BRISTLE_FIELD(seed_from_key));
-#if BRISTLE_WITH_JOINTS
-BRISTLE_MIRROR(bristle_joint_options, JointOptions, 0, BRISTLE_FIELD(spread), BRISTLE_FIELD(bristles),
-               BRISTLE_FIELD(gradients));
-#endif
-BRISTLE_MIRROR(bristle_matcher_options, MatcherOptions, 0, BRISTLE_FIELD(reach), BRISTLE_FIELD(capacity),
-               BRISTLE_FIELD(keep_steps));
 
 template <class C>
 constexpr const char* name_of = Mirror<C>::name;
@@ -424,40 +449,54 @@ bristle_snap_length to_c(const SnapLength& s) {
   return c;
 }
 
-/// Converts a C++ struct to the C struct that mirrors it. A quantile table of a snap-length law is not
-/// copied: the C struct points into `cpp`, which must live longer.
-template <class C>
-C to_c(const typename Mirror<C>::Cpp& cpp) {
-  C c{};
+/// Copies the fields of a C++ struct to the C struct that mirrors it. A quantile table of a snap-length law
+/// is not copied, the C struct points into `cpp`, which must live longer; nor is the list of a bed's shape.
+template <class Pairs, class C, class Cpp>
+void copy_to_c(const Cpp& cpp, C& c) {
   const auto copy = [&](const auto& f) {
     using CField = std::remove_reference_t<decltype(c.*f.c)>;
     if constexpr (std::is_same_v<CField, bristle_snap_length> || std::is_same_v<CField, bristle_lay>)
       c.*f.c = to_c(cpp.*f.cpp);
-    else
+    else if constexpr (std::is_array_v<CField>)
+      std::copy(std::begin(cpp.*f.cpp), std::end(cpp.*f.cpp), c.*f.c);
+    else if constexpr (!std::is_same_v<CField, const bristle_bed_cell*>)
       c.*f.c = static_cast<CField>(cpp.*f.cpp);
   };
-  std::apply([&](const auto&... f) { (copy(f), ...); }, Mirror<C>::fields);
+  std::apply([&](const auto&... f) { (copy(f), ...); }, Pairs::fields);
+}
+template <class C>
+C to_c(const typename Mirror<C>::Cpp& cpp) {
+  C c{};
+  copy_to_c<Mirror<C>>(cpp, c);
   return c;
 }
 
-/// Converts a C struct to the C++ struct that it mirrors. Throws Error for a value that an enumeration lacks.
-template <class C>
-typename Mirror<C>::Cpp to_cpp(const C& c) {
-  typename Mirror<C>::Cpp cpp;
+/// Copies the fields of a C struct to the C++ struct that it mirrors, but for the list of a bed's shape.
+/// Throws Error for a value that an enumeration lacks.
+template <class Pairs, class C, class Cpp>
+void copy_to_cpp(const C& c, Cpp& cpp) {
   const auto copy = [&](const auto& f) {
     using CppField = std::remove_reference_t<decltype(cpp.*f.cpp)>;
+    using CField = std::remove_cvref_t<decltype(c.*f.c)>;
     if constexpr (std::is_enum_v<CppField>) {
-      if (c.*f.c > f.last) detail::refuse(Mirror<C>::name, f.name, c.*f.c, "0 to " + std::to_string(f.last));
+      if (c.*f.c > f.last) detail::refuse(Pairs::name, f.name, c.*f.c, "0 to " + std::to_string(f.last));
       cpp.*f.cpp = static_cast<CppField>(c.*f.c);
     } else if constexpr (std::is_same_v<CppField, SnapLength> || std::is_same_v<CppField, Lay>) {
       cpp.*f.cpp = to_cpp(c.*f.c);
     } else if constexpr (std::is_same_v<CppField, bool>) {
       cpp.*f.cpp = c.*f.c != 0;
-    } else {
+    } else if constexpr (std::is_array_v<CppField>) {
+      std::copy(std::begin(c.*f.c), std::end(c.*f.c), cpp.*f.cpp);
+    } else if constexpr (!std::is_same_v<CField, const bristle_bed_cell*>) {
       cpp.*f.cpp = static_cast<CppField>(c.*f.c);
     }
   };
-  std::apply([&](const auto&... f) { (copy(f), ...); }, Mirror<C>::fields);
+  std::apply([&](const auto&... f) { (copy(f), ...); }, Pairs::fields);
+}
+template <class C>
+typename Mirror<C>::Cpp to_cpp(const C& c) {
+  typename Mirror<C>::Cpp cpp;
+  copy_to_cpp<Mirror<C>>(c, cpp);
   return cpp;
 }
 
@@ -919,11 +958,9 @@ namespace {
 
 bristle_bed default_bed() noexcept {
   bristle_bed bed{};
-  const BedOptions options;
-  bed.max_normal_load = options.max_normal_load;
-  bed.longest_piece = options.longest_piece;
-  bed.all_outputs = options.all_outputs;
-  bed.pressure = BRISTLE_BED_PARABOLIC;
+  copy_to_c<BedMirror<BedMaterial>>(BedMaterial{}, bed);
+  copy_to_c<BedMirror<BedShape>>(BedShape{}, bed);
+  copy_to_c<BedMirror<BedOptions>>(BedOptions{}, bed);
   return bed;
 }
 
@@ -936,35 +973,15 @@ struct GivenBed {
 GivenBed read_bed(const bristle_bed* bed) {
   need(bed, "bed");
   check_size(*bed, "bed");
-  const bristle_bed& given = *bed;
-  if (given.kind > BRISTLE_BED_LIST || given.pressure > BRISTLE_BED_HERTZ ||
-      given.growth > BRISTLE_BED_SQUARE_ROOT || given.rolls > 1 || given.all_outputs > 1)
-    throw Error("bristle_bed: kind, pressure, growth, rolls or all_outputs has no such value");
   GivenBed read;
-  read.material = BedMaterial(given.static_friction, given.kinetic_friction);
-  read.material.normal_modulus = given.normal_modulus;
-  read.material.shear_modulus = given.shear_modulus;
-  read.material.radius = given.radius;
-  read.material.with_flexibility(given.flexibility[0], given.flexibility[1], given.flexibility[2])
-      .with_slip_stiffness(given.slip_stiffness[0], given.slip_stiffness[1])
-      .with_presliding(given.presliding);
-  BedShape& shape = read.shape;
-  shape.kind = static_cast<BedShape::Kind>(given.kind);
-  shape.pressure = static_cast<BedPressure>(given.pressure);
-  shape.growth = static_cast<BedGrowth>(given.growth);
-  shape.rolls = given.rolls != 0;
-  for (int k = 0; k < 2; ++k) {
-    shape.half[k] = given.half[k];
-    shape.cells[k] = given.cells[k];
+  copy_to_cpp<BedMirror<BedMaterial>>(*bed, read.material);
+  copy_to_cpp<BedMirror<BedShape>>(*bed, read.shape);
+  copy_to_cpp<BedMirror<BedOptions>>(*bed, read.options);
+  if (bed->list_count > 0) {
+    need(bed->list, "bed.list");
+    const auto* first = reinterpret_cast<const BedCell*>(bed->list);
+    read.shape.list.assign(first, first + bed->list_count);
   }
-  if (given.list_count > 0) {
-    need(given.list, "bed.list");
-    const auto* first = reinterpret_cast<const BedCell*>(given.list);
-    shape.list.assign(first, first + given.list_count);
-  }
-  read.options.max_normal_load = given.max_normal_load;
-  read.options.longest_piece = given.longest_piece;
-  read.options.all_outputs = given.all_outputs != 0;
   return read;
 }
 

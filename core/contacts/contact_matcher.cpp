@@ -5,8 +5,8 @@
 
 #include "bristle/keyed_patches.hpp"
 #include "core/common/assert.hpp"
+#include "core/common/check_fields.hpp"
 #include "core/common/little_endian.hpp"
-#include "core/common/range_check.hpp"
 #include "core/common/saved_head.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/patches/fields.hpp"
@@ -277,18 +277,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   std::uint32_t pair_count = 0;
 };
 
-namespace {
-
-void check_capacity(std::uint32_t capacity) {
-  if (capacity < 1 || capacity > (1u << 24))
-    detail::refuse("MatcherOptions", "capacity", capacity, "1 to 16777216");
-}
-
-}  // namespace
-
 ContactMatcher::ContactMatcher(const MatcherOptions& options) {
-  check_capacity(options.capacity);
-  detail::require_within("MatcherOptions", "reach", options.reach, 1e-12, 1e100, "m");
+  detail::require_fields("MatcherOptions", options);
   impl_ = std::make_unique<Impl>(options);
 }
 ContactMatcher::~ContactMatcher() = default;
@@ -297,7 +287,7 @@ ContactMatcher& ContactMatcher::operator=(ContactMatcher&&) noexcept = default;
 
 void ContactMatcher::reserve(std::uint32_t contacts) {
   if (contacts <= impl_->options.capacity) return;
-  check_capacity(contacts);
+  detail::require_fields("MatcherOptions", MatcherOptions{}.with_capacity(contacts));
   impl_->options.capacity = contacts;
   impl_->reserve();
 }

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/common/assert.hpp"
+#include "core/common/check_fields.hpp"
 #include "core/common/little_endian.hpp"
-#include "core/common/range_check.hpp"
 #include "core/common/saved_head.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/runtime/stepping_side.hpp"
@@ -24,7 +24,6 @@ using detail::SteppingCall;
 
 namespace {
 
-constexpr std::uint32_t most = 1u << 24;
 constexpr std::uint32_t none = KeyTable::none;
 
 /// Bit in the saved step number of a contact. It is set while find_or_add_contact has not yet returned the
@@ -56,7 +55,7 @@ void place_fields(Place& p, Io& io) noexcept {
 }
 
 std::uint32_t check_capacity(const char* where, std::uint32_t capacity) {
-  if (capacity < 1 || capacity > most) detail::refuse(where, "capacity", capacity, "1 to 16777216");
+  detail::require_fields(where, KeyedOptions{}.with_capacity(capacity));
   return capacity;
 }
 

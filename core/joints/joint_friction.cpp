@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/common/check_fields.hpp"
 #include "core/common/little_endian.hpp"
 #include "core/common/saved_head.hpp"
 #include "core/joint_table.hpp"
@@ -37,34 +38,8 @@ struct alignas(64) Column {
   double lane[lane_count];
 };
 
+/// Numbers of a material in the order of JointParameter.
 using Numbers = double[joint_parameters];
-
-/// Reads the numbers of a material in the order of JointParameter. Throws Error for values out of range.
-void read_material(const JointMaterial& material, Numbers& numbers) {
-  std::memcpy(numbers, &material, sizeof numbers);
-  constexpr const char* names[] = {"stiffness",
-                                   "viscous",
-                                   "kinetic.base",
-                                   "kinetic.motor[joint_driving]",
-                                   "kinetic.motor[joint_driven]",
-                                   "kinetic.outside[joint_driving]",
-                                   "kinetic.outside[joint_driven]",
-                                   "static_part.base",
-                                   "static_part.motor[joint_driving]",
-                                   "static_part.motor[joint_driven]",
-                                   "static_part.outside[joint_driving]",
-                                   "static_part.outside[joint_driven]",
-                                   "stribeck_speed"};
-  for (std::uint32_t p = 0; p < joint_parameters; ++p) {
-    if (p == joint_stribeck_speed && numbers[p] == 0.0) continue;
-    const bool has_inverse = p == joint_stiffness || p == joint_stribeck_speed;
-    const bool is_torque = p == joint_base || p == joint_static_base || p == joint_viscous;
-    require_within("JointMaterial", names[p], numbers[p], has_inverse ? 1e-9 : 0.0,
-                   p == joint_stiffness       ? 1e12
-                   : is_torque || has_inverse ? 1e9
-                                              : 100.0);
-  }
-}
 
 /// Returns, as bits, the features that a joint's material needs (friction by load, static friction), by which
 /// a kernel variant is chosen.
@@ -79,8 +54,7 @@ std::uint32_t features_of(const Numbers& numbers) {
 }
 
 std::uint32_t bristles_of(const JointOptions& options) {
-  require_within("JointOptions", "bristles", options.bristles, 1.0, 64.0);
-  require_within("JointOptions", "spread", options.spread, 0.0, 3.0);
+  require_fields("JointOptions", options);
   return static_cast<std::uint32_t>(options.bristles);
 }
 
@@ -104,7 +78,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   Impl(std::size_t joints, Span<const JointMaterial> materials, const JointOptions& options,
        const BatchOptions& batch)
       : table(choose_kernels(batch.isa)),
-        work(check_threads(batch.threads)),
+        work(check_threads(batch)),
         count(joints),
         bristles(bristles_of(options)),
         layout(0, 0) {
@@ -113,8 +87,9 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     const FloatModeScope mode;
     std::vector<Column> numbers(materials.size());
     for (std::size_t m = 0; m < materials.size(); ++m) {
+      require_fields("JointMaterial", materials[m]);
       Numbers its;
-      read_material(materials[m], its);
+      std::memcpy(its, &materials[m], sizeof its);
       variant |= features_of(its);
       const double speed = its[joint_stribeck_speed];
       its[joint_stribeck_speed] = speed > 0.0 ? 1.0 / (speed * speed) : 0.0;
@@ -166,7 +141,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   // Input of the step in progress, stored here so that the threads which share the step can read it.
   JointInput in;
   JointOutput out;
-  bool commits = true;
+  bool stores = true;  ///< whether the step changes the state; false for a trial
   std::uint32_t kernel = 0;
   int tasks = 0;
   std::atomic<std::uint32_t> bad{0};
@@ -233,7 +208,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     take(in.speed, first, n, input[in_speed]);
     take(in.motor, first, n, input[in_motor]);
     take(in.outside, first, n, input[in_outside]);
-    std::fill_n(input[in_writes].lane, +lane_count, commits ? 1.0 : 0.0);
+    std::fill_n(input[in_writes].lane, +lane_count, stores ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
     // Counts in 64-bit integers, as wide as a double, so that the compiler vectorises the loop.
     std::int64_t usual = 0;
@@ -255,7 +230,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
 
     std::uint32_t faults = 0;
     for (std::size_t i = 0; has_odd && i < n; ++i) {
-      if (odd.fresh[i] && !commits) straighten(first + i);
+      if (odd.fresh[i] && !stores) straighten(first + i);
       if (!odd.bad[i]) continue;
       ++faults;
       for (Column& row : output) row.lane[i] = 0.0;
@@ -289,7 +264,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     return size == 0 || size == rows * count;
   }
 
-  StepReport step(const JointInput& input, const JointOutput& output, bool commit) noexcept {
+  StepReport step(const JointInput& input, const JointOutput& output, bool its_stores) noexcept {
     StepReport report;
     const bool arrays_fit = input.angle.size() == count && fits(input.speed.size()) &&
                             fits(input.motor.size()) && fits(input.outside.size()) &&
@@ -305,21 +280,20 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     }
     in = input;
     out = output;
-    commits = commit;
+    stores = its_stores;
     const bool wants_all = !out.mean.empty() || !out.by_angle.empty() || !out.by_speed.empty() ||
                            !out.by_motor.empty() || !out.by_outside.empty();
     kernel = variant | (wants_all ? joint_all_outputs : 0u);
     bad.store(0, std::memory_order_relaxed);
     const std::uint64_t cost = blocks() * lane_count * (bristles + 8u) * joint_bristle_cost;
     tasks = 1;
-    if (work.pays(cost)) {
+    const auto divide = [&] {
       tasks = static_cast<int>(std::clamp<std::uint64_t>(cost / work.piece_of(cost), 1, most_tasks));
       work.run(
           tasks, [](void* self, int task) { static_cast<Impl*>(self)->run(task); }, this);
-    } else {
-      run(0);
-    }
-    work.note_cost(cost);
+    };
+    work.step(
+        cost, [&] { run(0); }, divide);
     const std::uint32_t faults = bad.load(std::memory_order_relaxed);
     report.status = faults == 0 ? Status::ok : Status::bad_input;
     report.patches_stepped = static_cast<std::uint32_t>(count) - faults;

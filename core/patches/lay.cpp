@@ -40,9 +40,6 @@ LayMap map_of(const Lay& lay) noexcept {
 void check_lay(const Material& m, const PatchOptions& chosen) {
   constexpr const char* where = "PatchOptions";
   const Lay& lay = chosen.lay;
-  require_fields(where, lay, "lay.");
-  if (lay.stiffness_ratio != 0.0)
-    require_within(where, "lay.stiffness_ratio", lay.stiffness_ratio, 1e-4, 1e4, "(0 = limit_ratio squared)");
   const LayMap map = map_of(lay);
   if (map.is_isotropic()) return;
   if (chosen.axes == 1 && (lay.angle != 0.0 || map.limit != 1.0 || map.stretch != 1.0))

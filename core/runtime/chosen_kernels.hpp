@@ -6,7 +6,7 @@
 #include <string>
 
 #include "bristle/error.hpp"
-#include "core/common/range_check.hpp"
+#include "core/common/check_fields.hpp"
 #include "core/kernel_table.hpp"
 
 namespace bristle::detail {
@@ -30,9 +30,10 @@ inline const KernelTable& choose_kernels(const char* wanted) {
   throw Error(std::string("BatchOptions: isa = ") + (wanted ? wanted : "") + "; this build has " + known);
 }
 
-inline int check_threads(int threads) {
-  if (threads < 0 || threads > 1024) refuse("BatchOptions", "threads", threads, "0 (one per core) to 1024");
-  return threads;
+/// Returns the number of threads, or throws Error.
+inline int check_threads(const BatchOptions& options) {
+  require_fields("BatchOptions", options);
+  return options.threads;
 }
 
 }  // namespace bristle::detail

@@ -30,7 +30,7 @@ bool is_good_time(double dt_s) noexcept {
 }  // namespace
 
 PatchBatch::Impl::Impl(const BatchOptions& options)
-    : kernels(choose_kernels(options.isa)), scheduler(check_threads(options.threads)) {
+    : kernels(choose_kernels(options.isa)), scheduler(check_threads(options)) {
   name_kernels();
   pool.put(0, std::make_unique<PatchChunk>(PatchPool::first_slots));
 }

@@ -281,7 +281,7 @@ struct BedBristle {
 /// Beds, stepped together. A bed's bits do not depend on the number of threads, the instruction set, or the
 /// other beds of the batch.
 ///
-/// Thread rule: all calls on one thread at a time. Nothing allocates but the constructor, add, remove and
+/// Thread rule: one side (PatchBatch). Nothing allocates but the constructor, add, remove and
 /// restore_state. A step never throws or locks, and waits for its own workers only.
 class BRISTLE_API BedBatch {
  public:

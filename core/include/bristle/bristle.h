@@ -118,52 +118,60 @@ enum { BRISTLE_AGEING_LOGARITHMIC = 0, BRISTLE_AGEING_SATURATING = 1 };
 /** Bristle parameters: bristle::Material. */
 typedef struct bristle_material {
   size_t struct_size;
-  double bristle_stiffness;         /**< N/m */
-  double bristle_damping;           /**< N s/m */
-  double viscous_friction;          /**< N s/m */
-  double stribeck_velocity;         /**< m/s; 0 = no damper */
-  double normal_stiffness;          /**< N/m */
-  double asperity_height_deviation; /**< m */
-  bristle_snap_length snap_length;
-  uint32_t snap_rule;     /**< BRISTLE_RULE_... */
-  uint32_t damper_decay;  /**< BRISTLE_DECAY_... */
-  double residual_length; /**< m, l_r: a bristle snaps at l_r + delta and stays bent by l_r; 0 = straight */
-  double shared_renewal;  /**< kappa: bristles that a snap renews in the patch; 0 = none */
-  uint32_t ageing_form;   /**< BRISTLE_AGEING_... */
-  uint32_t reserved;      /**< 0 */
-  double ageing_strength; /**< beta or gain: the snap length grows while a bristle holds; 0 = none */
-  double ageing_time;     /**< s, tau */
-  double speed_strengthening; /**< a: a N asinh(v / (2 v*)) against the motion; 0 = none */
-  double strengthening_speed; /**< m/s, v* */
-  double drop; /**< BRISTLE_RULE_SLIDE: share of its limit that a bristle loses while it slides */
+  double bristle_stiffness;         /**< N/m. sigma0: one bristle, tangential. */
+  double bristle_damping;           /**< N s/m. sigma1: damper of one bristle at rest. */
+  double viscous_friction;          /**< N s/m. sigma2: lubricant term of the patch. */
+  double stribeck_velocity;         /**< m/s. vs: decay of dampers; 0 = no damper. */
+  double normal_stiffness;          /**< N/m. sigma_perp: one bristle, normal. */
+  double asperity_height_deviation; /**< m. sigma: deviation of the asperities' heights. */
+  bristle_snap_length snap_length;  /**< SnapLength: law of the deflection at which a bristle snaps. */
+  uint32_t snap_rule;    /**< 0 redraw, 1 keep, 2 slide: behaviour of a bristle at its snap length */
+  uint32_t damper_decay; /**< 0 exponential, 1 gaussian: decay of the dampers with speed */
+  /** m. A bristle snaps at this plus its snap length, and stays bent by this. At most 64 mean snap lengths.
+   */
+  double residual_length;
+  double shared_renewal; /**< Bristles that a snap renews in the patch. */
+  /** 0 logarithmic, 1 saturating: how a snap length grows while a bristle holds */
+  uint32_t ageing_form;
+  double ageing_strength;     /**< beta or gain; 0 = no ageing. */
+  double ageing_time;         /**< s. tau. */
+  double speed_strengthening; /**< a: a N asinh(v / (2 v*)) against the motion; 0 = none. */
+  double strengthening_speed; /**< m/s. v*. */
+  double drop; /**< Snap rule "slide": share of its limit that a bristle loses while it slides. */
 } bristle_material;
 
 /** The usual coefficients of a pair of surfaces: bristle::Coefficients. */
 typedef struct bristle_coefficients {
   size_t struct_size;
-  double kinetic; /**< friction over normal load in sliding, at kinetic_speed */
-  double peak;    /**< highest friction over normal load at first loading; 0 = follows from spread */
-  double presliding_length;   /**< m, mean deflection at a snap: l_r + E[delta] */
-  double bristles_per_newton; /**< 1/N */
-  double damping_per_newton;  /**< s/m */
-  double viscous_friction;    /**< N s/m */
-  double stribeck_velocity;   /**< m/s */
-  uint32_t law;               /**< BRISTLE_LAW_...; its spread is given or solved from peak / kinetic */
-  uint32_t rule;              /**< BRISTLE_RULE_... */
-  uint32_t damper_decay;      /**< BRISTLE_DECAY_... */
-  uint32_t reserved;          /**< 0 */
-  double residual_share;      /**< share of the presliding length that a snap leaves; 0 in the paper */
-  double shared_renewal;      /**< kappa: bristles that a snap renews in the patch; 0 = none, as the paper */
-  double kinetic_speed;       /**< m/s; 0 = so fast that nothing ages */
-  double fall_per_decade;   /**< share of kinetic friction that is lost per decade of speed; 0 = no ageing */
-  double growth_per_decade; /**< instead of it: growth of static friction per decade of rest, over kinetic */
-  double ageing_time;       /**< s, tau */
-  uint32_t ageing_form;     /**< BRISTLE_AGEING_... */
-  uint32_t reserved_too;    /**< 0 */
-  double speed_strengthening; /**< a of bristle_material; not part of `kinetic` */
-  double strengthening_speed; /**< m/s, v* */
-  double spread; /**< standard deviation over mean of the snap length (normal: uncut); 0 = solved from peak */
-  double drop;   /**< BRISTLE_RULE_SLIDE: drop of bristle_material; 0 = solved from peak */
+  double kinetic; /**< Friction over normal load in slow sliding. */
+  double peak;    /**< Highest friction over normal load at first loading; 0 = what follows from spread. */
+  double presliding_length;   /**< m. Mean deflection at a snap. */
+  double bristles_per_newton; /**< 1/N. Bristles in contact over normal load. */
+  double damping_per_newton;  /**< s/m. Tangential damping at rest over load. */
+  double viscous_friction;    /**< N s/m. Lubricant term of the patch. */
+  double stribeck_velocity;   /**< m/s. Speed of the dampers' decay. */
+  /** 0 single, 1 uniform, 2 normal, 3 lognormal, 4 exponential, 5 table: family of snap lengths; peak /
+   * kinetic sets its spread, or spread does */
+  uint32_t law;
+  uint32_t rule;         /**< 0 redraw, 1 keep, 2 slide: behaviour of a bristle at its snap length */
+  uint32_t damper_decay; /**< 0 exponential, 1 gaussian: decay of the dampers with speed */
+  double residual_share; /**< Share of the presliding length that a snap leaves. */
+  double shared_renewal; /**< Bristles that a snap renews in the patch. */
+  double kinetic_speed;  /**< m/s. Speed at which kinetic and peak hold; 0 = so fast that nothing ages. */
+  /** Share of kinetic friction that is lost per decade of speed; 0 = no ageing. */
+  double fall_per_decade;
+  double growth_per_decade; /**< Instead: growth of static friction per decade of rest, over kinetic. */
+  double ageing_time;       /**< s. tau. */
+  /** 0 logarithmic, 1 saturating: how a snap length grows while a bristle holds */
+  uint32_t ageing_form;
+  /** a: a N asinh(v / (2 v*)) against the motion; 0 = none. Not part of kinetic. */
+  double speed_strengthening;
+  double strengthening_speed; /**< m/s. v*. */
+  /** Standard deviation over mean of the snap length (normal: of the uncut law); 0 = solved from peak. Beside
+   * a peak the two must agree. */
+  double spread;
+  /** Rule "slide": share of its limit that a bristle loses while it slides; 0 = solved from peak. */
+  double drop;
 } bristle_coefficients;
 
 /** Coefficients and lengths that follow from a material. */
@@ -243,8 +251,9 @@ typedef uint64_t bristle_id;
 /** Options of a batch: bristle::BatchOptions. */
 typedef struct bristle_batch_options {
   size_t struct_size;
-  const char* isa; /**< "scalar", "sse2", "avx2", ...; null = BRISTLE_ISA, or the best of this machine */
-  int32_t threads; /**< threads that may step, the caller included; 0 = one per core */
+  /** Instruction set of the kernels; none = BRISTLE_ISA, or the best of this machine. */
+  const char* isa;
+  int32_t threads; /**< Threads that may step, the caller included; 0 = one a core. */
 } bristle_batch_options;
 
 /** Results that a step computes, joined by |: bristle::Outputs. */
@@ -270,16 +279,19 @@ typedef struct bristle_lay {
 /** Options of a patch: bristle::PatchOptions. */
 typedef struct bristle_patch_options {
   size_t struct_size;
-  double max_normal_load; /**< N */
-  uint64_t key;           /**< the caller's own name of the contact */
-  uint32_t bristles;      /**< representatives; 0 = one per physical bristle, at most 4096 */
-  uint32_t seed;
-  int32_t axes;        /**< 1 or 2 */
-  uint32_t outputs;    /**< BRISTLE_OUTPUT_... */
-  uint32_t precision;  /**< BRISTLE_PRECISION_... */
-  uint32_t population; /**< BRISTLE_POPULATION_... */
-  double resolution;   /**< infinite: accuracy, in pieces of path per mean snap length, 1 to 128; 0 = 8 */
-  bristle_lay lay;
+  double max_normal_load; /**< N. A larger load scales the forces of all bristles. */
+  uint64_t key;           /**< The caller's own 64-bit name of the contact. */
+  uint32_t bristles;      /**< Representatives at max load; 0 = one per bristle, at most 4096. */
+  uint32_t seed;          /**< Shifts stratified snap lengths, keys what is drawn at random. */
+  int32_t axes;           /**< Tangential directions. */
+  /** 0 end, 1 mean, 2 energy, 3 all: what is computed beside the force at the end of a step */
+  uint32_t outputs;
+  uint32_t precision; /**< 0 single, 1 double: of the bristles' state */
+  /** 0 automatic, 1 representatives, 2 infinite: automatic: infinite where the law allows it and no number of
+   * bristles is named; infinite: a list of cohorts, without noise */
+  uint32_t population;
+  double resolution; /**< Infinite: pieces of path per mean snap length, 1 to 128; 0 = automatic (8). */
+  bristle_lay lay;   /**< Direction of the surface: a Lay. */
 } bristle_patch_options;
 
 /** Input of one patch for one step: bristle::Motion. With zeros but for `id`, the patch rests, out of
@@ -504,18 +516,18 @@ typedef struct bristle_matcher bristle_matcher;
 /** Options of a pool of patches or beds: bristle::KeyedOptions. */
 typedef struct bristle_keyed_options {
   size_t struct_size;
-  uint32_t capacity;      /**< patches, all made at once */
-  uint32_t keep_steps;    /**< steps that a key may be missing before its patch returns to the pool */
-  uint32_t seed_from_key; /**< 0: all patches have the seed of the patch options, and a new key costs less */
-  uint32_t reserved;      /**< 0 */
+  uint32_t capacity;   /**< Patches, all made at once. */
+  uint32_t keep_steps; /**< Steps that a key may be missing before its patch returns. */
+  /** Whether each key has a seed of its own; if not, that of the patch options. */
+  uint32_t seed_from_key;
 } bristle_keyed_options;
 
 /** Options of a contact matcher: bristle::MatcherOptions. */
 typedef struct bristle_matcher_options {
   size_t struct_size;
-  double reach;        /**< m, largest distance at which a contact is found again */
-  uint32_t capacity;   /**< contacts of one step */
-  uint32_t keep_steps; /**< steps that a contact may be missing and still be found again */
+  double reach;        /**< m. Largest distance at which a contact is found again. */
+  uint32_t capacity;   /**< Contacts of one step. */
+  uint32_t keep_steps; /**< Steps that a contact may be missing and still be found again. */
 } bristle_matcher_options;
 
 /** A contact as an engine lists it: bristle::ContactPoint. Never changes. */
@@ -805,9 +817,9 @@ enum { BRISTLE_JOINT_PARAMETERS = 13 };
 /** Options of a batch of joints: bristle::JointOptions. */
 typedef struct bristle_joint_options {
   size_t struct_size;
-  double spread;
-  int32_t bristles;
-  uint32_t gradients; /**< 0 or 1 */
+  double spread;      /**< Coefficient of variation of the bristles' limits. */
+  int32_t bristles;   /**< Bristles of each joint. */
+  uint32_t gradients; /**< Whether gradients may be asked for. */
 } bristle_joint_options;
 
 /** The caller's arrays of a step, one number for each joint: bristle::JointInput and JointOutput. Null: not

@@ -88,11 +88,11 @@ struct ExtendedInfo {
 /// their own. A patch whose only cell is its centre is, to the bit, the patch that PatchBatch::add would make
 /// with the same options. Outlines of more cells need two axes.
 ///
-/// Thread rule: as patch_batch.hpp. The adding thread makes and destroys this object and calls add, remove
-/// and set_material, all cells of an outline at once; the stepping thread makes all other calls. The batch
-/// must outlive this object, and must not be moved. Nothing allocates but the constructor, the destructor,
-/// add, remove, set_material and restore_state. Step cells by this object, or by PatchBatch::step with
-/// write_motions; calls that read a patch are allowed.
+/// Thread rule: that of PatchBatch; all cells of an outline change at once.
+///
+/// The batch must outlive this object, and must not be moved. Nothing allocates but the constructor, the
+/// destructor, add, remove, set_material and restore_state. Step cells by this object, or by PatchBatch::step
+/// with write_motions; calls that read a patch are allowed.
 class BRISTLE_API ExtendedPatches {
  public:
   explicit ExtendedPatches(PatchBatch& batch);

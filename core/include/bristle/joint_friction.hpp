@@ -91,7 +91,7 @@ struct JointOutput {
 /// Joints, stepped together. A joint's bits do not depend on the number of threads, the instruction set, or
 /// the other joints.
 ///
-/// Thread rule: all calls on one thread at a time. Nothing allocates but the constructor. A step never throws
+/// Thread rule: one side (PatchBatch). Nothing allocates but the constructor. A step never throws
 /// or locks, and waits for its own workers only.
 class BRISTLE_API JointFriction {
  public:

@@ -11,8 +11,8 @@ namespace bristle {
 /// A pool of beds of one kind, found by key. The bed of a new key is as BedBatch::reset leaves it: unbent,
 /// out of contact. KeyedOptions::seed_from_key has no effect.
 ///
-/// Thread rule: that of BedBatch. The batch must outlive the pool and must not be moved. Nothing allocates
-/// but making it, destroying it, reserve and restore_state.
+/// Thread rule: one side (PatchBatch). The batch must outlive the pool and must not be moved. Nothing
+/// allocates but making it, destroying it, reserve and restore_state.
 class BRISTLE_API KeyedBeds {
  public:
   /// Makes a pool of options.capacity beds, which it adds to the batch. Throws bristle::Error.

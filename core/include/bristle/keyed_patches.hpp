@@ -65,9 +65,9 @@ struct KeyedContact {
 /// energy stored in its bristles is dropped; to have it reported as contact_loss, step the patch once with
 /// load 0.
 ///
-/// Thread rule: that of patch_batch.hpp. The adding thread makes and destroys a pool, the stepping thread
-/// calls the rest. The batch (or the extended patches) must outlive it and must not be moved. Nothing
-/// allocates but making it, destroying it, reserve and restore_state.
+/// Thread rule: that of PatchBatch.
+/// The batch (or the extended patches) must outlive it and must not be moved. Nothing allocates but making
+/// it, destroying it, reserve and restore_state.
 class BRISTLE_API KeyedPatches {
  public:
   /// Makes a pool of options.capacity patches, which it adds to the batch as a group (groups()). `patch.seed`
@@ -185,7 +185,7 @@ struct HeldContact {
 /// friction acts where they are. release() ends a held contact, such as one whose place has left the other
 /// surface.
 ///
-/// Thread rule: one thread. Nothing allocates but the constructor, reserve and restore_state.
+/// Thread rule: one side (PatchBatch). Nothing allocates but the constructor, reserve and restore_state.
 class BRISTLE_API ContactMatcher {
  public:
   /// Makes a matcher with memory for `options.capacity` contacts in a step. Throws bristle::Error for an

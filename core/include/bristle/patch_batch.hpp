@@ -46,19 +46,19 @@ struct StepReport {
 
 /// Contact patches of the brush model.
 ///
-/// Thread rule of a batch and of all that is made over it (KeyedPatches, ExtendedPatches), two sides:
-/// - The adding thread calls add, add_group, remove and set_material, and makes and destroys what is made
-/// over the batch.
+/// Thread rule. Beds, joints and matchers (BedBatch, KeyedBeds, JointFriction, ContactMatcher) have one side:
+/// one thread at a time makes all calls, also those that add. To add while a step runs, fill a second batch.
+/// A batch of patches, and all that is made over it (KeyedPatches, ExtendedPatches), has two sides:
+/// - The adding thread calls add, add_group, remove, set_material, and makes and destroys what is over it.
 /// - The stepping thread makes all other calls: step, reset, find_force, strengthening_damping,
 ///   ages, info, stored_energy, state_hash, read_bristles, state_size, save_state, restore_state,
 ///   patch_count, warm_up, and all calls of KeyedPatches and ExtendedPatches that the adding thread does not
 ///   make.
 /// The two may be one thread, or two that work at the same time; on either side one call at a time. An id is
-/// valid at once; the change takes effect at the next call of the stepping side. Each call of that side,
-/// const or not, applies all waiting changes, so two readers need a lock as two writers do. Each
-/// change takes time then, so a loop with a deadline spreads more than some hundreds of adds over several
-/// steps. Any thread may call threads() and isa(). Builds with BRISTLE_ASSERTS stop at two
-/// calls at once on one side.
+/// valid at once; the next call of the stepping side, const or not, applies all waiting changes, so two
+/// readers need a lock as two writers do. Each change takes time then: spread hundreds of adds over steps.
+/// Any thread may call threads() and isa(). Builds with BRISTLE_ASSERTS stop at two calls at once on one
+/// side.
 ///
 /// A batch that was moved from may only be destroyed or assigned to. All memory is allocated and freed by the
 /// adding thread, and by the constructor, the destructor, warm_up and restore_state.

@@ -28,12 +28,8 @@ using bristle::BedShape;
 
 namespace {
 
-const Names<bristle::BedPressure> pressures = {{"uniform", bristle::BedPressure::uniform},
-                                               {"parabolic", bristle::BedPressure::parabolic},
-                                               {"hertz", bristle::BedPressure::hertz}};
-const Names<bristle::BedGrowth> growths = {{"fixed", bristle::BedGrowth::fixed},
-                                           {"cube_root", bristle::BedGrowth::cube_root},
-                                           {"square_root", bristle::BedGrowth::square_root}};
+const auto pressures = in_order<bristle::BedPressure>(bristle::bed_pressure_names, 3);
+const auto growths = in_order<bristle::BedGrowth>(bristle::bed_growth_names, 3);
 
 using Beds = Owned<BedBatch>;
 
@@ -137,14 +133,7 @@ void define_material(py::module_& module) {
       module, "BedMaterial",
       "Friction and elasticity of a bed: exactly one of elastic moduli, flexibilities, slip "
       "stiffness, presliding displacement.");
-  material.field("static_friction", &BedMaterial::static_friction, "Coefficient of static friction.")
-      .field("kinetic_friction", &BedMaterial::kinetic_friction, "Coefficient of kinetic friction.")
-      .field("normal_modulus", &BedMaterial::normal_modulus, "Pa, combined modulus E*.")
-      .field("shear_modulus", &BedMaterial::shear_modulus, "Pa, combined modulus G*.")
-      .field("radius", &BedMaterial::radius, "m, combined radius; 0 where the shape states its size.")
-      .field("flexibility", &BedMaterial::flexibility, "m^3/N, Kalker's L1, L2, L3.")
-      .field("slip_stiffness", &BedMaterial::slip_stiffness, "N per unit slip, along x and y.")
-      .field("presliding", &BedMaterial::presliding, "m: all of it slides at this displacement.");
+  material.listed_fields();
   material.type.def(py::init<double, double>(), py::arg("static_friction"), py::arg("kinetic_friction"))
       .def(py::init<double>(), py::arg("friction"))
       .def("with_elastic", &BedMaterial::with_elastic, py::arg("shear_modulus"), py::arg("poisson"),
@@ -176,17 +165,9 @@ void set_cells(BedShape& shape, const std::vector<Row>& rows) {
 
 void define_shape(py::module_& module) {
   const auto pressure = [](const std::string& name) { return value_of(pressures, "pressure", name); };
-  using Kind = BedShape::Kind;
-  const Names<Kind> kinds = {
-      {"row", Kind::row}, {"ellipse", Kind::ellipse}, {"rectangle", Kind::rectangle}, {"list", Kind::list}};
   KeywordClass<BedShape> type(module, "BedShape",
                               "Outline, pressure and grid of a bed, made by its static methods.");
-  type.named_field("kind", &BedShape::kind, kinds, "\"row\", \"ellipse\", \"rectangle\" or \"list\".")
-      .named_field("pressure", &BedShape::pressure, pressures, "\"uniform\", \"parabolic\" or \"hertz\".")
-      .named_field("growth", &BedShape::growth, growths, "\"fixed\", \"cube_root\" or \"square_root\".")
-      .field("rolls", &BedShape::rolls, "Whether bristles are carried through the contact.")
-      .field("half", &BedShape::half, "m, half widths at full load; 0 = from the material's radius.")
-      .field("cells", &BedShape::cells, "Bristles along x and rows; rings and cells around.")
+  type.listed_fields()
       .property("bristles", &cells_of, &set_cells, "Of kind \"list\": rows x, y (m), stiffness, load.")
       .done();
   type.type

@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "tools/libraries/files/joint_fields.hpp"
 #include "tools/products/python/keyword_class.hpp"
 #include "tools/products/python/owned.hpp"
 
@@ -51,29 +52,26 @@ py::array step(Joints& self, const Numbers& angle, const std::optional<Numbers>&
 Material& numbers_of(JointMaterial& material) { return reinterpret_cast<Material&>(material); }
 
 void define_material(py::module_& module) {
-  KeywordClass<JointMaterial> material(
-      module, "JointMaterial",
-      "Friction of a joint, N m and rad. Pairs: while it drives, while it is driven.");
-  const auto number = [&](const char* name, std::size_t i, const char* doc) {
-    material.property(
-        name, [i](JointMaterial& m) { return numbers_of(m)[i]; },
-        [i](JointMaterial& m, double x) { numbers_of(m)[i] = x; }, doc);
-  };
-  const auto pair = [&](const char* name, std::size_t i) {
-    material.property(
-        name, [i](JointMaterial& m) { return py::make_tuple(numbers_of(m)[i], numbers_of(m)[i + 1]); },
-        [i](JointMaterial& m, const Pair& x) { std::copy_n(x.data(), 2, numbers_of(m).data() + i); },
-        "while it drives, while it is driven");
-  };
-  number("stiffness", bristle::joint_stiffness, "N m/rad while it sticks");
-  number("viscous", bristle::joint_viscous, "N m s/rad");
-  number("base", bristle::joint_base, "N m");
-  pair("motor", bristle::joint_motor_driving);
-  pair("outside", bristle::joint_outside_driving);
-  number("static_base", bristle::joint_static_base, "N m, in addition while it sticks");
-  pair("static_motor", bristle::joint_static_motor_driving);
-  pair("static_outside", bristle::joint_static_outside_driving);
-  number("stribeck_speed", bristle::joint_stribeck_speed, "rad/s");
+  KeywordClass<JointMaterial> material(module, "JointMaterial",
+                                       "Friction of a joint, N m and rad. Pairs: while it drives, while it "
+                                       "is driven. static_...: in addition, "
+                                       "while it sticks.");
+  std::size_t i = 0;
+  cli::for_each_joint_field(
+      [&](const std::string& name, const bristle::AboutField& about, std::size_t count) {
+        const std::string doc = help_of(about);
+        if (count == 1)
+          material.property(
+              name.c_str(), [i](JointMaterial& m) { return numbers_of(m)[i]; },
+              [i](JointMaterial& m, double x) { numbers_of(m)[i] = x; }, doc.c_str());
+        else
+          material.property(
+              name.c_str(),
+              [i](JointMaterial& m) { return py::make_tuple(numbers_of(m)[i], numbers_of(m)[i + 1]); },
+              [i](JointMaterial& m, const Pair& x) { std::copy_n(x.data(), 2, numbers_of(m).data() + i); },
+              doc.c_str());
+        i += count;
+      });
   material.done();
   material.type.def_property(
       "numbers", [](JointMaterial& m) { return numbers_of(m); },
@@ -135,10 +133,14 @@ void define_joints(py::module_& module) {
   define_state(
       joints, "joint", [](std::uint64_t joint) { return static_cast<std::size_t>(joint); },
       [](const JointFriction& batch) { return batch.joint_count(); });
-  joints.attr("parameter_names") =
-      py::make_tuple("stiffness", "viscous", "base", "motor_driving", "motor_driven", "outside_driving",
-                     "outside_driven", "static_base", "static_motor_driving", "static_motor_driven",
-                     "static_outside_driving", "static_outside_driven", "stribeck_speed");
+  py::list names;
+  cli::for_each_joint_field([&](const std::string& name, const bristle::AboutField&, std::size_t count) {
+    if (count == 1)
+      names.append(name);
+    else
+      for (const char* direction : {"_driving", "_driven"}) names.append(name + direction);
+  });
+  joints.attr("parameter_names") = py::tuple(names);
 }
 
 }  // namespace bristle_python

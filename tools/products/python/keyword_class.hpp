@@ -19,6 +19,11 @@
 
 namespace bristle_python {
 
+/// Returns the help text of a field of numbers: unit and meaning.
+inline std::string help_of(const bristle::AboutField& about) {
+  return (*about.unit != '\0' ? std::string(about.unit) + ". " : "") + about.text;
+}
+
 /// Names by which Python spells the values of a C++ enumeration.
 template <class E>
 using Names = std::vector<std::pair<const char*, E>>;
@@ -105,7 +110,7 @@ class KeywordClass {
         name, [=](const T& self) { return name_of(names, self.*member); },
         [=](T& self, const std::string& value) { self.*member = value_of(names, name, value); }, doc);
   }
-  /// Adds to the Python class all fields that bristle/fields.hpp lists for the struct.
+  /// Adds to the Python class all fields that bristle/fields.hpp lists for the struct, but for a bed's list.
   KeywordClass& listed_fields() {
     bristle::for_each_field<T>([&](const auto& listed) {
       using Value = std::decay_t<decltype(std::declval<T>().*listed.member)>;
@@ -119,9 +124,8 @@ class KeywordClass {
                  std::string(about.names[i]) + "\"";
         doc += std::string(": ") + about.text + ".";
         named_field(listed.name, listed.member, in_order<Value>(about.names, about.name_count), doc.c_str());
-      } else {
-        const std::string doc = (*about.unit != '\0' ? std::string(about.unit) + ". " : "") + about.text;
-        field(listed.name, listed.member, doc.c_str());
+      } else if constexpr (!std::is_same_v<Value, std::vector<bristle::BedCell>>) {
+        field(listed.name, listed.member, help_of(about).c_str());
       }
     });
     return *this;
