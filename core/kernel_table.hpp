@@ -283,17 +283,15 @@ struct KernelSet {
   double (*squares)(const PatchView<T>&, std::uint32_t b, const std::int64_t at[2]);
 };
 
-struct CohortKernels;
 struct BedKernels;
 struct JointKernels;
 struct LaneTable;
 
 struct KernelTable {
   const char* name;
-  const CohortKernels* cohorts;  ///< table of cohort_table.hpp
-  const LaneTable* lanes;        ///< table of lane_table.hpp
-  const BedKernels* beds;        ///< table of bed_table.hpp; null in a build without beds
-  const JointKernels* joints;    ///< table of joint_table.hpp; null in a build without joints
+  const LaneTable* lanes;      ///< table of lane_table.hpp
+  const BedKernels* beds;      ///< table of bed_table.hpp; null in a build without beds
+  const JointKernels* joints;  ///< table of joint_table.hpp; null in a build without joints
   KernelSet<float> f32;
   KernelSet<double> f64;  ///< kernels for double precision; all entries are null in a build without it
 };

@@ -62,6 +62,79 @@ struct SlideColumns {
   LaneColumn<double>* since;
 };
 
+/// Number of cells in which the survival function of most laws is a quadratic: few, so that they fit into
+/// vector registers.
+constexpr std::uint32_t few_brush_cells = 32;
+constexpr std::uint32_t most_cohorts = 384;  ///< largest number of cohorts of a contact
+
+/// Survival function S of a law of snap lengths, for deflections x without the residual length: 1 up to
+/// `low`, 0 from `high` on. Between, S is c0 + f (c1 + f c2), where f in [0, 1] is the place in a cell. Cells
+/// are equally long, or lengthen with y = 1 + (x - low) per_length: `per_octave` equal cells for each power
+/// of two of y.
+template <class T>
+struct BrushSurvival {
+  const T *c0, *c1, *c2;  ///< coefficients of each cell, on boundaries of 64 bytes
+  T low, high;
+  T per_length;         ///< cells per scaled length if they are equally long
+  T per_octave;         ///< 0: cells are equally long
+  std::uint32_t cells;  ///< few_brush_cells or more
+};
+
+/// Constants that all contacts of a block of infinite brushes share. Lengths are scaled.
+template <class T>
+struct BrushLaw {
+  const BrushSurvival<T>* survival;
+  double stiffness_per_newton;  ///< as in SlideLaw
+  double metres_per_length;     ///< m per scaled length
+  double to[2][2];              ///< as in SlideLaw
+  double from[2][2];
+  double energy;            ///< LayMap::energy
+  double residual;          ///< residual length l_r, scaled
+  double renewal;           ///< Material::shared_renewal
+  double piece;             ///< usual length of a piece of path that is computed at once, scaled
+  double slow;              ///< distance from the ends of a step from which its pieces grow, scaled
+  double growth;            ///< greatest length of a piece over `piece`
+  double forget;            ///< path of a step, scaled, that is computed; the rest of a longer one is steady
+  double least_mass;        ///< share of the load below which a cohort's mass is negligible
+  double snaps_per_newton;  ///< number of bristles in contact per newton of load
+  double ageing_rate;       ///< 1 / Material::ageing_time, 1/s
+  double ageing_strength;   ///< Material::ageing_strength
+  std::uint32_t ageing_form;  ///< as in SlideLaw
+  std::uint32_t cohorts;      ///< number of cohorts of a contact, 8 to most_cohorts
+};
+
+/// State of sixteen infinite brushes. Cohort 0 takes the newborn bristles and cohort 1 those that came into
+/// contact last; the others are closed, the newest first. The pointers of the first group have one column
+/// for each cohort.
+template <class T>
+struct BrushColumns {
+  /// `base` holds the place of the patch relative to the lane's own origin, scaled and in isotropic axes;
+  /// `stiffness` is that of the load of which the cohorts hold shares; `phase` holds the part of a snap that
+  /// is not reported yet, in [0, 1).
+  LaneState* state;
+  LaneColumn<T>* x;      ///< place of the patch where the cohort's bristles were last straight, scaled
+  LaneColumn<T>* y;      ///< null with one axis
+  LaneColumn<T>* reach;  ///< greatest deflection so far beyond the residual length, over the growth by age
+  LaneColumn<T>* fresh;  ///< share of the load that the cohort would hold if no bristle had snapped; 0: empty
+  LaneColumn<T>* left;   ///< survival function at `reach`
+  LaneColumn<T>* low;    ///< lowest and highest rank of the cohort's bristles, as shares of the load
+  LaneColumn<T>* high;
+  LaneColumn<double>*
+      birth;  ///< contact's time, s, at which the cohort's bristles were straight; null without ageing
+
+  // Columns of the contact, one each.
+  LaneColumn<T>* begin[2][2];    ///< where the two open cohorts begin; [cohort][axis]
+  LaneColumn<T>* residue[2][2];  ///< what rounding took from the mean places of the open cohorts
+  LaneColumn<T>* moment[2];      ///< sum over the cohorts of share x place
+  LaneColumn<T>* owed;           ///< hazard of renewals not yet carried out
+  LaneColumn<T>* owed_path;      ///< path along which that grew, scaled
+  LaneColumn<T>* slack;          ///< path along which certainly no bristle snaps, scaled
+  /// 1 once the load has risen; until then all bristles came into contact together, their ranks are [0, 1]
+  /// and `low` and `high` are not used.
+  LaneColumn<T>* ranked;
+  std::uint32_t* used;  ///< one number: cohorts from there on are empty in all lanes
+};
+
 /// Input of a step of a block: columns of sixteen numbers, which may lie in a caller's own arrays.
 struct LaneInput {
   const double* displacement[2];  ///< displacement, m, in the contact's axes; with one axis y is not read
@@ -90,6 +163,9 @@ struct LaneKernels {
   /// Step functions by what they compute. First index: axes - 1; second: 0 end force and stiffness, 1 all
   /// outputs, 2 with drop or ageing.
   Slide slide[2][3];
+  using Brush = void (*)(const BrushLaw<T>&, const BrushColumns<T>&, const LaneInput&, const LaneOutput&);
+  /// First index: axes - 1; second: 0 end force and stiffness, 1 all outputs; forces are equal to the bit.
+  Brush brush[2][2];
 };
 
 /// Findings on the motions of sixteen contacts, by which a step skips what none needs. They cover contacts

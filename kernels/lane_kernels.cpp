@@ -1,5 +1,6 @@
 // The kernels of contacts in lanes for one instruction set. Everything but the table has internal linkage, so
 // that the linker cannot use code of one instruction set in another.
+#include "lane_brush.hpp"
 #include "lane_slide.hpp"
 #include "tables.hpp"
 
@@ -10,7 +11,9 @@ template <class T>
 constexpr LaneKernels<T> make_lane_kernels() {
   return {
       {{&slide_lanes<T, 1, false, false>, &slide_lanes<T, 1, true, false>, &slide_lanes<T, 1, true, true>},
-       {&slide_lanes<T, 2, false, false>, &slide_lanes<T, 2, true, false>, &slide_lanes<T, 2, true, true>}}};
+       {&slide_lanes<T, 2, false, false>, &slide_lanes<T, 2, true, false>, &slide_lanes<T, 2, true, true>}},
+      {{&brush_lanes<T, 1, false>, &brush_lanes<T, 1, true>},
+       {&brush_lanes<T, 2, false>, &brush_lanes<T, 2, true>}}};
 }
 
 }  // namespace

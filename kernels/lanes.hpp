@@ -107,6 +107,60 @@ template <class T>
 inline bool any_lane(Mask<T> which) {
   return xsimd::any(which);
 }
+#if defined(BRISTLE_ISA_AVX512)
+inline Lanes<float> gather_floats(const float* table, Lanes<float> index) {
+  return _mm512_i32gather_ps(_mm512_cvttps_epi32(index.data), table, 4);
+}
+inline Lanes<double> gather_doubles(const double* table, Lanes<double> index) {
+  return _mm512_i32gather_pd(_mm512_cvttpd_epi32(index.data), table, 8);
+}
+#elif defined(BRISTLE_ISA_AVX2)
+inline Lanes<float> gather_floats(const float* table, Lanes<float> index) {
+  return _mm256_i32gather_ps(table, _mm256_cvttps_epi32(index.data), 4);
+}
+inline Lanes<double> gather_doubles(const double* table, Lanes<double> index) {
+  return _mm256_i32gather_pd(table, _mm256_cvttpd_epi32(index.data), 8);
+}
+#endif
+/// Returns the lanes of a mask as bits, the first lane in the lowest bit.
+template <class T>
+inline std::uint32_t bits_of_mask(Mask<T> which) {
+#if defined(BRISTLE_ISA_AVX512)
+  return static_cast<std::uint32_t>(which.data);
+#else
+  alignas(64) T lane[Lanes<T>::size];
+  xsimd::select(which, Lanes<T>(T(1)), Lanes<T>(T(0))).store_aligned(lane);
+  std::uint32_t bits = 0;
+  for (std::uint32_t i = 0; i < Lanes<T>::size; ++i) bits |= static_cast<std::uint32_t>(lane[i]) << i;
+  return bits;
+#endif
+}
+/// Returns the entries of a table at the indices `index`, whole numbers from 0 on.
+template <class T>
+inline Lanes<T> table_entry(const T* table, Lanes<T> index) {
+#if defined(BRISTLE_ISA_AVX512) || defined(BRISTLE_ISA_AVX2)
+  if constexpr (sizeof(T) == 4)
+    return gather_floats(table, index);
+  else
+    return gather_doubles(table, index);
+#else
+  alignas(64) T lane[Lanes<T>::size];
+  index.store_aligned(lane);
+  for (T& x : lane) x = table[static_cast<std::int32_t>(x)];
+  return Lanes<T>::load_aligned(lane);
+#endif
+}
+/// Returns what table_entry() returns, for a table of 32 entries on a boundary of 64 bytes, which it reads
+/// into two registers if they hold it.
+template <class T>
+inline Lanes<T> small_table_entry(const T* table, Lanes<T> index) {
+#if defined(BRISTLE_ISA_AVX512)
+  if constexpr (sizeof(T) == 4)
+    return _mm512_permutex2var_ps(_mm512_load_ps(table), _mm512_cvttps_epi32(index.data),
+                                  _mm512_load_ps(table + 16));
+#endif
+  return table_entry(table, index);
+}
 template <class T>
 inline Lanes<T> magnitude(Lanes<T> a) {
   return xsimd::abs(a);

@@ -104,6 +104,18 @@ inline bool any_lane(Mask<T> which) {
   return which.is;
 }
 template <class T>
+inline std::uint32_t bits_of_mask(Mask<T> which) {
+  return which.is ? 1u : 0u;
+}
+template <class T>
+inline Lanes<T> table_entry(const T* table, Lanes<T> index) {
+  return Lanes<T>(table[static_cast<std::int32_t>(index.x)]);
+}
+template <class T>
+inline Lanes<T> small_table_entry(const T* table, Lanes<T> index) {
+  return table_entry(table, index);
+}
+template <class T>
 inline Lanes<T> least(Lanes<T> a, Lanes<T> b) {
   return Lanes<T>(least(a.x, b.x));
 }

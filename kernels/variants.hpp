@@ -52,7 +52,6 @@ constexpr KernelSet<T> make_kernel_set() {
 
 }  // namespace
 
-extern const CohortKernels BRISTLE_TABLE(cohort_kernels_);
 extern const LaneTable BRISTLE_TABLE(lane_kernels_);
 #if BRISTLE_WITH_BEDS
 extern const BedKernels BRISTLE_TABLE(bed_kernels_);
@@ -63,7 +62,6 @@ extern const JointKernels BRISTLE_TABLE(joint_kernels_);
 extern const KernelTable BRISTLE_TABLE(kernels_);
 constinit const KernelTable BRISTLE_TABLE(kernels_) = {
     .name = BRISTLE_TEXT(BRISTLE_TABLE()),
-    .cohorts = &BRISTLE_TABLE(cohort_kernels_),
     .lanes = &BRISTLE_TABLE(lane_kernels_),
 #if BRISTLE_WITH_BEDS
     .beds = &BRISTLE_TABLE(bed_kernels_),

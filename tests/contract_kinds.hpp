@@ -573,6 +573,8 @@ inline std::vector<Kind> all_kinds() {
   patches("representatives, strengthening", material(SnapRule::redraw).with_speed_strengthening(0.02, 1e-4),
           some);
   patches("infinite", material(SnapRule::redraw), infinite);
+  patches("infinite, double", rubbed(SnapRule::redraw),
+          PatchOptions(infinite).with_precision(precisions().back()));
   patches("infinite, end force only", material(SnapRule::redraw),
           PatchOptions(infinite).with_outputs(Outputs::end));
   patches("infinite, rubbed", rubbed(SnapRule::redraw), infinite);

@@ -29,6 +29,7 @@ inline PatchOptions infinite_options(double resolution = 0.0, int axes = 2) {
       .with_axes(axes)
       .with_outputs(Outputs::all)
       .with_population(bristle::Population::infinite)
+      .with_precision(precisions().back())
       .with_resolution(resolution);
 }
 

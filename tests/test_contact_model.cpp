@@ -6,8 +6,8 @@
 #include <catch2/catch.hpp>
 
 #include "core/common/hashing.hpp"
-#include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/columns.hpp"
+#include "core/patches/lanes/brush_block.hpp"
 #include "core/patches/lanes/slide_block.hpp"
 #include "core/patches/patch_step.hpp"
 #include "core/patches/representatives/representatives.hpp"
@@ -328,10 +328,13 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
   CHECK(of_bristles([](Patch& p) { representatives<float>(p).whole += 1; }) == "whole");
   CHECK(of_bristles([](Patch& p) { p.zeta *= 1.001; }) == "zeta");
   CHECK(of_cohorts([](Patch&) {}) == "nothing");
-  CHECK(of_cohorts([](Patch& p) { cohorts(p).mass += 1.0; }) == "mass");
-  CHECK(of_cohorts([](Patch& p) { entry(cohorts(p).rows, 0, cohort_fresh) += 1e9; }) == "mass");
-  CHECK(of_cohorts([](Patch& p) { entry(cohorts(p).rows, 0, cohort_x) += 1e4; }) == "a cohort's place");
-  CHECK(of_cohorts([](Patch& p) { cohorts(p).open[0] = cohorts(p).count; }) == "open");
+  const auto columns = [](Patch& p) -> BrushColumns<float>& {
+    return static_cast<BrushBlock<float>&>(*lane_of(p).block).columns;
+  };
+  CHECK(of_cohorts([&](Patch& p) { columns(p).fresh[0].lane[0] *= 1.5f; }) == "the shares");
+  CHECK(of_cohorts([&](Patch& p) { columns(p).fresh[0].lane[0] = -1.0f; }) == "a cohort's share");
+  CHECK(of_cohorts([&](Patch& p) { columns(p).x[0].lane[0] += 10.0f; }) == "a cohort's place");
+  CHECK(of_cohorts([&](Patch& p) { columns(p).moment[0]->lane[0] += 0.5f; }) == "the moment");
   CHECK(of_sliders([](Patch&) {}) == "nothing");
   const auto state = [](Patch& p) -> LaneState& { return lane_of(p).block->state; };
   CHECK(of_sliders([&](Patch& p) { state(p).base[0].lane[0] = 1e4; }) == "the sum");

@@ -121,7 +121,7 @@ void check_walk(const PatchCase& c, unsigned seed, int steps) {
   // Whether energy is lost only with a counted snap. A renewal loses energy without a snap, and a sliding
   // bristle is counted as a snap before it loses any.
   const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
-  const Precision precision = infinite ? Precision::double_ : c.options.precision;
+  const Precision precision = c.options.precision;
   // In double a snap's place is known to 1e-12; ages and slides are less exact.
   const double digits = precision == Precision::double_ && (ages || slides) ? 10.0 : 1.0;
   const std::uint32_t n = infinite ? 530 : c.options.bristles;

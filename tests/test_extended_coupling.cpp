@@ -178,10 +178,12 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
     const double velocity_before = disc.body.velocity.norm();
     disc.step(Way::midpoint);
     const double total = disc.kinetic_energy() + disc.stored_energy() + disc.lost;
+    // An infinite brush computes in single precision here.
+    const double rounding = population == Population::infinite ? 2e-9 : 1e-12;
     // Tolerance: a relative residual r of the solved force changes the energy by r x largest force x path.
     const double force = 0.5 * Disc::load + std::abs(disc.responses[0].damper[0]);
     const double way = tick * (velocity_before + 1e-3);
-    expect_near(total, before, 2.0 * disc.report.residual * force * way + 1e-12 * start, "energy");
+    expect_near(total, before, 2.0 * disc.report.residual * force * way + rounding * start, "energy");
     before = total;
   }
   CHECK(before == Approx(start).epsilon(1e-3));

@@ -719,7 +719,7 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   CHECK(pads.patch_count() == 3);
 }
 
-TEST_CASE("Cells that need no look at their bristles are stepped with the bits of the batch", "[extended]") {
+TEST_CASE("Cells of a light step are stepped with the bits of the batch", "[extended]") {
   // Steps one of two equal outlines as a whole, the other cell by cell through the batch, and compares: long
   // slides, rests, tremor in any direction, changes of load, a turn back.
   for (const double renewal : {0.0, 1.0}) {
@@ -733,8 +733,6 @@ TEST_CASE("Cells that need no look at their bristles are stepped with the bits o
     REQUIRE(a.value == b.value);
     std::vector<Motion> motions(outline.cells.size());
     std::vector<Response> answers(outline.cells.size());
-    std::uint64_t visited = 0;
-    int unseen = 0;
     for (int i = 0; i < 420; ++i) {
       ExtendedMotion motion;
       motion.id = a;
@@ -745,8 +743,7 @@ TEST_CASE("Cells that need no look at their bristles are stepped with the bits o
       motion.displacement[1] = way * (tremor ? std::sin(0.1 * i) : 0.3);
       motion.displacement[2] = tremor ? 0.3 * way / (150.0 * dbar) : 0.5 * way / (150.0 * dbar);
       ExtendedResponse x, y;
-      visited = light.step(tick, {&motion, 1}, {&x, 1}).bristles_visited;
-      unseen += visited == 0;
+      light.step(tick, {&motion, 1}, {&x, 1});
       REQUIRE(asked.write_motions({&motion, 1}, {motions.data(), motions.size()}) == motions.size());
       batch.step(tick, {motions.data(), motions.size()}, {answers.data(), answers.size()});
       asked.read_responses({&motion, 1}, {answers.data(), answers.size()}, {&y, 1});
@@ -761,7 +758,6 @@ TEST_CASE("Cells that need no look at their bristles are stepped with the bits o
       if (i % 20 == 0) expect(light.state_hash() == asked.state_hash(), "state");
     }
     CHECK(light.state_hash() == asked.state_hash());
-    CHECK(unseen > 100);
   }
 }
 

@@ -40,13 +40,26 @@ std::vector<Material> materials() {
               .with_ageing(bristle::Ageing::logarithmic(0.1, 3.0 * tick))};
 }
 
+/// A contact of each model whose contacts are in lanes.
+struct Kind {
+  Material material;
+  PatchOptions options;
+};
+std::vector<Kind> kinds() {
+  const PatchOptions options = plain_options(9).with_max_normal_load(1.0);
+  return {{materials()[0], options},
+          {plain_material(SnapLength::lognormal(dbar, 0.4), SnapRule::redraw),
+           PatchOptions(options).with_population(bristle::Population::infinite)}};
+}
+
 }  // namespace
 
 TEST_CASE("a contact of a group is a patch of its key, which is stepped, read and reset by its id",
           "[lanes][group]") {
+  const Kind kind = kinds()[GENERATE(0u, 1u)];
   PatchBatch groups, patches;
-  const Material material = materials()[0];
-  const PatchOptions options = plain_options(9).with_max_normal_load(1.0).with_seed(4).with_key(50);
+  const Material& material = kind.material;
+  const PatchOptions options = PatchOptions(kind.options).with_seed(4).with_key(50);
   const bristle::PatchGroup group = groups.add_group(material, options, 37);
   const PatchId in_group = group[20];
   const PatchId alone = patches.add(material, PatchOptions(options).with_seed(24).with_key(70));
@@ -170,23 +183,24 @@ TEST_CASE("slots of removed groups serve groups that come later, under ids of th
 
 TEST_CASE("a contact keeps its force under a new material, and leaves none to the next in its lane",
           "[slide][lanes]") {
+  const Kind kind = kinds()[GENERATE(0u, 1u)];
   PatchBatch batch;
-  const PatchOptions options = plain_options(8).with_max_normal_load(1.0);
-  PatchId id = batch.add(materials()[0], options);
+  PatchId id = batch.add(kind.material, kind.options);
   const double force = step_one(batch, Motion{id, {0.2 * dbar, 0.0}, 0.5}).end[0];
-  CHECK(force == Approx(-0.1 * dbar));
-  batch.set_material(id, Material(materials()[0]).with_bristle_stiffness(2.0));
+  CHECK(force == Approx(-0.1 * dbar).epsilon(1e-3));  // next to no bristle is shorter
+  batch.set_material(id, Material(kind.material).with_bristle_stiffness(2.0));
   CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).end[0] == Approx(2.0 * force));
   batch.remove(id);
   CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).status == Status::unknown_id);
-  id = batch.add(materials()[0], options);
+  id = batch.add(kind.material, kind.options);
   CHECK(step_one(batch, Motion{id, {0.0, 0.0}, 0.5}).end[0] == 0.0);
 }
 
 TEST_CASE("a lane that a removed contact leaves begins anew", "[slide][lanes]") {
+  const Kind kind = kinds()[GENERATE(0u, 1u)];
   PatchBatch batch;
-  const Material material = materials()[0];
-  const PatchOptions options = plain_options(8).with_max_normal_load(1.0);
+  const Material& material = kind.material;
+  const PatchOptions& options = kind.options;
   std::vector<PatchId> ids = add_patches(batch, 40, material, options);
   Walk path(4);
   std::vector<Response> responses(1);

@@ -328,7 +328,7 @@ TEST_CASE("energy of patches with a lay balances at every step, and none comes f
     for (const bool wavers : {false, true}) {
       CAPTURE(kind.name, lay.stiffness_ratio, lay.to_over_fro, wavers);
       OnePatch patch(kind.material, PatchOptions(kind.options).with_lay(lay));
-      const bool rough = kind.options.precision == Precision::single && kind.options.bristles > 0;
+      const bool rough = kind.options.precision == Precision::single;
       const double scale = load * dbar * dbar * (rough ? 3e-6 : 1e-12);
       Winding path;
       double stored = 0.0, dissipated = 0.0;

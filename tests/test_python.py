@@ -518,7 +518,8 @@ class Extent(unittest.TestCase):
         self.material = bristle.Material(
             bristle_stiffness=1.0, bristle_damping=0.0, viscous_friction=0.0, normal_stiffness=1e6,
             asperity_height_deviation=1e-6, snap_length=bristle.SnapLength.lognormal(1e-5, 0.3))
-        self.options = bristle.PatchOptions(max_normal_load=1000.0, population="infinite", outputs="all")
+        self.options = bristle.PatchOptions(max_normal_load=1000.0, population="infinite", outputs="all",
+                                           precision="double")
         self.radius = 1e-3
 
     def test_a_disc_that_sticks_resists_a_turn(self):

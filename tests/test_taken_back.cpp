@@ -23,8 +23,8 @@ using bristle::Ageing;
 
 namespace {
 
-/// Highest load of an infinite brush: 2^46 units of mass (core/patches/COHORTS.md).
-constexpr double unit_of_mass = 0x1p-46;
+/// Load so small that the numbers of single precision are short of digits beside usual loads.
+constexpr double tiny_load = 0x1p-46;
 
 Material redrawn(const SnapLength& law = SnapLength::lognormal(dbar, 0.3)) {
   return plain_material(law, SnapRule::redraw);
@@ -42,13 +42,13 @@ void expect_taken_back(OnePatch& patch) {
 
 }  // namespace
 
-TEST_CASE("An infinite brush under a few units of mass is taken back after a long slide",
+TEST_CASE("An infinite brush under a tiny load is taken back after a long slide",
           "[state][cohorts]") {
   for (const double units : {1.0, 2.0, 3.0, 10.0, 100.0}) {
     for (const Material& material : {redrawn(), redrawn(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)),
                                      redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3))}) {
       OnePatch patch(material, infinite_options());
-      const double load = units * unit_of_mass;
+      const double load = units * tiny_load;
       const Response far = patch.step(1.0, 0.0, load);
       expect_taken_back(patch);
       // When all bristles slide, the force must be above 0 and below that of the longest bristles.
@@ -60,10 +60,8 @@ TEST_CASE("An infinite brush under a few units of mass is taken back after a lon
   }
 }
 
-TEST_CASE("An infinite brush is the same everywhere when its load falls to a few units of mass",
+TEST_CASE("An infinite brush is the same everywhere when its load falls to next to nothing",
           "[state][cohorts][determinism]") {
-  // Makes many cohorts (bristles bent alike), each of which rounds the little mass that it keeps, so their
-  // sum may exceed the mass of the load.
   for (const double cv : {0.15, 0.3}) {
     std::vector<OnePatch> patches;
     for (const bristle::IsaInfo& isa : bristle::instruction_sets())
@@ -71,7 +69,7 @@ TEST_CASE("An infinite brush is the same everywhere when its load falls to a few
         patches.emplace_back(redrawn(SnapLength::lognormal(dbar, cv)), infinite_options(),
                              BatchOptions{}.with_isa(isa.name));
     for (int units = 1; units < 40; ++units) {
-      const double load = units * unit_of_mass;
+      const double load = units * tiny_load;
       std::vector<Response> first;
       for (OnePatch& patch : patches) {
         patch.step(-64.0 * dbar, 0.0, 0.9);
@@ -541,40 +539,6 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
   }
 }
 
-TEST_CASE("Cohorts whose masses are not those of the load are refused", "[state][cohorts]") {
-  // Makes two layers of cohorts (bristles bent alike) under half the load each, bent differently. Each has
-  // 2^45 units of mass, with a rest below a unit.
-  OnePatch patch(redrawn(), infinite_options());
-  patch.step(0.0, 0.0, 0.5);
-  patch.step(0.2 * dbar, 0.0, 0.5);
-  patch.step(0.0, 0.0, 1.0);
-  const std::vector<std::byte> good = saved_state(patch.batch);
-  const std::uint64_t before = patch.hash();
-  constexpr double half = 0x1p45;
-  int found = 0, refused = 0;
-  for (std::size_t at = 0; at + sizeof half <= good.size(); at += 4) {
-    double word = 0.0;
-    std::memcpy(&word, good.data() + at, sizeof word);
-    if (!(word >= half && word < half + 1.0)) continue;
-    ++found;
-    for (const double forged : {0.5 * word, word - 1.0, word + 1.0}) {
-      std::vector<std::byte> bad = good;
-      std::memcpy(bad.data() + at, &forged, sizeof forged);
-      reseal(bad);
-      try {
-        patch.batch.restore_state(bad);
-      } catch (const bristle::Error& error) {
-        if (std::string(error.what()).find("(mass)") != std::string::npos) ++refused;
-      }
-      patch.batch.restore_state(good);
-      CHECK(patch.hash() == before);
-    }
-  }
-  CHECK(found >= 2);
-  // Expects three refusals for each of two layers' mass; other stored words with this value are ranks.
-  CHECK(refused == 3 * 2);
-}
-
 TEST_CASE("A brush whose longest bristles are bent to residual and length is taken back",
           "[state][cohorts]") {
   OnePatch patch(redrawn(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)).with_residual_length(0.2 * dbar),
@@ -615,7 +579,7 @@ struct ForgedBrush {
   ForgedBrush(const Material& material, std::size_t size)
       : patch(material, infinite_options().with_axes(2).with_resolution(2)),
         part(patch.batch.state_size() - size) {
-    patch.step(1.3 * dbar, 0.2 * dbar, 0.75);
+    patch.step(1.3 * dbar, 0.2 * dbar, 0.6);
     patch.step(-0.4 * dbar, 0.1 * dbar, 0.75);
   }
   /// Restores the saved state with 4 or 8 bytes forged, `at` bytes after the brush's part begins.
@@ -630,8 +594,10 @@ struct ForgedBrush {
   std::size_t part;
 };
 
-constexpr int saved_rows = 252, saved_ages = saved_rows + 24 * 64;
-constexpr std::size_t plain_part = saved_ages, aged_part = plain_part + 40 + 192;
+// Saved are three numbers of the response at rest, two of the contact, for each axis a double and five floats,
+// four floats, and for each cohort seven floats and, if it ages, its birth; then, if it ages, a time.
+constexpr int saved_contact = 24, saved_axes = saved_contact + 16, saved_cohorts = saved_axes + 2 * 28 + 16;
+constexpr std::size_t plain_part = saved_cohorts + 24 * 28, aged_part = saved_cohorts + 24 * 36 + 16;
 Material aged_material() { return redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3)); }
 
 }  // namespace
@@ -639,74 +605,58 @@ Material aged_material() { return redrawn().with_ageing(Ageing::logarithmic(0.05
 TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state][hostile]") {
   ForgedBrush plain(redrawn(), plain_part), lifted(redrawn(), plain_part), aged(aged_material(), aged_part);
   lifted.patch.step(0.0, 0.0, 0.0);
-  double mass = 0.0;
-  std::memcpy(&mass, saved_state(plain.patch.batch).data() + plain.part, sizeof mass);
-  REQUIRE(mass == 0.75 * 0x1p46);
-  const auto refuses = [](ForgedBrush& brush, const std::string& bound, int at, auto number,
-                          bool glides = false) {
-    std::vector<std::byte> state = saved_state(brush.patch.batch);
-    const double ahead = 1.0;  // x of the direction in which a glide (steady slide) began
-    if (glides) std::memcpy(state.data() + brush.part + 180, &ahead, sizeof ahead);
+  const auto refuses = [](ForgedBrush& brush, const std::string& bound, int at, auto number) {
     INFO(bound << " at " << at);
-    CHECK_THROWS_WITH(brush.forge(at, number, state), Catch::Contains("(" + bound + ")"));
+    CHECK_THROWS_WITH(brush.forge(at, number, saved_state(brush.patch.batch)),
+                      Catch::Contains("(" + bound + ")"));
   };
   const struct {
     const char* bound;
     int at;
     double number;
   } numbers[] = {{"overload", -64, 2.0},
-                 {"run", 8, 1e9},
-                 {"run", 8, -1.0},
-                 {"snap_fraction", 16, 1.5},
-                 {"spread", 24, -1.0},
-                 {"base", 92, 1e300},
-                 {"moment", 100, 1e300},
-                 {"direction", 108, 1.5},
-                 {"begin", 124, -1e13},
-                 {"noted place", 144, 1e300},
-                 {"direction of its course", 164, 1.5},
-                 {"length of its course", 212, -1.0},
-                 {"length of its course", 220, -1.0},
-                 {"curvature of its course", 228, 1e9},
-                 {"a cohort's place", saved_rows + 64, 1e3},
-                 {"a cohort's reach", saved_rows + 2 * 64, -1.0},
-                 {"a cohort's mass", saved_rows + 3 * 64, -1.0},
-                 {"a cohort's moment", saved_rows + 5 * 64, -1.0},
-                 {"a cohort's ranks", saved_rows + 6 * 64, -1.0},
-                 {"a cohort's ranks", saved_rows + 7 * 64, 0.125}};
+                 {"the force", 0, 1e3},
+                 {"rest", 16, 0.5},
+                 {"stiffness", saved_contact, 1e-3},
+                 {"phase", saved_contact + 8, 1.5},
+                 {"the place", saved_axes, 1e3},
+                 {"the shares", saved_contact, 0.0}};
   for (const auto& forged : numbers) refuses(plain, forged.bound, forged.at, forged.number);
   const struct {
     const char* bound;
     int at;
-    std::uint32_t number;
-  } counts[] = {{"open", 80, 24},   {"layered", 156, 2}, {"count", 160, 25},
-                {"course", 244, 2}, {"course", 248, 2},  {"glide", 248, 1}};
-  for (const auto& forged : counts) refuses(plain, forged.bound, forged.at, forged.number);
-  refuses(lifted, "glide", 248, std::uint32_t{1}, true);
-  refuses(aged, "base of time", saved_ages + 8, -1.0);
-  refuses(aged, "speed", saved_ages + 16, -1.0);
-  refuses(aged, "time", saved_ages + 24, 1e18);
-  refuses(aged, "time", saved_ages + 32, 1e18);
-  refuses(aged, "a cohort's birth", saved_ages + 40, 1e18);
-  refuses(aged, "a cohort's birth", saved_ages + 40 + 23 * 8, std::nan(""));  // beyond the last cohort
+    float number;
+  } floats[] = {{"the place", saved_axes + 8, 1e3f},
+                {"the moment", saved_axes + 8, 0.5f},
+                {"an open cohort", saved_axes + 12, std::nanf("")},
+                {"owed", saved_axes + 56, -2.0f},
+                {"slack", saved_axes + 64, std::nanf("")},
+                {"a cohort's place", saved_cohorts, 1e3f},
+                {"a cohort's reach", saved_cohorts + 8, -1.0f},
+                {"a cohort's share", saved_cohorts + 12, -1.0f},
+                {"the shares", saved_cohorts + 12, 2.0f},
+                {"a cohort's survival", saved_cohorts + 16, std::nanf("")},
+                {"a cohort's ranks", saved_cohorts + 20, -1.0f},
+                {"a cohort's ranks", saved_cohorts + 24, 1.5f}};
+  for (const auto& forged : floats) refuses(plain, forged.bound, forged.at, forged.number);
+  refuses(lifted, "the shares", saved_cohorts + 12, 1.0f);
+  refuses(aged, "a cohort's birth", saved_cohorts + 20, 1e19);
+  refuses(aged, "a cohort's birth", saved_cohorts + 20, std::nan(""));
+  refuses(aged, "a time", saved_cohorts + 24 * 36 + 8, std::int64_t{-1});
 }
 
 TEST_CASE("The hash of an infinite brush sees when its bristles were born", "[state][cohorts]") {
   ForgedBrush aged(aged_material(), aged_part);
-  const auto sees = [](ForgedBrush& brush, int at, auto number) {
-    const std::uint64_t before = brush.patch.hash();
-    CAPTURE(at);
-    REQUIRE_NOTHROW(brush.forge(at, number, saved_state(brush.patch.batch)));
-    CHECK(brush.patch.hash() != before);
-  };
-  for (const int at : {16, 24, 32, 40}) sees(aged, saved_ages + at, 1.25e-3);
+  const std::uint64_t before = aged.patch.hash();
+  REQUIRE_NOTHROW(aged.forge(saved_cohorts + 20, 1.25e-3, saved_state(aged.patch.batch)));
+  CHECK(aged.patch.hash() != before);
 }
 
 TEST_CASE("An infinite brush that is lifted stores nothing", "[cohorts][energy]") {
   OnePatch patch(redrawn(), infinite_options().with_resolution(1).with_outputs(bristle::Outputs::all));
   for (int k = 0; k < 300; ++k) patch.step(0.03 * dbar, 0.004 * dbar * (k % 9), 0.7);
   const double stored = patch.energy();
-  CHECK(patch.step(0.0, 0.0, 0.0).contact_loss == Approx(stored).epsilon(1e-12));
+  CHECK(patch.step(0.0, 0.0, 0.0).contact_loss == Approx(stored).epsilon(1e-6));
   CHECK(patch.energy() == 0.0);
 }
 

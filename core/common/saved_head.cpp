@@ -10,7 +10,7 @@ namespace bristle::detail {
 namespace {
 
 constexpr char magic[8] = {'b', 'r', 'i', 's', 't', 'l', 'e', 0};
-constexpr std::uint32_t format = 6;
+constexpr std::uint32_t format = 7;
 constexpr std::size_t checksum_at = 32;
 constexpr const char* names[] = {"patches",  "keys of a pool", "points of a matcher",
                                  "outlines", "beds",           "joints"};

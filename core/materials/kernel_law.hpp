@@ -12,9 +12,10 @@
 #include "core/kernel_table.hpp"
 #include "core/materials/renewal_law.hpp"
 #include "core/materials/strata.hpp"
-#include "core/materials/survival_table.hpp"
 
 namespace bristle::detail {
+
+class BrushCells;
 
 /// Material with its constants in scaled lengths. Made once per material on the thread that adds patches,
 /// then never changed, and shared by patches.
@@ -48,12 +49,13 @@ struct CompiledMaterial {
   /// exist: it takes milliseconds. The infinite brush does not need them. Any thread that adds patches may
   /// call it.
   void make_draws() const;
-  /// Returns the survival function for the infinite brush, which the first call computes. Any thread that
-  /// adds patches may call it.
-  const SurvivalTable& survival() const;
   /// Returns the constants of shared renewal (a snap makes other bristles start afresh): the path after which
   /// a slide is steady, and how often renewed bristles snap again. The first call computes them.
   const RenewalLaw& renewal() const;
+
+  /// Returns the cells of the survival function for infinite brushes, which the first call computes. Any
+  /// thread that adds patches may call it.
+  const BrushCells& brush_cells() const;
 
   /// Returns the law as n strata (a few weighted lengths), for SnapRule::slide. Strata are remembered, so
   /// only the first call with this n computes them; any thread may call it.
@@ -66,8 +68,8 @@ struct CompiledMaterial {
  private:
   void fill_draws() const;
   mutable std::once_flag draws_made_;
-  mutable std::once_flag survival_made_;
-  mutable SurvivalTable survival_;
+  mutable std::once_flag brush_cells_made_;
+  mutable std::shared_ptr<const BrushCells> brush_cells_;
   mutable std::once_flag renewal_made_;
   mutable RenewalLaw renewal_;
   mutable std::mutex strata_lock_;

@@ -2,14 +2,12 @@
 // path must be cut, and after what length a slide is steady, follow from it.
 #pragma once
 
-#include <vector>
-
-#include "core/cohort_table.hpp"
+#include "bristle/snap_length.hpp"
 
 namespace bristle::detail {
 
-/// Decaying wave in the rate of snaps, exp(-decay x) cos(frequency x) over the path x, in inverse units of
-/// the table's lengths.
+/// Decaying wave in the rate of snaps, exp(-decay x) cos(frequency x) over the path x, in inverse mean snap
+/// lengths.
 struct SlowWave {
   double decay, frequency;
 };
@@ -20,8 +18,13 @@ struct SlowWave {
 /// lengths. Without such a wave returns an infinite decay: then nothing lasts longer than the longest
 /// bristles.
 ///
-/// `cells`: the cells of a survival table, the last one its end. Searches wave lengths down to 1/24 of the
-/// mean length; under a law whose longest length is above 16 means, only down to a longer one.
-SlowWave find_slow_wave(const std::vector<SurvivalCell>& cells, double mean);
+/// Searches wave lengths down to 1/24 of the mean length; under a law whose longest length is above 16 means,
+/// only down to a longer one.
+SlowWave find_slow_wave(const SnapLength& law);
+
+/// Returns the longest piece into which a path may be cut, over the length allowed for a smooth law of spread
+/// 0.25 or more; at most 1. Laws under which many bristles snap together need shorter pieces. Takes
+/// milliseconds under a law given as a table.
+double find_finest_piece(const SnapLength& law);
 
 }  // namespace bristle::detail

@@ -24,7 +24,6 @@
 #include "core/materials/slow_wave.hpp"
 #include "core/materials/solve.hpp"
 #include "core/materials/steady_sliding.hpp"
-#include "core/materials/survival_table.hpp"
 
 namespace bristle::detail {
 
@@ -882,8 +881,7 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
 /// Returns whether the force with SnapRule::redraw is steady to its last digit after the path x (in mean
 /// lengths), because bristles that began to slide together have ceased to snap in step.
 bool has_forgotten(const SnapLength& law, double x) {
-  const SurvivalTable table = make_survival_table(law, 1.0 / law.mean());
-  return x * find_slow_wave(table.cells, table.mean).decay > 40.0;
+  return x * find_slow_wave(law).decay > 40.0;
 }
 
 double renewed_deflection(const SnapLength& law, SnapRule rule, double renewal, double x) {

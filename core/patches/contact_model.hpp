@@ -38,11 +38,6 @@ struct ContactModel {
   /// copy instead.
   void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
 
-  /// Finds a new bound, or a glide, for a motion that leaves Patch::bound, so that no bristle need be stepped
-  /// for it; otherwise returns Bound::none. Called only for patches of two axes, without dampers and ageing,
-  /// that report just the end force. After Bound::glide, patch and sums are as after `advance`. Null: the
-  /// model has no such function.
-  Bound (*find_new_bound)(Patch&, const Travel&, StepSums&) noexcept = nullptr;
   /// Operations that divide a step among several threads; null: one thread takes the whole step.
   const SharedStep* shared = nullptr;
 

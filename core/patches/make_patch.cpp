@@ -6,8 +6,8 @@
 #include "bristle/error.hpp"
 #include "bristle/patch_batch.hpp"
 #include "core/common/check_fields.hpp"
-#include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/contact_model.hpp"
+#include "core/patches/lanes/brush_block.hpp"
 #include "core/patches/lanes/slide_block.hpp"
 #include "core/patches/representatives/representatives.hpp"
 
@@ -57,7 +57,7 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   PatchOptions chosen = options;
   chosen.population = choose_population(material->material, options);
 #if !BRISTLE_WITH_DOUBLE
-  if (options.precision == Precision::double_ && chosen.population != Population::infinite)
+  if (options.precision == Precision::double_)
     throw Error(
         "PatchOptions: precision = double_: this build of bristle has no such kernels; build it with "
         "BRISTLE_WITH_DOUBLE=ON");
@@ -66,7 +66,7 @@ Patch make_patch(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   if (material->material.snap_rule == SnapRule::slide)
     return make_sliders(std::move(material), chosen, kernels, weight);
   if (chosen.population == Population::infinite)
-    return make_cohorts(std::move(material), chosen, kernels, weight);
+    return make_brush(std::move(material), chosen, kernels, weight);
   return make_representatives(std::move(material), chosen, kernels, weight);
 }
 
@@ -76,7 +76,7 @@ namespace bristle {
 
 Population choose_population(const Material& material, const PatchOptions& options) noexcept {
   if (options.population != Population::automatic) return options.population;
-  return options.bristles != 0 || !detail::allows_cohorts(material) ? Population::representatives
+  return options.bristles != 0 || !detail::allows_brush(material) ? Population::representatives
                                                                     : Population::infinite;
 }
 

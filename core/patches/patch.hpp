@@ -69,8 +69,7 @@ enum class Bound : unsigned char {
   rest,  ///< the patch does not move, so no deflection changes
   /// The motion ends in the ball Patch::bound, in which no bristle snaps, so the sums of deflections follow
   /// from the displacement.
-  ball,
-  glide,  ///< a steady slide goes on, so its force follows from means over the bristles (glide.hpp)
+  ball
 };
 
 /// The part of a patch that every contact model has. Only the stepping thread and its workers touch it.
@@ -116,7 +115,7 @@ struct alignas(64) Patch {
   bool in_lane : 1 = false;
   /// Number of the record's cache lines that are worth prefetching before a step.
   std::uint8_t fetched_lines = 0;
-  /// Reason by which a next step that moves may be answered: none, the ball `bound`, or a glide.
+  /// Reason by which a next step that moves may be answered: none, or the ball `bound`.
   Bound known = Bound::none;
   /// Weight of the bristles in contact that are not in full blocks (`whole`); with representatives a number
   /// of bristles, not always whole.
@@ -147,7 +146,7 @@ struct alignas(64) Patch {
 
   const CompiledMaterial& material() const noexcept { return *record->material; }
   /// Returns the number of representatives in contact, counting one that is in contact only in part. It is
-  /// the work of a step: a contact in a lane counts 0, an infinite brush 256 at full load.
+  /// the work of a step: a contact in a lane counts 0.
   std::uint32_t in_contact() const noexcept { return whole + static_cast<std::uint32_t>(std::ceil(part)); }
 };
 static_assert(sizeof(Patch) == 256 && offsetof(Patch, position) == 64 && offsetof(Patch, sum) == 128 &&

@@ -257,21 +257,16 @@ template <bool plain, class Asked, class Answer>
   else
     read_motion<plain, false>(p, d.by, dt_s, stores, step);
   StepSums sums;
-  Bound bound = find_bound(p, step);
+  const Bound bound = find_bound(p, step);
   if (bound == Bound::none) {
     find_direction(step.advance);
-    if (plain && p.known != Bound::none && stores && !step.advance.snaps_all && p.axes == 2 &&
-        p.outputs == Outputs::end && p.model->find_new_bound != nullptr)
-      bound = p.model->find_new_bound(p, step.advance, sums);
-  }
-  if (bound == Bound::none) {
     begin_advance(p, step);
     p.model->advance(p, step, sums);
-  } else if (bound != Bound::glide) {
+  } else {
     bend_without_snap(p, step.advance, sums);
   }
   BRISTLE_ASSERT(p.in_contact() <= p.record->largest_work);
-  const bool held = bound == Bound::ball || bound == Bound::rest;
+  const bool held = bound != Bound::none;
   write_response<plain>(p, motion, dt_s, step, held, sums, out);
   return sums.visited;
 }
@@ -295,6 +290,11 @@ template <bool plain, class Asked, class Answer>
   return 0;
 }
 
+void follow_time(const Patch& p) noexcept {
+  const LaneBlock& block = *lane_of(p).block;
+  if (p.ages && block.follow_time != nullptr) block.follow_time(p);
+}
+
 /// Writes a motion to the input columns `to`, at the place of the patch's lane.
 template <class Asked>
 [[gnu::always_inline]] inline void place(const Patch& p, const Asked& motion, double load, double dt_s,
@@ -303,7 +303,7 @@ template <class Asked>
   if (p.ages) {
     PatchStep step;
     read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
-    to.start.lane[lane] = step.begins;
+    to.start.lane[lane] = lane_time(p);
     to.duration = step.advance.duration;
   }
 }
@@ -368,9 +368,11 @@ std::uint64_t step_patch(Patch& p, CellMotion& motion, double dt_s) noexcept {
 }
 
 void place_motion(const Patch& p, const Motion& motion, double dt_s) noexcept {
+  follow_time(p);
   place(p, motion, motion.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
 }
 void place_motion(const Patch& p, const CellMotion& motion, double dt_s) noexcept {
+  follow_time(p);
   place(p, motion, p.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
 }
 
@@ -387,6 +389,7 @@ void answer_motion(Patch& p, CellMotion& motion, double dt_s, const LaneAnswers&
 
 void step_lane(Patch& p, const Motion& motion, double dt_s, bool stores, Response& out) noexcept {
   const LaneRecord& r = lane_of(p);
+  if (stores) follow_time(p);
   LaneMotions alone;
   place(p, motion, motion.normal_load, dt_s, r.lane, alone);
   LaneAnswers answers;

@@ -29,8 +29,7 @@ inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
   const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
   return rests ? Bound::rest : Bound::none;
 }
-/// Finds which bound, if any, answers a step without a visit to the bristles. Does not look for a glide,
-/// which only the contact model can find.
+/// Finds which bound, if any, answers a step without a visit to the bristles.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
   const Travel& t = step.advance;

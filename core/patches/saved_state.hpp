@@ -35,7 +35,7 @@ SavedPatch read_saved_patch(const std::byte* from) noexcept;
 /// step.
 const char* find_fault_of(const Patch& patch, const std::byte* from) noexcept;
 /// Checks the present state of a patch, for asserts, by saving it and calling find_fault_of(): ranges of
-/// values, counts, mass of cohorts. Returns null, or the name of a value that no patch can have. `room`:
+/// values, counts, shares of cohorts. Returns null, or the name of a value that no patch can have. `room`:
 /// memory of saved_size_of(patch) bytes.
 const char* find_present_fault(const Patch& patch, std::byte* room) noexcept;
 /// Restores a patch from bytes in which find_fault_of() has found nothing.

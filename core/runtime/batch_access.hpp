@@ -49,9 +49,6 @@ struct BatchAccess {
   static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
                          Span<Response> out) noexcept;
 
-  // Returns whether a patch is an infinite brush in a glide: a steady slide in which steps visit no cohort.
-  static bool glides(const PatchBatch& batch, PatchId id) noexcept;
-
   // Returns what find_outputs() (patch_outputs.hpp) returns.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;
 };

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "bristle/error.hpp"
-#include "core/patches/cohorts/cohorts.hpp"
 #include "core/patches/saved_state.hpp"
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/batch_impl.hpp"
@@ -114,6 +113,7 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
 }
 
 void PatchBatch::Impl::prepare(Command& command, std::size_t& has_scratch) {
+  if (command.patch.in_lane) command.patch.model->take_lane(command.patch, *lanes);
   std::size_t bytes = command.patch.record->bytes;
 #if BRISTLE_ASSERTS
   bytes = std::max(bytes, saved_size_of(command.patch));  // is_sound() saves the patch into this memory
@@ -124,7 +124,6 @@ void PatchBatch::Impl::prepare(Command& command, std::size_t& has_scratch) {
         static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment})));
     command.scratch.bytes = bytes;
   }
-  if (command.patch.in_lane) command.patch.model->take_lane(command.patch, *lanes);
 }
 
 void PatchBatch::Impl::send(std::unique_ptr<Command> command) noexcept {
@@ -336,12 +335,6 @@ void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
   command->kind = Command::Kind::change;
   command->change = std::move(change);
   impl_.send(std::move(command));
-}
-
-bool BatchAccess::glides(const PatchBatch& batch, PatchId id) noexcept {
-  const PatchBatch::Impl::Call impl(*batch.impl_);
-  const Patch* p = impl->pool.find(id);
-  return p != nullptr && p->record->endless && cohorts(*p).glide.on != 0;
 }
 
 Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {

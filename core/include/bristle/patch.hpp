@@ -30,8 +30,7 @@ enum class Population : unsigned char {
   /// The default.
   automatic,
   representatives,  ///< n bristles, each with its deflection and snap length
-  /// Infinitely many bristles, stored as a list of cohorts: no noise. Needs SnapRule::redraw, and computes in
-  /// double whatever `precision` says.
+  /// Infinitely many bristles, stored as a list of cohorts: no noise. Needs SnapRule::redraw.
   infinite
 };
 
@@ -87,7 +86,8 @@ struct Lay {
 
 /// Options of a patch's simulation. Outputs that are not requested are neither computed nor stored.
 struct PatchOptions {
-  /// Load at which all bristles are in contact, N, > 0; a larger load scales the force of every bristle.
+  /// Load at which all bristles are in contact, N, > 0. A larger load scales the force of every
+  /// representative; an infinite brush or SnapRule::slide only reports it (Status::overload).
   double max_normal_load = 1.0;
 
   /// Number of representative bristles, all in contact at max_normal_load; automatic: one per physical
@@ -104,8 +104,7 @@ struct PatchOptions {
   Population population = Population::automatic;
 
   /// Population::infinite: accuracy, as the number of pieces of path per mean snap length, 1 to 128;
-  /// automatic: 8. The largest number of cohorts grows with it, and above 8 with its square: under a smooth
-  /// law 24 up to 2, 48 at 4, 96 at 8, 384 at 16, never above 512. Time and memory grow with both, and in
+  /// automatic: 8. The number of cohorts is twelve times that, 24 to 384. Time and memory grow with both, and in
   /// sliding the error falls with the square of the resolution. With 8, under a load that changes at random,
   /// the rms error is below 2 % (lognormal, cv 0.3) or 6 % (cv 1): test_random_laws.
   double resolution = automatic;
@@ -145,7 +144,7 @@ enum class Status : std::uint32_t {
   /// NaN, infinity, load not within 0 to 1e15 N, dt <= 0 (or denormal), or motion on an axis that the patch
   /// lacks. The patch keeps its state and the force is zero.
   bad_input = 4,
-  overload = 8,     ///< load above max_normal_load: forces of all bristles scaled
+  overload = 8,     ///< load above max_normal_load
   no_capacity = 16  ///< the pool had no patch left for this contact (KeyedOptions::capacity): force zero
 };
 constexpr Status operator|(Status a, Status b) noexcept {

@@ -4,7 +4,87 @@
 #include <bit>
 #include <cmath>
 
+#include "core/common/hashing.hpp"
+
 namespace bristle::detail {
+
+void fill_block(LaneBlock& b, const LaneRecord& like) {
+  const CompiledMaterial& m = *like.material;
+  b.kernels = like.kernels->lanes;
+  b.material = head_of(*const_cast<LaneRecord*>(&like)).material;
+  b.lengths_per_metre = m.lengths_per_metre;
+  b.stiffest = like.lay.stiffest;
+  b.strongest = like.lay.strongest;
+  b.springs = like.springs();
+  b.axes = like.options.axes;
+  b.outputs = like.options.outputs;
+  b.ages = m.material.ageing_strength != 0.0 || m.material.drop != 0.0;
+  b.damps = damps(m.material);
+}
+
+void assign_lane(Patch& p, LanePlaces& places, LanePlaces::Block (*make)(const LaneRecord&)) {
+  LaneRecord& r = lane_of(p);
+  Hasher kind;
+  kind.add(p.material().hash);
+  kind.add(static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(p.model)));
+  kind.add(std::uint64_t{r.springs()} << 16 | static_cast<std::uint64_t>(r.options.axes) << 8 |
+           static_cast<std::uint64_t>(r.options.outputs));
+  kind.add(r.options.resolution);
+  r.lay.add_to(kind);
+  kind.add(std::uint64_t{r.group});
+  places.take(r, kind.value(), make);
+}
+
+Patch make_lane_patch(LaneRecord& r, const ContactModel& model) noexcept {
+  Patch p = make_shared_part(r, model);
+  p.in_lane = true;
+  p.newtons_per_unit = 1.0;
+  note_contact(p);
+  return p;
+}
+
+void reset_lane(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
+  LaneRecord& r = lane_of(p);
+  r.options.seed = seed;
+  r.options.key = key;
+  r.times_from = 0;
+  p = make_lane_patch(r, *p.model);
+  r.block->clear(*r.block, r.lane);
+}
+
+std::uint64_t signature_of_lane(const Patch& p) noexcept {
+  const LaneRecord& r = lane_of(p);
+  Hasher hasher;
+  hasher.add(p.material().hash);
+  hasher.add(r.full_weight);
+  hasher.add(r.options.max_normal_load);
+  hasher.add(std::uint64_t{r.springs()});
+  hasher.add(static_cast<std::uint64_t>(p.axes) << 8 | static_cast<std::uint64_t>(p.outputs));
+  return hasher.value();
+}
+
+void save_rest(const Patch& p, ByteWriter& write) noexcept {
+  const double rests = p.rests ? 1.0 : 0.0;
+  rest_fields(p.elastic, rests, write);
+}
+
+void restore_rest(Patch& p, std::uint32_t seed, ByteReader& read) noexcept {
+  p.record->options.seed = seed;
+  note_contact(p);
+  double rests = 0.0;
+  rest_fields(p.elastic, rests, read);
+  p.rests = rests != 0.0;
+}
+
+const char* find_rest_fault(const Patch& p, const Patch& contact, double largest, ByteReader& read) noexcept {
+  double elastic[2], rests = 0.0;
+  rest_fields(elastic, rests, read);
+  const double excess = contact.zeta / (p.record->full_weight * lane_of(p).springs());
+  if (contact.overload != (is_overloaded(excess) ? excess : 1.0)) return "overload";
+  for (const double force : elastic)
+    if (!within(force, -largest, largest)) return "the force";
+  return rests == 0.0 || rests == 1.0 ? nullptr : "rest";
+}
 
 void set_load(Patch& p, double normal_load_n) noexcept {
   const PatchRecord& r = *p.record;

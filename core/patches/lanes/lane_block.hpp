@@ -1,17 +1,21 @@
 // Blocks of sixteen contacts, one in each lane, and the lists of free lanes. Contacts of equal material and
 // options share blocks, whatever the order in which they were added; each is a patch of its own
-// (Patch::in_lane). A contact model with contacts in lanes derives its block from LaneBlock; slide_block.hpp
-// is one.
+// (Patch::in_lane). A contact model with contacts in lanes derives its block from LaneBlock: slide_block.hpp
+// and brush_block.hpp.
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <memory>
+#include <new>
+#include <type_traits>
 #include <unordered_map>
 #include <vector>
 
 #include "core/lane_table.hpp"
 #include "core/patches/columns.hpp"
+#include "core/patches/contact_model.hpp"
 
 namespace bristle::detail {
 
@@ -78,6 +82,9 @@ struct LaneBlock {
   LaneColumn<double> full{};   ///< number of physical bristles beyond which the contact is overloaded
 
   void (*clear)(LaneBlock&, std::uint32_t lane) noexcept = nullptr;  ///< resets a lane for a new contact
+  /// Moves LaneRecord::times_from, before a step of a patch that ages, so that times of the lane keep their
+  /// digits. Null: the lane counts from the start of the patch's own time.
+  void (*follow_time)(const Patch&) noexcept = nullptr;
   const LaneTable* kernels = nullptr;
 
   // Properties that the contacts share
@@ -85,7 +92,7 @@ struct LaneBlock {
   double lengths_per_metre = 0.0;
   /// Largest stiffness and limit of any direction, over the material's (LayMap).
   double stiffest = 1.0, strongest = 1.0;
-  std::uint32_t springs = 0;  ///< number of springs of a contact
+  std::uint32_t springs = 0;  ///< number of springs, or of cohorts, of a contact
   int axes = 2;
   Outputs outputs = Outputs::end;
   bool ages = false;   ///< whether the contacts age (Patch::ages); such contacts are never lent
@@ -119,15 +126,29 @@ struct LaneBlock {
   }
 };
 
-/// Record of a patch whose state is in a lane of a block: names the block and the lane.
+/// Record of a patch whose state is in a lane of a block: names the block and the lane, and has what a block
+/// for such a patch is made from.
 struct LaneRecord : PatchRecord {
   LaneBlock* block = nullptr;  ///< block of the contact; null until LanePlaces::take()
   std::uint32_t lane = 0;
+  const KernelTable* kernels = nullptr;
+  /// Time from which the lane counts times, in 2^-64 s after PatchRecord::epoch.
+  Int128 times_from = 0;
+
+  /// Returns the number of springs, or of cohorts.
+  std::uint32_t springs() const noexcept { return options.bristles; }
 
   template <class Self, class Visit>
   static void columns(Self&, Visit&&) {}  // lists no columns of its own, because all are the block's
 };
 inline LaneRecord& lane_of(const Patch& p) noexcept { return static_cast<LaneRecord&>(*p.record); }
+
+/// Returns the time of the lane at the start of the step in progress, s.
+inline double lane_time(const Patch& p) noexcept {
+  const LaneRecord& r = lane_of(p);
+  return r.clock == nullptr ? 0.0
+                            : static_cast<double>(*r.clock - r.epoch - r.times_from) / clock_units_per_second;
+}
 
 /// All blocks of lanes of a batch, for the adding thread, which takes free lanes from them. A block is freed
 /// with its last contact.
@@ -150,6 +171,76 @@ class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
   std::unordered_map<LaneBlock*, Block> blocks_;
   std::unordered_map<std::uint64_t, Kind> kinds_;
 };
+
+/// Allocates a block for contacts like `like` and, behind it, its columns, filled with zeros.
+/// `Block::list(block, like, visit)` calls visit(pointer, number of entries) for each column.
+template <class Block>
+std::shared_ptr<Block> allocate_block(const LaneRecord& like) {
+  Block sizes;
+  std::size_t bytes = aligned(sizeof(Block));
+  Block::list(sizes, like,
+              [&bytes](const auto* column, std::size_t count) { bytes += aligned(count * sizeof *column); });
+  auto* memory = static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment}));
+  std::memset(memory, 0, bytes);
+  auto* block = new (memory) Block;
+  std::shared_ptr<Block> owner(block, [](Block* freed) {
+    freed->~Block();
+    ::operator delete (static_cast<void*>(freed), std::align_val_t{column_alignment});
+  });
+  std::byte* at = memory + aligned(sizeof(Block));
+  Block::list(*block, like, [&at](auto*& column, std::size_t count) {
+    column = reinterpret_cast<std::remove_reference_t<decltype(column)>>(at);
+    at += aligned(count * sizeof *column);
+  });
+  return owner;
+}
+
+/// Fills in those members of a block that are alike in all contact models.
+void fill_block(LaneBlock& block, const LaneRecord& like);
+
+/// Fills in those constants of a law that follow from material and lay alone.
+template <class Law>
+void fill_law(Law& law, const CompiledMaterial& m, const LayMap& lay) noexcept {
+  const Turn& turn = lay.along;
+  law.metres_per_length = m.metres_per_length;
+  law.stiffness_per_newton =
+      m.material.bristles_in_contact(1.0) * m.material.bristle_stiffness * m.metres_per_length;
+  law.to[0][0] = m.lengths_per_metre * turn.cosine;
+  law.to[0][1] = m.lengths_per_metre * turn.sine;
+  law.to[1][0] = m.lengths_per_metre * lay.stretch * -turn.sine;
+  law.to[1][1] = m.lengths_per_metre * lay.stretch * turn.cosine;
+  law.from[0][0] = turn.cosine;
+  law.from[0][1] = -turn.sine * lay.limit;
+  law.from[1][0] = turn.sine;
+  law.from[1][1] = turn.cosine * lay.limit;
+  law.energy = lay.energy;
+  law.ageing_rate = 1.0 / m.material.ageing_time;
+  law.ageing_strength = m.material.ageing_strength;
+  law.ageing_form = m.material.ageing_form == AgeingForm::saturating ? 1 : 0;
+}
+
+/// Takes a lane for the patch in a block of like contacts: material, contact model, number of springs or
+/// cohorts, axes, outputs and lay are equal. Contacts of a group share blocks only with each other.
+void assign_lane(Patch& patch, LanePlaces& places, LanePlaces::Block (*make)(const LaneRecord&));
+
+/// Makes the part of a patch in a lane that all contact models share. The patch has no lane yet.
+Patch make_lane_patch(LaneRecord& record, const ContactModel& model) noexcept;
+/// ContactModel::reset and ContactModel::signature of patches in lanes.
+void reset_lane(Patch& patch, std::uint32_t seed, std::uint64_t key) noexcept;
+std::uint64_t signature_of_lane(const Patch& patch) noexcept;
+
+/// Lists what every patch in a lane saves before the numbers of its lane: the force at the end of the last
+/// step, which the lane gives only to rounding, and whether the patch rests.
+template <class Elastic, class Rests, class Visit>
+void rest_fields(Elastic& elastic, Rests& rests, Visit&& visit) noexcept {
+  for (auto& force : elastic) visit(force);
+  visit(rests);
+}
+void save_rest(const Patch& patch, ByteWriter& write) noexcept;
+void restore_rest(Patch& patch, std::uint32_t seed, ByteReader& read) noexcept;
+/// Checks what save_rest() wrote, with `largest` the largest elastic force of any direction, N, and the
+/// overload of `contact`. Returns null, or the name of a value that no patch can have.
+const char* find_rest_fault(const Patch& patch, const Patch& contact, double largest, ByteReader& read) noexcept;
 
 /// Sets the load of a patch in a lane, and the numbers that depend on load and material alone.
 void set_load(Patch& patch, double normal_load_n) noexcept;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
 
 #include "bristle/config.hpp"
 #include "core/common/hashing.hpp"
@@ -13,17 +11,6 @@
 
 namespace bristle::detail {
 namespace {
-
-/// Record of a sliding contact, with the data from which a block for it is made.
-struct SlideRecord : LaneRecord {
-  const KernelTable* kernels = nullptr;
-
-  std::uint32_t springs() const noexcept { return options.bristles; }
-  bool has_times() const noexcept {
-    return material->material.ageing_strength != 0.0 || material->material.drop != 0.0;
-  }
-};
-SlideRecord& record_of(const Patch& p) noexcept { return static_cast<SlideRecord&>(*p.record); }
 
 /// Access to one contact's numbers, which lie spread over the columns of its block.
 template <class T>
@@ -86,120 +73,45 @@ void clear(LaneBlock& block, std::uint32_t lane) noexcept {
 
 /// Makes a block for contacts that are of the same kind as the record's.
 template <class T>
-LanePlaces::Block make_block(const LaneRecord& like) {
-  const auto& r = static_cast<const SlideRecord&>(like);
+LanePlaces::Block make_block(const LaneRecord& r) {
+  const std::shared_ptr<SlideBlock<T>> block = allocate_block<SlideBlock<T>>(r);
   const CompiledMaterial& m = *r.material;
   const std::uint32_t n = r.springs();
-  const std::size_t column = sizeof(LaneColumn<T>), head = aligned(sizeof(SlideBlock<T>));
-  const bool plane = r.options.axes == 2, times = r.has_times();
-  const std::size_t bytes = head + n * ((plane ? 2 : 1) * column + (times ? sizeof(LaneColumn<double>) : 0)) +
-                            3 * aligned(n * sizeof(T));
-  auto* memory = static_cast<std::byte*>(::operator new (bytes, std::align_val_t{column_alignment}));
-  std::memset(memory, 0, bytes);
-  auto* block = new (memory) SlideBlock<T>;
-  LanePlaces::Block owner(block, [](LaneBlock* freed) {
-    static_cast<SlideBlock<T>*>(freed)->~SlideBlock<T>();
-    ::operator delete (static_cast<void*>(freed), std::align_val_t{column_alignment});
-  });
-  std::byte* at = memory + head;
-  const auto take = [&at](auto*& pointer, std::size_t size) {
-    pointer = reinterpret_cast<std::remove_reference_t<decltype(pointer)>>(at);
-    at += aligned(size);
-  };
-  SlideColumns<T>& c = block->columns;
-  c.state = &block->state;
-  take(c.x, n * column);
-  if (plane) take(c.y, n * column);
-  if (times) take(c.since, n * sizeof(LaneColumn<double>));
-  T *limit = nullptr, *per_limit = nullptr, *weight = nullptr;
-  take(limit, n * sizeof(T));
-  take(per_limit, n * sizeof(T));
-  take(weight, n * sizeof(T));
-
+  fill_block(*block, r);
   SlideLaw<T>& law = block->law;
+  fill_law(law, m, r.lay);
   const std::shared_ptr<const Strata> strata = m.strata(n);
   const double mean = m.material.snap_length.mean() * m.lengths_per_metre;
   for (std::uint32_t i = 0; i < n; ++i) {
-    limit[i] = static_cast<T>(strata->length[i] * mean);
-    per_limit[i] = T(1) / std::max(limit[i], T(1e-15));
-    weight[i] = static_cast<T>(strata->share[i]);
-    law.whole += static_cast<double>(weight[i]);
+    block->limit[i] = static_cast<T>(strata->length[i] * mean);
+    block->per_limit[i] = T(1) / std::max(block->limit[i], T(1e-15));
+    block->weight[i] = static_cast<T>(strata->share[i]);
+    law.whole += static_cast<double>(block->weight[i]);
   }
-  law.limit = limit;
-  law.per_limit = per_limit;
-  law.weight = weight;
+  law.limit = block->limit;
+  law.per_limit = block->per_limit;
+  law.weight = block->weight;
   law.springs = n;
-  law.metres_per_length = m.metres_per_length;
-  law.stiffness_per_newton =
-      m.material.bristles_in_contact(1.0) * m.material.bristle_stiffness * m.metres_per_length;
-  const LayMap& lay = r.lay;
-  const Turn& turn = lay.along;
-  law.to[0][0] = m.lengths_per_metre * turn.cosine;
-  law.to[0][1] = m.lengths_per_metre * turn.sine;
-  law.to[1][0] = m.lengths_per_metre * lay.stretch * -turn.sine;
-  law.to[1][1] = m.lengths_per_metre * lay.stretch * turn.cosine;
-  law.from[0][0] = turn.cosine;
-  law.from[0][1] = -turn.sine * lay.limit;
-  law.from[1][0] = turn.sine;
-  law.from[1][1] = turn.cosine * lay.limit;
-  law.energy = lay.energy;
-  law.lean = lay.lean;
-  law.least_loss = lay.least_loss();
+  law.lean = r.lay.lean;
+  law.least_loss = r.lay.least_loss();
   law.kinetic = 1.0 - m.material.drop;
-  law.ageing_rate = 1.0 / m.material.ageing_time;
-  law.ageing_strength = m.material.ageing_strength;
-  law.ageing_form = m.material.ageing_form == AgeingForm::saturating ? 1 : 0;
 
   const bool all = r.options.outputs != Outputs::end;
-  block->kernel = lane_kernels_of<T>(*r.kernels->lanes).slide[r.options.axes - 1][times ? 2 : all ? 1 : 0];
+  block->kernel =
+      lane_kernels_of<T>(*r.kernels->lanes).slide[r.options.axes - 1][block->ages ? 2 : all ? 1 : 0];
   // Cost of a contact as a number of bristles (Sharing): a bristle takes 0.3 ns, a contact some 12 ns, and
   // each of its springs 1 ns.
   block->work = lane_count * (40 + 3 * n);
-  block->columns_at = c.x;
-  block->kernels = r.kernels->lanes;
+  block->columns.state = &block->state;
+  block->columns_at = block->columns.x;
   block->run = &run<T>;
   block->clear = &clear<T>;
-  block->material = head_of(*const_cast<LaneRecord*>(&like)).material;
-  block->lengths_per_metre = 1.0 / law.metres_per_length;
-  block->stiffest = lay.stiffest;
-  block->strongest = lay.strongest;
-  block->springs = n;
-  block->axes = r.options.axes;
-  block->outputs = r.options.outputs;
-  block->ages = times;
-  block->damps = damps(m.material);
-  return owner;
+  return block;
 }
 
-/// Takes a lane for the patch in a block of like contacts: material, number of springs, axes, outputs and lay
-/// are equal. Contacts of a group share blocks only with each other.
 template <class T>
 void take_lane(Patch& p, LanePlaces& places) {
-  SlideRecord& r = record_of(p);
-  Hasher kind;
-  kind.add(p.material().hash);
-  kind.add(std::uint64_t{sizeof(T)} << 48 | std::uint64_t{r.springs()} << 16 |
-           static_cast<std::uint64_t>(r.options.axes) << 8 | static_cast<std::uint64_t>(r.options.outputs));
-  r.lay.add_to(kind);
-  kind.add(std::uint64_t{r.group});
-  places.take(r, kind.value(), &make_block<T>);
-}
-
-Patch shared_part(SlideRecord& r, const ContactModel& model) noexcept {
-  Patch p = make_shared_part(r, model);
-  p.in_lane = true;
-  p.newtons_per_unit = 1.0;
-  note_contact(p);
-  return p;
-}
-
-template <class T>
-void reset(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
-  SlideRecord& r = record_of(p);
-  r.options.seed = seed;
-  r.options.key = key;
-  p = shared_part(r, *p.model);
-  r.block->clear(*r.block, r.lane);
+  assign_lane(p, places, &make_block<T>);
 }
 
 template <class T>
@@ -219,8 +131,7 @@ double stored_energy(const Patch& p) noexcept {
 template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
   const Lane<T> now(to), before(from);
-  SlideRecord& r = record_of(to);
-  r.options.seed = record_of(from).options.seed;
+  lane_of(to).options.seed = lane_of(from).options.seed;
   set_load(to, from.normal_load);
   if (!(before.stiffness() > 0.0) || !(to.normal_load > 0.0)) return;
   const double of_load = before.block.law.stiffness_per_newton * from.normal_load;
@@ -251,15 +162,15 @@ void take_over(Patch& to, Patch& from) noexcept {
 
 template <class T>
 void describe(const Patch& p, PatchInfo& info) noexcept {
-  const SlideRecord& r = record_of(p);
+  const LaneRecord& r = lane_of(p);
   info.representatives = r.springs();
   info.weight = r.full_weight;
   info.max_normal_load = p.material().material.load_on_bristles(r.full_weight * r.springs());
   info.active = p.zeta > 0.0 ? r.springs() : 0.0;
-  const std::size_t bytes = sizeof(T) * (p.axes + 2u) + (r.has_times() ? sizeof(double) : 0);
+  const std::size_t bytes = sizeof(T) * (p.axes + 2u) + (p.ages ? sizeof(double) : 0);
   info.bytes_per_representative = static_cast<std::uint32_t>(bytes);
   info.memory_bytes += r.springs() * bytes;
-  info.kernel = kernel_name(p, BristleKind::slide, r.has_times() ? 1u : 0u, sizeof(T) == sizeof(double));
+  info.kernel = kernel_name(p, BristleKind::slide, p.ages ? 1u : 0u, sizeof(T) == sizeof(double));
 }
 
 template <class T>
@@ -297,55 +208,28 @@ std::uint64_t hash(const Patch& p) noexcept {
   return hasher.value();
 }
 
-std::uint64_t signature(const Patch& p) noexcept {
-  const SlideRecord& r = record_of(p);
-  Hasher hasher;
-  hasher.add(p.material().hash);
-  hasher.add(r.full_weight);
-  hasher.add(r.options.max_normal_load);
-  hasher.add(std::uint64_t{r.springs()});
-  hasher.add(static_cast<std::uint64_t>(p.axes) << 8 | static_cast<std::uint64_t>(p.outputs));
-  return hasher.value();
-}
-
 template <class T>
 void save(const Patch& p, ByteWriter& write) noexcept {
-  // Saves the force at the end of the last step as well, because the stored forces of the springs give it
-  // only to rounding.
-  for (const double force : p.elastic) write(force);
-  write(p.rests ? 1.0 : 0.0);
-  // Saves a patch that has not taken a lane yet as a contact without load.
-  if (lane_of(p).block != nullptr) return Lane<T>(p).fields([&write](const auto& number) { write(number); });
-  const SlideRecord& r = record_of(p);
-  for (int k = 0; k < 2 + r.options.axes; ++k) write(0.0);
-  for (std::uint32_t k = 0; k < r.springs() * static_cast<std::uint32_t>(r.options.axes); ++k) write(T(0));
-  for (std::uint32_t k = 0; r.has_times() && k < r.springs(); ++k) write(0.0);
+  save_rest(p, write);
+  Lane<T>(p).fields([&write](const auto& number) { write(number); });
 }
 
 template <class T>
 const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) noexcept {
   const Lane<T> lane(p);
-  const SlideRecord& r = record_of(p);
-  const Material& m = p.material().material;
-  double stiffness = 0.0, phase = 0.0, elastic[2], rests = 0.0;
-  for (double& force : elastic) read(force);
-  read(rests);
+  const LaneRecord& r = lane_of(p);
+  const double growth = lane.has_times() ? r.material->material.ageing_factor(longest_time) : 1.0;
+  const double of_load = contact.normal_load * lane.block.law.stiffness_per_newton;
+  const double largest = of_load * r.material->longest * growth * (1.0 + 1e-3) * (1.0 + std::abs(r.lay.lean));
+  if (const char* fault = find_rest_fault(p, contact, largest * r.lay.strongest, read)) return fault;
+  double stiffness = 0.0, phase = 0.0;
   read(stiffness);
   read(phase);
-  const double of_load = contact.normal_load * lane.block.law.stiffness_per_newton;
   const double most = highest_load * lane.block.law.stiffness_per_newton;
   if (!(stiffness >= of_load * (1.0 - 1e-9) && stiffness <= most * (1.0 + 1e-9)) && stiffness != 0.0)
     return "stiffness";
   if (contact.zeta == 0.0 && stiffness != 0.0) return "stiffness";
   if (!within(phase, 0.0, 1.0)) return "phase";
-  const double excess = contact.zeta / (r.full_weight * r.springs());
-  if (contact.overload != (is_overloaded(excess) ? excess : 1.0)) return "overload";
-  const double growth = lane.has_times() ? m.ageing_factor(longest_time) : 1.0;
-  const double largest =
-      of_load * p.material().longest * growth * (1.0 + 1e-3) * (1.0 + std::abs(r.lay.lean));
-  for (const double force : elastic)
-    if (!within(force, -largest * r.lay.strongest, largest * r.lay.strongest)) return "the force";
-  if (rests != 0.0 && rests != 1.0) return "rest";
   for (int axis = 0; axis < lane.axes(); ++axis) {
     double base = 0.0;
     read(base);
@@ -366,12 +250,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
 
 template <class T>
 void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
-  record_of(p).options.seed = seed;
-  note_contact(p);
-  for (double& force : p.elastic) read(force);
-  double rests = 0.0;
-  read(rests);
-  p.rests = rests != 0.0;
+  restore_rest(p, seed, read);
   Lane<T>(p).fields([&read](auto& number) { read(number); });
   p.stiffness = lane_of(p).block->stiffness(lane_of(p).lane);
 }
@@ -382,14 +261,14 @@ constexpr ContactModel slide_model = {
     .apply_load = nullptr,
     .advance = nullptr,
     .take_lane = &take_lane<T>,
-    .reset = &reset<T>,
+    .reset = &reset_lane,
     .take_over = &take_over<T>,
     .copy = nullptr,
     .stored_energy = &stored_energy<T>,
     .hash = &hash<T>,
     .describe = &describe<T>,
     .read_bristles = &read_bristles<T>,
-    .signature = &signature,
+    .signature = &signature_of_lane,
     .save = &save<T>,
     .find_fault = &find_fault<T>,
     .restore = &restore<T>};
@@ -397,7 +276,7 @@ constexpr ContactModel slide_model = {
 template <class T>
 Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {
-  SlideRecord made;
+  LaneRecord made;
   made.material = material.get();
   made.options = options;
   made.options.bristles = options.bristles == 0 ? default_sliders : std::min(options.bristles, most_sliders);
@@ -407,7 +286,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
                          ? weight
                          : material->material.bristles_in_contact(options.max_normal_load) / made.springs();
   made.kernels = &kernels;
-  return shared_part(*make_record(std::move(material), made), slide_model<T>);
+  return make_lane_patch(*make_record(std::move(material), made), slide_model<T>);
 }
 
 }  // namespace

@@ -19,6 +19,18 @@ struct SlideBlock : LaneBlock {
   SlideLaw<T> law{};
   SlideColumns<T> columns{};
   typename LaneKernels<T>::Slide kernel = nullptr;
+  T *limit = nullptr, *per_limit = nullptr, *weight = nullptr;  ///< columns of the law
+
+  /// Lists the columns of a block for contacts like `like` (allocate_block()).
+  template <class Visit>
+  static void list(SlideBlock& b, const LaneRecord& like, Visit&& visit) {
+    const std::size_t n = like.springs();
+    const Material& m = like.material->material;
+    visit(b.columns.x, n);
+    if (like.options.axes == 2) visit(b.columns.y, n);
+    if (m.ageing_strength != 0.0 || m.drop != 0.0) visit(b.columns.since, n);
+    for (T** column : {&b.limit, &b.per_limit, &b.weight}) visit(*column, n);
+  }
 };
 
 /// Makes a patch of springs that slide at their limit; it has no lane yet. Throws bristle::Error.

@@ -41,15 +41,14 @@ constexpr Bound bounds[] = {
     {"tick/lanes", "latency: a worker that sleeps begins some 30 us after the caller"},
     {"infinite/sticking", "instructions of the call: no cohort is looked at"},
     {"infinite/",
-     "instructions: a turn is followed piece by piece of the path, each past all cohorts; with the "
-     "default law 123,000 for 2 mean snap lengths after a turn to the left, at resolution 8 (AVX2)"},
-    {"spin/", "instructions: 415 to 440 a cell that glides, 265 to 290 one that sticks, of 78 cells"},
+     "instructions: a path is followed piece by piece, each past all cohorts, for sixteen contacts at once"},
+    {"spin/", "instructions: 78 cells, sixteen at once, each past all its cohorts"},
     {"threads/back_to_back",
      "latency: fork and join, and whole groups of 16,384 bristles to a thread; then bytes"},
     {"threads/default_material", "loads: bristles at random places; and every thread passes over all draws"},
     {"threads/paced", "latency: a worker that sleeps begins some 30 us after the caller"},
     {"tick/redraw", "latency: the operations of a draw follow one another"},
-    {"tick/infinite", "instructions: 2,500 a contact (AVX2)"},
+    {"tick/infinite", "instructions"},
     {"tick/", "bytes: more than the caches hold"},
 };
 

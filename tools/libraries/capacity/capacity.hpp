@@ -189,8 +189,7 @@ std::vector<TargetRow> measure_targets(const CapacityOptions& options, const Rep
 CapacityCase infinite_case(Regime regime, std::optional<double> step = {});
 /// Makes the cases of sliding infinite patches. Straight slides and zigzags have steps of 0.003 to 100 mean
 /// snap lengths. Steps of 0.1 also go round bends with radii of 10 and 1 mean snap lengths, under a load that
-/// ripples, and round right angles, always to the left or to either side. Only in steady straight sliding are
-/// the patch's cohorts shifted along, which is cheap; otherwise they are recomputed.
+/// ripples, and round right angles, always to the left or to either side.
 std::vector<CapacityCase> infinite_sliding();
 std::vector<InfiniteRow> measure_infinite(const CapacityOptions& options, const Report& report);
 /// Measures memory, saved state and times of contacts of the default material. Defined in snapshots.cpp.

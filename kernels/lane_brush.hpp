@@ -1,0 +1,422 @@
+// A step of sixteen contacts whose bristles snap and take a new length, in the limit of infinitely many
+// bristles (Population::infinite), one contact in each lane (core/patches/COHORTS.md has the formulas). One
+// source for vectors and for plain numbers.
+//
+// All bristles of a contact that were last straight at the same place, and have bent alike since, are a
+// cohort. A step moves the patch along straight pieces of path. A piece takes three parts:
+//   bend()   takes from every cohort the bristles whose snap length is exceeded;
+//   renew()  takes those that shared renewal makes start afresh;
+//   bear()   makes one newborn cohort of all these bristles, where they were straight on average.
+// Cohorts are listed, joined and merged in lane_brush_list.hpp.
+//
+// Cohorts hold shares of the load, so a change of load that all bristles take part in changes no cohort. The
+// mean deflection is the place of the patch, in double, less the mean place of the cohorts. A path on which
+// certainly no bristle snaps, `slack`, is known from the last step; within it a step visits no cohort.
+#pragma once
+
+#include <limits>
+
+#include "lane_brush_load.hpp"
+#include "lane_brush_trial.hpp"
+
+namespace bristle::detail {
+namespace {
+
+/// Survival S(R) below which a cohort of little mass ends at once. One of which more is left is newborn
+/// rather than spent, and ends a hundred times later.
+constexpr double spent = 0.01;
+/// Hazard of renewals, and the path along which it grew, from which on they are carried out. Renewals of
+/// shorter steps wait, as single precision would round them away.
+constexpr double least_hazard = 0x1p-10, longest_wait = 0x1p-7;
+/// Largest hazard of renewal in a piece. The series for exp(-hazard) holds up to it.
+constexpr double highest_hazard_of_piece = 4.0;
+/// Length of a piece over the law's from which on its newborn bristles make two cohorts.
+constexpr double wide_piece = 1.3;
+
+/// Steps the contacts of one vector from the lane `first` on, one contact in each lane.
+template <class E, class T, int axes, bool books>
+class BrushStepper : BrushLoads<E, T, axes, books> {
+  using Base = BrushLoads<E, T, axes, books>;
+  using Base::ages, Base::cohort, Base::columns, Base::end, Base::first, Base::get, Base::growth_at,
+      Base::growth_of, Base::half, Base::has_ranks, Base::input, Base::law, Base::lost, Base::low_reach,
+      Base::mean_square, Base::motion, Base::none, Base::one, Base::place, Base::put, Base::residual,
+      Base::square, Base::time, Base::tiny, Base::used, Base::zero;
+  using typename Base::Cohort;
+  using typename Base::V;
+  using typename Base::Vector;
+  using typename Base::Which;
+
+ public:
+  BrushStepper(const BrushLaw<T>& law_of, const BrushColumns<T>& columns_of, const LaneInput& input_of,
+               const BrushMotion<T, axes>& motion_of, std::uint32_t first_lane)
+      : Base(law_of, columns_of, input_of, motion_of, first_lane) {}
+
+  /// Runs the step. Returns a number of cohorts from which on all are empty.
+  [[gnu::noinline]] std::uint32_t run(BrushSums<T, axes>& sums) {
+    if (motion.any_shift) this->shift_origin();
+    end = get(motion.place);
+    const bool weighs = books && law.energy != 1.0;
+    if (weighs) write(sums.squares[0], this->weighted_squares());
+    V of_load = none;
+    if (motion.any_load) of_load = this->change_load();
+    if (weighs) write(sums.squares[1], this->weighted_squares());
+    if (motion.any_moves) slide();
+    end = get(motion.end);
+    if (weighs) write(sums.squares[2], this->weighted_squares());
+    if (ages && motion.any_carried) this->age_carried();
+    if constexpr (!books) return used;
+    for (int axis = 0; axis < axes; ++axis) write(sums.integral[axis], integral.of[axis]);
+    write(sums.lost, lost);
+    write(sums.load_lost, of_load);
+    write(sums.snapped, snapped);
+    write(sums.late_snaps, snapped - early_snaps);
+    write(sums.late_path, get(motion.length) - early_path);
+    return used;
+  }
+
+ private:
+  static constexpr T eps = std::numeric_limits<T>::epsilon();
+  const Vector e = get(motion.direction);
+  const V least_mass = V(static_cast<T>(law.least_mass));
+  const V per_length = get(motion.per_length);
+  Vector integral = this->zero();
+  V snapped = none, early_snaps = none, early_path = none;
+
+  void write(Lane16<T>& to, V x) const { E::put(to.lane + first, x); }
+
+  // -------------------------------------------------------------------------------------------------- path
+
+  /// Moves the contacts along their paths, in pieces.
+  void slide() {
+    const V length = get(motion.length), slack = get(*columns.slack);
+    const Which within = (length > none) & !(length > slack);
+    put(within, *columns.slack, slack - length);
+    if constexpr (books) {
+      end = get(motion.end);
+      integral = select_lanes(within, integral_without_snaps(length), zero());
+    }
+    // Contacts that stay within their slack take no part in the pieces of others.
+    const V path = select_lanes(within, none, length);
+    if (!any_lane(path > none)) return;
+    V done = none;
+    do {
+      const V piece = next_piece(done, path - done);
+      done = select_lanes(piece == path - done, path, done + piece);
+      const V rest = path - done;
+      end = get(motion.end) - rest * e;
+      if (ages) set_time(done);
+      advance(piece);
+      const Which early = done <= half * path;
+      early_path = select_lanes(early, done, early_path);
+      early_snaps = select_lanes(early, snapped, early_snaps);
+    } while (any_lane(done < path));
+  }
+  /// Returns the length of the next piece. Pieces lengthen in the middle of a path, where no one sees them; a
+  /// short last piece is avoided.
+  V next_piece(V done, V left) const {
+    const V usual(static_cast<T>(law.piece)), slow(static_cast<T>(law.slow));
+    const V wide = least(done, left);
+    const V longer = usual * least(divide(wide, slow), V(static_cast<T>(law.growth)));
+    const V piece = select_lanes(wide > slow, longer, usual);
+    return select_lanes(left > piece + piece, piece,
+                        select_lanes(left > V(T(1.2)) * piece, half * left, left));
+  }
+  /// Sets the times of the contacts to those at which they have moved by `done`.
+  void set_time(V done) {
+    alignas(64) T aged[E::size];
+    E::put(aged, done * per_length);
+    for (std::uint32_t k = 0; k < E::size; ++k)
+      time[k] = input.start[first + k] + static_cast<double>(aged[k]) / law.ageing_rate;
+  }
+  /// Returns the integral of the mean deflection along a path of this length up to `end`, if nothing snaps.
+  Vector integral_without_snaps(V length) const {
+    return length * (end - half * length * e - get(columns.moment));
+  }
+
+  /// Moves the contacts straight on to `end`, along a piece of this length; 0: the contact stays.
+  void advance(V piece) {
+    const Which moves = piece > none;
+    if constexpr (books) integral = integral + select_lanes(moves, integral_without_snaps(piece), zero());
+    Sums sums = bend(piece, moves);
+    const Which snaps = moves & (sums.mass > none);
+    put(snaps, *columns.slack, none);
+    if (any_lane(moves & !snaps)) put(moves & !snaps, *columns.slack, find_slack());
+    if (!any_lane(snaps)) return;
+    const V of_snaps = sums.mass;
+    Renewal renewal;
+    if (law.renewal > 0.0) renewal = find_renewal(snaps, piece, sums);
+    if (any_lane(renewal.path > none)) renew(renewal, sums);
+    bear(snaps, piece, renewal, of_snaps, sums);
+  }
+
+  /// Sums over the bristles that snapped or were renewed in a piece, and over those that were not. The gap of
+  /// a bristle is the path from its snap to the end of the piece; z is the deflection that it would have at
+  /// the end without the snap.
+  struct Sums {
+    V mass = V(T(0)), gap = V(T(0)), gap_square = V(T(0));
+    V z_square = V(T(0)), rank = V(T(0)), rank_square = V(T(0));
+    Vector gap_z;
+    V kept = V(T(0));       ///< mass that did not snap
+    Vector moment;          ///< mass x place of it
+    V renewable = V(T(0));  ///< mass x path on which it can be renewed
+  };
+  /// Adds bristles of cohort j to the sums. They snapped along the last `path` of the piece; `part` of it is,
+  /// on average, after their snap.
+  [[gnu::always_inline]] void lose(Sums& sums, std::uint32_t j, V mass, V path, V part, const Vector& z,
+                                   V z_square) const {
+    const V of_gap = mass * (path * part);
+    sums.mass = sums.mass + mass;
+    sums.gap = sums.gap + of_gap;
+    // Variance of `part`: 1/12 if they snapped evenly along the path, 0 if all did at one end.
+    sums.gap_square = sums.gap_square + of_gap * (path * (one + part + part) * V(T(1.0 / 3)));
+    if constexpr (books) {
+      sums.gap_z = sums.gap_z + of_gap * z;
+      sums.z_square = sums.z_square + mass * z_square;
+    }
+    if (!has_ranks) return;
+    const V low = get(columns.low[j]), high = get(columns.high[j]);
+    sums.rank = sums.rank + mass * (half * (low + high));
+    sums.rank_square = sums.rank_square + mass * mean_square(low, high);
+  }
+  /// Returns the contacts whose cohort j is negligible once its mass is `mass` and its survival is `left`.
+  /// What counts is the share that it would hold if the load fell to its highest rank.
+  Which is_negligible(std::uint32_t j, V mass, V left) const {
+    V most_mass = select_lanes(left < V(T(spent)), least_mass, least_mass * V(T(0.01)));
+    if (has_ranks) most_mass = most_mass * select_lanes(this->is_ranked(), get(columns.high[j]), one);
+    return mass < most_mass;
+  }
+
+  /// Snaps the bristles whose snap length the deflection exceeds at the end of a piece. Along the piece the
+  /// deflection of a cohort is convex, so it is largest at an end.
+  [[gnu::always_inline]] Sums bend(V piece, Which moves) {
+    Sums sums;
+    sums.gap_z = sums.moment = zero();
+    for (std::uint32_t j = 0; j < used; ++j) {
+      const Cohort c = cohort(j);
+      const Vector z = end - c.place;
+      const V z_square = dot(z, z), along = dot(z, e), mass = c.mass();
+      V limit = c.reach + residual, growth = one;
+      Which beyond = moves & (z_square > limit * limit) & (mass > none);
+      if (ages && any_lane(beyond)) {  // Ageing only lengthens snap lengths.
+        const V age = this->age_of(j);
+        growth = growth_at(age);
+        limit = c.reach * growth + residual;
+        beyond = beyond & (z_square > limit * limit);
+        limit = c.reach * growth_at(most(age - piece * per_length, none)) + residual;  // at the start
+      }
+      V kept = mass;
+      if (any_lane(beyond)) {
+        V reach = root(z_square) - residual;
+        if (ages) reach = divide(reach, growth);
+        const V left = least(survival(*law.survival, reach), c.left);
+        kept = c.fresh * left;
+        const Which gone = beyond & is_negligible(j, kept, left);
+        kept = select_lanes(beyond, select_lanes(gone, none, kept), mass);
+        put(beyond, columns.reach[j], reach);
+        put(beyond, columns.left[j], left);
+        put(gone, columns.fresh[j], none);
+        const V path = path_beyond(beyond, limit, piece, along, z_square);
+        lose(sums, j, mass - kept, path, part_after_snap(c, reach, left), z, z_square);
+      }
+      sums.renewable = sums.renewable + kept * renewable_path(along, piece);
+      sums.kept = sums.kept + kept;
+      sums.moment = sums.moment + kept * c.place;
+    }
+    return sums;
+  }
+  /// Returns the mean part of a path that is after the snap, for the bristles that snap while the reach grows
+  /// to `reach`, where the survival is `left`. That is half if snap lengths are evenly distributed between
+  /// the two reaches; the survival halfway tells how their density changes.
+  [[gnu::always_inline]] V part_after_snap(const Cohort& c, V reach, V left) const {
+    const V middle = least(most(survival(*law.survival, half * (c.reach + reach)), left), c.left);
+    const V early = (c.left - middle) - (middle - left);
+    return half + V(T(1.0 / 3)) * divide(early, most(c.left - left, tiny));
+  }
+  /// Returns the last part of a piece on which a deflection exceeds `limit`. Mostly that is the whole piece.
+  [[gnu::always_inline]] V path_beyond(Which beyond, V limit, V piece, V along, V z_square) const {
+    const Which starts_within = beyond & ((along + along - piece) * piece > z_square - limit * limit);
+    if (!any_lane(starts_within)) return piece;
+    const V across_square = most(z_square - along * along, none);
+    const V path = along - root(most(limit * limit - across_square, none));
+    return select_lanes(starts_within, least(most(path, none), piece), piece);
+  }
+  /// Returns the part of a path on which a bristle is bent along the motion by more than the residual length,
+  /// and so can be renewed.
+  [[gnu::always_inline]] V renewable_path(V along, V path) const {
+    return least(most(along - residual, none), path);
+  }
+
+  /// Returns the path on which certainly no bristle snaps. Takes off more than the rounding of a deflection.
+  V find_slack() const {
+    V slack(T(1e30));
+    for (std::uint32_t j = 0; j < used; ++j) {
+      const Cohort c = cohort(j);
+      const Vector z = end - c.place;
+      const V reach = ages ? c.reach * growth_of(j) : c.reach;
+      slack = least(slack, select_lanes(c.fresh > none, reach + residual - root(dot(z, z)), slack));
+    }
+    return most(slack - V(8 * eps), none);
+  }
+
+  // ----------------------------------------------------------------------------------------------- renewal
+
+  /// Shared renewal of a piece: the hazard of a bristle that can be renewed along all of `path`; 0: none is.
+  struct Renewal {
+    V hazard = V(T(0)), path = V(T(0));
+    V of_piece = V(T(0));  ///< hazard of the piece alone
+  };
+  /// Computes the hazard of renewal: the shared renewal times the share of the bristles that snapped, second
+  /// snaps of newborn ones included. Half of it applies before the snaps, and who is renewed first does not
+  /// snap (competing risks).
+  Renewal find_renewal(Which snaps, V piece, const Sums& sums) {
+    const V per_share(static_cast<T>(law.renewal));
+    const V again = one - survival(*law.survival, fresh_reach(divide(sums.gap, most(sums.mass, tiny))));
+    const V damped = one - per_share * (again * divide(sums.renewable, most(piece, tiny)) - half * sums.mass);
+    Renewal renewal;
+    renewal.of_piece = least(divide(per_share * (sums.mass * (one + again)), most(damped, V(T(0.25)))),
+                             V(T(highest_hazard_of_piece)));
+    renewal.of_piece = select_lanes(snaps, renewal.of_piece, none);
+    const V hazard = renewal.of_piece + get(*columns.owed);
+    const V path = select_lanes(snaps, piece, none) + get(*columns.owed_path);
+    const Which due = snaps & ((hazard > V(T(least_hazard))) | (path > V(T(longest_wait))));
+    put(*columns.owed, select_lanes(due, none, hazard));
+    put(*columns.owed_path, select_lanes(due, none, path));
+    renewal.hazard = select_lanes(due, hazard, none);
+    renewal.path = select_lanes(due, path, none);
+    return renewal;
+  }
+  /// Renews bristles: of each cohort the share 1 - exp(-hazard x share of the path on which they can be
+  /// renewed). Adds them to `sums`.
+  void renew(const Renewal& renewal, Sums& sums) {
+    const V per_path = divide(one, most(renewal.path, tiny)), quarter = V(T(0.25)) * renewal.hazard;
+    sums.kept = none;
+    sums.moment = zero();
+    for (std::uint32_t j = 0; j < used; ++j) {
+      const Cohort c = cohort(j);
+      const Vector z = end - c.place;
+      const V path = renewable_path(dot(z, e), renewal.path);
+      const V q = quarter * (path * per_path), series = one - q * (one - half * q);
+      V fresh = c.fresh * square(square(series));
+      fresh = select_lanes(is_negligible(j, fresh * c.left, c.left), none, fresh);
+      fresh = select_lanes((renewal.hazard > none) & (path > none), fresh, c.fresh);
+      put(columns.fresh[j], fresh);
+      const V kept = fresh * c.left;
+      lose(sums, j, c.mass() - kept, path, half, z, dot(z, z));
+      sums.kept = sums.kept + kept;
+      sums.moment = sums.moment + kept * c.place;
+    }
+  }
+
+  // ------------------------------------------------------------------------------------------------- births
+
+  /// Returns the reach of bristles that were bent from straight by `bent` at the speed of the step.
+  V fresh_reach(V bent) const { return ages ? divide(bent, growth_at(bent * per_length)) : bent; }
+
+  /// Makes a newborn cohort of the bristles that snapped or were renewed in a piece. `of_snaps`: mass of
+  /// those that snapped.
+  void bear(Which snaps, V piece, const Renewal& renewal, V of_snaps, Sums& sums) {
+    const V per_mass = divide(one, most(sums.mass, tiny)), gap = sums.gap * per_mass;
+    // Bristles whose new snap length is below the gap snap again. They count as one group.
+    const V again = sums.mass * (one - survival(*law.survival, fresh_reach(gap)));
+    const V length = least(gap, half * (gap + low_reach)), after = gap - length;
+    V mean_gap = gap - again * per_mass * length;
+    V gap_square = sums.gap_square - again * (gap * gap - (length * length + after * after));
+    V last_square = sums.gap_square - again * (gap * gap - after * after);  // of the path since the last snap
+    V of_second = again * (length * (length + residual + residual));        // twice the energy that they lose
+    // Renewal reaches newborn bristles too: in proportion to their path, on average halfway along it.
+    if (law.renewal > 0.0) {
+      const V rate = divide(renewal.hazard, most(renewal.path, tiny));
+      const V renewed = least(rate * sums.gap, half * sums.mass);
+      const V midway =
+          least(half * least(divide(sums.gap_square, most(sums.gap, tiny)), piece), half * mean_gap);
+      mean_gap = mean_gap - renewed * per_mass * midway;
+      gap_square = gap_square - renewed * (V(T(2)) * midway * midway);
+      last_square = last_square - renewed * (V(T(3)) * midway * midway);
+      of_second = of_second + renewed * (midway * (midway + residual + residual));
+    }
+    // The mass is what the other cohorts do not keep, so that no share is lost to rounding.
+    const V mass = most(one - sums.kept, none);
+    const V spread = last_square - sums.mass * mean_gap * mean_gap;  // mass x variance of place
+    if constexpr (books) {
+      snapped =
+          snapped + select_lanes(snaps, of_snaps * most(one - half * renewal.of_piece, none) + again, none);
+      const V of_newborn = half * (sums.gap_square + gap_square) + residual * sums.gap;
+      integral = integral + select_lanes(snaps, of_newborn * e - sums.gap_z, zero());
+      const V along = dot(e, sums.gap_z);
+      const V released =
+          sums.z_square - (along + along) + sums.gap_square + of_second - sums.mass * residual * residual;
+      lost = lost + select_lanes(snaps, released + spread, none);
+    }
+    const Vector straight = end - (mean_gap + residual) * e;
+    put(snaps, columns.moment, sums.moment + mass * straight);
+    place_newborn(snaps, piece, mean_gap, mass, spread, sums, per_mass);
+  }
+  /// Adds the newborn bristles to the list. In a long piece they become straight at many places; two cohorts
+  /// that lie apart have the variance of these places.
+  void place_newborn(Which snaps, V piece, V gap, V mass, V spread, const Sums& sums, V per_mass) {
+    const V usual(static_cast<T>(law.piece));
+    const V rank = sums.rank * per_mass, rank_square = sums.rank_square * per_mass;
+    const Which wide = snaps & (piece > V(T(wide_piece)) * usual);
+    const auto newborn = [&](V its_mass, V its_gap) {
+      return typename Base::Newborn{
+          its_mass, end - (its_gap + residual) * e, most(fresh_reach(its_gap), low_reach), rank, rank_square,
+          its_gap};
+    };
+    V apart = none;
+    if (any_lane(wide)) {
+      apart = select_lanes(wide, least(root(most(spread, none) * per_mass), gap), none);
+      mass = select_lanes(wide, half * mass, mass);
+      this->join(wide, wide, 0, newborn(mass, gap + apart));
+      if constexpr (books) lost = lost - (mass + mass) * (apart * apart);
+    }
+    const Vector now = end - residual * e, way = now - get(columns.begin[0]);
+    const Which far = wide | (dot(way, way) > V(T(1.0001)) * usual * usual);
+    const V since = select_lanes(wide, half * piece, piece);
+    put(snaps & (far | !(get(columns.fresh[0]) > none)), columns.begin[0], now - since * e);
+    this->join(snaps, far, 0, newborn(mass, gap - apart));
+  }
+};
+
+template <class E, class T>
+bool is_zero(const LaneColumn<T>& column) {
+  using V = typename E::V;
+  for (std::uint32_t i = 0; i < lane_count; i += E::size)
+    if (any_lane(E::get(column.lane + i) > V(T(0)))) return false;
+  return true;
+}
+
+/// Steps those contacts of a block that the step names, from motions to forces and state.
+template <class T, int axes, bool books>
+void step_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns, const LaneInput& in,
+                  const LaneOutput& out) {
+  using E = Engine<T>;
+  const BrushMotion<T, axes> motion(law, columns, in);
+  BrushSums<T, axes> sums;
+  if (in.named != (1u << lane_count) - 1) sums = {};
+  std::uint32_t used = *columns.used;
+  for (std::uint32_t first = 0; first < lane_count; first += E::size) {
+    if ((in.named >> first & ((1u << E::size) - 1)) == 0) continue;
+    const std::uint32_t its = BrushStepper<E, T, axes, books>(law, columns, in, motion, first).run(sums);
+    used = its > used ? its : used;
+  }
+  while (used > 0 && is_zero<E>(columns.fresh[used - 1])) --used;
+  *columns.used = used;
+  finish_brushes<T, axes, books>(law, columns, in, out, motion, sums);
+}
+
+/// Steps a copy of the columns, so that a trial leaves the state as it is.
+template <class T, int axes, bool books>
+[[gnu::noinline]] void try_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns,
+                                   const LaneInput& in, const LaneOutput& out) {
+  auto* const memory = static_cast<std::byte*>(__builtin_alloca_with_align(BrushTrial<T>::bytes(law), 512));
+  BrushTrial<T> trial(law, columns, memory);
+  step_brushes<T, axes, books>(law, trial.columns, in, out);
+}
+template <class T, int axes, bool books>
+void brush_lanes(const BrushLaw<T>& law, const BrushColumns<T>& columns, const LaneInput& in,
+                 const LaneOutput& out) {
+  (in.stores ? step_brushes<T, axes, books> : try_brushes<T, axes, books>)(law, columns, in, out);
+}
+
+}  // namespace
+}  // namespace bristle::detail
