@@ -129,6 +129,10 @@ struct BrushColumns {
   LaneColumn<T>* owed;           ///< hazard of renewals not yet carried out
   LaneColumn<T>* owed_path;      ///< path along which that grew, scaled
   LaneColumn<T>* slack;          ///< path along which certainly no bristle snaps, scaled
+  /// Sum over the bristles of cohort 0, and of the one closed before it, of share x squared distance of the
+  /// place from that of its cohort: twice the energy that the places of the cohorts lack.
+  LaneColumn<T>* spread;
+  LaneColumn<T>* pair;  ///< 1 while cohort 2 waits for cohort 0, from which it will be moved apart
   /// 1 once the load has risen; until then all bristles came into contact together, their ranks are [0, 1]
   /// and `low` and `high` are not used.
   LaneColumn<T>* ranked;

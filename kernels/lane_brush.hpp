@@ -40,7 +40,7 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
   using Base::ages, Base::cohort, Base::columns, Base::end, Base::first, Base::get, Base::growth_at,
       Base::growth_of, Base::half, Base::has_ranks, Base::input, Base::law, Base::lost, Base::low_reach,
       Base::mean_square, Base::motion, Base::none, Base::one, Base::place, Base::put, Base::residual,
-      Base::square, Base::time, Base::tiny, Base::used, Base::zero;
+      Base::spread, Base::square, Base::time, Base::tiny, Base::used, Base::zero;
   using typename Base::Cohort;
   using typename Base::V;
   using typename Base::Vector;
@@ -64,6 +64,7 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
     end = get(motion.end);
     if (weighs) write(sums.squares[2], this->weighted_squares());
     if (ages && motion.any_carried) this->age_carried();
+    put(*columns.spread, spread);
     if constexpr (!books) return used;
     for (int axis = 0; axis < axes; ++axis) write(sums.integral[axis], integral.of[axis]);
     write(sums.lost, lost);
@@ -336,7 +337,7 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
     }
     // The mass is what the other cohorts do not keep, so that no share is lost to rounding.
     const V mass = most(one - sums.kept, none);
-    const V spread = last_square - sums.mass * mean_gap * mean_gap;  // mass x variance of place
+    const V variance = last_square - sums.mass * mean_gap * mean_gap;  // mass x variance of place
     if constexpr (books) {
       snapped =
           snapped + select_lanes(snaps, of_snaps * most(one - half * renewal.of_piece, none) + again, none);
@@ -345,15 +346,16 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
       const V along = dot(e, sums.gap_z);
       const V released =
           sums.z_square - (along + along) + sums.gap_square + of_second - sums.mass * residual * residual;
-      lost = lost + select_lanes(snaps, released + spread, none);
+      lost = lost + select_lanes(snaps, released, none);
     }
+    spread = spread + select_lanes(snaps, variance, none);
     const Vector straight = end - (mean_gap + residual) * e;
     put(snaps, columns.moment, sums.moment + mass * straight);
-    place_newborn(snaps, piece, mean_gap, mass, spread, sums, per_mass);
+    place_newborn(snaps, piece, mean_gap, mass, variance, sums, per_mass);
   }
   /// Adds the newborn bristles to the list. In a long piece they become straight at many places; two cohorts
   /// that lie apart have the variance of these places.
-  void place_newborn(Which snaps, V piece, V gap, V mass, V spread, const Sums& sums, V per_mass) {
+  void place_newborn(Which snaps, V piece, V gap, V mass, V variance, const Sums& sums, V per_mass) {
     const V usual(static_cast<T>(law.piece));
     const V rank = sums.rank * per_mass, rank_square = sums.rank_square * per_mass;
     const Which wide = snaps & (piece > V(T(wide_piece)) * usual);
@@ -364,10 +366,10 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
     };
     V apart = none;
     if (any_lane(wide)) {
-      apart = select_lanes(wide, least(root(most(spread, none) * per_mass), gap), none);
+      apart = select_lanes(wide, least(root(most(variance, none) * per_mass), gap), none);
       mass = select_lanes(wide, half * mass, mass);
       this->join(wide, wide, 0, newborn(mass, gap + apart));
-      if constexpr (books) lost = lost - (mass + mass) * (apart * apart);
+      spread = spread - (mass + mass) * (apart * apart);
     }
     const Vector now = end - residual * e, way = now - get(columns.begin[0]);
     const Which far = wide | (dot(way, way) > V(T(1.0001)) * usual * usual);

@@ -15,7 +15,9 @@ namespace {
 constexpr std::uint32_t farthest_merged = 2;
 /// Weight of the difference of reaches in the cost of a merge, relative to that of places. Merging cohorts of
 /// different reach changes how soon bristles snap; merging places changes the force at once.
-constexpr double reach_weight = 0.1;
+constexpr double reach_weight = 1.0;
+/// Largest factor by which the squared distance of two cohorts grows when they are moved apart.
+constexpr double most_apart = 1.6;
 constexpr double least_left =
     1e-7;  ///< smallest S(R) of a cohort that takes bristles, so that u = m / S exists
 
@@ -64,6 +66,7 @@ class BrushCohorts {
   bool has_ranks = any_lane(get(*columns.ranked) > none);  ///< whether any of the contacts has them
   Vector end;     ///< place of the patch at the end of the present piece
   V lost = none;  ///< twice the energy that is lost, by the square of the deflection
+  V spread = get(*columns.spread);
 
   [[gnu::always_inline]] V get(const Lane16<T>& from) const { return E::get(from.lane + first); }
   [[gnu::always_inline]] V get(const LaneColumn<T>& from) const { return E::get(from.lane + first); }
@@ -154,7 +157,8 @@ class BrushCohorts {
     Cohort sum;
     sum.place = select_lanes(holds, c.place + moves, n.place);
     put(which, columns.residue[open], select_lanes(holds, moves - (sum.place - c.place), zero()));
-    if constexpr (books) lost = lost + select_lanes(holds & which, before * share * dot(apart, apart), none);
+    V& lacks = open == 0 ? spread : lost;
+    lacks = lacks + select_lanes(holds & which, before * share * dot(apart, apart), none);
     if (ages) join_births(which, open, share, before, n.ago);
     // Takes the mean reach, but at least the present deflection: no bristle is left that has a shorter
     // length.
@@ -202,6 +206,13 @@ class BrushCohorts {
   /// Closes an open cohort: moves it to index 2, and the newer cohorts up by one, to the first empty place.
   /// If there is none, the two cohorts merge whose merge costs least.
   void close(Which which, std::uint32_t open) {
+    const Which pairs = which & (get(*columns.pair) > none);
+    if (open == 0 && any_lane(pairs)) move_apart(pairs);
+    if (open != 0) {  // Another cohort comes between the two of a pair.
+      lost = lost + select_lanes(which, spread, none);
+      spread = select_lanes(which, none, spread);
+    }
+    put(which, *columns.pair, select_lanes(pairs, none, open == 0 ? one : none));
     V gap = V(static_cast<T>(used < law.cohorts ? used : 0));
     for (std::uint32_t j = used; j-- > 2;)
       gap = select_lanes(get(columns.fresh[j]) == none, V(static_cast<T>(j)), gap);
@@ -215,6 +226,36 @@ class BrushCohorts {
     for (std::uint32_t j = last; j > 2; --j) move(which & (V(static_cast<T>(j)) <= gap), j - 1, j);
     move(which, open, 2);
     put(which, columns.fresh[open], none);
+  }
+  /// Moves cohort 2 and cohort 0, which closes, apart until their two places have the variance of their
+  /// bristles' places: on a straight path, to Gauss points. One place for all bristles of a piece would raise
+  /// the force. Conserves mass and force.
+  void move_apart(Which which) {
+    const Cohort older = cohort(2), newer = cohort(0);
+    const V mass = older.mass(), other = newer.mass(), share = divide(other, most(mass + other, tiny));
+    const Vector apart = newer.place - older.place;
+    const V square_apart = dot(apart, apart), reduced = mass * share;
+    const V factor = least(one + divide(spread, most(reduced * square_apart, tiny)), V(T(most_apart)));
+    const Which moves = which & (square_apart > none) & (reduced > none);
+    const V farther = select_lanes(moves, root(factor) - one, none);
+    move_place(moves, 2, older, (none - farther * share) * apart);
+    move_place(moves, 0, newer, (farther * (one - share)) * apart);
+    const V stored = select_lanes(moves, reduced * square_apart * (factor - one), none);
+    lost = lost + select_lanes(which, spread - stored, none);
+    spread = select_lanes(which, none, spread);
+  }
+  /// Moves the place of cohort j. Its bristles then are bent more or less, and so is its reach.
+  void move_place(Which which, std::uint32_t j, Cohort c, const Vector& by) {
+    const V mass = c.mass(), growth = ages ? growth_of(j) : one;
+    const Vector before = end - c.place;
+    c.place = c.place + by;
+    const Vector after = end - c.place;
+    const V bent = root(dot(after, after));
+    const V reach = c.reach + divide(bent - root(dot(before, before)), growth);
+    c.reach = most(most(reach, divide(bent - residual, growth)), low_reach);
+    c.left = reach_to_left(c.reach);
+    c.fresh = divide(mass, c.left);
+    put(which, j, c);
   }
   void move(Which which, std::uint32_t from, std::uint32_t to) {
     put(which, to, cohort(from));
@@ -230,34 +271,21 @@ class BrushCohorts {
   }
 
   /// Merges the cheapest pair of closed cohorts in the lanes `full`, and returns the index that becomes free.
-  /// Two cohorts near in place, reach and rank cost little, and so do cohorts that weigh little. Ranks matter
-  /// when the load falls: a cohort weighs the share that it would hold if the load fell to its mean rank, and
-  /// the distance of two mean ranks is relative to the lower one. The smaller weight stands for w1 w2 / (w1 +
-  /// w2), which needs a division and is between half of it and all of it.
+  /// Searches pairs that are near in the order of birth, and all pairs with the oldest cohort: on a path that
+  /// returns, cohorts of different rounds lie at the same places.
   V make_room(Which full, V gap) {
-    const V most_cost(T(1e37));  // stands for more, so that there always is a cheapest pair
-    V cheapest = most_cost + most_cost, partner = none;
-    for (std::uint32_t j = 3; j < law.cohorts; ++j) {
-      const Cohort c = cohort(j);
-      for (std::uint32_t i = j - 1; i >= 2 && j - i <= farthest_merged; --i) {
-        const Cohort other = cohort(i);
-        const Vector apart = other.place - c.place;
-        V distance = dot(apart, apart) + V(T(reach_weight)) * square(other.reach - c.reach);
-        V weight = c.mass(), other_weight = other.mass();
-        if (has_ranks) {
-          const V rank = middle_rank(j), other_rank = middle_rank(i);
-          const V per_rank = divide(one, rank), other_per_rank = divide(one, other_rank);
-          weight = weight * per_rank;
-          other_weight = other_weight * other_per_rank;
-          distance = distance + square((rank - other_rank) * most(per_rank, other_per_rank));
-        }
-        const V cost = least(distance * least(weight, other_weight), most_cost);
-        const Which better = cost < cheapest;
-        cheapest = select_lanes(better, cost, cheapest);
-        gap = select_lanes(full & better, V(static_cast<T>(j)), gap);
-        partner = select_lanes(better, V(static_cast<T>(i)), partner);
-      }
-    }
+    V cheapest(T(1e38)), partner = none;
+    const auto compare = [&](std::uint32_t i, std::uint32_t j) {
+      const V cost = cost_of_merge(i, j);
+      const Which better = cost < cheapest;
+      cheapest = select_lanes(better, cost, cheapest);
+      gap = select_lanes(full & better, V(static_cast<T>(j)), gap);
+      partner = select_lanes(better, V(static_cast<T>(i)), partner);
+    };
+    const std::uint32_t oldest_one = law.cohorts - 1;
+    for (std::uint32_t j = 3; j <= oldest_one; ++j)
+      for (std::uint32_t i = j - 1; i >= 2 && j - i <= farthest_merged; --i) compare(i, j);
+    for (std::uint32_t i = 2; i + farthest_merged < oldest_one; ++i) compare(i, oldest_one);
     alignas(64) T gaps[E::size], partners[E::size], energy[E::size] = {}, at[axes][E::size];
     E::put(gaps, gap);
     E::put(partners, partner);
@@ -268,6 +296,27 @@ class BrushCohorts {
     }
     if constexpr (books) lost = lost + E::get(energy);
     return gap;
+  }
+
+  /// Returns the cost of merging cohorts i and j. Cohorts near in place, reach and rank cost little, and so
+  /// do those that weigh little. Ranks matter when the load falls: a cohort weighs the share that it would
+  /// hold if the load fell to its mean rank, and the distance of two mean ranks is relative to the lower one.
+  /// The smaller weight stands for w1 w2 / (w1 + w2), which needs a division and is between half of it and
+  /// all of it.
+  V cost_of_merge(std::uint32_t i, std::uint32_t j) const {
+    const Cohort c = cohort(i), other = cohort(j);
+    const Vector apart = other.place - c.place;
+    V distance = dot(apart, apart) + V(T(reach_weight)) * square(other.reach - c.reach);
+    V weight = c.mass(), other_weight = other.mass();
+    if (has_ranks) {
+      const V rank = middle_rank(i), other_rank = middle_rank(j);
+      const V per_rank = divide(one, rank), other_per_rank = divide(one, other_rank);
+      weight = weight * per_rank;
+      other_weight = other_weight * other_per_rank;
+      distance = distance + square((rank - other_rank) * most(per_rank, other_per_rank));
+    }
+    return least(distance * least(weight, other_weight),
+                 V(T(1e37)));  // so that there always is a cheapest pair
   }
 
   /// Merges cohort j into cohort i in the lane first + k. Conserves mass, force, mean reach, mean growth, and
@@ -341,7 +390,7 @@ class BrushCohorts {
   }
   /// Returns the sum of share x |z|^2, weighted by LayMap::energy.
   V weighted_squares() const {
-    V sum = none;
+    V sum = spread;
     for (std::uint32_t j = 0; j < used; ++j) {
       const Cohort c = cohort(j);
       Vector z = end - c.place, weighted = z;

@@ -3,6 +3,8 @@
 // ranks, leave first.
 #pragma once
 
+#include <limits>
+
 #include "lane_brush_list.hpp"
 
 namespace bristle::detail {
@@ -20,7 +22,7 @@ class BrushLoads : protected BrushCohorts<E, T, axes, books> {
  protected:
   using Base::ages, Base::cohort, Base::columns, Base::end, Base::get, Base::growth_of, Base::half,
       Base::has_ranks, Base::is_ranked, Base::law, Base::lost, Base::low_reach, Base::mean_square,
-      Base::motion, Base::none, Base::one, Base::put, Base::tiny, Base::used, Base::zero;
+      Base::motion, Base::none, Base::one, Base::put, Base::spread, Base::tiny, Base::used, Base::zero;
   using Base::Base;
   using typename Base::Cohort;
   using typename Base::Columns;
@@ -62,7 +64,8 @@ class BrushLoads : protected BrushCohorts<E, T, axes, books> {
   /// Removes the bristles that came into contact last where the load falls. While all have come together, in
   /// lanes without ranks, every cohort loses as much, so no share changes. `divides`: the lanes with ranks.
   V shed(Which divides, Which loses, Which leaves, V ratio) {
-    V of_load = none;
+    V of_load = spread * select_lanes(leaves, one, one - ratio);
+    spread = select_lanes(leaves, none, spread);
     Cut cut;
     const bool any_divides = any_lane(divides);
     if (any_divides) cut = find_cut(divides, ratio);
@@ -97,13 +100,14 @@ class BrushLoads : protected BrushCohorts<E, T, axes, books> {
     V rank = V(T(1)), kept = V(T(1));
   };
   /// Finds the rank below which the share `wanted` of the bristles lies: the present load over the earlier
-  /// one. Uses Newton's method within a bracket, whose upper end always has enough bristles. Under a load
-  /// that ripples it takes one round or two.
+  /// one, but for a few roundings. Uses Newton's method on a sum that is linear between the ends of
+  /// intervals, within a bracket. Under a load that ripples it takes one round or two.
   Cut find_cut(Which open, V wanted) const {
-    const V aim = least(most(wanted, V(T(1e-24))) * V(T(1.0002)), one);
+    constexpr T rounding = 16 * std::numeric_limits<T>::epsilon();
+    wanted = most(wanted, V(T(1e-24)));
     Cut found;
-    V low = none, rank = aim;
-    for (int round = 0; round < 12 && any_lane(open); ++round) {
+    V low = none, high = one, rank = wanted;
+    for (int round = 0; round < 24 && any_lane(open); ++round) {
       V kept = none, density = none;
       for (std::uint32_t j = 0; j < used; ++j) {
         const V mass = cohort(j).mass(), from = get(columns.low[j]), to = get(columns.high[j]);
@@ -111,14 +115,17 @@ class BrushLoads : protected BrushCohorts<E, T, axes, books> {
         kept = kept + select_lanes(to <= rank, mass, least(per_rank * most(rank - from, none), mass));
         density = density + select_lanes((from < rank) & (rank < to), per_rank, none);
       }
-      const Which enough = kept >= wanted;
-      found.rank = select_lanes(open & enough, rank, found.rank);
-      found.kept = select_lanes(open & enough, kept, found.kept);
-      low = select_lanes(open & !enough, rank, low);
-      open = open & !(enough & (kept <= wanted * V(T(1.001))));
-      const V next = rank + divide(aim - kept, most(density, V(T(1e-6))));
-      const Which within = (next > low) & (next < found.rank);
-      rank = select_lanes(open, select_lanes(within, next, half * (low + found.rank)), rank);
+      const V lack = wanted - kept;
+      // Takes the last rank that keeps enough bristles, or one that keeps what is wanted.
+      const Which ends = magnitude(lack) <= V(rounding) * wanted, enough = open & (ends | (lack <= none));
+      found.rank = select_lanes(enough, rank, found.rank);
+      found.kept = select_lanes(enough, kept, found.kept);
+      high = select_lanes(open & (lack <= none), rank, high);
+      low = select_lanes(open & (lack > none), rank, low);
+      open = open & !ends;
+      const V next = rank + divide(lack, most(density, V(T(1e-6))));
+      const Which within = (next > low) & (next < high);
+      rank = select_lanes(open, select_lanes(within, next, half * (low + high)), rank);
     }
     return found;
   }
@@ -127,6 +134,7 @@ class BrushLoads : protected BrushCohorts<E, T, axes, books> {
   void admit(Which rises, V ratio) {
     const Which begins = rises & (ratio == none), goes_on = rises & !begins;
     if (any_lane(goes_on)) {
+      spread = select_lanes(goes_on, spread * ratio, spread);
       const Which ranked = is_ranked();
       for (std::uint32_t j = 0; j < used; ++j) {
         put(goes_on, columns.fresh[j], get(columns.fresh[j]) * ratio);
@@ -167,7 +175,7 @@ class BrushLoads : protected BrushCohorts<E, T, axes, books> {
       put(which, columns.residue[open], zero());
     }
     put(which, columns.moment, zero());
-    const Columns numbers[] = {columns.owed, columns.owed_path, columns.slack, columns.ranked};
+    const Columns numbers[] = {columns.owed, columns.owed_path, columns.slack, columns.ranked, columns.pair};
     for (const Columns c : numbers) put(which, *c, none);
   }
 };

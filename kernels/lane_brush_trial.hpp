@@ -16,7 +16,7 @@ class BrushTrial {
   /// Number of columns of T and of double of a block.
   static std::size_t bytes(const BrushLaw<T>& law) {
     const std::size_t n = law.cohorts;
-    return 64 + (7 * n + 14) * sizeof(LaneColumn<T>) + n * sizeof(LaneColumn<double>);
+    return 64 + (7 * n + 16) * sizeof(LaneColumn<T>) + n * sizeof(LaneColumn<double>);
   }
   BrushTrial(const BrushLaw<T>& law, const BrushColumns<T>& from, std::byte* memory)
       : columns(from), at_(memory) {
@@ -34,7 +34,8 @@ class BrushTrial {
       }
       copy(columns.moment[k], 1);
     }
-    LaneColumn<T>** const of_contact[] = {&columns.owed, &columns.owed_path, &columns.slack, &columns.ranked};
+    LaneColumn<T>** const of_contact[] = {&columns.owed,   &columns.owed_path, &columns.slack,
+                                          &columns.spread, &columns.pair,      &columns.ranked};
     for (LaneColumn<T>** const c : of_contact) copy(*c, 1);
   }
   BrushColumns<T> columns;

@@ -595,8 +595,8 @@ struct ForgedBrush {
 };
 
 // Saved are three numbers of the response at rest, two of the contact, for each axis a double and five floats,
-// four floats, and for each cohort seven floats and, if it ages, its birth; then, if it ages, a time.
-constexpr int saved_contact = 24, saved_axes = saved_contact + 16, saved_cohorts = saved_axes + 2 * 28 + 16;
+// six floats, and for each cohort seven floats and, if it ages, its birth; then, if it ages, a time.
+constexpr int saved_contact = 24, saved_axes = saved_contact + 16, saved_cohorts = saved_axes + 2 * 28 + 24;
 constexpr std::size_t plain_part = saved_cohorts + 24 * 28, aged_part = saved_cohorts + 24 * 36 + 16;
 Material aged_material() { return redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3)); }
 
@@ -605,6 +605,12 @@ Material aged_material() { return redrawn().with_ageing(Ageing::logarithmic(0.05
 TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state][hostile]") {
   ForgedBrush plain(redrawn(), plain_part), lifted(redrawn(), plain_part), aged(aged_material(), aged_part);
   lifted.patch.step(0.0, 0.0, 0.0);
+  // Finds a cohort that is not empty.
+  const std::vector<std::byte> state = saved_state(plain.patch.batch);
+  int cohort = saved_cohorts;
+  for (float fresh = 0.0f; fresh == 0.0f; cohort += 28)
+    std::memcpy(&fresh, state.data() + plain.part + cohort + 12, sizeof fresh);
+  cohort -= 28;
   const auto refuses = [](ForgedBrush& brush, const std::string& bound, int at, auto number) {
     INFO(bound << " at " << at);
     CHECK_THROWS_WITH(brush.forge(at, number, saved_state(brush.patch.batch)),
@@ -629,17 +635,21 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
   } floats[] = {{"the place", saved_axes + 8, 1e3f},
                 {"the moment", saved_axes + 8, 0.5f},
                 {"an open cohort", saved_axes + 12, std::nanf("")},
-                {"owed", saved_axes + 56, -2.0f},
+                {"owed", saved_axes + 56, -1.0f},
                 {"slack", saved_axes + 64, std::nanf("")},
-                {"a cohort's place", saved_cohorts, 1e3f},
-                {"a cohort's reach", saved_cohorts + 8, -1.0f},
-                {"a cohort's share", saved_cohorts + 12, -1.0f},
-                {"the shares", saved_cohorts + 12, 2.0f},
-                {"a cohort's survival", saved_cohorts + 16, std::nanf("")},
-                {"a cohort's ranks", saved_cohorts + 20, -1.0f},
-                {"a cohort's ranks", saved_cohorts + 24, 1.5f}};
+                {"slack", saved_axes + 64, 10.0f},
+                {"spread", saved_axes + 68, 1e3f},
+                {"pair", saved_axes + 72, -1.0f},
+                {"a cohort's place", cohort, 1e3f},
+                {"a cohort's reach", cohort + 8, -1.0f},
+                {"a cohort's share", cohort + 12, -1.0f},
+                {"a cohort's share", cohort + 16, 0.0f},
+                {"the shares", cohort + 12, 0.0f},
+                {"a cohort's survival", cohort + 16, std::nanf("")},
+                {"a cohort's ranks", cohort + 20, -1.0f},
+                {"a cohort's ranks", cohort + 24, 1.5f}};
   for (const auto& forged : floats) refuses(plain, forged.bound, forged.at, forged.number);
-  refuses(lifted, "the shares", saved_cohorts + 12, 1.0f);
+  refuses(lifted, "a cohort's share", saved_cohorts + 12, 1.0f);
   refuses(aged, "a cohort's birth", saved_cohorts + 20, 1e19);
   refuses(aged, "a cohort's birth", saved_cohorts + 20, std::nan(""));
   refuses(aged, "a time", saved_cohorts + 24 * 36 + 8, std::int64_t{-1});

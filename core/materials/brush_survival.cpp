@@ -9,6 +9,8 @@ namespace {
 constexpr double left_out = 1e-4;
 /// Share of the force of steady sliding that bristles carry beyond the last cell.
 constexpr double force_left_out = 1e-5;
+/// Error of S, integrated over the deflection and over the mean snap length, up to which few cells do.
+constexpr double most_error = 1e-4;
 /// Longest length of a cell, in mean snap lengths.
 constexpr double farthest_end = 2048.0;
 
@@ -32,6 +34,15 @@ double find_tail(const SnapLength& law, double share) {
   return high;
 }
 
+/// Returns the path, in mean snap lengths, along which the force swings after bristles began to slide
+/// together. The swings of smooth laws fall as exp(-2 pi^2 cv^2 x / mean) or faster and are followed to 1e-4;
+/// slower ones of laws with jumps of density or with atoms, to 6e-6. Groups of equal lengths swing for ever,
+/// so there is a limit.
+double find_waves(const SnapLength& law) {
+  if (!is_bounded(law)) return std::min(0.45 / (law.cv() * law.cv()), 32.0);
+  return std::min(12.0 / find_slow_wave(law).decay, 100.0);
+}
+
 /// Layout of cells: where a cell begins.
 struct Layout {
   std::uint32_t cells;
@@ -50,7 +61,7 @@ struct Layout {
   }
 };
 
-/// Coefficients of the cells of a layout, and the largest error of S.
+/// Coefficients of the cells of a layout, and the mean error of S over a mean snap length.
 struct Fit {
   Layout layout;
   std::vector<double> c0, c1, c2;
@@ -76,7 +87,8 @@ Fit fit_cells(const SnapLength& law, double per_metre, const Layout& layout) {
     fit.c2.push_back(bend);
     for (const double f : {0.2, 0.5, 0.8}) {
       const double here = first - fall * f - bend * f * (1.0 - f);
-      fit.error = std::max(fit.error, std::abs(here - law.survival(start + f * (end - start))));
+      fit.error +=
+          std::abs(here - law.survival(start + f * (end - start))) * (end - start) / (3.0 * law.mean());
     }
     first = last;
     before = after;
@@ -92,7 +104,7 @@ Fit fit_cells(const SnapLength& law, double per_metre) {
   const double high = (bounded ? law.longest() : find_tail(law, force_left_out)) * per_metre;
   Fit best = fit_cells(law, per_metre, {few_brush_cells, 0.0, low, high});
   const std::uint32_t most = law.law() == SnapLaw::table ? 1024 : 128;
-  for (std::uint32_t octaves = 0; octaves <= 16 && best.error > 3e-4;
+  for (std::uint32_t octaves = 0; octaves <= 16 && best.error > most_error;
        octaves = octaves == 0 ? 2 : 2 * octaves) {
     Fit trial = fit_cells(law, per_metre, {most, octaves == 0 ? 0.0 : most / octaves, low, high});
     if (trial.error < best.error) best = std::move(trial);
@@ -123,6 +135,7 @@ BrushCells::BrushCells(const SnapLength& law, double per_metre) {
   per_octave_ = fit.layout.per_octave;
   cells_ = fit.layout.cells;
   finest = find_finest_piece(law);
+  waves = find_waves(law) * law.mean() * per_metre;
   weak = law.survival(find_tail(law, 1e-3));
 }
 
@@ -151,20 +164,20 @@ void fill_brush_law(const CompiledMaterial& material, double resolution, BrushLa
   if (renewals > 1.5) share *= 1.5 / renewals;
   law.piece = std::min(mean * share, 0.6 * static_cast<double>(survival.high));
   // Lets pieces grow in the middle of a step. Narrow laws tolerate it only far from its ends, because many
-  // bristles would snap in one piece, and wide ones, because many would snap twice.
-  const bool tolerant = lengths.cv() >= 0.25 && lengths.cv() <= 0.6;
+  // bristles would snap in one piece; wide ones and those with renewal, because many would snap twice or be
+  // renewed.
+  const bool tolerant = lengths.cv() >= 0.25 && lengths.cv() <= 0.6 && law.renewal == 0.0;
   law.slow = (tolerant ? 0.25 : 2.0) * mean;
   law.growth = lengths.cv() > 0.6 ? 1.5 : 2.0;
-  // A cohort ends when its mass is below 1e-4 of the load, with pieces of 1/8 mean length: with shorter
+  // A cohort ends when its mass is below 1e-6 of the load, with pieces of 1/8 mean length: with shorter
   // pieces its mass, and the error that its end may cause, fall with their square. Under a wide law few long
   // bristles carry much of the force, so cohorts end later.
-  law.least_mass = std::min(1e-4 * (8.0 * share) * (8.0 * share), share * cells.weak);
+  law.least_mass = std::min(1e-6 * (8.0 * share) * (8.0 * share), share * cells.weak);
   // A straight path is steady once the longest bristles, if bent against it, have unbent and snapped, and
-  // once bristles that began it together no longer snap in step: those waves fall as exp(-2 pi^2 cv^2 x /
-  // mean) or faster. Less would be enough for one path, but errors of strokes to and fro add up.
+  // once bristles that began it together no longer snap in step. Less would be enough for one path, but
+  // errors of strokes to and fro add up.
   const double high = static_cast<double>(survival.high);
-  const double waves = std::min(0.45 / (lengths.cv() * lengths.cv()), 32.0) * mean;
-  law.forget = 2.0 * law.residual + std::max(2.0 * high, high + waves);
+  law.forget = 2.0 * law.residual + std::max(2.0 * high, high + cells.waves);
 }
 
 template void fill_brush_law(const CompiledMaterial&, double, BrushLaw<float>&, BrushSurvival<float>&);

@@ -20,6 +20,7 @@ class BrushCells {
   BrushCells(const SnapLength& law, double per_metre);
 
   double finest = 1.0;  ///< find_finest_piece() of the law
+  double waves = 0.0;   ///< path, scaled, along which bristles that began to slide together snap in step
   /// Survival at the deflection beyond which 1e-3 of the force of steady sliding is left out if all bristles
   /// snap there. A cohort of which less is left may end.
   double weak = 0.0;

@@ -290,9 +290,14 @@ template <bool plain, class Asked, class Answer>
   return 0;
 }
 
-void follow_time(const Patch& p) noexcept {
-  const LaneBlock& block = *lane_of(p).block;
-  if (p.ages && block.follow_time != nullptr) block.follow_time(p);
+/// Whether the lane counts times from a time of its own (LaneRecord::times_from).
+bool has_own_time(const Patch& p) noexcept { return p.ages && lane_of(p).block->follow_time != nullptr; }
+
+/// Lets the lane of a patch without load count times from the step that begins, so that its next contact has
+/// the bits of any other one.
+void begin_time(const Patch& p) noexcept {
+  LaneRecord& r = lane_of(p);
+  if (has_own_time(p) && !(p.normal_load > 0.0)) r.times_from = r.clock == nullptr ? 0 : *r.clock - r.epoch;
 }
 
 /// Writes a motion to the input columns `to`, at the place of the patch's lane.
@@ -303,7 +308,8 @@ template <class Asked>
   if (p.ages) {
     PatchStep step;
     read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
-    to.start.lane[lane] = lane_time(p);
+    const bool begins = has_own_time(p) && !(p.normal_load > 0.0);
+    to.start.lane[lane] = begins ? 0.0 : lane_time(p);
     to.duration = step.advance.duration;
   }
 }
@@ -331,6 +337,7 @@ template <bool plain, class Asked, class Answer>
   p.stiffness = answers.stiffness.lane[lane];
   if (p.laid) p.stiffness *= p.record->lay.stiffest;
   write_response<plain>(p, motion, dt_s, step, false, sums, out);
+  if (!plain && stores && has_own_time(p)) lane_of(p).block->follow_time(p);
 }
 
 double apply_load(Patch& p, const Motion& motion) noexcept {
@@ -368,11 +375,11 @@ std::uint64_t step_patch(Patch& p, CellMotion& motion, double dt_s) noexcept {
 }
 
 void place_motion(const Patch& p, const Motion& motion, double dt_s) noexcept {
-  follow_time(p);
+  begin_time(p);
   place(p, motion, motion.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
 }
 void place_motion(const Patch& p, const CellMotion& motion, double dt_s) noexcept {
-  follow_time(p);
+  begin_time(p);
   place(p, motion, p.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
 }
 
@@ -389,7 +396,7 @@ void answer_motion(Patch& p, CellMotion& motion, double dt_s, const LaneAnswers&
 
 void step_lane(Patch& p, const Motion& motion, double dt_s, bool stores, Response& out) noexcept {
   const LaneRecord& r = lane_of(p);
-  if (stores) follow_time(p);
+  if (stores) begin_time(p);
   LaneMotions alone;
   place(p, motion, motion.normal_load, dt_s, r.lane, alone);
   LaneAnswers answers;

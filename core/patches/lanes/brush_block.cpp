@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "bristle/config.hpp"
 #include "core/common/hashing.hpp"
@@ -65,7 +66,8 @@ struct Lane {
         visit(at(columns.residue[open][axis]));
       }
     }
-    for (LaneColumn<T>* column : {columns.owed, columns.owed_path, columns.slack, columns.ranked})
+    for (LaneColumn<T>* column :
+         {columns.owed, columns.owed_path, columns.slack, columns.spread, columns.pair, columns.ranked})
       visit(at(column));
   }
   template <class Visit, class VisitBirth>
@@ -107,16 +109,15 @@ void clear(LaneBlock& block, std::uint32_t lane) noexcept {
   });
 }
 
-/// Counts times from the present if the contact begins, so that it has the bits of any other contact, and
-/// after 2^20 ageing times, so that ages of young bristles keep their digits.
+/// Counts times from the present after 2^20 ageing times.
 template <class T>
 void follow_time(const Patch& p) noexcept {
   constexpr double longest = 0x1p20;
   const Lane<T> lane(p);
   LaneRecord& r = lane_of(p);
   const double now = lane_time(p);
-  if (lane.stiffness() > 0.0 && !(now > longest * r.material->material.ageing_time)) return;
-  r.times_from = r.clock == nullptr ? 0 : *r.clock - r.epoch;
+  if (!(now > longest * r.material->material.ageing_time)) return;
+  r.times_from = *r.clock - r.epoch;
   for (std::uint32_t i = 0; i < lane.cohorts(); ++i) lane.at(lane.columns.birth, i) -= now;
 }
 
@@ -153,7 +154,7 @@ void take_lane(Patch& p, LanePlaces& places) {
 template <class T>
 double stored_energy(const Patch& p) noexcept {
   const Lane<T> lane(p);
-  double sum = 0.0;
+  double sum = static_cast<double>(lane.at(lane.columns.spread));
   for (std::uint32_t i = 0; i < lane.cohorts(); ++i) {
     const double x = lane.deflection(i, 0), y = lane.deflection(i, 1);
     if (!lane.is_empty(i)) sum += lane.share(i) * (x * x + lane.block.law.energy * y * y);
@@ -223,6 +224,8 @@ void take_over(Patch& to, Patch& from) noexcept {
   now.at(now.columns.owed) = before.at(before.columns.owed);
   now.at(now.columns.owed_path) = before.at(before.columns.owed_path) * ratio;
   now.at(now.columns.ranked) = before.at(before.columns.ranked);
+  now.at(now.columns.pair) = before.at(before.columns.pair);
+  now.at(now.columns.spread) = before.at(before.columns.spread) * ratio * ratio;
   const QuantileMap of_equal_quantile(old.snap_length, material.snap_length);
   for (std::uint32_t i = 0; i < now.cohorts(); ++i) {
     if (before.is_empty(i)) continue;
@@ -369,10 +372,16 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       if (!within(wide(number), -1e30, 1e30)) return "an open cohort";
     }
   }
-  for (const char* name : {"owed", "owed_path", "slack", "ranked"}) {
+  double slack = 0.0;
+  for (const char* name : {"owed", "owed_path", "slack", "spread", "pair", "ranked"}) {
     T number;
     read(number);
-    if (!within(wide(number), -1.0, 2e30)) return name;  // a slack of -1: not known since the load changed
+    // Allows a slack of -1, which is not known since the load changed. Its upper bound follows from the
+    // cohorts.
+    const bool is_slack = std::string_view(name) == "slack";
+    const double most = is_slack ? 2e30 : std::string_view(name) == "spread" ? farthest * farthest : 8.0;
+    if (!within(wide(number), is_slack ? -1.0 : 0.0, most)) return name;
+    if (is_slack) slack = wide(number);
   }
   double all = 0.0, sum[2] = {0.0, 0.0};
   for (std::uint32_t i = 0; i < lane.cohorts(); ++i) {
@@ -388,12 +397,17 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       return "a cohort's ranks";
     if (!within(c.birth, -1e18, 1e18)) return "a cohort's birth";
     if (!within(wide(c.reach), 0.0, longest)) return "a cohort's reach";
+    if (c.fresh == T(0)) continue;
+    if (!(share > 0.0)) return "a cohort's share";
+    double square = 0.0;
     for (int axis = 0; axis < lane.axes(); ++axis) {
-      const double z = c.fresh != T(0) ? base[axis] - wide(c.place[axis]) : 0.0;
-      if (!within(z, -farthest, farthest) || !within(wide(c.place[axis]), -2.0 * near, 2.0 * near))
-        return "a cohort's place";
+      const double z = base[axis] - wide(c.place[axis]);
+      if (!within(z, -farthest, farthest)) return "a cohort's place";
+      square += z * z;
       sum[axis] += share * wide(c.place[axis]);
     }
+    const double way = wide(c.reach) * growth + law.residual - std::sqrt(square);
+    if (slack > std::max(way, 0.0) + rounding * farthest) return "slack";
     all += share;
   }
   if (!within(all, stiffness > 0.0 ? 1.0 - rounding : 0.0, stiffness > 0.0 ? 1.0 + rounding : 0.0))

@@ -39,7 +39,8 @@ struct BrushBlock : LaneBlock {
         for (LaneColumn<T>** column : {&c.begin[open][axis], &c.residue[open][axis]}) visit(*column, 1u);
       visit(c.moment[axis], 1u);
     }
-    for (LaneColumn<T>** column : {&c.owed, &c.owed_path, &c.slack, &c.ranked}) visit(*column, 1u);
+    for (LaneColumn<T>** column : {&c.owed, &c.owed_path, &c.slack, &c.spread, &c.pair, &c.ranked})
+      visit(*column, 1u);
   }
 };
 

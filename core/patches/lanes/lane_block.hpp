@@ -82,7 +82,7 @@ struct LaneBlock {
   LaneColumn<double> full{};   ///< number of physical bristles beyond which the contact is overloaded
 
   void (*clear)(LaneBlock&, std::uint32_t lane) noexcept = nullptr;  ///< resets a lane for a new contact
-  /// Moves LaneRecord::times_from, before a step of a patch that ages, so that times of the lane keep their
+  /// Moves LaneRecord::times_from, after a step of a patch that ages, so that times of the lane keep their
   /// digits. Null: the lane counts from the start of the patch's own time.
   void (*follow_time)(const Patch&) noexcept = nullptr;
   const LaneTable* kernels = nullptr;
