@@ -88,17 +88,20 @@ struct BrushLaw {
   double metres_per_length;     ///< m per scaled length
   double to[2][2];              ///< as in SlideLaw
   double from[2][2];
-  double energy;            ///< LayMap::energy
-  double residual;          ///< residual length l_r, scaled
-  double renewal;           ///< Material::shared_renewal
-  double piece;             ///< usual length of a piece of path that is computed at once, scaled
-  double slow;              ///< distance from the ends of a step from which its pieces grow, scaled
-  double growth;            ///< greatest length of a piece over `piece`
-  double forget;            ///< path of a step, scaled, that is computed; the rest of a longer one is steady
-  double least_mass;        ///< share of the load below which a cohort's mass is negligible
-  double snaps_per_newton;  ///< number of bristles in contact per newton of load
-  double ageing_rate;       ///< 1 / Material::ageing_time, 1/s
-  double ageing_strength;   ///< Material::ageing_strength
+  double energy;    ///< LayMap::energy
+  double residual;  ///< residual length l_r, scaled
+  double renewal;   ///< Material::shared_renewal
+  double piece;     ///< usual length of a piece of path that is computed at once, scaled
+  double slow;      ///< distance from the ends of a step from which its pieces grow, scaled
+  double growth;    ///< greatest length of a piece over `piece`
+  double forget;    ///< path of a step, scaled, that is computed; the rest of a longer one is steady
+  /// Largest factor by which the squared distance of two cohorts may grow when they are moved apart. 1: none
+  /// is moved.
+  double most_apart;
+  double least_mass;          ///< share of the load below which a cohort's mass is negligible
+  double snaps_per_newton;    ///< number of bristles in contact per newton of load
+  double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
+  double ageing_strength;     ///< Material::ageing_strength
   std::uint32_t ageing_form;  ///< as in SlideLaw
   std::uint32_t cohorts;      ///< number of cohorts of a contact, 8 to most_cohorts
 };

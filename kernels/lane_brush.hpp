@@ -7,7 +7,7 @@
 //   bend()   takes from every cohort the bristles whose snap length is exceeded;
 //   renew()  takes those that shared renewal makes start afresh;
 //   bear()   makes one newborn cohort of all these bristles, where they were straight on average.
-// Cohorts are listed, joined and merged in lane_brush_list.hpp.
+// lane_brush_list.hpp has the list of the cohorts, lane_brush_load.hpp the changes of load.
 //
 // Cohorts hold shares of the load, so a change of load that all bristles take part in changes no cohort. The
 // mean deflection is the place of the patch, in double, less the mean place of the cohorts. A path on which
@@ -17,7 +17,6 @@
 #include <limits>
 
 #include "lane_brush_load.hpp"
-#include "lane_brush_trial.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -32,6 +31,9 @@ constexpr double least_hazard = 0x1p-10, longest_wait = 0x1p-7;
 constexpr double highest_hazard_of_piece = 4.0;
 /// Length of a piece over the law's from which on its newborn bristles make two cohorts.
 constexpr double wide_piece = 1.3;
+
+/// Length of the last part of a path, scaled, whose snaps stand for those of the path that is not computed.
+constexpr double late_path = 2.0;
 
 /// Steps the contacts of one vector from the lane `first` on, one contact in each lane.
 template <class E, class T, int axes, bool books>
@@ -107,13 +109,13 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
       end = get(motion.end) - rest * e;
       if (ages) set_time(done);
       advance(piece);
-      const Which early = done <= half * path;
+      const Which early = rest > V(T(late_path));
       early_path = select_lanes(early, done, early_path);
       early_snaps = select_lanes(early, snapped, early_snaps);
     } while (any_lane(done < path));
   }
-  /// Returns the length of the next piece. Pieces lengthen in the middle of a path, where no one sees them; a
-  /// short last piece is avoided.
+  /// Returns the length of the next piece. Pieces lengthen far from both ends of a path, because what happens
+  /// there has little effect on the force at the end. Avoids a short last piece.
   V next_piece(V done, V left) const {
     const V usual(static_cast<T>(law.piece)), slow(static_cast<T>(law.slow));
     const V wide = least(done, left);
@@ -161,15 +163,14 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
     Vector moment;          ///< mass x place of it
     V renewable = V(T(0));  ///< mass x path on which it can be renewed
   };
-  /// Adds bristles of cohort j to the sums. They snapped along the last `path` of the piece; `part` of it is,
-  /// on average, after their snap.
-  [[gnu::always_inline]] void lose(Sums& sums, std::uint32_t j, V mass, V path, V part, const Vector& z,
+  /// Adds bristles of cohort j to the sums, which snapped along the last `path` of the piece: their mass, and
+  /// mass x gap, from which the mean square of the gap follows if the density of snaps is linear along the
+  /// path.
+  [[gnu::always_inline]] void lose(Sums& sums, std::uint32_t j, V mass, V of_gap, V path, const Vector& z,
                                    V z_square) const {
-    const V of_gap = mass * (path * part);
     sums.mass = sums.mass + mass;
     sums.gap = sums.gap + of_gap;
-    // Variance of `part`: 1/12 if they snapped evenly along the path, 0 if all did at one end.
-    sums.gap_square = sums.gap_square + of_gap * (path * (one + part + part) * V(T(1.0 / 3)));
+    sums.gap_square = sums.gap_square + path * (of_gap - V(T(1.0 / 6)) * mass * path);
     if constexpr (books) {
       sums.gap_z = sums.gap_z + of_gap * z;
       sums.z_square = sums.z_square + mass * z_square;
@@ -213,11 +214,12 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
         kept = c.fresh * left;
         const Which gone = beyond & is_negligible(j, kept, left);
         kept = select_lanes(beyond, select_lanes(gone, none, kept), mass);
-        put(beyond, columns.reach[j], reach);
-        put(beyond, columns.left[j], left);
+        put(columns.reach[j], select_lanes(beyond, reach, c.reach));
+        put(columns.left[j], select_lanes(beyond, left, c.left));
         put(gone, columns.fresh[j], none);
         const V path = path_beyond(beyond, limit, piece, along, z_square);
-        lose(sums, j, mass - kept, path, part_after_snap(c, reach, left), z, z_square);
+        const V snapped_mass = mass - kept, of_gap = path * mass_by_part(c, snapped_mass, reach, left);
+        lose(sums, j, snapped_mass, select_lanes(beyond, of_gap, none), path, z, z_square);
       }
       sums.renewable = sums.renewable + kept * renewable_path(along, piece);
       sums.kept = sums.kept + kept;
@@ -225,13 +227,14 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
     }
     return sums;
   }
-  /// Returns the mean part of a path that is after the snap, for the bristles that snap while the reach grows
-  /// to `reach`, where the survival is `left`. That is half if snap lengths are evenly distributed between
-  /// the two reaches; the survival halfway tells how their density changes.
-  [[gnu::always_inline]] V part_after_snap(const Cohort& c, V reach, V left) const {
+  /// Returns the mass that snaps while the reach grows to `reach`, where the survival is `left`, times the
+  /// mean part of the path that is after the snap. That is half if snap lengths are evenly distributed
+  /// between the two reaches; the survival halfway tells how their density changes.
+  [[gnu::always_inline]] V mass_by_part(const Cohort& c, V mass, V reach, V left) const {
     const V middle = least(most(survival(*law.survival, half * (c.reach + reach)), left), c.left);
-    const V early = (c.left - middle) - (middle - left);
-    return half + V(T(1.0 / 3)) * divide(early, most(c.left - left, tiny));
+    const V early = V(T(1.0 / 3)) * c.fresh * ((c.left - middle) - (middle - left));
+    const V quarter = V(T(0.25)) * mass;  // beyond that the variance of a linear density would be negative
+    return half * mass + least(most(early, none - quarter), quarter);
   }
   /// Returns the last part of a piece on which a deflection exceeds `limit`. Mostly that is the whole piece.
   [[gnu::always_inline]] V path_beyond(Which beyond, V limit, V piece, V along, V z_square) const {
@@ -302,7 +305,8 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
       fresh = select_lanes((renewal.hazard > none) & (path > none), fresh, c.fresh);
       put(columns.fresh[j], fresh);
       const V kept = fresh * c.left;
-      lose(sums, j, c.mass() - kept, path, half, z, dot(z, z));
+      const V mass = c.mass() - kept;
+      lose(sums, j, mass, half * mass * path, path, z, dot(z, z));
       sums.kept = sums.kept + kept;
       sums.moment = sums.moment + kept * c.place;
     }
@@ -348,7 +352,6 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
           sums.z_square - (along + along) + sums.gap_square + of_second - sums.mass * residual * residual;
       lost = lost + select_lanes(snaps, released, none);
     }
-    spread = spread + select_lanes(snaps, variance, none);
     const Vector straight = end - (mean_gap + residual) * e;
     put(snaps, columns.moment, sums.moment + mass * straight);
     place_newborn(snaps, piece, mean_gap, mass, variance, sums, per_mass);
@@ -369,56 +372,16 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
       apart = select_lanes(wide, least(root(most(variance, none) * per_mass), gap), none);
       mass = select_lanes(wide, half * mass, mass);
       this->join(wide, wide, 0, newborn(mass, gap + apart));
-      spread = spread - (mass + mass) * (apart * apart);
     }
     const Vector now = end - residual * e, way = now - get(columns.begin[0]);
     const Which far = wide | (dot(way, way) > V(T(1.0001)) * usual * usual);
     const V since = select_lanes(wide, half * piece, piece);
     put(snaps & (far | !(get(columns.fresh[0]) > none)), columns.begin[0], now - since * e);
     this->join(snaps, far, 0, newborn(mass, gap - apart));
+    spread = spread +
+             select_lanes(snaps, variance - select_lanes(wide, (mass + mass) * (apart * apart), none), none);
   }
 };
-
-template <class E, class T>
-bool is_zero(const LaneColumn<T>& column) {
-  using V = typename E::V;
-  for (std::uint32_t i = 0; i < lane_count; i += E::size)
-    if (any_lane(E::get(column.lane + i) > V(T(0)))) return false;
-  return true;
-}
-
-/// Steps those contacts of a block that the step names, from motions to forces and state.
-template <class T, int axes, bool books>
-void step_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns, const LaneInput& in,
-                  const LaneOutput& out) {
-  using E = Engine<T>;
-  const BrushMotion<T, axes> motion(law, columns, in);
-  BrushSums<T, axes> sums;
-  if (in.named != (1u << lane_count) - 1) sums = {};
-  std::uint32_t used = *columns.used;
-  for (std::uint32_t first = 0; first < lane_count; first += E::size) {
-    if ((in.named >> first & ((1u << E::size) - 1)) == 0) continue;
-    const std::uint32_t its = BrushStepper<E, T, axes, books>(law, columns, in, motion, first).run(sums);
-    used = its > used ? its : used;
-  }
-  while (used > 0 && is_zero<E>(columns.fresh[used - 1])) --used;
-  *columns.used = used;
-  finish_brushes<T, axes, books>(law, columns, in, out, motion, sums);
-}
-
-/// Steps a copy of the columns, so that a trial leaves the state as it is.
-template <class T, int axes, bool books>
-[[gnu::noinline]] void try_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns,
-                                   const LaneInput& in, const LaneOutput& out) {
-  auto* const memory = static_cast<std::byte*>(__builtin_alloca_with_align(BrushTrial<T>::bytes(law), 512));
-  BrushTrial<T> trial(law, columns, memory);
-  step_brushes<T, axes, books>(law, trial.columns, in, out);
-}
-template <class T, int axes, bool books>
-void brush_lanes(const BrushLaw<T>& law, const BrushColumns<T>& columns, const LaneInput& in,
-                 const LaneOutput& out) {
-  (in.stores ? step_brushes<T, axes, books> : try_brushes<T, axes, books>)(law, columns, in, out);
-}
 
 }  // namespace
 }  // namespace bristle::detail

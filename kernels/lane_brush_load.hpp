@@ -16,8 +16,8 @@ constexpr double most_mixing = 0.004;
 
 /// The cohorts of one vector of contacts, and changes of their loads.
 template <class E, class T, int axes, bool books>
-class BrushLoads : protected BrushCohorts<E, T, axes, books> {
-  using Base = BrushCohorts<E, T, axes, books>;
+class BrushLoads : protected BrushList<E, T, axes, books> {
+  using Base = BrushList<E, T, axes, books>;
 
  protected:
   using Base::ages, Base::cohort, Base::columns, Base::end, Base::get, Base::growth_of, Base::half,

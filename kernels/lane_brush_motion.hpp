@@ -1,5 +1,5 @@
-// What a step of sixteen infinite brushes in lanes needs once for each contact (lane_brush.hpp): directions,
-// loads and places before its cohorts are visited, forces and energies after.
+// The parts of a step of sixteen infinite brushes in lanes that are computed once for each contact
+// (lane_brush.hpp): directions, loads and places before its cohorts are visited, forces and energies after.
 #pragma once
 
 #include "ageing.hpp"

@@ -1,6 +1,6 @@
 // The kernels of contacts in lanes for one instruction set. Everything but the table has internal linkage, so
 // that the linker cannot use code of one instruction set in another.
-#include "lane_brush.hpp"
+#include "lane_brush_step.hpp"
 #include "lane_slide.hpp"
 #include "tables.hpp"
 

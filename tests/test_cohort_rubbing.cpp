@@ -428,7 +428,7 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
       OnePatch end(with_rubbing(law, r), PatchOptions(infinite_options()).with_outputs(Outputs::end));
       const double expected = steady(law, r).deflection;
       // Under the uniform law, with corners, cohorts stay at their mean places, with a second-order error.
-      const double allowed = law.law() == bristle::SnapLaw::uniform ? 5e-3 : 3e-4;
+      const double allowed = law.law() == bristle::SnapLaw::uniform ? 5e-3 : 2e-3;
       for (const auto& [x, y] : {std::pair{1.3, 0.4}, {0.0, 40.0}, {-60.0, 0.0}}) {
         all.step(x, y);
         const Response response = end.step(x * dbar, y * dbar, load_n);
@@ -467,7 +467,7 @@ TEST_CASE("A rubbed infinite brush forgets a turn after the path that is solved,
   const double kinetic_of_usual = steady(SnapLength::lognormal(dbar, 0.3113), {1.0 / 9.0, 1.0}).deflection;
   for (const auto& [length, turn] : {std::pair{3.9, M_PI / 2}, {4.5, M_PI / 2}, {5.2, M_PI}, {5.2, 2.5}}) {
     INFO(length << " lengths, turned by " << turn);
-    CHECK(error_of(usual, length, turn) < 3e-4 * kinetic_of_usual);
+    CHECK(error_of(usual, length, turn) < 1.5e-3 * kinetic_of_usual);
   }
 }
 

