@@ -212,7 +212,7 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
         if (ages) reach = divide(reach, growth);
         const V left = least(survival(*law.survival, reach), c.left);
         kept = c.fresh * left;
-        const Which gone = beyond & is_negligible(j, kept, left);
+        const Which gone = beyond & (is_negligible(j, kept, left) | (reach >= V(law.survival->high)));
         kept = select_lanes(beyond, select_lanes(gone, none, kept), mass);
         put(columns.reach[j], select_lanes(beyond, reach, c.reach));
         put(columns.left[j], select_lanes(beyond, left, c.left));

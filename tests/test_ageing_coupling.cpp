@@ -30,8 +30,11 @@ Material ageing_material() {
 /// Returns options of an infinite brush or of representatives. Representatives take double precision if the
 /// build has it, for the energy balance.
 PatchOptions options_of(Population population) {
-  PatchOptions options =
-      PatchOptions{}.with_max_normal_load(load).with_population(population).with_outputs(Outputs::all).with_precision(precisions().back());
+  PatchOptions options = PatchOptions{}
+                             .with_max_normal_load(load)
+                             .with_population(population)
+                             .with_outputs(Outputs::all)
+                             .with_precision(precisions().back());
   if (population == Population::representatives) options.with_bristles(4000);
   return options;
 }

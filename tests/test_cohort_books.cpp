@@ -23,8 +23,7 @@ namespace {
 
 /// A patch in a batch, with access to the columns of its cohorts.
 struct OpenBrush {
-  OpenBrush(const Material& material, const PatchOptions& options)
-      : id(batch.add(material, options)) {}
+  OpenBrush(const Material& material, const PatchOptions& options) : id(batch.add(material, options)) {}
   Response step(double dx, double dy, double load) {
     return step_one(batch, Motion{id, {dx * dbar, dy * dbar}, load});
   }
@@ -101,18 +100,20 @@ TEST_CASE("After every step the cohorts hold the load, and the moment is theirs"
         const Books b = read_books(brush);
         worst_share = std::max(worst_share, std::abs(b.share - (path.load > 0.0 ? 1.0 : 0.0)));
         for (int axis = 0; axis < 2; ++axis)
-          worst_moment = std::max(
-              worst_moment, std::abs(b.moment[axis] - brush.read(brush.block().columns.moment[axis])));
+          worst_moment = std::max(worst_moment,
+                                  std::abs(b.moment[axis] - brush.read(brush.block().columns.moment[axis])));
         if (b.used == brush.block().law.cohorts) ++full;
       }
       CHECK(worst_share < 2e-5);
       CHECK(worst_moment < 5e-5);
-      if (resolution == 2.0) CHECK(full > steps / 1000);  // else no cohorts were merged, and nothing was tested
+      if (resolution == 2.0)
+        CHECK(full > steps / 1000);  // else no cohorts were merged, and nothing was tested
     }
 }
 
 TEST_CASE("Bristles that came into contact last leave an infinite brush first", "[cohorts][mass][load]") {
-  OpenBrush brush(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw), single(infinite_options()));
+  OpenBrush brush(plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw),
+                  single(infinite_options()));
   // Shares of the load: 0.6 is bent by 0.2 mean lengths, 0.3 by 0.1, and 0.1 is straight; force is their sum.
   // A share of 5e-8 of the law is shorter than 0.2.
   const auto force = [](const Response& r) { return -r.elastic[0] / (load_n * dbar); };

@@ -124,7 +124,9 @@ void check_walk(const PatchCase& c, unsigned seed, int steps) {
   const Precision precision = c.options.precision;
   // In double a snap's place is known to 1e-12; ages and slides are less exact. So is an infinite brush in
   // single precision, which knows the places of its cohorts to 2^-24.
-  const double digits = precision == Precision::double_ ? (ages || slides ? 10.0 : 1.0) : infinite ? 100.0 : 1.0;
+  const double digits = precision == Precision::double_ ? (ages || slides ? 10.0 : 1.0)
+                        : infinite                      ? 100.0
+                                                        : 1.0;
   const std::uint32_t n = infinite ? 530 : c.options.bristles;
   const double most = c.options.max_normal_load;
   OnePatch patch(c.material, c.options);

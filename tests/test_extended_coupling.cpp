@@ -33,8 +33,11 @@ const char* name_of(Population population) {
 
 /// Returns options with double precision if the build has it for representatives, for the energy balance.
 PatchOptions options_of(Population population, double max_load, std::uint32_t bristles = 2400) {
-  PatchOptions options =
-      PatchOptions{}.with_max_normal_load(max_load).with_population(population).with_outputs(Outputs::all).with_precision(precisions().back());
+  PatchOptions options = PatchOptions{}
+                             .with_max_normal_load(max_load)
+                             .with_population(population)
+                             .with_outputs(Outputs::all)
+                             .with_precision(precisions().back());
   if (population == Population::representatives) options.with_bristles(bristles);
   return options;
 }

@@ -114,7 +114,8 @@ TEST_CASE("The slowest wave of uniform lengths is that of its closed form", "[ma
   // s b = -y, with exp(y) = 1 + y.
   const std::complex<double> y{2.088843015613044, 7.461489285654254};
   REQUIRE(std::abs(std::exp(y) - 1.0 - y) < 1e-12);
-  const bristle::detail::SlowWave wave = bristle::detail::find_slow_wave(SnapLength::uniform(0.0, 2.0 * dbar));
+  const bristle::detail::SlowWave wave =
+      bristle::detail::find_slow_wave(SnapLength::uniform(0.0, 2.0 * dbar));
   CHECK(wave.decay == Approx(0.5 * y.real()).epsilon(1e-4));
   CHECK(wave.frequency == Approx(0.5 * y.imag()).epsilon(1e-4));
 }

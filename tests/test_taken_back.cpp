@@ -42,8 +42,7 @@ void expect_taken_back(OnePatch& patch) {
 
 }  // namespace
 
-TEST_CASE("An infinite brush under a tiny load is taken back after a long slide",
-          "[state][cohorts]") {
+TEST_CASE("An infinite brush under a tiny load is taken back after a long slide", "[state][cohorts]") {
   for (const double units : {1.0, 2.0, 3.0, 10.0, 100.0}) {
     for (const Material& material : {redrawn(), redrawn(SnapLength::uniform(0.5 * dbar, 1.5 * dbar)),
                                      redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3))}) {
@@ -594,8 +593,8 @@ struct ForgedBrush {
   std::size_t part;
 };
 
-// Saved are three numbers of the response at rest, two of the contact, for each axis a double and five floats,
-// six floats, and for each cohort seven floats and, if it ages, its birth; then, if it ages, a time.
+// Saved are three numbers of the response at rest, two of the contact, for each axis a double and five
+// floats, six floats, and for each cohort seven floats and, if it ages, its birth; then, if it ages, a time.
 constexpr int saved_contact = 24, saved_axes = saved_contact + 16, saved_cohorts = saved_axes + 2 * 28 + 24;
 constexpr std::size_t plain_part = saved_cohorts + 24 * 28, aged_part = saved_cohorts + 24 * 36 + 16;
 Material aged_material() { return redrawn().with_ageing(Ageing::logarithmic(0.05, 1e-3)); }
@@ -644,12 +643,13 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
                 {"a cohort's reach", cohort + 8, -1.0f},
                 {"a cohort's share", cohort + 12, -1.0f},
                 {"a cohort's survival", cohort + 16, 0.0f},
-                {"the shares", cohort + 12, 0.0f},
+                {"an empty cohort", cohort + 12, 0.0f},
+                {"the shares", cohort + 12, 1e-9f},
                 {"a cohort's survival", cohort + 16, std::nanf("")},
                 {"a cohort's ranks", cohort + 20, -1.0f},
                 {"a cohort's ranks", cohort + 24, 1.5f}};
   for (const auto& forged : floats) refuses(plain, forged.bound, forged.at, forged.number);
-  refuses(lifted, "a cohort's share", saved_cohorts + 12, 1.0f);
+  refuses(lifted, "a cohort's survival", saved_cohorts + 12, 1.0f);
   refuses(lifted, "an empty cohort", saved_cohorts, 1.0f);
   refuses(aged, "a cohort's birth", saved_cohorts + 20, 1e19);
   refuses(aged, "a cohort's birth", saved_cohorts + 20, std::nan(""));

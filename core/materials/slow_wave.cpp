@@ -187,8 +187,7 @@ SlowWave find_slow_wave(const SnapLength& law) {
     }
     // Rejects roots that are no decaying waves, such as s = 0 (steady sliding), at which Newton's method may
     // end.
-    if (s.re < 0.0 && magnitude(s.im) > 1.0 && -s.re < slowest.decay)
-      slowest = {-s.re, magnitude(s.im)};
+    if (s.re < 0.0 && magnitude(s.im) > 1.0 && -s.re < slowest.decay) slowest = {-s.re, magnitude(s.im)};
   }
   return slowest;
 }

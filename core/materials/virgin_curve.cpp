@@ -880,9 +880,7 @@ double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
 
 /// Returns whether the force with SnapRule::redraw is steady to its last digit after the path x (in mean
 /// lengths), because bristles that began to slide together have ceased to snap in step.
-bool has_forgotten(const SnapLength& law, double x) {
-  return x * find_slow_wave(law).decay > 40.0;
-}
+bool has_forgotten(const SnapLength& law, double x) { return x * find_slow_wave(law).decay > 40.0; }
 
 double renewed_deflection(const SnapLength& law, SnapRule rule, double renewal, double x) {
   if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);

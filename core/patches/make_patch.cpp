@@ -77,7 +77,7 @@ namespace bristle {
 Population choose_population(const Material& material, const PatchOptions& options) noexcept {
   if (options.population != Population::automatic) return options.population;
   return options.bristles != 0 || !detail::allows_brush(material) ? Population::representatives
-                                                                    : Population::infinite;
+                                                                  : Population::infinite;
 }
 
 }  // namespace bristle

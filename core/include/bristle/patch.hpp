@@ -104,9 +104,9 @@ struct PatchOptions {
   Population population = Population::automatic;
 
   /// Population::infinite: accuracy, as the number of pieces of path per mean snap length, 1 to 128;
-  /// automatic: 8. The number of cohorts is twelve times that, 24 to 384. Time and memory grow with both, and in
-  /// sliding the error falls with the square of the resolution. With 8, under a load that changes at random,
-  /// the rms error is below 2 % (lognormal, cv 0.3) or 6 % (cv 1): test_random_laws.
+  /// automatic: 8. The number of cohorts is twelve times that, 24 to 384. Time and memory grow with both, and
+  /// in sliding the error falls with the square of the resolution. With 8, under a load that changes at
+  /// random, the rms error is below 2 % (lognormal, cv 0.3) or 6 % (cv 1): test_random_laws.
   double resolution = automatic;
   Lay lay;  ///< direction of the surface, in the patch's axes (for an outline in those of the surface); fixed
 

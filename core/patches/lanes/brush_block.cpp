@@ -135,8 +135,8 @@ LanePlaces::Block make_block(const LaneRecord& r) {
   fill_brush_law(*r.material, r.options.resolution, law, block->survival);
   law.snaps_per_newton = m.bristles_in_contact(1.0);
   law.cohorts = r.springs();
-  block->kernel =
-      lane_kernels_of<T>(*r.kernels->lanes).brush[r.options.axes - 1][r.options.outputs != Outputs::end ? 1 : 0];
+  block->kernel = lane_kernels_of<T>(*r.kernels->lanes)
+                      .brush[r.options.axes - 1][r.options.outputs != Outputs::end ? 1 : 0];
   // Cost of a contact as a number of bristles (Sharing): a bristle takes 0.3 ns, a contact some 12 ns, and
   // each of its cohorts 2 ns.
   block->work = lane_count * (40 + 6 * law.cohorts);
@@ -357,7 +357,8 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   const double longest = wide(lane.block.survival.high) * (1.0 + rounding);
   const double farthest = (longest * growth + law.residual) * (1.0 + rounding);
   const double of_load = contact.normal_load * law.stiffness_per_newton;
-  if (const char* fault = find_rest_fault(p, contact, of_load * farthest * r.lay.strongest, read)) return fault;
+  if (const char* fault = find_rest_fault(p, contact, of_load * farthest * r.lay.strongest, read))
+    return fault;
   double stiffness = 0.0, phase = 0.0, base[2] = {0.0, 0.0};
   T moment[2] = {T(0), T(0)};
   read(stiffness);

@@ -240,7 +240,8 @@ void save_rest(const Patch& patch, ByteWriter& write) noexcept;
 void restore_rest(Patch& patch, std::uint32_t seed, ByteReader& read) noexcept;
 /// Checks what save_rest() wrote, with `largest` the largest elastic force of any direction, N, and the
 /// overload of `contact`. Returns null, or the name of a value that no patch can have.
-const char* find_rest_fault(const Patch& patch, const Patch& contact, double largest, ByteReader& read) noexcept;
+const char* find_rest_fault(const Patch& patch, const Patch& contact, double largest,
+                            ByteReader& read) noexcept;
 
 /// Sets the load of a patch in a lane, and the numbers that depend on load and material alone.
 void set_load(Patch& patch, double normal_load_n) noexcept;

@@ -97,8 +97,10 @@ LanePlaces::Block make_block(const LaneRecord& r) {
   law.kinetic = 1.0 - m.material.drop;
 
   const bool all = r.options.outputs != Outputs::end;
-  block->kernel =
-      lane_kernels_of<T>(*r.kernels->lanes).slide[r.options.axes - 1][block->ages ? 2 : all ? 1 : 0];
+  block->kernel = lane_kernels_of<T>(*r.kernels->lanes)
+                      .slide[r.options.axes - 1][block->ages ? 2
+                                                 : all       ? 1
+                                                             : 0];
   // Cost of a contact as a number of bristles (Sharing): a bristle takes 0.3 ns, a contact some 12 ns, and
   // each of its springs 1 ns.
   block->work = lane_count * (40 + 3 * n);

@@ -88,9 +88,7 @@ struct PathForce::Brush {
       // Takes double precision, because the search compares forces of parameters that hardly differ.
       options.with_population(bristle::Population::infinite)
           .with_precision(BRISTLE_WITH_DOUBLE ? bristle::Precision::double_ : bristle::Precision::single)
-          .with_resolution(d == Detail::search   ? 4.0
-                           : d == Detail::refine ? 8.0
-                                                 : 16.0);
+          .with_resolution(d == Detail::search || d == Detail::refine ? 8.0 : 16.0);
     patch = batch.add(material, options);
     batch.warm_up();
   }

@@ -117,9 +117,8 @@ PullResult run_pull(const SpringPull& pull, Scheme scheme, double stiffness, dou
                                            .with_max_normal_load(pull.load_n)
                                            .with_axes(1)
                                            .with_population(bristle::Population::infinite)
-                                           .with_precision(BRISTLE_WITH_DOUBLE
-                                                               ? bristle::Precision::double_
-                                                               : bristle::Precision::single)
+                                           .with_precision(BRISTLE_WITH_DOUBLE ? bristle::Precision::double_
+                                                                               : bristle::Precision::single)
                                            .with_resolution(32.0)
                                            .with_outputs(bristle::Outputs::all));
   batch.warm_up();
