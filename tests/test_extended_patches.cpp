@@ -719,53 +719,9 @@ TEST_CASE("Extended patches by key begin anew like added ones", "[extended][keys
   CHECK(pads.patch_count() == 3);
 }
 
-TEST_CASE("Cells of a light step are stepped with the bits of the batch", "[extended]") {
-  // Steps one of two equal outlines as a whole, the other cell by cell through the batch, and compares: long
-  // slides, rests, tremor in any direction, changes of load, a turn back.
-  for (const double renewal : {0.0, 1.0}) {
-    Material material = plain_material(smooth, SnapRule::redraw);
-    material.shared_renewal = renewal;
-    const PatchOptions options = infinite_options(4.0).with_outputs(Outputs::end);
-    PatchBatch light_batch, batch;
-    ExtendedPatches light(light_batch), asked(batch);
-    const Outline outline = Outline::disc(150.0 * dbar, Pressure::hertz, 3);
-    const PatchId a = light.add(material, options, outline), b = asked.add(material, options, outline);
-    REQUIRE(a.value == b.value);
-    std::vector<Motion> motions(outline.cells.size());
-    std::vector<Response> answers(outline.cells.size());
-    for (int i = 0; i < 420; ++i) {
-      ExtendedMotion motion;
-      motion.id = a;
-      motion.normal_load = i < 300 ? load_n : 0.5 * load_n;
-      const bool tremor = i >= 120 && i < 300;
-      const double way = tremor ? (i % 2 == 0 ? 0.02 : -0.02) * dbar : i < 360 ? 0.4 * dbar : -0.4 * dbar;
-      motion.displacement[0] = way * (tremor ? std::cos(0.1 * i) : 0.8);
-      motion.displacement[1] = way * (tremor ? std::sin(0.1 * i) : 0.3);
-      motion.displacement[2] = tremor ? 0.3 * way / (150.0 * dbar) : 0.5 * way / (150.0 * dbar);
-      ExtendedResponse x, y;
-      light.step(tick, {&motion, 1}, {&x, 1});
-      REQUIRE(asked.write_motions({&motion, 1}, {motions.data(), motions.size()}) == motions.size());
-      batch.step(tick, {motions.data(), motions.size()}, {answers.data(), answers.size()});
-      asked.read_responses({&motion, 1}, {answers.data(), answers.size()}, {&y, 1});
-      INFO("step " << i);
-      for (int k = 0; k < 3; ++k) {
-        expect(x.end[k] == y.end[k] && x.elastic[k] == y.elastic[k] && x.damper[k] == y.damper[k], "force");
-        for (int l = 0; l < 3; ++l)
-          expect(x.stiffness[k][l] == y.stiffness[k][l] && x.damping[k][l] == y.damping[k][l], "tangent");
-      }
-      expect(x.force_limit == y.force_limit && x.torque_limit == y.torque_limit && x.status == y.status,
-             "limits and status");
-      if (i % 20 == 0) expect(light.state_hash() == asked.state_hash(), "state");
-    }
-    CHECK(light.state_hash() == asked.state_hash());
-  }
-}
-
 namespace {
 
-/// Returns options for outlines that can be stepped without a visit of their cells: nothing damps, and only
-/// the end force is asked for.
-PatchOptions light_options() { return infinite_options(4.0).with_outputs(Outputs::end); }
+PatchOptions end_options() { return infinite_options(4.0).with_outputs(Outputs::end); }
 
 ExtendedMotion motion_of(PatchId id, double dx, double spin, double load) {
   return {id, {dx, 0.0, spin}, load};
@@ -798,8 +754,8 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   const Material stiff = Material(soft).with_bristle_stiffness(2.0);
   PatchBatch batch;
   ExtendedPatches pads(batch);
-  const PatchId pad = pads.add(soft, light_options(), Outline::disc(1e-3, Pressure::uniform, 2));
-  CHECK(pads.info(pad).max_normal_load == light_options().max_normal_load);
+  const PatchId pad = pads.add(soft, end_options(), Outline::disc(1e-3, Pressure::uniform, 2));
+  CHECK(pads.info(pad).max_normal_load == end_options().max_normal_load);
   for (int i = 0; i < 3; ++i) CHECK(stick(pads, pad, load_n).stiffness[0][0] == Approx(load_n));
   const double limit = stick(pads, pad, load_n).force_limit;
 
@@ -846,7 +802,7 @@ TEST_CASE("An outline that grows with its load has no size after a reset", "[ext
   outline.full_size_load = load_n;
   PatchBatch batch;
   ExtendedPatches pads(batch);
-  const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), outline);
+  const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), end_options(), outline);
   stick(pads, pad, 8.0 * load_n);
   CHECK(pads.info(pad).scale == Approx(2.0));  // an outline's scale grows with the cube root of its load
   REQUIRE(pads.reset(pad));
@@ -868,7 +824,7 @@ TEST_CASE("What is refused of one outline says nothing of those beside it in a s
         cell.weight = 1.0 / static_cast<double>(cells);
         row.cells.push_back(cell);
       }
-      for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), light_options(), row);
+      for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), end_options(), row);
       // From the second step on the outline reuses stiffness and limits. In the third step one outline gets
       // an invalid motion.
       const std::size_t bad = first_is_bad ? 0 : 1;
@@ -901,10 +857,10 @@ TEST_CASE("A state of other outlines is refused by that name, and changes nothin
   const Outline point = Outline::disc(0.0, Pressure::uniform, 1);
   REQUIRE(disc.cells.size() > point.cells.size());
   const Material material = plain_material(smooth, SnapRule::redraw);
-  first.add(material, light_options(), disc);
-  first.add(material, light_options(), point);
-  second.add(material, light_options(), point);
-  const PatchId pad = second.add(material, light_options(), disc);
+  first.add(material, end_options(), disc);
+  first.add(material, end_options(), point);
+  second.add(material, end_options(), point);
+  const PatchId pad = second.add(material, end_options(), disc);
   stick(second, pad, load_n);
   const std::vector<std::byte> state = saved_state(first);
   const std::uint64_t before = second.state_hash();
@@ -919,7 +875,7 @@ TEST_CASE("Outlines added and removed again and again need no more room", "[exte
   const Material material = plain_material(smooth, SnapRule::redraw);
   const auto again = [&](int times) {
     for (int i = 0; i < times; ++i) {
-      const PatchId pad = pads.add(material, light_options(), disc);
+      const PatchId pad = pads.add(material, end_options(), disc);
       stick(pads, pad, load_n);
       pads.remove(pad);
       pads.step(tick, {}, {});
@@ -967,7 +923,7 @@ TEST_CASE("A response holds what was asked for and keeps the rest as the caller 
     ExtendedPatches pads(batch);
     const Material material = plain_material(smooth, SnapRule::redraw).with_bristle_damping(damping);
     ExtendedMotion motion = motion_of(
-        pads.add(material, light_options(), Outline::disc(1e-3, Pressure::uniform, 2)), dbar, 0.0, load_n);
+        pads.add(material, end_options(), Outline::disc(1e-3, Pressure::uniform, 2)), dbar, 0.0, load_n);
     for (int k = 0; k < 3; ++k) {
       ExtendedResponse out;
       for (double& x : out.damper) x = 5.0;
@@ -991,7 +947,7 @@ TEST_CASE("A lubricant resists in every step, whatever was known from the one be
   const double lubricant = 0.5;
   const Material material = plain_material(smooth, SnapRule::redraw).with_viscous_friction(lubricant);
   ExtendedMotion motion = motion_of(
-      pads.add(material, light_options(), Outline::disc(1e-3, Pressure::uniform, 2)), dbar, 0.0, load_n);
+      pads.add(material, end_options(), Outline::disc(1e-3, Pressure::uniform, 2)), dbar, 0.0, load_n);
   for (int k = 0; k < 3; ++k) {
     const ExtendedResponse out = step_one(pads, motion);
     CHECK(out.damper[0] == Approx(-lubricant * dbar / tick));
@@ -1076,8 +1032,8 @@ TEST_CASE("An outline to the left alone has an extent, and a cell that is gone s
   ExtendedPatches pads(batch);
   const Material material = plain_material(smooth, SnapRule::redraw);
   const Outline left = {{{{-1e-3, 0.0}, 0.25}, {{-2e-3, 0.0}, 0.75}}, 0.0};
-  CHECK_THROWS_AS(pads.add(material, light_options().with_axes(1), left), bristle::Error);
-  const PatchId pad = pads.add(material, light_options(), left);
+  CHECK_THROWS_AS(pads.add(material, end_options().with_axes(1), left), bristle::Error);
+  const PatchId pad = pads.add(material, end_options(), left);
   ExtendedMotion turn = motion_of(pad, 0.0, 1e-4, load_n);
   ExtendedResponse out;
   for (int k = 0; k < 2; ++k) pads.step(tick, {&turn, 1}, {&out, 1});

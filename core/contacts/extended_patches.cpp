@@ -55,21 +55,9 @@ struct Slopes {
     sum[0][0] = sum[1][1] = all;
     sum[0][1] = sum[1][0] = 0.0;
     sum[0][2] = sum[2][0] = 0.0 - turned[1];
-    // Adds 0.0 to turn -0 into +0. Light steps (is_light()) write +0 as their damping, and the same motion
-    // must give the same bits.
-    sum[1][2] = sum[2][1] = 0.0 + turned[0];
+    sum[1][2] = sum[2][1] = turned[0];
     sum[2][2] = square * (size * size);
   }
-};
-
-/// Stiffness and limits of an outline, summed from its cells' responses. They stay valid while load and
-/// material stay, so light steps reuse them instead of asking the cells.
-struct Stiffnesses {
-  bool known = false;
-  Slopes stiffness;
-  double force_limit = 0.0;
-  double arm = 0.0;  ///< sum over the cells of force limit x distance from the centre, at full size, N m
-  Status status = Status::ok;
 };
 
 /// Rotation and size of an outline in the course of one step.
@@ -91,14 +79,7 @@ struct ExtendedPatch {
   std::uint64_t key = 0, last_step = 0;
   Outputs outputs = Outputs::end;
   Pose pose;
-  Stiffnesses common;  ///< stiffness and force limits of the outline in its last step
-  /// Whether this material and these outputs allow light steps (is_light()): the material neither damps nor
-  /// ages, and the caller asks only for the force at the end of a step.
-  bool light_material = false;
-
-  // Rotation and size of this outline in the step in progress.
-  Course course;
-  bool light = false;  ///< whether the present step is one of elastic forces alone (is_light())
+  Course course;  ///< rotation and size of this outline in the step in progress
 
   bool is_point() const noexcept {
     return cells.size() == 1 && cells[0].position[0] == 0.0 && cells[0].position[1] == 0.0;
@@ -182,53 +163,19 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
   }
 }
 
-/// Returns whether a step can be made as a light step, which is cheaper: its response is the sum of the
-/// cells' elastic forces, with the stiffness and limits of the previous step.
-bool is_light(const ExtendedPatch& p, const ExtendedMotion& motion) noexcept {
-  // Refuses displacements beyond 1e300 m to the light step, in which the displacement of a cell might then
-  // not be finite.
-  const auto is_near = [](double x) { return x >= -1e300 && x <= 1e300; };
-  return p.common.known && p.light_material && motion.has_velocity == 0 &&
-         motion.normal_load == p.normal_load && is_good_spin(motion.displacement[2]) &&
-         is_near(motion.displacement[0]) && is_near(motion.displacement[1]);
-}
-
-void write_light_motions(const ExtendedPatch& p, const ExtendedMotion& motion, CellMotion* cells) noexcept {
-  const Turn midway = grown(p.course.midway, p.course.size);
-  for (std::size_t k = 0; k < p.cells.size(); ++k) {
-    double at[2];
-    cells[k].id = p.patches[k];
-    place(p.cells[k], midway, at);
-    move_point(motion.displacement, p.course.chord, at, cells[k].displacement);
-  }
-}
-
-bool is_good_time(double dt_s) noexcept {
-  return dt_s >= std::numeric_limits<double>::min() && dt_s <= std::numeric_limits<double>::max();
-}
-
 void add_wrench(const double (&force)[2], const double (&at)[2], double (&sum)[3]) noexcept {
   sum[0] += force[0];
   sum[1] += force[1];
   sum[2] += at[0] * force[1] - at[1] * force[0];
 }
 
-/// Writes those outputs that depend on load, material, angle and size but not on the motion: stiffness,
-/// limits and status.
-void write_common(const Stiffnesses& common, const Course& course, ExtendedResponse& out) noexcept {
-  common.stiffness.write(course.after, course.size, out.stiffness);
-  out.force_limit = common.force_limit;
-  out.torque_limit = common.arm * course.size;
-  out.status = common.status;
-}
-
 /// Adds up the responses of an outline's cells to force and torque, and combines their status flags.
 Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<const Response> cells,
-              Stiffnesses& common, ExtendedResponse& out) noexcept {
+              ExtendedResponse& out) noexcept {
   ExtendedResponse sum;
   sum.id = id;
-  common = Stiffnesses{};
-  Slopes damping;
+  Slopes stiffness, damping;
+  double arm = 0.0;  // sum over the cells of force limit x distance from the centre, at full size, N m
   const Turn turned_midway = grown(course.midway, course.size), turned = grown(course.after, course.size);
   for (std::size_t k = 0; k < p.cells.size(); ++k) {
     const Response& cell = cells[k];
@@ -240,17 +187,18 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
     add_wrench(cell.elastic, after, sum.elastic);
     add_wrench(cell.damper, after, sum.damper);
     add_wrench(cell.mean, midway, sum.mean);
-    common.stiffness.add(cell.stiffness, at);
+    stiffness.add(cell.stiffness, at);
     damping.add(cell.damping, at);
-    common.force_limit += cell.force_limit;
-    common.arm += cell.force_limit * std::sqrt(at[0] * at[0] + at[1] * at[1]);
-    common.status = common.status | cell.status;
+    sum.force_limit += cell.force_limit;
+    arm += cell.force_limit * std::sqrt(at[0] * at[0] + at[1] * at[1]);
+    sum.status = sum.status | cell.status;
     sum.dissipated += cell.dissipated;
     sum.contact_loss += cell.contact_loss;
     sum.damper_work += cell.damper_work;
     sum.snaps += cell.snaps;
   }
-  write_common(common, course, sum);
+  stiffness.write(course.after, course.size, sum.stiffness);
+  sum.torque_limit = arm * course.size;
   damping.write(course.after, course.size, sum.damping);
   sum.mean[2] *= course.chord_share;
   if (!has(p.outputs, Outputs::mean)) std::copy_n(out.mean, 3, sum.mean);
@@ -261,28 +209,7 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
     sum.snaps = out.snaps;
   }
   out = sum;
-  common.known = true;
   return sum.status;
-}
-
-/// Adds up the cells' elastic forces for a light step, in which nothing damps. Stiffness and limits are those
-/// of the previous step (p.common), because load and material have not changed.
-void sum_up_lightly(const ExtendedPatch& p, PatchId id, const CellMotion* cells,
-                    ExtendedResponse& out) noexcept {
-  double sum[3] = {0.0, 0.0, 0.0};
-  const Turn turned = grown(p.course.after, p.course.size);
-  for (std::size_t k = 0; k < p.cells.size(); ++k) {
-    double after[2];
-    place(p.cells[k], turned, after);
-    add_wrench(cells[k].force, after, sum);
-  }
-  out.id = id;
-  write_common(p.common, p.course, out);
-  for (int i = 0; i < 3; ++i) {
-    out.end[i] = out.elastic[i] = sum[i];
-    out.damper[i] = 0.0;
-    for (double& slope : out.damping[i]) slope = 0.0;
-  }
 }
 
 Status refuse_motion(PatchId id, Status why, ExtendedResponse& out) noexcept {
@@ -311,13 +238,6 @@ PatchOptions options_of_cell(const ExtendedPatch& p, const PatchOptions& whole, 
 Material material_of_cell(const Material& whole, Span<const PatchCell> cells, std::size_t cell) {
   if (whole.viscous_friction == 0.0 || cells.size() == 1) return whole;
   return Material(whole).with_viscous_friction(whole.viscous_friction * cells[cell].weight);
-}
-
-/// Returns whether a material allows light steps: its friction depends on deflection alone, and its stiffness
-/// and limit on load alone.
-bool is_light(const Material& m) noexcept {
-  return m.bristle_damping == 0.0 && m.viscous_friction == 0.0 && m.speed_strengthening == 0.0 &&
-         m.ageing_strength == 0.0;
 }
 
 void check_outline(const PatchOptions& options, const Outline& outline) {
@@ -368,11 +288,9 @@ SavedOutline saved_outline(std::uint32_t slot, const ExtendedPatch& p) noexcept 
 /// Working memory of a step, large enough for all cells of all outlines, so that a step does not allocate.
 struct Room {
   Room() = default;
-  explicit Room(std::size_t cells) : light(cells), motions(cells), answers(cells) {}
+  explicit Room(std::size_t cells) : motions(cells), answers(cells) {}
 
-  /// Displacements and forces of the cells of outlines that make a light step, outline after outline.
-  std::vector<CellMotion> light;
-  std::vector<Motion> motions;    ///< motions of the cells of outlines whose step is not light
+  std::vector<Motion> motions;    ///< motions of the cells, outline after outline
   std::vector<Response> answers;  ///< responses of the cells that move by `motions`
 };
 
@@ -393,28 +311,11 @@ struct Stepped : Room {
   /// its new angle and load.
   static Status finish(ExtendedPatch& p, const ExtendedMotion& motion, Span<const Response> cells,
                        ExtendedResponse& out) noexcept {
-    const Status status = sum_up(p, motion.id, p.course, cells, p.common, out);
-    if (!was_stepped(status)) {
-      p.common.known = false;
-      return status;
-    }
+    const Status status = sum_up(p, motion.id, p.course, cells, out);
+    if (!was_stepped(status)) return status;
     p.pose.turn = p.course.after;
     p.normal_load = motion.normal_load;
     return status;
-  }
-
-  /// Writes the response of an outline that made a light step (is_light()), and stores its new angle. Its
-  /// load stays as it was.
-  static Status finish_lightly(ExtendedPatch& p, PatchId id, const CellMotion* cells,
-                               ExtendedResponse& out) noexcept {
-    const auto is_gone = [](const CellMotion& cell) { return cell.id == PatchId{}; };
-    const bool gone = std::any_of(cells, cells + p.cells.size(), is_gone);
-    if (gone) p.common = Stiffnesses{};  // forgets stiffness and limits, as a cell's step was refused
-    sum_up_lightly(p, id, cells, out);
-    if (gone) out.status = out.status | Status::unknown_id;
-    p.common.known = !gone;
-    if (!gone) p.pose.turn = p.course.after;
-    return out.status;
   }
 
   /// Finds the responses of the cells of outline `p`, which begin at index `at` or later, and moves `at` past
@@ -464,16 +365,6 @@ struct RemoveOutline final : Change {
   ExtendedPatch removed;
 };
 
-struct ChangeMaterial final : Change {
-  void apply() noexcept override {
-    to->patches[slot].common.known = false;
-    to->patches[slot].light_material = is_light;
-  }
-  std::shared_ptr<Stepped> to;
-  std::uint32_t slot = 0;
-  bool is_light = false;
-};
-
 }  // namespace
 
 /// Data for the calls that add, remove or change outlines, which only the adding thread reads and writes.
@@ -483,7 +374,6 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
     // thread; nobody changes them, so the adding thread may read them.
     Span<const PatchCell> cells;
     Span<const PatchId> patches;
-    Outputs outputs = Outputs::end;
     bool alive = false;
   };
 
@@ -522,7 +412,7 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
   PatchBatch* const batch;
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
-  std::vector<Record> records;  ///< cells, outputs and life of each outline, by slot number
+  std::vector<Record> records;  ///< cells and life of each outline, by slot number
   std::size_t cells = 0;   ///< number of cells of all outlines, as the thread that adds outlines counts them
   std::size_t room = 0;    ///< number of cells that the stepping thread's arrays can hold
   std::size_t places = 0;  ///< number of outlines that the stepping thread's list can hold
@@ -545,7 +435,6 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
   made.outputs = options.outputs;
   made.seed = options.seed;
   made.key = options.key;
-  made.light_material = is_light(material) && options.outputs == Outputs::end;
   const std::size_t count = made.cells.size();
   made.patches.reserve(count);
   BatchAccess::Changes changes(*impl.batch);
@@ -562,7 +451,7 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
           impl.batch->add(material_of_cell(material, made.cells, k), options_of_cell(made, options, k)));
     change->slot = slot.number;
     made.generation = slot.generation;
-    const Impl::Record record{{made.cells.data(), count}, {made.patches.data(), count}, made.outputs, true};
+    const Impl::Record record{{made.cells.data(), count}, {made.patches.data(), count}, true};
     changes.send(std::move(change));
     impl.records[slot.number] = record;
     impl.cells += count;
@@ -594,13 +483,8 @@ void ExtendedPatches::set_material(PatchId id, const Material& material) {
   Impl& impl = *impl_;
   BatchAccess::Changes changes(*impl.batch);
   const Impl::Record& record = impl.demand(id);
-  auto change = std::make_unique<ChangeMaterial>();
-  change->to = impl.stepped;
-  change->slot = slot_of(id);
-  change->is_light = is_light(material) && record.outputs == Outputs::end;
   for (std::size_t k = 0; k < record.patches.size(); ++k)
     impl.batch->set_material(record.patches[k], material_of_cell(material, record.cells, k));
-  changes.send(std::move(change));
 }
 
 bool ExtendedPatches::set_scale(PatchId id, double scale) noexcept {
@@ -626,7 +510,7 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
   // for the cells of each outline only once.) One call then steps all cells, and a second pass writes the
   // responses.
   ++impl.step_number;
-  std::size_t light = 0, queued = 0;
+  std::size_t queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     ExtendedPatch* p = impl.find(in[i].id);
     const bool first = p != nullptr && p->last_step != impl.step_number;
@@ -637,30 +521,23 @@ StepReport ExtendedPatches::step(double dt_s, Span<const ExtendedMotion> in,
     }
     p->last_step = impl.step_number;
     p->course = course_of(*p, in[i]);
-    p->light = is_good_time(dt_s) && is_light(*p, in[i]);
     out[i].status = Status::ok;
-    if (p->light)
-      write_light_motions(*p, in[i], impl.light.data() + light);
-    else
-      write_cell_motions(*p, in[i], p->course, Span<Motion>(impl.motions.data() + queued, p->cells.size()));
-    (p->light ? light : queued) += p->cells.size();
+    write_cell_motions(*p, in[i], p->course, Span<Motion>(impl.motions.data() + queued, p->cells.size()));
+    queued += p->cells.size();
   }
   std::fill_n(impl.answers.begin(), queued, Response{});
-  const StepReport cells = BatchAccess::step(*impl.batch, dt_s, Span<CellMotion>(impl.light.data(), light),
-                                             Span<const Motion>(impl.motions.data(), queued),
-                                             Span<Response>(impl.answers.data(), queued));
+  const StepReport cells = impl.batch->step(dt_s, Span<const Motion>(impl.motions.data(), queued),
+                                            Span<Response>(impl.answers.data(), queued));
   report.tasks = cells.tasks;
   report.threads = cells.threads;
   report.bristles_visited = cells.bristles_visited;
-  light = queued = 0;
+  queued = 0;
   for (std::size_t i = 0; i < in.size(); ++i) {
     if (!was_stepped(out[i].status)) continue;
     ExtendedPatch& p = *impl.find(in[i].id);
     const Status status =
-        p.light ? Stepped::finish_lightly(p, in[i].id, impl.light.data() + light, out[i])
-                : Stepped::finish(p, in[i],
-                                  Span<const Response>(impl.answers.data() + queued, p.cells.size()), out[i]);
-    (p.light ? light : queued) += p.cells.size();
+        Stepped::finish(p, in[i], Span<const Response>(impl.answers.data() + queued, p.cells.size()), out[i]);
+    queued += p.cells.size();
     report.status = report.status | status;
     if (was_stepped(status)) ++report.patches_stepped;
   }
@@ -681,8 +558,7 @@ ExtendedResponse ExtendedPatches::find_force(double dt_s, const ExtendedMotion& 
   const Course course = course_of(*p, motion);
   write_cell_motions(*p, motion, course, Span<Motion>(impl.motions.data(), count));
   for (std::size_t k = 0; k < count; ++k) impl.answers[k] = impl.batch->find_force(dt_s, impl.motions[k]);
-  Stiffnesses common;
-  sum_up(*p, motion.id, course, Span<const Response>(impl.answers.data(), count), common, out);
+  sum_up(*p, motion.id, course, Span<const Response>(impl.answers.data(), count), out);
   return out;
 }
 
@@ -767,7 +643,6 @@ bool ExtendedPatches::reset(PatchId id, std::uint32_t seed, std::uint64_t key) n
   p->key = key;
   p->pose = Pose{};
   p->normal_load = 0.0;
-  p->common.known = false;
   return true;
 }
 
@@ -875,7 +750,6 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
     p.key = restored[i].key;
     p.pose = restored[i].pose;
     p.normal_load = restored[i].normal_load;
-    p.common.known = false;
   }
 }
 

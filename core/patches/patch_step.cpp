@@ -122,8 +122,8 @@ bool is_plain(const Patch& p) noexcept {
 struct Displacement {
   double by[2];
 };
-template <bool plain, class Asked>
-[[gnu::always_inline]] inline Displacement displacement_of(const Patch& p, const Asked& motion) noexcept {
+template <bool plain>
+[[gnu::always_inline]] inline Displacement displacement_of(const Patch& p, const Motion& motion) noexcept {
   Displacement d{{motion.displacement[0], motion.displacement[1]}};
   if (!plain && p.laid) p.record->lay.to_isotropic(motion.displacement, d.by);
   return d;
@@ -190,45 +190,41 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
   if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
-/// Writes the response of a step (for a cell of an outline only its force). After a committed step also
-/// stores the numbers that answer a next step at rest.
-template <bool plain, class Asked, class Answer>
-[[gnu::always_inline]] inline void write_response(Patch& p, const Asked& motion, double dt_s,
+/// Writes the response of a step. After a step that is stored also stores the numbers that answer a next step
+/// at rest.
+template <bool plain>
+[[gnu::always_inline]] inline void write_response(Patch& p, const Motion& motion, double dt_s,
                                                   const PatchStep& step, bool held, StepSums& sums,
-                                                  Answer& out) noexcept {
+                                                  Response& out) noexcept {
   if (!plain && p.laid && !p.in_lane) map_sums(p, motion.displacement, step, held, sums);
   double elastic[2];  // copied, because a read of the response just written would wait for its stores
 
   // Subtracts from 0, so that the force of a straight patch is +0, not -0.
   for (int axis = 0; axis < 2; ++axis) elastic[axis] = 0.0 - p.newtons_per_unit * sums.end[axis];
   const double growth = !plain && p.ages ? longest_growth(p, step) : 1.0;
-  if constexpr (std::is_same_v<Answer, CellMotion>) {
-    std::copy_n(elastic, 2, out.force);
-  } else {
-    const bool mean = has(p.outputs, Outputs::mean);
-    const bool energy = has(p.outputs, Outputs::energy);
-    double velocity[2] = {0.0, 0.0};
-    if (!plain) find_velocity(motion, dt_s, velocity);
-    const double damping = plain ? p.rest_damping : find_damping(p, velocity);
-    out.status = p.overloaded ? Status::overload : Status::ok;
-    double work = 0.0;
-    for (int axis = 0; axis < 2; ++axis) {
-      out.damper[axis] = 0.0 - damping * velocity[axis];
-      out.elastic[axis] = elastic[axis];
-      out.end[axis] = elastic[axis] + out.damper[axis];
-      if (mean) out.mean[axis] = 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
-      if (!plain)
-        work -= std::clamp(out.damper[axis] * motion.displacement[axis], -highest_energy, highest_energy);
-    }
-    out.stiffness = p.stiffness;
-    out.damping = damping;
-    out.force_limit = !plain && p.ages ? find_force_limit(p, growth) : p.force_limit;
-    if (energy) {
-      out.dissipated = sums.dissipated + p.pending_dissipated;
-      out.contact_loss = step.contact_loss + p.pending_loss;
-      out.damper_work = work;
-      out.snaps = sums.snaps + p.pending_snaps;
-    }
+  const bool mean = has(p.outputs, Outputs::mean);
+  const bool energy = has(p.outputs, Outputs::energy);
+  double velocity[2] = {0.0, 0.0};
+  if (!plain) find_velocity(motion, dt_s, velocity);
+  const double damping = plain ? p.rest_damping : find_damping(p, velocity);
+  out.status = p.overloaded ? Status::overload : Status::ok;
+  double work = 0.0;
+  for (int axis = 0; axis < 2; ++axis) {
+    out.damper[axis] = 0.0 - damping * velocity[axis];
+    out.elastic[axis] = elastic[axis];
+    out.end[axis] = elastic[axis] + out.damper[axis];
+    if (mean) out.mean[axis] = 0.0 - 0.5 * p.newtons_per_unit * sums.twice_mean[axis] + out.damper[axis];
+    if (!plain)
+      work -= std::clamp(out.damper[axis] * motion.displacement[axis], -highest_energy, highest_energy);
+  }
+  out.stiffness = p.stiffness;
+  out.damping = damping;
+  out.force_limit = !plain && p.ages ? find_force_limit(p, growth) : p.force_limit;
+  if (energy) {
+    out.dissipated = sums.dissipated + p.pending_dissipated;
+    out.contact_loss = step.contact_loss + p.pending_loss;
+    out.damper_work = work;
+    out.snaps = sums.snaps + p.pending_snaps;
   }
   if (!step.advance.commit) return;
   if (step.creeps) {
@@ -246,9 +242,9 @@ template <bool plain, class Asked, class Answer>
 
 /// Steps a patch whose motion the bound on snapping does not answer: it leaves Patch::bound, has no known
 /// bound, or has unusual length. Bristles have to be visited.
-template <bool plain, class Asked, class Answer>
-[[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Asked& motion, double dt_s, bool stores,
-                                            double contact_loss, Answer& out) noexcept {
+template <bool plain>
+[[gnu::noinline]] std::uint64_t leave_bound(Patch& p, const Motion& motion, double dt_s, bool stores,
+                                            double contact_loss, Response& out) noexcept {
   const Displacement d = displacement_of<plain>(p, motion);
   PatchStep step;
   step.contact_loss = contact_loss;
@@ -273,9 +269,10 @@ template <bool plain, class Asked, class Answer>
 
 /// Steps a patch under the present load. Usually its motion stays in the ball within which no bristle snaps,
 /// and the answer follows without a call of the contact model.
-template <bool plain, class Asked, class Answer>
-[[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Asked& motion, double dt_s, bool stores,
-                                                      double contact_loss, Answer& out) noexcept {
+template <bool plain>
+[[gnu::always_inline]] inline std::uint64_t take_step(Patch& p, const Motion& motion, double dt_s,
+                                                      bool stores, double contact_loss,
+                                                      Response& out) noexcept {
   const Displacement d = displacement_of<plain>(p, motion);
   if (p.known != Bound::ball || !is_usual(p, d.by))
     return leave_bound<plain>(p, motion, dt_s, stores, contact_loss, out);
@@ -301,8 +298,7 @@ void begin_time(const Patch& p) noexcept {
 }
 
 /// Writes a motion to the input columns `to`, at the place of the patch's lane.
-template <class Asked>
-[[gnu::always_inline]] inline void place(const Patch& p, const Asked& motion, double load, double dt_s,
+[[gnu::always_inline]] inline void place(const Patch& p, const Motion& motion, double load, double dt_s,
                                          std::uint32_t lane, LaneMotions& to) noexcept {
   to.place(lane, motion.displacement, load, dt_s);
   if (p.ages) {
@@ -315,9 +311,9 @@ template <class Asked>
 }
 
 /// Writes the response to a motion of a patch in a lane, under the load that was placed with the motion.
-template <bool plain, class Asked, class Answer>
-[[gnu::always_inline]] inline void answer(Patch& p, const Asked& motion, double dt_s, bool stores,
-                                          const LaneAnswers& answers, Answer& out) noexcept {
+template <bool plain>
+[[gnu::always_inline]] inline void answer(Patch& p, const Motion& motion, double dt_s, bool stores,
+                                          const LaneAnswers& answers, Response& out) noexcept {
   const std::uint32_t lane = lane_of(p).lane;
   PatchStep step;
   if constexpr (plain) {
@@ -369,29 +365,15 @@ void try_step(Patch& p, const Motion& motion, double dt_s, double contact_loss, 
   take_step<false>(p, motion, dt_s, false, contact_loss, out);
 }
 
-std::uint64_t step_patch(Patch& p, CellMotion& motion, double dt_s) noexcept {
-  if (is_plain(p)) return take_step<true>(p, motion, dt_s, true, 0.0, motion);
-  return take_step<false>(p, motion, dt_s, true, 0.0, motion);
-}
-
 void place_motion(const Patch& p, const Motion& motion, double dt_s) noexcept {
   begin_time(p);
   place(p, motion, motion.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
 }
-void place_motion(const Patch& p, const CellMotion& motion, double dt_s) noexcept {
-  begin_time(p);
-  place(p, motion, p.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
-}
-
 void answer_motion(Patch& p, const Motion& motion, double dt_s, const LaneAnswers& answers,
                    Response& out) noexcept {
   if (motion.normal_load != p.normal_load) set_load(p, motion.normal_load);
   if (is_plain(p)) return answer<true>(p, motion, dt_s, true, answers, out);
   answer<false>(p, motion, dt_s, true, answers, out);
-}
-void answer_motion(Patch& p, CellMotion& motion, double dt_s, const LaneAnswers& answers) noexcept {
-  if (is_plain(p)) return answer<true>(p, motion, dt_s, true, answers, motion);
-  answer<false>(p, motion, dt_s, true, answers, motion);
 }
 
 void step_lane(Patch& p, const Motion& motion, double dt_s, bool stores, Response& out) noexcept {

@@ -7,15 +7,6 @@
 
 namespace bristle::detail {
 
-/// Motion of one cell of an outline (contact area) in a light step: the load is unchanged and only the
-/// elastic force is asked for, which is cheaper than a Motion.
-struct CellMotion {
-  /// Id of the cell's patch. A step sets it to PatchId{} if the batch has no patch of this id.
-  PatchId id;
-  double displacement[2];  ///< tangential displacement of the cell in the step, m
-  double force[2];         ///< elastic force on the body at the end of the step, N
-};
-
 /// Returns whether a motion can be stepped: finite, in range, and along axes that the patch has. Other
 /// motions are bad input.
 bool is_good_motion(int axes, const Motion& motion) noexcept;
@@ -24,10 +15,6 @@ bool is_good_motion(int axes, const Motion& motion) noexcept;
 /// Reads only the first of the patch's four cache lines, which makes resting patches cheap.
 inline Bound find_bound(const Patch& p, const Motion& motion) noexcept {
   return p.rests && leaves_at_rest(motion, p.normal_load) ? Bound::rest : Bound::none;
-}
-inline Bound find_bound(const Patch& p, const CellMotion& motion) noexcept {
-  const bool rests = p.rests && motion.displacement[0] == 0.0 && motion.displacement[1] == 0.0;
-  return rests ? Bound::rest : Bound::none;
 }
 /// Finds which bound, if any, answers a step without a visit to the bristles.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
@@ -62,18 +49,15 @@ std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Respon
 /// Motions for which needs_copy() is true must be tried on a copy. `contact_loss`: energy lost when the load
 /// was applied, for the response.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
-std::uint64_t step_patch(Patch& patch, CellMotion& motion, double dt_s) noexcept;
 
 // The functions below are for contacts in lanes (Patch::in_lane). A step first places all motions in the
 // blocks, then runs the blocks, then writes the responses.
 
 /// Writes a patch's motion into its lane of the block, from which the kernel reads the motions of all lanes.
 void place_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;
-void place_motion(const Patch& patch, const CellMotion& motion, double dt_s) noexcept;
 /// Writes the response to a motion from the answers of the patch's block, after the block has been stepped.
 void answer_motion(Patch& patch, const Motion& motion, double dt_s, const LaneAnswers& answers,
                    Response& out) noexcept;
-void answer_motion(Patch& patch, CellMotion& motion, double dt_s, const LaneAnswers& answers) noexcept;
 /// Steps the contact of one lane alone. `stores`: false for a trial, which changes neither block nor record
 /// but only `patch`, which is a copy.
 void step_lane(Patch& patch, const Motion& motion, double dt_s, bool stores, Response& out) noexcept;

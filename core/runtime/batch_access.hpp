@@ -45,9 +45,6 @@ struct BatchAccess {
    private:
     PatchBatch::Impl& impl_;
   };
-  /// Steps motions as PatchBatch::step does, and in the same step cells of outlines (Scheduler::step).
-  static StepReport step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
-                         Span<Response> out) noexcept;
 
   // Returns what find_outputs() (patch_outputs.hpp) returns.
   static Outputs outputs(const PatchBatch& batch, PatchId id) noexcept;

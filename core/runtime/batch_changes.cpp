@@ -315,12 +315,6 @@ void PatchBatch::set_material(const PatchGroup& group, const Material& material)
 BatchAccess::Call::Call(PatchBatch& batch) noexcept : impl_(*batch.impl_), is_outermost_(impl_.enter()) {}
 BatchAccess::Call::~Call() { impl_.leave(is_outermost_); }
 
-StepReport BatchAccess::step(PatchBatch& batch, double dt_s, Span<CellMotion> cells, Span<const Motion> in,
-                             Span<Response> out) noexcept {
-  const PatchBatch::Impl::Call impl(*batch.impl_);
-  return impl->step(dt_s, {cells, {}, in, out});
-}
-
 BatchAccess::Changes::Changes(PatchBatch& batch) noexcept : impl_(*batch.impl_) {
   impl_.adding_side.enter();
   impl_.publishes_later = true;

@@ -111,7 +111,7 @@ void PatchBatch::warm_up() {
 StepReport PatchBatch::step(double dt_s, Span<const Motion> in, Span<Response> out,
                             Span<const GroupStep> groups) noexcept {
   const Impl::Call impl(*impl_);
-  return impl->step(dt_s, {{}, groups, in, out});
+  return impl->step(dt_s, {groups, in, out});
 }
 
 bool PatchBatch::reset(PatchId id) noexcept {

@@ -52,8 +52,6 @@ struct Scheduler::Motions {
   std::size_t size() const noexcept { return in.size(); }
   PatchId id(std::size_t i) const noexcept { return in[i].id; }
   const Motion& motion(std::size_t i) const noexcept { return in[i]; }
-  const Motion& whole_motion(const Patch&, std::size_t i) const noexcept { return in[i]; }
-  double load(std::size_t i, double) const noexcept { return in[i].normal_load; }
 
   /// Checks whether a motion can be stepped and returns its patch. Otherwise returns null, and sets `status`
   /// to the reason.
@@ -130,78 +128,12 @@ struct Scheduler::Motions {
   }
 };
 
-/// Items of a step that are cells of outlines in a light step: displacements in, elastic forces out.
-struct Scheduler::Cells {
-  double dt;
-  Span<CellMotion> cells;
-
-  static constexpr bool fetches = false;
-  std::size_t size() const noexcept { return cells.size(); }
-  PatchId id(std::size_t i) const noexcept { return cells[i].id; }
-  CellMotion& motion(std::size_t i) const noexcept { return cells[i]; }
-  double load(std::size_t, double before) const noexcept { return before; }
-
-  static Status status_of(const Patch& p) noexcept { return p.overloaded ? Status::overload : Status::ok; }
-  Patch* admit(Patch* p, std::size_t i, std::uint64_t step_number, Status& status) const noexcept {
-    if (p != nullptr) {
-      p->last_step = step_number;
-      return p;
-    }
-    cells[i] = {};
-    status = status | Status::unknown_id;
-    return nullptr;
-  }
-  bool place(LaneBlock& block, std::uint32_t lane, std::size_t i, bool, Outcome& outcome) const noexcept {
-    Patch& p = *block.patch[lane];
-    settle(p);
-    ++outcome.stepped;
-    if (find_bound(p, cells[i]) == Bound::rest) {
-      outcome.status = outcome.status | rest(p, i);
-      return false;
-    }
-    place_motion(p, cells[i], dt);
-    return true;
-  }
-  void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
-    run_block(block, [&](std::uint32_t lane, const LaneAnswers& answers) {
-      Patch& p = *block.patch[lane];
-      answer_motion(p, cells[block.motions.item[lane]], dt, answers);
-      outcome.status = outcome.status | status_of(p);
-    });
-  }
-  Status rest(const Patch& p, std::size_t i) const noexcept {
-    std::copy_n(p.elastic, 2, cells[i].force);
-    return status_of(p);
-  }
-  std::uint64_t step(Patch& p, std::size_t i, Status& status) const noexcept {
-    const std::uint64_t visited = step_patch(p, cells[i], dt);
-    status = status | status_of(p);
-    return visited;
-  }
-  // Returns the motion of a cell as a patch would get it. Needed for a cell so large that its step is shared
-  // among threads.
-  Motion whole_motion(const Patch& p, std::size_t i) const noexcept {
-    Motion motion;
-    motion.id = cells[i].id;
-    std::copy_n(cells[i].displacement, 2, motion.displacement);
-    motion.normal_load = p.normal_load;
-    return motion;
-  }
-  std::uint64_t end(Patch& p, std::size_t i, const PatchStep& step, const Totals* totals,
-                    Status& status) const noexcept {
-    Response response;
-    const std::uint64_t visited = end_step(p, whole_motion(p, i), dt, step, totals, response);
-    status = status | rest(p, i);
-    return visited;
-  }
-};
-
 /// Items of a step that are blocks of a group of contacts; link_group() has chosen them.
 struct Scheduler::Blocks : GroupColumns {
   std::uint64_t cost;
 };
 
-/// One step of all items of one kind (Motions, Cells or Blocks), alone or shared among threads.
+/// One step of all items of one kind (Motions or Blocks), alone or shared among threads.
 template <class Items>
 class Scheduler::Step {
  public:
@@ -371,9 +303,9 @@ class Scheduler::Step {
     if (slot >= s.pool.capacity()) return 0;
     const Outlook& outlook = s.pool.outlook(slot);
     if (outlook.bristles == Outlook::in_lane) return 0;
-    const auto& motion = items_.motion(i);
+    const Motion& motion = items_.motion(i);
     const bool works = motion.displacement[0] != 0.0 || motion.displacement[1] != 0.0 ||
-                       items_.load(i, outlook.normal_load) != outlook.normal_load;
+                       motion.normal_load != outlook.normal_load;
     return works ? s.work.constants.patch_overhead + outlook.bristles : 0;
   }
 
@@ -399,7 +331,7 @@ class Scheduler::Step {
       return false;
     Patch* const found = s.pool.find(items_.id(i));
     if (found == nullptr || found->model->shared == nullptr) return false;
-    const auto& motion = items_.whole_motion(*found, i);
+    const Motion& motion = items_.motion(i);
     if (find_bound(*found, motion) == Bound::rest || !is_good_motion(found->axes, motion)) return false;
     Patch& p = *items_.admit(found, i, s.step_number_, status);
     Split& split = s.splits_[static_cast<std::size_t>(s.split_count_)];
@@ -604,10 +536,6 @@ StepReport Scheduler::step(double dt_s, const StepItems& all) noexcept {
   report.tasks = report.threads = 1;
   ++step_number_;
   const FloatModeScope mode;
-  if (!all.cells.empty()) {
-    const Cells items{dt_s, all.cells};
-    Step(*this, items).run(report);
-  }
   for (const GroupStep& group : all.groups) step_group(dt_s, group, report);
   const Motions items{dt_s, all.motions, all.responses};
   Step(*this, items).run(report);

@@ -12,10 +12,8 @@
 
 namespace bristle::detail {
 
-/// Everything that one step moves: cells of outlines, groups of contacts, and single patches by one motion
-/// each.
+/// Everything that one step moves: groups of contacts, and single patches by one motion each.
 struct StepItems {
-  Span<CellMotion> cells;
   Span<const GroupStep> groups;
   Span<const Motion> motions;
   Span<Response> responses;
@@ -29,8 +27,7 @@ class Scheduler {
   PatchPool pool;
 
   /// Steps all items. The results do not depend on the number of threads and pieces, to the bit. Requires a
-  /// valid `dt_s`, no patch that is both among the cells and among the motions, and no cell that is named
-  /// twice.
+  /// valid `dt_s`.
   StepReport step(double dt_s, const StepItems& items) noexcept;
 
   /// Checks that a group's step can be made. Returns Status::unknown_id if there is no such group, and
@@ -75,7 +72,6 @@ class Scheduler {
     int first_task = 0, task_count = 0;
   };
   struct Motions;
-  struct Cells;
   struct Blocks;
   template <class Items>
   class Step;
