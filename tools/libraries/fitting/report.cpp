@@ -366,7 +366,7 @@ std::string by_coefficients(const FitResult& r) {
       "damper_decay = \"{}\"\n",
       c.kinetic,
       slides            ? fmt::format("drop = {}\n", c.drop)
-      : c.spread == 0.0 ? fmt::format("peak_over_kinetic = {}\n", c.peak / c.kinetic)
+      : c.spread == 0.0 ? fmt::format("peak_over_kinetic = {}\n", std::max(c.peak / c.kinetic, 1.0))
                         : "",
       c.spread, c.presliding_length, c.bristles_per_newton, bristle::to_string(c.law), to_string(c.rule),
       c.residual_share, c.shared_renewal, c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
