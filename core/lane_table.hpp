@@ -66,6 +66,8 @@ struct SlideColumns {
 /// vector registers.
 constexpr std::uint32_t few_brush_cells = 32;
 constexpr std::uint32_t most_cohorts = 384;  ///< largest number of cohorts of a contact
+/// Smallest S(R) of a cohort that takes bristles (BrushColumns::left): their number is divided by it.
+constexpr double least_left = 1e-7;
 
 /// Survival function S of a law of snap lengths, for deflections x without the residual length: 1 up to
 /// `low`, 0 from `high` on. Between, S is c0 + f (c1 + f c2), where f in [0, 1] is the place in a cell. Cells

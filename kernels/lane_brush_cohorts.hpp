@@ -7,9 +7,6 @@
 namespace bristle::detail {
 namespace {
 
-/// Smallest S(R) of a cohort that takes bristles, so that u = m / S exists.
-constexpr double least_left = 1e-7;
-
 /// Access to the cohorts of one vector of contacts, from the lane `first` on.
 template <class E, class T, int axes, bool books>
 class BrushCohorts {
@@ -92,7 +89,11 @@ class BrushCohorts {
     for (V& x : out.of) x = none;
     return out;
   }
-  V reach_to_left(V reach) const { return most(survival(*law.survival, reach), V(T(least_left))); }
+  /// Returns S(R), at least what a cohort of bristles needs; for one contact or for a vector of contacts.
+  template <class N>
+  N reach_to_left(N reach) const {
+    return most(survival(*law.survival, reach), N(static_cast<T>(least_left)));
+  }
   static V mean_square(V low, V high) { return (low * low + low * high + high * high) * V(T(1.0 / 3)); }
 
   template <class N>

@@ -17,7 +17,7 @@ class BrushMerges : protected BrushCohorts<E, T, axes, books> {
  protected:
   using Base::age, Base::age_of_growth, Base::ages, Base::cohort, Base::columns, Base::end, Base::first,
       Base::get, Base::growth_at, Base::half, Base::has_ranks, Base::is_ranked, Base::law, Base::lost,
-      Base::none, Base::one, Base::square, Base::time;
+      Base::none, Base::one, Base::reach_to_left, Base::square, Base::time;
   using Base::Base;
   using typename Base::Cohort;
   using typename Base::Columns;
@@ -106,7 +106,7 @@ class BrushMerges : protected BrushCohorts<E, T, axes, books> {
     T& reach = at(columns.reach, i);
     const T bent = (root(bent2) - static_cast<T>(law.residual)) / grown;
     reach = most(most(reach + share * (at(columns.reach, j) - reach), bent), law.survival->low);
-    const T left = most(survival(*law.survival, reach), T(least_left));
+    const T left = reach_to_left(reach);
     at(columns.left, i) = left;
     at(columns.fresh, i) = (mass + other) / left;
     if (columns.ranked->lane[lane] > T(0))

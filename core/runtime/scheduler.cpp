@@ -28,27 +28,14 @@ constexpr std::size_t resting_row = 16;    ///< number of resting patches in a r
     __builtin_prefetch(reinterpret_cast<const void*>(address + 64 * line));
 }
 
-/// Steps the contacts of a block of lanes whose motions were written into it, then calls answer(lane,
-/// answers) for each of them.
-template <class Answer>
-void run_block(LaneBlock& block, const Answer& answer) noexcept {
-  LaneAnswers answers;
-  LaneInput input = block.motions.input(true);
-  input.ahead = block.ahead();
-  block.run(block, input, answers.columns());
-  for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1)
-    answer(static_cast<std::uint32_t>(std::countr_zero(named)), answers);
-}
-
 }  // namespace
 
-/// Items of a step that are given as motions: single patches, and cells of outlines whose step is not light.
+/// Items of a step that are given as motions of patches.
 struct Scheduler::Motions {
   double dt;
   Span<const Motion> in;
   Span<Response> out;
 
-  static constexpr bool fetches = true;
   std::size_t size() const noexcept { return in.size(); }
   PatchId id(std::size_t i) const noexcept { return in[i].id; }
   const Motion& motion(std::size_t i) const noexcept { return in[i]; }
@@ -97,8 +84,14 @@ struct Scheduler::Motions {
     block.motions.place(lane, in[i].displacement, in[i].normal_load, dt);
     return true;
   }
+  /// Steps the contacts of a block whose motions place() has written into it, and answers them.
   void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
-    run_block(block, [&](std::uint32_t lane, const LaneAnswers& answers) {
+    LaneAnswers answers;
+    LaneInput input = block.motions.input(true);
+    input.ahead = block.ahead();
+    block.run(block, input, answers.columns());
+    for (std::uint32_t named = std::exchange(block.motions.named, 0); named != 0; named &= named - 1) {
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(named));
       const std::uint32_t i = block.motions.item[lane];
       if ((block.lent >> lane & 1u) != 0) {
         answer_lane(block, lane, in[i], dt, answers, out[i]);
@@ -108,7 +101,7 @@ struct Scheduler::Motions {
         answer_motion(*block.patch[lane], in[i], dt, answers, out[i]);
       }
       outcome.status = outcome.status | out[i].status;
-    });
+    }
   }
   Status rest(const Patch& p, std::size_t i) const noexcept {
     out[i].id = in[i].id;
@@ -258,7 +251,7 @@ class Scheduler::Step {
       }
       // Stops prefetching in a long row of resting patches. The processor's own prefetching reads those as
       // fast.
-      if (Items::fetches && i < fetch_until) fetch_ahead(items, i, range.last);
+      if (i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = patches.find(items.id(i));
       if (p != nullptr && p->in_lane) continue;  // place_motions() has placed or answered it
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {

@@ -92,17 +92,8 @@ struct Lane {
 };
 
 template <class T>
-void run(const LaneBlock& block, const LaneInput& in, const LaneOutput& out) noexcept {
-  const auto& b = static_cast<const BrushBlock<T>&>(block);
-  b.kernel(b.law, b.columns, in, out);
-}
-
-template <class T>
 void clear(LaneBlock& block, std::uint32_t lane) noexcept {
   auto& b = static_cast<BrushBlock<T>&>(block);
-  block.motions.named &= ~(1u << lane);
-  for (LaneColumn<double>& base : block.state.base) base.lane[lane] = 0.0;
-  block.state.stiffness.lane[lane] = block.state.phase.lane[lane] = 0.0;
   LaneRecord like;
   like.options.bristles = b.springs;
   like.options.axes = b.axes;
@@ -143,7 +134,7 @@ LanePlaces::Block make_block(const LaneRecord& r) {
   block->columns.state = &block->state;
   block->columns.used = &block->used;
   block->columns_at = block->columns.x;
-  block->run = &run<T>;
+  block->run = &run_kernel<BrushBlock<T>>;
   block->clear = &clear<T>;
   block->follow_time = &follow_time<T>;
   return block;
@@ -169,11 +160,10 @@ double stored_energy(const Patch& p) noexcept {
 /// stays.
 template <class T>
 void set_reach(const Lane<T>& lane, std::uint32_t i, double share, T reach) noexcept {
-  constexpr T least_left(1e-7f);
   T& its = lane.at(lane.columns.reach, i);
   its = std::max(reach, lane.block.survival.low);
   T& left = lane.at(lane.columns.left, i);
-  left = std::max(survival_at(lane.block.survival, its), least_left);
+  left = std::max(survival_at(lane.block.survival, its), static_cast<T>(least_left));
   lane.at(lane.columns.fresh, i) = static_cast<T>(share) / left;
 }
 
@@ -485,13 +475,8 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.options = options;
   if (options.resolution == 0.0) made.options.resolution = default_resolution;
   if (!(weight > 0.0)) made.options.bristles = choose_cohorts(*material, made.options.resolution);
-  made.first_seed = options.seed;
   made.endless = true;
-  made.largest_work = made.springs();
-  made.full_weight = weight > 0.0
-                         ? weight
-                         : material->material.bristles_in_contact(options.max_normal_load) / made.springs();
-  made.kernels = &kernels;
+  fill_record(made, material->material, weight, kernels);
   return make_lane_patch(*make_record(std::move(material), made), brush_model<T>);
 }
 

@@ -8,6 +8,14 @@
 
 namespace bristle::detail {
 
+void fill_record(LaneRecord& r, const Material& material, double weight, const KernelTable& kernels) {
+  r.first_seed = r.options.seed;
+  r.largest_work = r.springs();
+  r.full_weight =
+      weight > 0.0 ? weight : material.bristles_in_contact(r.options.max_normal_load) / r.springs();
+  r.kernels = &kernels;
+}
+
 void fill_block(LaneBlock& b, const LaneRecord& like) {
   const CompiledMaterial& m = *like.material;
   b.kernels = like.kernels->lanes;
@@ -49,7 +57,7 @@ void reset_lane(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   r.options.key = key;
   r.times_from = 0;
   p = make_lane_patch(r, *p.model);
-  r.block->clear(*r.block, r.lane);
+  clear_lane(*r.block, r.lane);
 }
 
 std::uint64_t signature_of_lane(const Patch& p) noexcept {
@@ -95,6 +103,13 @@ void set_load(Patch& p, double normal_load_n) noexcept {
   note_contact(p);
 }
 
+void clear_lane(LaneBlock& b, std::uint32_t lane) noexcept {
+  b.motions.named &= ~(1u << lane);
+  for (LaneColumn<double>& base : b.state.base) base.lane[lane] = 0.0;
+  b.state.stiffness.lane[lane] = b.state.phase.lane[lane] = 0.0;
+  b.clear(b, lane);
+}
+
 void enter_lane(Patch& p) noexcept {
   const LaneRecord& r = lane_of(p);
   LaneBlock& b = *r.block;
@@ -103,7 +118,7 @@ void enter_lane(Patch& p) noexcept {
   b.light.lane[r.lane] = r.material->material.load_on_bristles(b.full.lane[r.lane]) * (1.0 - 1e-9);
   b.lightest = std::min(b.lightest, b.light.lane[r.lane]);
   b.lent &= ~(1u << r.lane);
-  b.clear(b, r.lane);
+  clear_lane(b, r.lane);
 }
 
 bool lend(const Patch& p) noexcept {

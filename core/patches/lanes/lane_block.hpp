@@ -195,6 +195,16 @@ std::shared_ptr<Block> allocate_block(const LaneRecord& like) {
   return owner;
 }
 
+/// Steps the contacts of a block by the kernel of its contact model (LaneBlock::run).
+template <class Block>
+void run_kernel(const LaneBlock& block, const LaneInput& in, const LaneOutput& out) noexcept {
+  const auto& b = static_cast<const Block&>(block);
+  b.kernel(b.law, b.columns, in, out);
+}
+
+/// Fills in those members of a record that are alike in all contact models. Its options are set already, the
+/// number of springs or cohorts included. `weight`: bristles for each of these; 0: what the options ask for.
+void fill_record(LaneRecord& record, const Material& material, double weight, const KernelTable& kernels);
 /// Fills in those members of a block that are alike in all contact models.
 void fill_block(LaneBlock& block, const LaneRecord& like);
 
@@ -246,6 +256,8 @@ const char* find_rest_fault(const Patch& patch, const Patch& contact, double lar
 /// Sets the load of a patch in a lane, and the numbers that depend on load and material alone.
 void set_load(Patch& patch, double normal_load_n) noexcept;
 
+/// Resets the numbers of a lane for a new contact.
+void clear_lane(LaneBlock& block, std::uint32_t lane) noexcept;
 /// Resets a patch's lane for a new contact, because it may hold numbers of an earlier one.
 void enter_lane(Patch& patch) noexcept;
 

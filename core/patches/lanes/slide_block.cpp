@@ -53,17 +53,8 @@ struct Lane {
 };
 
 template <class T>
-void run(const LaneBlock& block, const LaneInput& in, const LaneOutput& out) noexcept {
-  const auto& b = static_cast<const SlideBlock<T>&>(block);
-  b.kernel(b.law, b.columns, in, out);
-}
-
-template <class T>
 void clear(LaneBlock& block, std::uint32_t lane) noexcept {
   const auto& b = static_cast<SlideBlock<T>&>(block);
-  block.motions.named &= ~(1u << lane);
-  for (LaneColumn<double>& base : block.state.base) base.lane[lane] = 0.0;
-  block.state.stiffness.lane[lane] = block.state.phase.lane[lane] = 0.0;
   for (std::uint32_t i = 0; i < b.law.springs; ++i) {
     b.columns.x[i].lane[lane] = T(0);
     if (b.columns.y != nullptr) b.columns.y[i].lane[lane] = T(0);
@@ -106,7 +97,7 @@ LanePlaces::Block make_block(const LaneRecord& r) {
   block->work = lane_count * (40 + 3 * n);
   block->columns.state = &block->state;
   block->columns_at = block->columns.x;
-  block->run = &run<T>;
+  block->run = &run_kernel<SlideBlock<T>>;
   block->clear = &clear<T>;
   return block;
 }
@@ -282,12 +273,7 @@ Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOp
   made.material = material.get();
   made.options = options;
   made.options.bristles = options.bristles == 0 ? default_sliders : std::min(options.bristles, most_sliders);
-  made.first_seed = options.seed;
-  made.largest_work = made.springs();
-  made.full_weight = weight > 0.0
-                         ? weight
-                         : material->material.bristles_in_contact(options.max_normal_load) / made.springs();
-  made.kernels = &kernels;
+  fill_record(made, material->material, weight, kernels);
   return make_lane_patch(*make_record(std::move(material), made), slide_model<T>);
 }
 
