@@ -13,7 +13,6 @@
 #include "tools/libraries/files/force_file.hpp"
 #include "tools/libraries/files/toml_table.hpp"
 #include "tools/libraries/files/user_error.hpp"
-#include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/table.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
 #include "tools/libraries/run/part_scene.hpp"
@@ -165,12 +164,7 @@ void gather(BedResult& result, const bristle::BedMotion& motion, const bristle::
 Json report_json(const PartScene<SceneBed>& given, const std::vector<BedResult>& results,
                  const bristle::BedBatch& beds, const std::vector<bristle::BedMotion>& motions,
                  std::uint64_t steps) {
-  const Scene& scene = given.scene;
-  Json report = {{"schema", "bristle-beds-1"},
-                 {"conditions", to_json(conditions())},
-                 {"scene", {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}}},
-                 {"steps", steps},
-                 {"beds", Json::array()}};
+  Json report = begin_report("beds", given.scene, steps);
   for (std::size_t b = 0; b < results.size(); ++b) {
     const BedResult& r = results[b];
     report["beds"].push_back(
@@ -183,9 +177,7 @@ Json report_json(const PartScene<SceneBed>& given, const std::vector<BedResult>&
          {"most_slipping", r.most_slipping},
          {"bad_input", r.refused}});
   }
-  report["state_hash"] = fmt::format("{:016x}", beds.state_hash());
-  report["conditions"]["isa"] = beds.isa();
-  report["conditions"]["threads"] = beds.threads();
+  end_report(report, beds);
   return report;
 }
 
@@ -222,9 +214,7 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   const bool on_stdout =
       check_files({{"SCENE", options.scene}}, {{"--json", options.json}, {"--csv", options.out}});
   OutputFile json(options.json), out_file(options.out);
-  bristle::BedBatch beds(bristle::BatchOptions{}
-                             .with_threads(options.threads.value_or(scene.threads))
-                             .with_isa(options.isa.empty() ? nullptr : options.isa.c_str()));
+  bristle::BedBatch beds(batch_options(scene, options));
   std::vector<bristle::BedMotion> motions(given.parts.size());
   std::vector<bristle::BedResponse> responses(given.parts.size());
   std::vector<BedRow> last(given.parts.size());
@@ -261,10 +251,7 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   }
   if (out_file) out_file.finish();
   if (!on_stdout) print_report(report_text(given, results, steps, beds.state_hash()));
-  if (json)
-    json.write(report_json(given, results, beds, motions, steps)
-                   .dump(2, ' ', false, Json::error_handler_t::replace) +
-               '\n');
+  if (json) json.write(text_of(report_json(given, results, beds, motions, steps)));
   return true;
 }
 

@@ -7,7 +7,6 @@
 
 #include "tools/libraries/files/force_file.hpp"
 #include "tools/libraries/files/joint_fields.hpp"
-#include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/table.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
 #include "tools/libraries/run/part_scene.hpp"
@@ -60,20 +59,13 @@ void read_joint(const TomlTable& table, SceneJoint& joint) {
 
 Json report_json(const PartScene<SceneJoint>& given, const std::vector<JointResult>& results,
                  const bristle::JointFriction& joints, std::uint64_t steps) {
-  const Scene& scene = given.scene;
-  Json report = {{"schema", "bristle-joints-1"},
-                 {"conditions", to_json(conditions())},
-                 {"scene", {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}}},
-                 {"steps", steps},
-                 {"joints", Json::array()}};
+  Json report = begin_report("joints", given.scene, steps);
   for (std::size_t j = 0; j < results.size(); ++j)
     report["joints"].push_back({{"name", given.parts[j].name},
                                 {"torque", json_of(results[j].torque)},
                                 {"work", results[j].work},
                                 {"bad_input", results[j].refused}});
-  report["state_hash"] = fmt::format("{:016x}", joints.state_hash());
-  report["conditions"]["isa"] = joints.isa();
-  report["conditions"]["threads"] = joints.threads();
+  end_report(report, joints);
   return report;
 }
 
@@ -106,12 +98,10 @@ bool run_joint_scene(const RunOptions& options, const std::string& text) {
   const std::size_t n = given.parts.size();
   std::vector<bristle::JointMaterial> materials;
   for (const SceneJoint& joint : given.parts) materials.push_back(joint.material);
-  bristle::BatchOptions batch;
-  batch.with_threads(options.threads.value_or(scene.threads))
-      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str());
   std::optional<bristle::JointFriction> made;
   try {
-    made.emplace(n, bristle::Span<const bristle::JointMaterial>(materials), bristle::JointOptions{}, batch);
+    made.emplace(n, bristle::Span<const bristle::JointMaterial>(materials), bristle::JointOptions{},
+                 batch_options(scene, options));
   } catch (const bristle::Error& error) {
     throw UserError(fmt::format("{}: {}", options.scene, error.what()));
   }
@@ -150,10 +140,7 @@ bool run_joint_scene(const RunOptions& options, const std::string& text) {
   }
   if (out_file) out_file.finish();
   if (!on_stdout) print_report(report_text(given, results, steps, joints.state_hash()));
-  if (json)
-    json.write(
-        report_json(given, results, joints, steps).dump(2, ' ', false, Json::error_handler_t::replace) +
-        '\n');
+  if (json) json.write(text_of(report_json(given, results, joints, steps)));
   return true;
 }
 

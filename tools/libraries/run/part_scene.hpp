@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "tools/libraries/files/toml_table.hpp"
 #include "tools/libraries/files/toml_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/run/run.hpp"
 #include "tools/libraries/scene/scene_stepper.hpp"
 #include "tools/libraries/scene/scene_table.hpp"
@@ -103,6 +105,25 @@ inline void check_part_options(const RunOptions& options, const char* kind) {
     throw UserError(fmt::format(
         "{}: has [[{}]]: --csv, --json, --steps, --threads and --isa go with it, other options do not",
         options.scene, kind));
+}
+
+/// Begins a JSON report on the parts `kind`, such as "beds", with an empty list of them.
+inline Json begin_report(const std::string& kind, const Scene& scene, std::uint64_t steps) {
+  return {{"schema", "bristle-" + kind + "-1"},
+          {"conditions", to_json(conditions())},
+          {"scene", {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}}},
+          {"steps", steps},
+          {kind, Json::array()}};
+}
+/// Ends a report with the state hash of the parts, and how they were stepped.
+template <class Batch>
+void end_report(Json& report, const Batch& batch) {
+  report["state_hash"] = fmt::format("{:016x}", batch.state_hash());
+  report["conditions"]["isa"] = batch.isa();
+  report["conditions"]["threads"] = batch.threads();
+}
+inline std::string text_of(const Json& report) {
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 
 inline Json json_of(const ForceStatistics& f) {

@@ -69,12 +69,6 @@ class SceneRun {
   RunResult result_;
 };
 
-bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& options) {
-  return bristle::BatchOptions{}
-      .with_threads(options.threads.value_or(scene.threads))
-      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str());
-}
-
 SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObserver& observer)
     : scene_(scene),
       options_(options),
@@ -392,6 +386,12 @@ double ForceStatistics::rms() const noexcept {
 RunResult run_scene(const Scene& scene, const RunOptions& options, const StepObserver& observer) {
   check_memory(scene);
   return SceneRun(scene, options, observer).run();
+}
+
+bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& options) {
+  return bristle::BatchOptions{}
+      .with_threads(options.threads.value_or(scene.threads))
+      .with_isa(options.isa.empty() ? nullptr : options.isa.c_str());
 }
 
 void set_rate(Scene& scene, double rate_hz) {

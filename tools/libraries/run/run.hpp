@@ -126,6 +126,9 @@ struct RunResult {
   std::string save_failure;
 };
 
+/// Makes the options of a scene's batch: threads and instruction set.
+bristle::BatchOptions batch_options(const Scene& scene, const RunOptions& options);
+
 /// Sets a scene's time step to 1 / rate_hz, and its deadline to the time step if it is longer.
 void set_rate(Scene& scene, double rate_hz);
 
