@@ -84,7 +84,7 @@ struct Lane {
     for (LaneColumn<T>* column : {columns.low, columns.high}) visit(at(column, i));
   }
 
-  /// Notes that cohorts beyond the last one that is not empty in this lane may be empty in all lanes.
+  /// Raises the number of cohorts that kernels visit until it covers all cohorts of this lane with bristles.
   void note_used() const noexcept {
     for (std::uint32_t i = block.used; i < cohorts(); ++i)
       if (!is_empty(i)) block.used = i + 1;
@@ -167,7 +167,7 @@ void set_reach(const Lane<T>& lane, std::uint32_t i, double share, T reach) noex
   lane.at(lane.columns.fresh, i) = static_cast<T>(share) / left;
 }
 
-/// Steps a contact by a negligible way along its deflection, so that bristles snap that are bent beyond their
+/// Steps a contact by a negligible path along its deflection, so that bristles snap that are bent beyond their
 /// snap length, and adds what they lose and their number to what the next step reports.
 template <class T>
 void slip(Patch& p) noexcept {
