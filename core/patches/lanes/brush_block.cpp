@@ -167,8 +167,8 @@ void set_reach(const Lane<T>& lane, std::uint32_t i, double share, T reach) noex
   lane.at(lane.columns.fresh, i) = static_cast<T>(share) / left;
 }
 
-/// Steps a contact by a negligible path along its deflection, so that bristles snap that are bent beyond their
-/// snap length, and adds what they lose and their number to what the next step reports.
+/// Steps a contact by a negligible path along its deflection, so that bristles snap that are bent beyond
+/// their snap length, and adds what they lose and their number to what the next step reports.
 template <class T>
 void slip(Patch& p) noexcept {
   constexpr double way = 1e-18;  // scaled lengths
