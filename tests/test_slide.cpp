@@ -4,7 +4,6 @@
 #include <cmath>
 #include <random>
 
-
 #include "brute_force.hpp"
 #include "core/materials/strata.hpp"
 #include "expect.hpp"

@@ -569,7 +569,8 @@ BRISTLE_API uint32_t bristle_keyed_end_step(bristle_keyed* keyed);
 /** Number of current contacts. [step] */
 BRISTLE_API uint32_t bristle_keyed_size(const bristle_keyed* keyed);
 /** Writes the groups of the pool's patches, as many as fit, and returns their number: one, and one more for
- * each bristle_keyed_reserve; none for outlines and beds. Contact i of a group has the id first + i. [step] */
+ * each bristle_keyed_reserve; none for outlines and beds. Contact i of a group has the id first + i. [step]
+ */
 BRISTLE_API size_t bristle_keyed_groups(const bristle_keyed* keyed, bristle_group* groups, size_t count);
 /** Number of times that bristle_keyed_find_or_add gave no patch, so far. [step] */
 BRISTLE_API uint64_t bristle_keyed_refused(const bristle_keyed* keyed);
