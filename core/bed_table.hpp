@@ -1,6 +1,6 @@
 // The interface between core and kernels for beds: plain structs of raw pointers and a table of functions, as
 // in kernel_table.hpp. core/beds/BEDS.md has the equations. Units make all numbers of a column of order 1:
-// deflections and limits are divided by the bed's unit of deflection, places by its larger half width,
+// deflections and limits are divided by the bed's unit of deflection, positions by its larger half width,
 // stiffnesses by the bed's stiffness at full load.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace bristle::detail {
 /// the next 16), and their length is a multiple of lane_count. Columns that a step reads come first,
 /// constants last, to save memory traffic.
 enum BedColumn : std::uint32_t {
-  bed_tip_x,  ///< x of the bristle's tip: place of its root less its deflection
+  bed_tip_x,  ///< x of the bristle's tip: position of its root less its deflection
   bed_tip_y,
   /// Relative pressure at the bristle. The bristle's kinetic friction limit is this number times
   /// BedStep::limit_of_pressure.
@@ -23,17 +23,17 @@ enum BedColumn : std::uint32_t {
   bed_stiffness,       ///< stiffness of the part of the bristle's cell that is in contact
   bed_x,               ///< x of the bristle; if the bed can roll, of the middle of its cell's part in contact
   bed_y,
-  bed_slid,  ///< 1 if the bristle slid in the last step, so that it holds only its kinetic limit
+  bed_slid,  ///< 1 if the bristle slid in the last step, so that it bears only its kinetic limit
   /// Share of the cell's present contact that was in contact before the step too. A step multiplies the
   /// deflection by it, because the part that has just come into contact is straight.
   bed_kept,
   bed_moved,  ///< share of the step's motion that bends the bristle: below 1 if its cell has just entered
-  bed_along,  ///< place of a rolling bristle in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
+  bed_along,  ///< position of a rolling bristle in its row, in half lengths of the row, -1 - h/2 to 1 + h/2
 
   // Columns of constants:
   bed_own,  ///< stiffness of the bristle when its whole cell is in contact
-  /// Size of the contact, squared, at which the cell begins to touch. In a rolling bed: place of the cell's
-  /// row across the rows, -1 to 1.
+  /// Size of the contact, squared, at which the cell begins to touch. In a rolling bed: position of the
+  /// cell's row across the rows, -1 to 1.
   bed_inner,
   /// Size of the contact, squared, from which on the whole cell touches. In a rolling bed: half length of the
   /// cell's row at full load.
@@ -46,15 +46,15 @@ enum BedColumn : std::uint32_t {
 };
 
 /// Returns the index of bristle i in a column, for the order of blocks described above.
-constexpr std::size_t bed_place(BedColumn c, std::size_t i) noexcept {
+constexpr std::size_t bed_index(BedColumn c, std::size_t i) noexcept {
   return ((i / lane_count) * bed_columns + c) * lane_count + i % lane_count;
 }
 
 enum class BedProfile : std::uint32_t { uniform, parabolic, hertz };
 
 /// Size of a bed's contact under its load, and displacement of its bristles' roots: what kernels need to
-/// place the bristles.
-struct BedPlaces {
+/// set the bristles' positions.
+struct BedPositions {
   std::uint32_t count;
   BedProfile profile;
   float size2;          ///< squared size of the contact, relative to its size at full load
@@ -67,8 +67,8 @@ struct BedPlaces {
   float over_rolled;  ///< one over the distance rolled, without sign
   bool turned;        ///< Whether the rows have turned, so that rolling changes y too.
   float cell;         ///< h, width of a cell along its row, in half lengths of the row
-  /// Factors that give a bristle's position from its place along its row and across it: [0, 1] for its x, [2,
-  /// 3] for its y. x is the difference of both terms, y their sum.
+  /// Factors that give a bristle's position from its coordinates along its row and across it: [0, 1] for its
+  /// x, [2, 3] for its y. x is the difference of both terms, y their sum.
   float axes[4];
   /// Displacement of the bristles' roots by translation along x and y [0, 1], then by turning [2, 3], again
   /// along x and y.
@@ -77,9 +77,9 @@ struct BedPlaces {
 
 struct BedStep {
   std::uint32_t count;
-  /// Displacement of the roots before the step, in the parts of BedPlaces::root; zeros after rolling.
+  /// Displacement of the roots before the step, in the parts of BedPositions::root; zeros after rolling.
   float root[4];
-  /// Displacement of the bristles' roots in this step, in the same four parts as BedPlaces::root.
+  /// Displacement of the bristles' roots in this step, in the same four parts as BedPositions::root.
   float motion[4];
   bool torque;  ///< Whether the torque is computed also in a step without spin.
   /// Whether every tip is rewritten relative to a root at displacement zero, as after rolling or a long
@@ -93,10 +93,10 @@ struct BedStep {
   bool creeps;
   float spread;
   float limit_of_pressure;
-  float pressure_of_limit2;  ///< one over the square of BedStep::limit_of_pressure
-  float limit_over_hold;     ///< kinetic over static limit of friction
-  float hold_over_limit;     ///< static over kinetic limit of friction
-  float gain;                ///< deflection along y over that along x, of equal displacements; 1: isotropic
+  float pressure_of_limit2;   ///< one over the square of BedStep::limit_of_pressure
+  float kinetic_over_static;  ///< kinetic over static limit of friction
+  float static_over_kinetic;  ///< static over kinetic limit of friction
+  float gain;                 ///< deflection along y over that along x, of equal displacements; 1: isotropic
 };
 
 /// Sums over the bristles of a bed, in its units, from which the response is made.
@@ -142,16 +142,17 @@ struct BedKernels {
   void (*step[bed_variants])(const BedStep&, float* columns, BedSums&);
   /// Fills the columns of stiffness and pressure, and bed_kept, for a new size of the contact. Returns the
   /// sum of stiffness x pressure.
-  double (*place)(const BedPlaces&, float* columns);
-  /// Fills the columns that place() fills, and the positions of bristles and tips, for a bed that can roll
-  /// but does not in this step.
-  double (*place_rows)(const BedPlaces&, float* columns);
-  /// Moves the cells along their rows by BedPlaces::rolled, which is not 0. Fills the columns that place()
-  /// fills, positions and bed_moved, but not the tips, which must be relative to roots at displacement zero.
-  double (*roll)(const BedPlaces&, float* columns);
-  /// Subtracts the displacement of its root, BedPlaces::root, from each tip. The caller sets that
+  double (*set_positions)(const BedPositions&, float* columns);
+  /// Fills the columns that set_positions() fills, and the positions of bristles and tips, for a bed that can
+  /// roll but does not in this step.
+  double (*set_rows)(const BedPositions&, float* columns);
+  /// Moves the cells along their rows by BedPositions::rolled, which is not 0. Fills the columns that
+  /// set_positions() fills, positions and bed_moved, but not the tips, which must be relative to roots at
+  /// displacement zero.
+  double (*roll)(const BedPositions&, float* columns);
+  /// Subtracts the displacement of its root, BedPositions::root, from each tip. The caller sets that
   /// displacement to zero, so deflections stay as they are.
-  void (*rebase)(const BedPlaces&, float* columns);
+  void (*rebase)(const BedPositions&, float* columns);
 };
 
 }  // namespace bristle::detail

@@ -22,7 +22,7 @@ enum JointVariant : std::uint32_t {
 /// quantities that it does not use.
 struct JointLayout {
   // Columns of constants, which blocks of joints with equal materials share: first those of the material's
-  // parameters, with the inverse square of the Stribeck speed, or 0, in its place.
+  // parameters, with the inverse square of the Stribeck speed, or 0, instead.
   std::uint32_t parameter[joint_parameters] = {};
   /// Column of the least exponent (speed / Stribeck speed)^2, usually 0. For a Stribeck speed of 0 it is 80,
   /// so that the exponential, and with it the static part, vanishes in sliding.
@@ -33,7 +33,7 @@ struct JointLayout {
   std::uint32_t before = 0;  ///< column of the last angle, rad; NaN = none since reset
   std::uint32_t tips = 1;    ///< columns of the angles at which each bristle would be straight, rad
   /// Columns of flags, one for each bristle: 1 if it slid in the last step and keeps the kinetic limit, 0 if
-  /// the static limit holds for it.
+  /// the static limit is for it.
   std::uint32_t slid = 0;
   std::uint32_t gradients = 0;  ///< columns of the derivatives of each bristle's tip angle by each parameter
   std::uint32_t columns = 0;    ///< number of columns of state

@@ -29,11 +29,11 @@ static_assert(far_length > 2.0 * longest_scaled_length);
 
 /// Difference of successive random states of a bristle. It is odd, so a bristle passes through all 2^32
 /// states.
-constexpr std::uint32_t draw_stride = 0x9E3779B9u;
+constexpr std::uint32_t random_stride = 0x9E3779B9u;
 
 /// State of 256 bristles whose stored deflections are rewritten together. The struct is one cache line.
 struct alignas(64) Block {
-  std::int64_t position[2];  ///< place of the patch at the last rewrite of this block, fixed point
+  std::int64_t position[2];  ///< position of the patch at the last rewrite of this block, fixed point
   std::int64_t stored[2];    ///< sum of weight x stored deflection over the block, fixed point
 
   // Bound on snapping: no bristle of the block snaps while the patch stays within `reach` of `anchor`
@@ -44,7 +44,7 @@ struct alignas(64) Block {
   /// Least deflection at which a bristle of the block snaps first, scaled. It is the reach of a block without
   /// deflections.
   float shortest;
-  /// 1 = all deflections of the block are zero. Its columns z and (redraw) delta then hold nothing valid, so
+  /// 1 = all deflections of the block are zero. Its columns z and (redraw) delta then have nothing valid, so
   /// that a new contact need not write them.
   std::uint32_t zero;
 };
@@ -108,7 +108,7 @@ struct PatchView {
   T* zy;  ///< deflections along y; null with one axis
   /// Deflection at which each bristle snaps: residual + snap length. Constant with SnapRule::keep.
   T* delta;
-  std::uint32_t* draw;  ///< states of the bristles' random draws; null with SnapRule::keep
+  std::uint32_t* random;  ///< states of the bristles' random numbers; null with SnapRule::keep
   /// Deflection at which each bristle snaps for the first time (with SnapRule::keep equal to delta).
   const T* first;
   Block* blocks;
@@ -142,21 +142,21 @@ struct Travel {
   /// 1 for a far step, which is so long that every bristle snaps in it, except some that have aged. The
   /// position of the patch does not change in it.
   std::uint32_t snaps_all;
-  std::uint32_t commit;  ///< 0 for a trial step (find_force), which leaves the state unchanged
+  std::uint32_t stores;  ///< 0 for a trial step (find_force), which leaves the state unchanged
 };
 
 /// Constants of one step of one patch, which all its blocks share.
-struct Advance : Travel {
+struct KernelStep : Travel {
   double residual;  ///< deflection of a bristle after a snap, scaled; 0 without a residual
   /// Unit of Totals::squares: so many fixed-point units are one scaled length squared; a power of two.
   double energy_unit;
-  /// Key of the random number that places a bristle between two snaps, if the step is too long to compute its
-  /// place.
+  /// Key of the random number that puts a bristle between two snaps, if the step is too long to compute its
+  /// position.
   std::uint64_t phase_key;
   /// 1: the path left after a bristle's last snap is computed in double, because the step is long or the law
   /// is a single length.
   std::uint32_t in_double;
-  std::uint32_t skips_blocks;  ///< 1: blocks whose bound holds are not visited
+  std::uint32_t skips_blocks;  ///< 1: blocks whose bound is kept are not visited
   /// 1: bounds are recomputed also for visited blocks in which no bristle snapped, which saves later visits.
   std::uint32_t finds_bounds;
 
@@ -196,28 +196,28 @@ struct Renewal {
   std::int64_t from[2];  ///< patch position at the start of the piece
   double direction[2];   ///< direction of the motion, a unit vector
   double length;         ///< length of the piece, scaled
-  double residual;       ///< deflection of a bristle after a snap, as Advance::residual
-  std::uint64_t key;     ///< key of the patch's draws
-  /// Number of the first draw (selection of a bristle), counted over the life of the patch. Equal numbers
+  double residual;       ///< deflection of a bristle after a snap, as KernelStep::residual
+  std::uint64_t key;     ///< key of the patch's selections
+  /// Number of the first selection, counted over the life of the patch. Equal numbers
   /// select equal bristles.
-  std::uint64_t first_draw;
-  std::uint64_t draws;
+  std::uint64_t first_selection;
+  std::uint64_t selections;
   double unit;  ///< fixed-point units of RenewalTotals::twice_integral and squares per scaled length squared
 
-  // Copies of the fields of Advance:
+  // Copies of the fields of KernelStep:
   double start, duration, ageing_rate, ageing_strength;
   std::uint32_t ageing_form;
 };
 
-/// Corner in the path of a steady slide, round which bristles are carried without being stepped
+/// Corner in the path of a steady slide, round which bristles are dragged without being stepped
 /// (core/patches/RUBBING.md).
 struct Corner {
   std::int64_t at[2];   ///< position of the patch, fixed point; turning the bristles does not change it
   double direction[2];  ///< direction of the motion after the corner, a unit vector
   double before[2];     ///< direction of the motion before the corner, a unit vector
-  double length;        ///< path along which the patch is carried after the corner, scaled, > 0
+  double length;        ///< path along which the patch is dragged after the corner, scaled, > 0
   double residual;      ///< deflection of a bristle after a snap, scaled
-  double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as Advance::energy_unit
+  double unit;          ///< fixed-point units of RenewalTotals::twice_integral, as KernelStep::energy_unit
 };
 
 /// Changes that renewals make in a range of blocks. They are integers, as in Totals, so threads may share the
@@ -247,13 +247,13 @@ constexpr int variant_count = 36;
 template <class T>
 struct KernelSet {
   /// Advances the blocks [first, last) of a patch through a step or a piece of one, and adds to the totals.
-  using Step = void (*)(const PatchView<T>&, const Advance&, std::uint32_t first, std::uint32_t last,
+  using Step = void (*)(const PatchView<T>&, const KernelStep&, std::uint32_t first, std::uint32_t last,
                         Totals&);
   Step step[variant_count];  ///< step kernels; null for a variant that this build lacks
 
   /// Counts the bristles of the blocks [first, last) whose deflection would exceed their snap length at the
   /// end of the step. Renewals follow from the count. Index: axes - 1, then redraw.
-  using Foresee = std::uint64_t (*)(const PatchView<T>&, const Advance&, std::uint32_t first,
+  using Foresee = std::uint64_t (*)(const PatchView<T>&, const KernelStep&, std::uint32_t first,
                                     std::uint32_t last);
   Foresee foresee[2][2];
 
@@ -264,13 +264,13 @@ struct KernelSet {
                          RenewalTotals&);
   Renew renew[2][2];
 
-  /// Carries the blocks [first, last) of a patch along the path behind a corner without stepping them, and
+  /// Drags the blocks [first, last) of a patch along the path behind a corner without stepping them, and
   /// rewrites them at the patch's position. For patches with two axes and blocks none of which is marked as
-  /// straight. Adds to `stored` the change of the full blocks' sums of present deflections. carry[1] also
+  /// straight. Adds to `stored` the change of the full blocks' sums of present deflections. drag[1] also
   /// adds to `twice_integral`: twice the path integral of weight x (deflection along the motion less |z|).
-  using Carry = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
-                         RenewalTotals&);
-  Carry carry[2];
+  using Drag = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
+                        RenewalTotals&);
+  Drag drag[2];
 
   Foresee foresee_aged[2][2];  ///< variant of `foresee` for bristles that age
   Renew renew_aged[2][2];

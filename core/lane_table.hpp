@@ -70,9 +70,9 @@ constexpr std::uint32_t most_cohorts = 384;  ///< largest number of cohorts of a
 constexpr double least_left = 1e-7;
 
 /// Survival function S of a law of snap lengths, for deflections x without the residual length: 1 up to
-/// `low`, 0 from `high` on. Between, S is c0 + f (c1 + f c2), where f in [0, 1] is the place in a cell. Cells
-/// are equally long, or lengthen with y = 1 + (x - low) per_length: `per_octave` equal cells for each power
-/// of two of y.
+/// `low`, 0 from `high` on. Between, S is c0 + f (c1 + f c2), where f in [0, 1] is the position in a cell.
+/// Cells are equally long, or lengthen with y = 1 + (x - low) per_length: `per_octave` equal cells for each
+/// power of two of y.
 template <class T>
 struct BrushSurvival {
   const T *c0, *c1, *c2;  ///< coefficients of each cell, on boundaries of 64 bytes
@@ -100,7 +100,7 @@ struct BrushLaw {
   /// Largest factor by which the squared distance of two cohorts may grow when they are moved apart. 1: none
   /// is moved.
   double most_apart;
-  double least_mass;          ///< share of the load below which a cohort's mass is negligible
+  double least_share;         ///< share of the load below which a cohort is negligible
   double snaps_per_newton;    ///< number of bristles in contact per newton of load
   double ageing_rate;         ///< 1 / Material::ageing_time, 1/s
   double ageing_strength;     ///< Material::ageing_strength
@@ -113,14 +113,14 @@ struct BrushLaw {
 /// for each cohort.
 template <class T>
 struct BrushColumns {
-  /// `base` holds the place of the patch relative to the lane's own origin, scaled and in isotropic axes;
-  /// `stiffness` is that of the load of which the cohorts hold shares; `phase` holds the part of a snap that
+  /// `base` is the position of the patch relative to the lane's own origin, scaled and in isotropic axes;
+  /// `stiffness` is that of the load of which the cohorts have shares; `phase` is the part of a snap that
   /// is not reported yet, in [0, 1).
   LaneState* state;
-  LaneColumn<T>* x;      ///< place of the patch where the cohort's bristles were last straight, scaled
+  LaneColumn<T>* x;      ///< position of the patch where the cohort's bristles were last straight, scaled
   LaneColumn<T>* y;      ///< null with one axis
   LaneColumn<T>* reach;  ///< greatest deflection so far beyond the residual length, over the growth by age
-  LaneColumn<T>* fresh;  ///< share of the load that the cohort would hold if no bristle had snapped; 0: empty
+  LaneColumn<T>* fresh;  ///< share of the load that the cohort would have if no bristle had snapped; 0: empty
   LaneColumn<T>* left;   ///< survival function at `reach`
   LaneColumn<T>* low;    ///< lowest and highest rank of the cohort's bristles, as shares of the load
   LaneColumn<T>* high;
@@ -129,13 +129,13 @@ struct BrushColumns {
 
   // Columns of the contact, one each.
   LaneColumn<T>* begin[2][2];    ///< where the two open cohorts begin; [cohort][axis]
-  LaneColumn<T>* residue[2][2];  ///< what rounding took from the mean places of the open cohorts
-  LaneColumn<T>* moment[2];      ///< sum over the cohorts of share x place
-  LaneColumn<T>* owed;           ///< hazard of renewals not yet carried out
+  LaneColumn<T>* residue[2][2];  ///< what rounding took from the mean positions of the open cohorts
+  LaneColumn<T>* moment[2];      ///< sum over the cohorts of share x position
+  LaneColumn<T>* owed;           ///< hazard of renewals not yet made
   LaneColumn<T>* owed_path;      ///< path along which that grew, scaled
   LaneColumn<T>* slack;          ///< path along which certainly no bristle snaps, scaled
   /// Sum over the bristles of cohort 0, and of the one closed before it, of share x squared distance of the
-  /// place from that of its cohort: twice the energy that the places of the cohorts lack.
+  /// position from that of its cohort: twice the energy that the positions of the cohorts lack.
   LaneColumn<T>* spread;
   LaneColumn<T>* pair;  ///< 1 while cohort 2 waits for cohort 0, from which it will be moved apart
   /// 1 once the load has risen; until then all bristles came into contact together, their ranks are [0, 1]

@@ -31,7 +31,7 @@ struct AgeingLaw {
 /// derivative falls.
 template <class V>
 struct Growth {
-  V factor, rate, turn;
+  V factor, rate, fall;
 };
 
 template <class T, class V, class P>
@@ -51,8 +51,8 @@ inline Growth<V> growth_and_rate(const AgeingLaw<T, P>& law, V age) {
     return {one + strength * (one - missing), strength * missing, one};
   }
   const V grown = one + age;
-  const V turn = divide(one, grown);
-  return {one + strength * natural_log<T>(grown), strength * turn, turn};
+  const V fall = divide(one, grown);
+  return {one + strength * natural_log<T>(grown), strength * fall, fall};
 }
 
 constexpr int most_newton_steps = 60;
@@ -81,28 +81,28 @@ struct Bent {
 /// Returns the path along the motion after which the deflection has grown to the length `radius`; 0 if it is
 /// that long at the start.
 template <class T, int axes, class V>
-inline V way_to_circle(const Bent<V>& bent, V radius) {
+inline V path_to_circle(const Bent<V>& bent, V radius) {
   const V none(T(0));
   if constexpr (axes == 1) return most(radius - bent.along, none);
   return most(root(most(radius * radius - bent.aside2, none)) - bent.along, none);
 }
 
 /// Returns the path after which an ageing bristle snaps, for the lanes of `open`, by Newton's method from the
-/// path `way`, which must be at or beyond the snap. `delta`: fresh snap length; `age`: age at the start of
+/// path `path`, which must be at or beyond the snap. `delta`: fresh snap length; `age`: age at the start of
 /// the step.
 template <class T, int axes, class V, class M, class P>
-inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V delta, V age, V way,
-                  M open) {
+inline V aged_path(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V delta, V age, V path,
+                   M open) {
   const V none(T(0));
   const V one(T(1));
   const V per_length(law.per_length);
   const V flattest(T(16) * std::numeric_limits<T>::epsilon());
   for (int n = 0; n < most_newton_steps && any_lane(open); ++n) {
-    const Growth<V> now = growth_and_rate<T>(law, most(age + per_length * way, none));
+    const Growth<V> now = growth_and_rate<T>(law, most(age + per_length * path, none));
     const V limit = residual + delta * now.factor;
     V reach = limit;
     V slope = delta * (per_length * now.rate);
-    V curve = slope * (per_length * now.turn);
+    V curve = slope * (per_length * now.fall);
     if constexpr (axes == 2) {
       reach = root(most(limit * limit - bent.aside2, none));
       const V inverse = divide(one, most(reach, flattest));
@@ -110,11 +110,11 @@ inline V aged_way(const AgeingLaw<T, P>& law, const Bent<V>& bent, V residual, V
       curve = curve * (limit * inverse) + (slope * slope) * ((bent.aside2 * inverse) * (inverse * inverse));
     }
     slope = least(slope, one - flattest);
-    const V fall = most(divide(way - (reach - bent.along), one - slope), none);
-    way = select_lanes(open, most(way - fall, none), way);
+    const V fall = most(divide(path - (reach - bent.along), one - slope), none);
+    path = select_lanes(open, most(path - fall, none), path);
     open = open & goes_on<T>(fall, slope, curve, limit);
   }
-  return way;
+  return path;
 }
 
 /// Returns the path between two snaps of a bristle that ages, from its fresh snap length. If that path
@@ -134,7 +134,7 @@ inline V aged_length(const AgeingLaw<T>& law, V delta, V remaining) {
     const V slope = least(delta * (per_length * now.rate), V(T(0.75)));
     const V fall = most(divide(length - delta * now.factor, one - slope), none);
     length = select_lanes(open, length - fall, length);
-    open = open & goes_on<T>(fall, slope, slope * (per_length * now.turn), length);
+    open = open & goes_on<T>(fall, slope, slope * (per_length * now.fall), length);
   }
   return length;
 }

@@ -15,8 +15,8 @@ constexpr void fill_variants(BedKernels& kernels) {
 constexpr BedKernels make_bed_kernels() {
   BedKernels kernels{};
   fill_variants(kernels);
-  kernels.place = &place_bed<BedEngine>;
-  kernels.place_rows = &roll_bed<BedEngine, false>;
+  kernels.set_positions = &set_bed_positions<BedEngine>;
+  kernels.set_rows = &roll_bed<BedEngine, false>;
   kernels.roll = &roll_bed<BedEngine, true>;
   kernels.rebase = &rebase_bed<BedEngine>;
   return kernels;

@@ -107,18 +107,18 @@ inline Course<V> askew_course(V ux, V uy, V dx, V dy, V limit, float gain) {
   const V at_end = ex * ex + g * (ey * ey);
   const V longest(1e6f);  // limits; after a longer path the tip lies along the motion
   const V over_limit = g * least(divide(length, most(limit, smallest)), longest);
-  const V way = over_limit - lack * (cos2 * cosine + sin2 * sine);
+  const V target = over_limit - lack * (cos2 * cosine + sin2 * sine);
   const auto slope_at = [&](V c, V s) {  // D
     return half * (one + g) + half * lack * (cos2 * (c * c - s * s) + sin2 * ((c + c) * s));
   };
   V low = over_limit * V(gain > 1.0f ? 1.0f / gain : 1.0f);
   V high = over_limit * V(gain > 1.0f ? 1.0f : 1.0f / gain);
-  V x = most(least(divide(way + lack * cos2, at_end), high), low);
+  V x = most(least(divide(target + lack * cos2, at_end), high), low);
   for (int i = 0; i < iterations; ++i) {
     const V t = tangent * decay<float>(x).left;
     const V inverse = divide(one, one + t * t);
     const V c = (one - t * t) * inverse, s = (t + t) * inverse;
-    const V excess = at_end * x - way - lack * (cos2 * c + sin2 * s);
+    const V excess = at_end * x - target - lack * (cos2 * c + sin2 * s);
     const auto too_long = excess > none;
     high = select_lanes(too_long, x, high);
     low = select_lanes(too_long, low, x);

@@ -101,14 +101,14 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       zx = zx * kept;
       zy = zy * kept;
     }
-    V hold = limit;
-    V limit_over_hold = one;
+    V static_limit = limit;
+    V kinetic_over_static = one;
     if constexpr (drops) {
-      // Gives a bristle that slid its static friction limit back when the motion turns back, because it
+      // Gives a bristle that slid its static friction limit back when the motion reverses, because it
       // sticks then.
-      const auto held_less = (at[bed_slid] * kept > none) & (zx * dx + zy * dy >= none);
-      hold = select_lanes(held_less, limit, limit * V(step.hold_over_limit));
-      limit_over_hold = select_lanes(held_less, one, V(step.limit_over_hold));
+      const auto slid_on = (at[bed_slid] * kept > none) & (zx * dx + zy * dy >= none);
+      static_limit = select_lanes(slid_on, limit, limit * V(step.static_over_kinetic));
+      kinetic_over_static = select_lanes(slid_on, one, V(step.kinetic_over_static));
     }
     const V z2 = zx * zx + zy * zy;
     if constexpr (reloaded && all) {
@@ -121,10 +121,10 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V end_x = zx + dx;
     V end_y = zy + dy;
     auto slides = none > one;
-    [[maybe_unused]] V way_x = none, way_y = none;  // path of the tip, in a step that creeps
+    [[maybe_unused]] V tip_path_x = none, tip_path_y = none;  // path of the tip, in a step that creeps
     V length = none, over_length = none, integral_x = none, integral_y = none, lost = none;
     if constexpr (all) {
-      // Sets the deflections of bristles out of contact to 0. What their columns hold is rounding error.
+      // Sets the deflections of bristles out of contact to 0. What their columns have is rounding error.
       const auto presses = (reloaded ? k : limit) > none;
       zx = select_lanes(presses, zx, none);
       zy = select_lanes(presses, zy, none);
@@ -135,17 +135,17 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       // Handles bristles that are bent beyond their limit because the limit fell in this step: they slide at
       // the mean of their deflection and the new limit, since the limit falls along the step, and end at the
       // new limit.
-      V reach = hold;
+      V reach = static_limit;
       V slide_limit = limit;
       if constexpr (reloaded) {
-        const auto falls = z2 > hold * hold;
+        const auto falls = z2 > static_limit * static_limit;
         if (any_lane(falls)) {
-          reach = select_lanes(falls, root(z2), hold);
+          reach = select_lanes(falls, root(z2), static_limit);
           slide_limit = select_lanes(falls, V(0.5f) * (reach + limit), limit);
         }
       }
       const SlideStart<V> start = slide_start<float, 2>(zx, zy, ex, ey);
-      V path = least(way_to_slide<float, 2>(start, reach), length);
+      V path = least(path_to_slide<float, 2>(start, reach), length);
       if (creeps) {
         // Lets a bristle that is within rounding of its limit slide at once. Otherwise rounding would decide
         // whether it sticks for a while.
@@ -156,12 +156,12 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       slides = path < length;
       if ((askew || creeps) && any_lane(slides)) {
         const V ux = zx + ex * path, uy = zy + ey * path, left = length - path;
-        V px = ex, py = ey, way = left;
+        V px = ex, py = ey, slide = left;
         if (askew) {
           const Course<V> course = askew_course(ux, uy, ex * left, ey * left, slide_limit, step.gain);
           px = course.ex;
           py = course.ey;
-          way = course.path * slide_limit;
+          slide = course.path * slide_limit;
           const AskewSlide<V> slid = slide_askew(course, slide_limit, step.gain);
           const V half_path2 = V(0.5f) * path * path;
           end.x = select_lanes(slides, slid.x, end.x);
@@ -178,10 +178,10 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
           const V ratio = divide(slide_limit, size), change = divide(slide_limit - size, size);
           const V a = ratio * (ux * px + uy * py), b = ratio * (ux * py - uy * px);
           const Tractrix<V> tip(b, most(slide_limit + a, V(1e-15f)),
-                                decay<float>(divide(way, most(slide_limit, smallest))));
+                                decay<float>(divide(slide, most(slide_limit, smallest))));
           const V along = tip.template gained_along<float>(), aside = tip.lost_aside();
-          way_x = ex * left - (change * ux + (along * px - aside * py));
-          way_y = ey * left - (change * uy + (along * py + aside * px));
+          tip_path_x = ex * left - (change * ux + (along * px - aside * py));
+          tip_path_y = ey * left - (change * uy + (along * py + aside * px));
         }
       }
       if constexpr (reloaded) {
@@ -209,31 +209,31 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       // Relies on zeros: bristles without a limit have 0 for the inverse of the limit and for the stiffness,
       // so they never count as sliding.
       const V over_limit2 = at[bed_over_pressure2] * V(step.pressure_of_limit2);
-      V over_both = over_limit2, over_hold2 = over_limit2;
+      V over_both = over_limit2, over_static2 = over_limit2;
       if constexpr (drops) {
-        over_both = over_limit2 * limit_over_hold;
-        over_hold2 = over_both * limit_over_hold;
+        over_both = over_limit2 * kinetic_over_static;
+        over_static2 = over_both * kinetic_over_static;
       }
       const V d2 = dx * dx + dy * dy;
       const V zd = zx * dx + zy * dy;
       const V zd2 = zd + zd;
-      V gap = one - z2 * over_hold2;
-      slides = (d2 + zd2) * over_hold2 > most(gap, none);
+      V gap = one - z2 * over_static2;
+      slides = (d2 + zd2) * over_static2 > most(gap, none);
       if (any_lane(slides)) {
         V ux = zx, uy = zy, left = one;
         V push_x = dx, push_y = dy, slide_limit = limit;
         V t = d2 * over_limit2;
         V q2 = zd2 * over_both;
-        V to_keep = limit_over_hold, to_push = one;
+        V to_keep = kinetic_over_static, to_push = one;
         // Selects the bristles that need the slow branch. These are bristles that unload, and bristles whose
         // deflection differs from the limit by more than 2e-6 of the bed's unit of deflection, four times
         // what rounding may cause.
         const auto unloads = none > zd;
-        const auto rough = slides & ((gap * gap > over_hold2 * V(1.6e-11f)) | unloads);
+        const auto rough = slides & ((gap * gap > over_static2 * V(1.6e-11f)) | unloads);
         const bool any_rough = any_lane(rough);
         if (any_rough) {
           // Lets the tip of a bristle stick first if the bristle is within its limit or unloads.
-          V share = share_that_sticks(most(gap, none), zd * over_hold2, d2 * over_hold2);
+          V share = share_that_sticks(most(gap, none), zd * over_static2, d2 * over_static2);
           share = select_lanes(rough & ((gap > none) | unloads), share, none);
           ux = zx + dx * share;
           uy = zy + dy * share;
@@ -279,9 +279,9 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       }
     }
     if constexpr (reloaded) {
-      const V bound = select_lanes(slides, limit, hold);
+      const V allowed = select_lanes(slides, limit, static_limit);
       const V n2 = end_x * end_x + end_y * end_y;
-      const auto beyond = (n2 > bound * bound * V(1.000001f)) & (k > none);
+      const auto beyond = (n2 > allowed * allowed * V(1.000001f)) & (k > none);
       if (any_lane(beyond)) {
         // Shortens a deflection that exceeds its limit to the limit. Such a bristle has slid, so its limit is
         // the kinetic one.
@@ -297,8 +297,8 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     if constexpr (reloaded) writes = writes | always | (kept < one);
     V next_x = free_x - end_x, next_y = free_y - end_y;
     if (creeps) {
-      next_x = tip_x + (way_x + spacing<float>(tip_x) * V(step.spread));
-      next_y = tip_y + (way_y + spacing<float>(tip_y) * V(step.spread));
+      next_x = tip_x + (tip_path_x + spacing<float>(tip_x) * V(step.spread));
+      next_y = tip_y + (tip_path_y + spacing<float>(tip_y) * V(step.spread));
     }
     at.put(bed_tip_x, select_lanes(writes, next_x, tip_x));
     at.put(bed_tip_y, select_lanes(writes, next_y, tip_y));
@@ -320,14 +320,14 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
       energy_x.add(part, fx * end_x);
       energy_y.add(part, fy * end_y);
       dissipated.add(part, k * lost);
-      const V held = select_lanes(slides, none, k);
-      const V held_x = held * x;
-      const V held_y = held * y;
-      stuck.add(part, held);
-      stuck_x.add(part, held_x);
-      stuck_y.add(part, held_y);
-      stuck_xx.add(part, held_x * x);
-      stuck_yy.add(part, held_y * y);
+      const V sticking = select_lanes(slides, none, k);
+      const V sticking_x = sticking * x;
+      const V sticking_y = sticking * y;
+      stuck.add(part, sticking);
+      stuck_x.add(part, sticking_x);
+      stuck_y.add(part, sticking_y);
+      stuck_xx.add(part, sticking_x * x);
+      stuck_yy.add(part, sticking_y * y);
     }
   });
   sums.force[0] = force_x.total();
@@ -355,7 +355,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
   }
 }
 
-/// Returns the pressure at a place, relative to that at the centre, for this profile. `inside` is 1 at the
+/// Returns the pressure at a point, relative to that at the centre, for this profile. `inside` is 1 at the
 /// centre and 0 at the edge.
 template <class V>
 inline V pressure_at(BedProfile profile, V inside) {
@@ -380,13 +380,13 @@ inline typename E::V put_contact(const BedAt<E>& at, typename E::V k, typename E
 }
 
 template <class E>
-double place_bed(const BedPlaces& places, float* columns) {
+double set_bed_positions(const BedPositions& positions, float* columns) {
   using V = typename E::V;
   const V none(0.0f), one(1.0f);
-  const V size2(places.size2), inverse_size2(places.inverse_size2);
-  const BedProfile profile = places.profile;
+  const V size2(positions.size2), inverse_size2(positions.inverse_size2);
+  const BedProfile profile = positions.profile;
   typename E::Sum sum;
-  for_each_vector<E>(places.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
+  for_each_vector<E>(positions.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
     const V inner = at[bed_inner];
     const V outer = at[bed_outer];
     const V in_contact = least(most(divide(size2 - inner, outer - inner), none), one);
@@ -402,47 +402,47 @@ double place_bed(const BedPlaces& places, float* columns) {
 }
 
 template <class E, bool rolls>
-double roll_bed(const BedPlaces& given, float* columns) {
+double roll_bed(const BedPositions& given, float* columns) {
   using V = typename E::V;
-  const BedPlaces places = given;
+  const BedPositions positions = given;
   const V none(0.0f), one(1.0f);
-  const V half_cell(0.5f * places.cell);
-  const V over_cell(1.0f / places.cell);
-  const V ring(2.0f + places.cell);
-  const V sign(places.rolled < 0.0f ? -1.0f : 1.0f);
-  const V rolled(places.rolled < 0.0f ? -places.rolled : places.rolled);
-  const V inverse_size2(places.inverse_size2);
-  const bool chords_change = places.chords && places.size2 < 1.0f;
-  [[maybe_unused]] const bool moves_y = places.turned || places.axes[2] != 0.0f;
+  const V half_cell(0.5f * positions.cell);
+  const V over_cell(1.0f / positions.cell);
+  const V ring(2.0f + positions.cell);
+  const V sign(positions.rolled < 0.0f ? -1.0f : 1.0f);
+  const V rolled(positions.rolled < 0.0f ? -positions.rolled : positions.rolled);
+  const V inverse_size2(positions.inverse_size2);
+  const bool chords_change = positions.chords && positions.size2 < 1.0f;
+  [[maybe_unused]] const bool moves_y = positions.turned || positions.axes[2] != 0.0f;
   typename E::Sum sum;
-  for_each_vector<E>(places.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
+  for_each_vector<E>(positions.count, columns, [&](const BedAt<E>& at, std::uint32_t part) {
     const V across = at[bed_inner];
     const V half_length = at[bed_outer];
 
-    // Half length of the part of a row that is in contact, relative to the whole row. Places along the row
+    // Half length of the part of a row that is in contact, relative to the whole row. Positions along the row
     // are counted towards the leading edge; `sign` swaps the ends of the row.
-    V edge(places.edge);
-    if (chords_change) edge = divide(root(most(V(places.size2) - across * across, none)), half_length);
-    V place = at[bed_along] * sign;
+    V edge(positions.edge);
+    if (chords_change) edge = divide(root(most(V(positions.size2) - across * across, none)), half_length);
+    V position = at[bed_along] * sign;
     V rolled_on = none;
     if constexpr (rolls) {
       rolled_on = rolled * at[bed_share];
       V within = rolled_on;
       if (any_lane(rolled_on >= ring)) within = rolled_on - whole_part(divide(rolled_on, ring)) * ring;
-      place = place - within;
-      place = select_lanes(place < none - (one + half_cell), place + ring, place);
-      at.put(bed_along, place * sign);
+      position = position - within;
+      position = select_lanes(position < none - (one + half_cell), position + ring, position);
+      at.put(bed_along, position * sign);
     }
-    const V low = most(place - half_cell, none - edge);
-    const V high = least(place + half_cell, edge);
+    const V low = most(position - half_cell, none - edge);
+    const V high = least(position + half_cell, edge);
     const V overlap = most(high - low, none);
     const V k = at[bed_own] * (overlap * over_cell);
     const V middle = V(0.5f) * (low + high) * sign;
     const V along = middle * half_length;
     V inside = one - along * along * inverse_size2;
-    if (places.chords) inside = inside - across * across * inverse_size2;
-    const V pressure = select_lanes(k > none, pressure_at(places.profile, inside), none);
-    const V x = along * V(places.axes[0]) - across * V(places.axes[1]);
+    if (positions.chords) inside = inside - across * across * inverse_size2;
+    const V pressure = select_lanes(k > none, pressure_at(positions.profile, inside), none);
+    const V x = along * V(positions.axes[0]) - across * V(positions.axes[1]);
     if constexpr (rolls) {
       at.put(bed_old_pressure, at[bed_pressure]);
       // Distances of the ends of a cell from the leading edge: `near` and `far`. The part of the cell nearer
@@ -456,20 +456,20 @@ double roll_bed(const BedPlaces& given, float* columns) {
         const V over = divide(one, most(overlap, V(1e-30f)));
         const V old_part = least((far - border) * over, one);
         const V fresh = most(border - near, none) * (border + near) * (V(0.5f) * over);
-        const V share = least(old_part + fresh * (half_length * V(places.over_rolled)), one);
+        const V share = least(old_part + fresh * (half_length * V(positions.over_rolled)), one);
         kept = select_lanes(enters, old_part, one);
         moved = select_lanes(enters, share, one);
       }
       at.put(bed_kept, kept);
       at.put(bed_moved, moved);
       at.put(bed_x, x);
-      if (moves_y) at.put(bed_y, along * V(places.axes[2]) + across * V(places.axes[3]));
+      if (moves_y) at.put(bed_y, along * V(positions.axes[2]) + across * V(positions.axes[3]));
     } else {
-      const V y = along * V(places.axes[2]) + across * V(places.axes[3]);
+      const V y = along * V(positions.axes[2]) + across * V(positions.axes[3]);
       at.put(bed_kept, least(divide(at[bed_stiffness], most(k, V(1e-30f))), one));
       at.put(bed_moved, one);
-      at.put(bed_tip_x, at[bed_tip_x] + V(places.root[2]) * (at[bed_y] - y));
-      at.put(bed_tip_y, at[bed_tip_y] + V(places.root[3]) * (x - at[bed_x]));
+      at.put(bed_tip_x, at[bed_tip_x] + V(positions.root[2]) * (at[bed_y] - y));
+      at.put(bed_tip_y, at[bed_tip_y] + V(positions.root[3]) * (x - at[bed_x]));
       at.put(bed_x, x);
       at.put(bed_y, y);
     }
@@ -479,10 +479,10 @@ double roll_bed(const BedPlaces& given, float* columns) {
 }
 
 template <class E>
-void rebase_bed(const BedPlaces& places, float* columns) {
+void rebase_bed(const BedPositions& positions, float* columns) {
   using V = typename E::V;
-  const V x(places.root[0]), y(places.root[1]), turn_x(places.root[2]), turn_y(places.root[3]);
-  for_each_vector<E>(places.count, columns, [&](const BedAt<E>& at, std::uint32_t) {
+  const V x(positions.root[0]), y(positions.root[1]), turn_x(positions.root[2]), turn_y(positions.root[3]);
+  for_each_vector<E>(positions.count, columns, [&](const BedAt<E>& at, std::uint32_t) {
     at.put(bed_tip_x, at[bed_tip_x] - (x - turn_x * at[bed_y]));
     at.put(bed_tip_y, at[bed_tip_y] - (y + turn_y * at[bed_x]));
   });

@@ -60,7 +60,7 @@ void rewrite_block(const PatchView<T>& patch, std::uint32_t b, const std::int64_
     block.position[axis] = at[axis];
     block.stored[axis] = to_integer(static_cast<double>(tree_sum(lanes)) * fixed_per_length);
   }
-  if (block.zero && patch.draw != nullptr)
+  if (block.zero && patch.random != nullptr)
     for (std::uint32_t i = start; i < end; ++i) patch.delta[i] = patch.first[i];
   block.zero = 0;
   block.reach = 0.0f;

@@ -1,9 +1,9 @@
-// Carries representatives in a steady slide round a corner of the path, without computing their snaps
+// Drags representatives in a steady slide round a corner of the path, without computing their snaps
 // (core/patches/RUBBING.md).
 //
 // Along a gently bent path the lengths |z| of the deflections are distributed as in a straight slide, to
 // first order in the angle; only their directions differ. A bristle with the deflection z last snapped |z| -
-// residual ago. The carry keeps every |z|, and turns each deflection to point back to where its bristle
+// residual ago. The drag keeps every |z|, and turns each deflection to point back to where its bristle
 // snapped. Written for single numbers; the compiler vectorises it.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace {
 template <class T>
 struct CornerLanes {
   T stored[2][lane_count] = {};
-  /// Path integral of weight x (deflection along the motion less |z|), by which the force of carried bristles
+  /// Path integral of weight x (deflection along the motion less |z|), by which the force of dragged bristles
   /// falls short of steady sliding.
   T lag[2][lane_count] = {};
 };
@@ -25,8 +25,8 @@ struct CornerLanes {
 /// Turns the deflections of a row of bristles round a corner of the path and adds them to the sums in
 /// `lanes`; with `sums_lag` also to CornerLanes::lag. Bristles of weight 0 become straight.
 template <class T, bool sums_lag>
-void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane_count], T* zx, T* zy,
-               CornerLanes<T>& lanes) {
+void drag_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane_count], T* zx, T* zy,
+              CornerLanes<T>& lanes) {
   constexpr T tiny = T(1e-30);
   const T ex = static_cast<T>(corner.direction[0]), ey = static_cast<T>(corner.direction[1]);
   const T before_x = static_cast<T>(corner.before[0]), before_y = static_cast<T>(corner.before[1]);
@@ -56,7 +56,7 @@ void carry_row(const Corner& corner, const T (&shift)[2], const T (&weight)[lane
     row_y[k] = chord_y * scale;
     if constexpr (sums_lag) {
       // Integrates t, the part of the deflection from before the corner, which falls from `bent` to `low`
-      // along the carried path, and t times its share of the bend. Then adds the part along the motion that
+      // along the dragged path, and t times its share of the bend. Then adds the part along the motion that
       // keeps |z| unchanged, of second order in the angle.
       const T back = T(0.5) * (bent * bent - low * low);
       const T bent_back = (bent * bent * bent - low * low * low) * T(1.0 / 3.0) * inverse;
@@ -85,10 +85,10 @@ double sum_of_lanes(const T (&lanes)[lane_count]) noexcept {
   return sum;
 }
 
-/// Carries the blocks [first, last) of a patch round a corner of its path (KernelSet::carry).
+/// Drags the blocks [first, last) of a patch round a corner of its path (KernelSet::drag).
 template <class T, bool sums_lag>
-void carry_blocks(const PatchView<T>& patch, const Corner& corner, std::uint32_t first, std::uint32_t last,
-                  RenewalTotals& totals) {
+void drag_blocks(const PatchView<T>& patch, const Corner& corner, std::uint32_t first, std::uint32_t last,
+                 RenewalTotals& totals) {
   for (std::uint32_t b = first; b < last; ++b) {
     Block& block = patch.blocks[b];
     BRISTLE_ASSERT(block.zero == 0);
@@ -102,7 +102,7 @@ void carry_blocks(const PatchView<T>& patch, const Corner& corner, std::uint32_t
     for (T& w : weight) w = T(1);
     for (std::uint32_t i = start; i < end; i += lane_count) {
       for (std::uint32_t k = 0; tail && k < lane_count; ++k) weight[k] = weight_of(patch, i + k);
-      carry_row<T, sums_lag>(corner, shift, weight, patch.zx + i, patch.zy + i, lanes);
+      drag_row<T, sums_lag>(corner, shift, weight, patch.zx + i, patch.zy + i, lanes);
     }
     for (int axis = 0; axis < 2; ++axis) {
       const std::int64_t now = to_integer(sum_of_lanes(lanes.stored[axis]) * fixed_per_length);

@@ -13,8 +13,8 @@
 namespace bristle::detail {
 namespace {
 
-/// Length (scaled) of a step beyond which even double precision loses the place of a bristle between two
-/// snaps. The place is then random.
+/// Length (scaled) of a step beyond which even double precision loses the position of a bristle between two
+/// snaps. The position is then random.
 constexpr double phase_is_lost = 1099511627776.0;  // 2^40
 
 /// State of one bristle at the end of a step in double precision in which it snapped.
@@ -29,7 +29,7 @@ struct AfterFarStep {
 
 /// Jumps at once over nearly as many snaps of a bristle as fit into `remaining`, the path left, and adds
 /// their energy. Returns the path up to the last of these snaps.
-inline double jump_renewals(const KernelLaw& law, double remaining, double share, AfterFarStep& land) {
+inline double jump_snaps(const KernelLaw& law, double remaining, double share, AfterFarStep& land) {
   const double pad = 4.5 * law.deviation * root(remaining * law.inverse_mean);
   const double k = whole_part((remaining - pad) * law.inverse_mean);
   BRISTLE_ASSERT(k >= 1.0);
@@ -54,7 +54,7 @@ struct FarAge {
   double largest_growth;
 };
 
-/// Bristle found at a random place of a long slide: its fresh length `delta`, and the path `length` between
+/// Bristle found at a random point of a long slide: its fresh length `delta`, and the path `length` between
 /// its snaps. The longer this path, the likelier it is to be found on it. Therefore delta is sampled from the
 /// length-biased law and accepted with a probability proportional to length / delta, which grows with delta.
 struct MetBristle {
@@ -81,13 +81,13 @@ inline MetBristle meet_bristle(const KernelLaw& law, const AgeingLaw<double>& ag
 
 /// Moves a bristle along the path left under SnapRule::redraw: `delta` becomes its fresh snap length at the
 /// end, `state` its random state. With ageing at constant velocity v, the paths l = delta g(l / v) from snap
-/// to snap are independent too, but have another law: `law` then holds the moments of l (core/materials,
+/// to snap are independent too, but have another law: `law` then has the moments of l (core/materials,
 /// aged_law.cpp) beside the parameters of delta.
 template <class T, bool ages>
 inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double remaining, T& delta,
                                 std::uint32_t& state) {
   const auto next = [&state] {
-    state += draw_stride;
+    state += random_stride;
     return share_of<double>(mix(state));
   };
   AfterFarStep land{0.0, 0.0, 0.0, 0.0};
@@ -130,7 +130,7 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
       return land;
     }
     if (remaining > law.jump_from) {
-      remaining -= jump_renewals(law, remaining, next(), land);
+      remaining -= jump_snaps(law, remaining, next(), land);
       continue;
     }
     delta = static_cast<T>(length_at<double>(law, next()));
@@ -164,9 +164,9 @@ inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double remai
 /// before the step. Since the last jump over many snaps at least one of these 16 bristles has sampled a
 /// length, so different blocks and steps get different noise. A trial step of another length gets the same
 /// noise, so that solvers converge.
-inline std::uint32_t noise_key(const std::uint32_t* draw) {
+inline std::uint32_t noise_key(const std::uint32_t* random) {
   std::uint32_t key = 0xA511E9B3u;
-  for (std::uint32_t k = 0; k < lane_count; ++k) key += draw[k] * (2 * k + 1);
+  for (std::uint32_t k = 0; k < lane_count; ++k) key += random[k] * (2 * k + 1);
   return key;
 }
 
@@ -214,8 +214,8 @@ struct FarRow {
   /// Deflection at which each bristle snaps, scaled: residual plus snap length.
   alignas(64) double limit[lane_count];
   alignas(64) double weight[lane_count];
-  /// Random place of a bristle between two snaps, as a share of the snap length, for steps so long that the
-  /// place cannot be computed.
+  /// Random position of a bristle between two snaps, as a share of the snap length, for steps so long that
+  /// the position cannot be computed.
   alignas(64) double phase[lane_count];
 };
 
@@ -253,11 +253,11 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
   const V weight = load(row.weight + k);
   const V start[2] = {sx, sy};
   for (int axis = 0; axis < axes; ++axis) {
-    const V held = load(row.end[axis] + k);
+    const V unsnapped = load(row.end[axis] + k);
     const V passed = V(2.0) * start[axis] * part + e[axis] * integral;
     double* const mean = lanes.mean[axis] + k;
-    (load(mean) + weight * select_lanes(snaps, passed, start[axis] + held)).store_aligned(mean);
-    select_lanes(snaps, bent * e[axis], held).store_aligned(row.end[axis] + k);
+    (load(mean) + weight * select_lanes(snaps, passed, start[axis] + unsnapped)).store_aligned(mean);
+    select_lanes(snaps, bent * e[axis], unsnapped).store_aligned(row.end[axis] + k);
   }
   (load(lanes.squares + k) + weight * select_lanes(snaps, squares, none)).store_aligned(lanes.squares + k);
   const V count = select_lanes(weight > none, select_lanes(snaps, V(1.0) + more, none), none);
@@ -265,7 +265,7 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
 }
 
 template <class T, int axes, bool residual>
-inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
+inline void far_keep_row(const PatchView<T>& patch, const KernelStep& step, const FarMotion& motion,
                          std::uint32_t first, FarRow& row, FarLanes& lanes) {
   T* const columns[2] = {patch.zx, patch.zy};
   for (int axis = 0; axis < axes; ++axis) {
@@ -279,8 +279,7 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
   for (std::uint32_t k = 0; k < lane_count; ++k) row.limit[k] = static_cast<double>(patch.delta[first + k]);
   if (motion.length > phase_is_lost)
     for (std::uint32_t k = 0; k < lane_count; ++k)
-      row.phase[k] =
-          share_of<double>(mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(first + k + 1)));
+      row.phase[k] = share_of<double>(mix(static_cast<std::uint32_t>(step.phase_key) ^ mix(first + k + 1)));
   const double left = residual ? motion.residual : 0.0;
   for (std::uint32_t k = 0; k < lane_count; k += far_width)
     far_keep<axes, residual>(motion, left, k, row, lanes);
@@ -290,7 +289,7 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
     for (std::uint32_t k = 0; k < lane_count; ++k) end[k] = static_cast<T>(row.end[axis][k]);
     for (std::uint32_t k = 0; k < lane_count; ++k)
       lanes.stored[axis][k] += row.weight[k] * static_cast<double>(end[k]);
-    if (!advance.commit) continue;
+    if (!step.stores) continue;
     // Keeps bristles straight that are out of contact, whatever the motion gave them.
     for (std::uint32_t k = 0; k < lane_count; ++k) z[k] = row.weight[k] > 0.0 ? end[k] : T(0);
   }
@@ -298,7 +297,7 @@ inline void far_keep_row(const PatchView<T>& patch, const Advance& advance, cons
 
 /// Steps one bristle in double precision, as bristles need that redraw their lengths or age.
 template <class T, int axes, bool redraw, bool residual, bool ages>
-inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const FarMotion& motion,
+inline void far_bristle(const PatchView<T>& patch, const KernelStep& step, const FarMotion& motion,
                         const FarAge& aged, std::uint32_t i, double w, FarLanes& lanes) {
   const std::uint32_t lane = i % lane_count;
   const double left = residual ? motion.residual : 0.0;
@@ -315,11 +314,11 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
   double reach = before;
   if constexpr (ages)
     reach = left + (before - left) * growth<double>(aged.ageing, most(static_cast<double>(end_age), 0.0));
-  double tau = way_to_circle<double, axes>(bent, reach);
+  double tau = path_to_circle<double, axes>(bent, reach);
   if (!(tau < motion.length)) {
-    // Changes the stored deflection itself. Elsewhere the patch's position moves and carries it, but in a
+    // Changes the stored deflection itself. Elsewhere the patch's position moves it, but in a
     // step beyond far_length the position stays.
-    if (ages && advance.snaps_all) {
+    if (ages && step.snaps_all) {
       x = static_cast<T>(sx + motion.ex * motion.length);
       if constexpr (axes == 2) y = static_cast<T>(sy + motion.ey * motion.length);
     }
@@ -327,20 +326,20 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     lanes.mean[1][lane] += w * (sy + static_cast<double>(y));
   } else {
     if constexpr (ages)
-      tau = aged_way<double, axes>(aged.ageing, bent, left, before - left,
-                                   static_cast<double>(patch.age[i]) + aged.block.before, tau, true);
+      tau = aged_path<double, axes>(aged.ageing, bent, left, before - left,
+                                    static_cast<double>(patch.age[i]) + aged.block.before, tau, true);
     const double remaining = motion.length - tau;
     AfterFarStep land;
     if constexpr (redraw) {
-      std::uint32_t state = patch.draw[i];
+      std::uint32_t state = patch.random[i];
       land = land_redraw<T, ages>(*patch.law, aged, remaining, limit, state);
       if constexpr (residual) limit = static_cast<T>(left) + limit;
-      if (advance.commit) {
+      if (step.stores) {
         patch.delta[i] = limit;
-        patch.draw[i] = state;
+        patch.random[i] = state;
       }
     } else {
-      const std::uint32_t phase = mix(static_cast<std::uint32_t>(advance.phase_key) ^ mix(i + 1));
+      const std::uint32_t phase = mix(static_cast<std::uint32_t>(step.phase_key) ^ mix(i + 1));
       land = land_keep_aged(aged.ageing, remaining, before - left, phase);
     }
     const double r = land.deflection;
@@ -366,7 +365,7 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
     lanes.variance[lane] += w * (w * land.variance);
     lanes.snaps[lane] += 1.0 + land.count;
   }
-  if (advance.commit) {
+  if (step.stores) {
     patch.zx[i] = x;
     if constexpr (axes == 2) patch.zy[i] = y;
     if constexpr (ages) patch.age[i] = least(end_age, static_cast<T>(oldest));
@@ -376,7 +375,7 @@ inline void far_bristle(const PatchView<T>& patch, const Advance& advance, const
 }
 
 template <int axes, bool redraw>
-inline FarSums far_total(FarLanes& lanes, const Advance& advance, [[maybe_unused]] std::uint32_t key) {
+inline FarSums far_total(FarLanes& lanes, const KernelStep& step, [[maybe_unused]] std::uint32_t key) {
   FarSums sums{};
   double noise = 0.0;
   if constexpr (redraw) noise = jump_noise(tree_sum(lanes.further), tree_sum(lanes.variance), key);
@@ -384,38 +383,37 @@ inline FarSums far_total(FarLanes& lanes, const Advance& advance, [[maybe_unused
   sums.snaps = tree_sum(lanes.snaps);
   for (int axis = 0; axis < axes; ++axis) {
     sums.stored[axis] = tree_sum(lanes.stored[axis]);
-    sums.twice_mean[axis] = tree_sum(lanes.mean[axis]) + advance.direction[axis] * (noise / advance.length);
+    sums.twice_mean[axis] = tree_sum(lanes.mean[axis]) + step.direction[axis] * (noise / step.length);
   }
   return sums;
 }
 
 /// Advances the bristles [start, start + active) of one block in which a bristle snaps.
 template <class T, int axes, bool redraw, bool residual, bool ages>
-[[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const Advance& advance, std::uint32_t start,
+[[gnu::noinline]] FarSums far_block(const PatchView<T>& patch, const KernelStep& step, std::uint32_t start,
                                     std::uint32_t active, const double (&p0)[2], const double (&p1)[2]) {
-  const FarMotion motion{advance.direction[0], advance.direction[1], advance.length, 1.0 / advance.length,
-                         advance.residual,     {p0[0], p0[1]},       {p1[0], p1[1]}};
+  const FarMotion motion{step.direction[0], step.direction[1], step.length,   1.0 / step.length,
+                         step.residual,     {p0[0], p0[1]},    {p1[0], p1[1]}};
   FarAge aged{};
   if constexpr (ages)
-    aged = {age_since(advance, patch.since[start / block_size]), ageing_of<double>(advance),
-            advance.largest_growth};
+    aged = {age_since(step, patch.since[start / block_size]), ageing_of<double>(step), step.largest_growth};
   const std::uint32_t end = start + active;
   const auto weight_of = [&patch, end](std::uint32_t i) {
     return i < patch.whole ? 1.0 : i < end ? static_cast<double>(patch.fraction) : 0.0;
   };
-  [[maybe_unused]] const std::uint32_t key = redraw ? noise_key(patch.draw + start) : 0u;
+  [[maybe_unused]] const std::uint32_t key = redraw ? noise_key(patch.random + start) : 0u;
   FarLanes lanes;
   if constexpr (redraw || ages) {
     for (std::uint32_t i = start; i < end; ++i)
-      far_bristle<T, axes, redraw, residual, ages>(patch, advance, motion, aged, i, weight_of(i), lanes);
+      far_bristle<T, axes, redraw, residual, ages>(patch, step, motion, aged, i, weight_of(i), lanes);
   } else {
     FarRow row;
     for (std::uint32_t i = start; i < end; i += lane_count) {
       for (std::uint32_t k = 0; k < lane_count; ++k) row.weight[k] = weight_of(i + k);
-      far_keep_row<T, axes, residual>(patch, advance, motion, i, row, lanes);
+      far_keep_row<T, axes, residual>(patch, step, motion, i, row, lanes);
     }
   }
-  return far_total<axes, redraw>(lanes, advance, key);
+  return far_total<axes, redraw>(lanes, step, key);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ inline bool is_near(double displacement_since) {
 
 /// Asserts what the kernels of a step over the blocks [first, last) of a patch rely on.
 template <class T>
-inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
+inline void assert_step(const PatchView<T>& patch, const KernelStep& step, std::uint32_t first,
                         std::uint32_t last, int axes, bool redraw) {
   BRISTLE_ASSERT(first <= last);
   BRISTLE_ASSERT(first % blocks_per_group == 0);
@@ -31,12 +31,11 @@ inline void assert_step(const PatchView<T>& patch, const Advance& advance, std::
                  patch.whole + (patch.fraction > T(0) ? 1u : 0u) + std::uint64_t{block_size});
   BRISTLE_ASSERT(patch.zx != nullptr && patch.delta != nullptr && patch.blocks != nullptr);
   BRISTLE_ASSERT(axes == 1 || patch.zy != nullptr);
-  BRISTLE_ASSERT(!redraw || (patch.draw != nullptr && patch.law != nullptr));
-  BRISTLE_ASSERT(advance.length > 0.0);
-  const double ex = advance.direction[0], ey = advance.direction[1];
+  BRISTLE_ASSERT(!redraw || (patch.random != nullptr && patch.law != nullptr));
+  BRISTLE_ASSERT(step.length > 0.0);
+  const double ex = step.direction[0], ey = step.direction[1];
   BRISTLE_ASSERT(ex * ex + ey * ey > 0.999999 && ex * ex + ey * ey < 1.000001);
-  BRISTLE_ASSERT(advance.snaps_all == 0 ||
-                 (advance.from[0] == advance.to[0] && advance.from[1] == advance.to[1]));
+  BRISTLE_ASSERT(step.snaps_all == 0 || (step.from[0] == step.to[0] && step.from[1] == step.to[1]));
   BRISTLE_ASSERT(!redraw || patch.law->shortest > 0.0);
   BRISTLE_ASSERT(!redraw || patch.law->shortest <= patch.law->longest);
   BRISTLE_ASSERT(!redraw ||

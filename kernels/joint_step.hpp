@@ -13,7 +13,7 @@ using JointEngine = Engine<double>;
 
 /// A quantity that depends on the direction of motion: its values forward and backward.
 template <class V>
-struct BothWays {
+struct BothDirections {
   V forward, backward;
 };
 
@@ -41,9 +41,9 @@ void step_joints(const JointStep& step) {
     const V before = get(at.before);
     const V stiffness = constant(at.parameter[joint_stiffness]);
     const V flexibility = divide(one, stiffness);
-    const V way = angle - before;
-    const V e = select_lanes(way < none, none - one, one);
-    const V length = way * e;
+    const V moved = angle - before;
+    const V e = select_lanes(moved < none, none - one, one);
+    const V length = moved * e;
 
     // Allows for rounding in a bristle's position. Otherwise a bristle at its limit could count as beyond it
     // and slide in a joint that rests.
@@ -61,7 +61,7 @@ void step_joints(const JointStep& step) {
       drives_backward = motor < none;
     }
     const auto losses = [&](std::uint32_t base) {
-      BothWays<V> torque{constant(at.parameter[base]), constant(at.parameter[base])};
+      BothDirections<V> torque{constant(at.parameter[base]), constant(at.parameter[base])};
       if constexpr (loaded) {
         const V driving =
             motor_size * constant(at.parameter[base + 1]) + outside_size * constant(at.parameter[base + 3]);
@@ -72,23 +72,23 @@ void step_joints(const JointStep& step) {
       }
       return torque;
     };
-    BothWays<V> slides_at = losses(joint_base);
-    BothWays<V> holds_at = slides_at;
-    BothWays<V> static_part{none, none};
+    BothDirections<V> slides_at = losses(joint_base);
+    BothDirections<V> starts_at = slides_at;
+    BothDirections<V> static_part{none, none};
     V left = none, inverse_square = none;
     if constexpr (drops) {
       static_part = losses(joint_static_base);
       inverse_square = constant(at.parameter[joint_stribeck_speed]);
       left = decay<double>(most(speed * speed * inverse_square, constant(at.least_decay))).left;
-      holds_at = {slides_at.forward + static_part.forward, slides_at.backward + static_part.backward};
+      starts_at = {slides_at.forward + static_part.forward, slides_at.backward + static_part.backward};
       slides_at = {slides_at.forward + left * static_part.forward,
                    slides_at.backward + left * static_part.backward};
     }
 
     // Derivatives of `slides_at`, the limit at which bristles slide, by each parameter of the material.
-    BothWays<V> limit_by[rows];
+    BothDirections<V> limit_by[rows];
     if constexpr (gradients) {
-      for (BothWays<V>& x : limit_by) x = {none, none};
+      for (BothDirections<V>& x : limit_by) x = {none, none};
       const auto fill = [&](std::uint32_t base, V share) {
         limit_by[base] = {share, share};
         if constexpr (loaded) {
@@ -119,12 +119,12 @@ void step_joints(const JointStep& step) {
       const V share(step.share[i]), relative(step.length[i]);
       const V scale = relative * flexibility;
       const V tip = get(at.tips + i);
-      const BothWays<V> limit{slides_at.forward * scale, slides_at.backward * scale};
-      BothWays<V> reach = limit;
+      const BothDirections<V> limit{slides_at.forward * scale, slides_at.backward * scale};
+      BothDirections<V> reach = limit;
       if constexpr (drops) {
         const auto slid = get(room.slid + i) > none;
-        reach = {select_lanes(slid, limit.forward, holds_at.forward * scale),
-                 select_lanes(slid, limit.backward, holds_at.backward * scale)};
+        reach = {select_lanes(slid, limit.forward, starts_at.forward * scale),
+                 select_lanes(slid, limit.backward, starts_at.backward * scale)};
       }
       // Lets a bristle slide whose limit fell below its deflection, even in a joint that does not move.
       const V bent = before - tip;
@@ -134,17 +134,17 @@ void step_joints(const JointStep& step) {
                                select_lanes(beyond_backward, none - limit.backward, bent));
       const V limit_ahead = select_lanes(e > none, limit.forward, limit.backward);
       const SlideStart<V> start = slide_start<double, 1>(z, none, e, none);
-      V holds = limit_ahead;
+      V start_limit = limit_ahead;
       if constexpr (drops) {
-        // Gives a bristle that slid its static limit back when the motion turns back, because it sticks then.
-        const auto turns_back = start.along < none;
-        holds = select_lanes(e > none, select_lanes(turns_back, holds_at.forward * scale, reach.forward),
-                             select_lanes(turns_back, holds_at.backward * scale, reach.backward));
-        holds = select_lanes((beyond_forward | beyond_backward) & !turns_back, limit_ahead, holds);
+        // Gives a bristle that slid its static limit back when the motion reverses, because it sticks then.
+        const auto reverses = start.along < none;
+        start_limit = select_lanes(e > none, select_lanes(reverses, starts_at.forward * scale, reach.forward),
+                                   select_lanes(reverses, starts_at.backward * scale, reach.backward));
+        start_limit = select_lanes((beyond_forward | beyond_backward) & !reverses, limit_ahead, start_limit);
       }
-      const V path = least(way_to_slide<double, 1>(start, holds), length);
+      const V path = least(path_to_slide<double, 1>(start, start_limit), length);
       const Slid<V> end =
-          slide_after<double, 1, all, false>(start, path, holds, limit_ahead, e, none, length);
+          slide_after<double, 1, all, false>(start, path, start_limit, limit_ahead, e, none, length);
       const auto slides = path < length;
       const auto moves = slides | beyond_forward | beyond_backward;
       E::put(column(at.tips + i), select_lanes(moves & writes, angle - end.x, tip));

@@ -12,8 +12,8 @@ template <class T>
 struct FreshLengths {
   static constexpr bool by_columns = Lanes<float>::size == lane_count;
   static void fill(const KernelLaw& law, const std::uint32_t* states, std::uint32_t count, T* lengths) {
-    alignas(64) T shares[draws_together] = {};
-    for (std::uint32_t k = 0; k < draws_together; ++k)
+    alignas(64) T shares[selections_at_once] = {};
+    for (std::uint32_t k = 0; k < selections_at_once; ++k)
       shares[k] = k < count ? share_of<T>(mix(states[k])) : T(0.5);
     for (std::uint32_t k = 0; k < count; k += Lanes<T>::size)
       length_at<T>(law, load(shares + k)).store_aligned(lengths + k);

@@ -18,10 +18,10 @@ class BrushCohorts {
 
   /// A cohort: see BrushColumns.
   struct Cohort {
-    Vector place;
+    Vector position;
     V reach, fresh, left;
 
-    V mass() const { return fresh * left; }
+    V share() const { return fresh * left; }
   };
   BrushCohorts(const BrushLaw<T>& the_law, const BrushColumns<T>& the_columns, const LaneInput& the_input,
                const BrushMotion<T, axes>& the_motion, std::uint32_t the_first)
@@ -42,7 +42,7 @@ class BrushCohorts {
   const V residual = V(static_cast<T>(law.residual)), low_reach = V(law.survival->low);
   double time[E::size];  ///< time of each contact at the end of the present piece, s
   bool has_ranks = any_lane(get(*columns.ranked) > none);  ///< whether any of the contacts has them
-  Vector end;                       ///< place of the patch at the end of the present piece
+  Vector end;                       ///< position of the patch at the end of the present piece
   V lost = none;                    ///< twice the energy that is lost, by the square of the deflection
   V spread = get(*columns.spread);  ///< BrushColumns::spread
 
@@ -65,18 +65,18 @@ class BrushCohorts {
   [[gnu::always_inline]] void put(Which which, LaneColumn<T>* const (&to)[2], const Vector& x) const {
     for (int axis = 0; axis < axes; ++axis) put(which, *to[axis], x.of[axis]);
   }
-  [[gnu::always_inline]] Vector place(std::uint32_t j) const {
+  [[gnu::always_inline]] Vector position(std::uint32_t j) const {
     Vector out;
     out.of[0] = get(columns.x[j]);
     if constexpr (axes == 2) out.of[1] = get(columns.y[j]);
     return out;
   }
   [[gnu::always_inline]] Cohort cohort(std::uint32_t j) const {
-    return {place(j), get(columns.reach[j]), get(columns.fresh[j]), get(columns.left[j])};
+    return {position(j), get(columns.reach[j]), get(columns.fresh[j]), get(columns.left[j])};
   }
   [[gnu::always_inline]] void put(Which which, std::uint32_t j, const Cohort& c) const {
-    put(which, columns.x[j], c.place.of[0]);
-    if constexpr (axes == 2) put(which, columns.y[j], c.place.of[1]);
+    put(which, columns.x[j], c.position.of[0]);
+    if constexpr (axes == 2) put(which, columns.y[j], c.position.of[1]);
     put(which, columns.reach[j], c.reach);
     put(which, columns.fresh[j], c.fresh);
     put(which, columns.left[j], c.left);
@@ -119,7 +119,7 @@ class BrushCohorts {
     return exponential<double>(least(grown, 75.0)) - 1.0;
   }
 
-  /// Moves the origins of the contacts' places.
+  /// Moves the origins of the contacts' positions.
   void shift_origin() {
     const Vector shift = get(motion.shift);
     for (std::uint32_t j = 0; j < law.cohorts; ++j) {
@@ -127,14 +127,15 @@ class BrushCohorts {
       if constexpr (axes == 2) put(columns.y[j], get(columns.y[j]) - shift.of[1]);
     }
     for (int axis = 0; axis < axes; ++axis) {
-      LaneColumn<T>* const places[] = {columns.begin[0][axis], columns.begin[1][axis], columns.moment[axis]};
-      for (LaneColumn<T>* const c : places) put(*c, get(*c) - shift.of[axis]);
+      LaneColumn<T>* const positions[] = {columns.begin[0][axis], columns.begin[1][axis],
+                                          columns.moment[axis]};
+      for (LaneColumn<T>* const c : positions) put(*c, get(*c) - shift.of[axis]);
     }
   }
-  /// Makes births later by the time of the path along which the cohorts are carried.
-  void age_carried() {
+  /// Makes births later by the time of the path along which the cohorts are dragged.
+  void age_dragged() {
     for (std::uint32_t k = 0; k < E::size; ++k) {
-      const double path = motion.carried.lane[first + k];
+      const double path = motion.dragged.lane[first + k];
       if (!(path > 0.0)) continue;
       const double later = input.duration * (path / motion.moved.lane[first + k]);
       for (std::uint32_t j = 0; j < used; ++j) columns.birth[j].lane[first + k] += later;
@@ -145,9 +146,9 @@ class BrushCohorts {
     V sum = spread;
     for (std::uint32_t j = 0; j < used; ++j) {
       const Cohort c = cohort(j);
-      Vector z = end - c.place, weighted = z;
+      Vector z = end - c.position, weighted = z;
       if constexpr (axes == 2) weighted.of[1] = V(static_cast<T>(law.energy)) * z.of[1];
-      sum = sum + c.mass() * dot(z, weighted);
+      sum = sum + c.share() * dot(z, weighted);
     }
     return sum;
   }

@@ -28,11 +28,11 @@ class BrushList : protected BrushMerges<E, T, axes, books> {
   using typename Base::Vector;
   using typename Base::Which;
 
-  /// Bristles that join an open cohort: their share of the load, mean place, reach, mean and mean square of
-  /// their ranks, and the path since they were straight, from which their age follows.
+  /// Bristles that join an open cohort: their share of the load, mean position, reach, mean and mean square
+  /// of their ranks, and the path since they were straight, from which their age follows.
   struct Newborn {
-    V mass;
-    Vector place;
+    V share;
+    Vector position;
     V reach, rank, rank_square, ago;
   };
 
@@ -41,60 +41,61 @@ class BrushList : protected BrushMerges<E, T, axes, books> {
     closes = which & closes & (get(columns.fresh[open]) > none);
     if (any_lane(closes)) close(closes, open);
     const Cohort c = cohort(open);
-    const V before = c.mass(), all = before + n.mass;
+    const V before = c.share(), all = before + n.share;
     which = which & (all > none);
-    const Which holds = before > none;
-    const V share = divide(n.mass, most(all, tiny));
-    // Moves the mean place. What rounding takes from a move is kept for the next one: in slow sliding moves
-    // are so small that the place would never change.
-    const Vector apart = n.place - c.place;
-    const Vector moves = share * apart + get(columns.residue[open]);
+    const Which filled = before > none;
+    const V fraction = divide(n.share, most(all, tiny));
+    // Moves the mean position. What rounding takes from a move is kept for the next one: in slow sliding
+    // moves are so small that the position would never change.
+    const Vector apart = n.position - c.position;
+    const Vector moves = fraction * apart + get(columns.residue[open]);
     Cohort sum;
-    sum.place = select_lanes(holds, c.place + moves, n.place);
-    put(which, columns.residue[open], select_lanes(holds, moves - (sum.place - c.place), zero()));
+    sum.position = select_lanes(filled, c.position + moves, n.position);
+    put(which, columns.residue[open], select_lanes(filled, moves - (sum.position - c.position), zero()));
     V& lacks = open == 0 ? spread : lost;
-    lacks = lacks + select_lanes(holds & which, before * share * dot(apart, apart), none);
-    if (ages) join_births(which, open, share, before, n.ago);
+    lacks = lacks + select_lanes(filled & which, before * fraction * dot(apart, apart), none);
+    if (ages) join_births(which, open, fraction, before, n.ago);
     // Takes the mean reach, but at least the present deflection: no bristle is left that has a shorter
     // length.
-    const Vector z = end - sum.place;
+    const Vector z = end - sum.position;
     V bent = root(dot(z, z)) - residual;
     if (ages) bent = divide(bent, growth_of(open));
-    sum.reach = select_lanes(holds, c.reach + share * (n.reach - c.reach), n.reach);
+    sum.reach = select_lanes(filled, c.reach + fraction * (n.reach - c.reach), n.reach);
     sum.reach = most(most(sum.reach, bent), low_reach);
     sum.left = reach_to_left(sum.reach);
     sum.fresh = divide(all, sum.left);
     put(which, open, sum);
-    if (has_ranks) join_ranks(which, holds, open, share, n);
+    if (has_ranks) join_ranks(which, filled, open, fraction, n);
   }
-  void join_births(Which which, std::uint32_t open, V share, V before, V ago) {
-    alignas(64) T shares[E::size], path[E::size], masses[E::size], slowness[E::size];
-    E::put(shares, share);
+  void join_births(Which which, std::uint32_t open, V fraction, V before, V ago) {
+    alignas(64) T fractions[E::size], path[E::size], shares[E::size], slowness[E::size];
+    E::put(fractions, fraction);
     E::put(path, ago);
-    E::put(masses, before);
+    E::put(shares, before);
     E::put(slowness, get(motion.per_length));
     for (std::uint32_t left = bits_of_mask<T>(which); left != 0; left &= left - 1) {
       const auto k = static_cast<std::uint32_t>(__builtin_ctz(left));
       const double born =
           time[k] - static_cast<double>(path[k]) * static_cast<double>(slowness[k]) / law.ageing_rate;
       double& birth = columns.birth[open].lane[first + k];
-      birth = masses[k] > T(0) ? birth + static_cast<double>(shares[k]) * (born - birth) : born;
+      birth = shares[k] > T(0) ? birth + static_cast<double>(fractions[k]) * (born - birth) : born;
     }
   }
   /// Gives the open cohort the interval of ranks that has the mean and the variance of all its bristles.
-  void join_ranks(Which which, Which holds, std::uint32_t open, V share, const Newborn& n) {
+  void join_ranks(Which which, Which filled, std::uint32_t open, V fraction, const Newborn& n) {
     const V low = get(columns.low[open]), high = get(columns.high[open]);
     const V middle = half * (low + high), squares = mean_square(low, high);
-    const V mean = select_lanes(holds, middle + share * (n.rank - middle), n.rank);
-    const V mean_squares = select_lanes(holds, squares + share * (n.rank_square - squares), n.rank_square);
+    const V mean = select_lanes(filled, middle + fraction * (n.rank - middle), n.rank);
+    const V mean_squares =
+        select_lanes(filled, squares + fraction * (n.rank_square - squares), n.rank_square);
     const V reaches = root(most(V(T(3)) * (mean_squares - mean * mean), none));
     which = which & is_ranked();
     put(which, columns.low[open], most(mean - reaches, none));
     put(which, columns.high[open], least(mean + reaches, one));
   }
 
-  /// Closes an open cohort: moves it to index 2, and the newer cohorts up by one, to the first empty place.
-  /// If there is none, the two cohorts merge whose merge costs least.
+  /// Closes an open cohort: moves it to index 2, and the newer cohorts up by one, to the first empty
+  /// position. If there is none, the two cohorts merge whose merge costs least.
   void close(Which which, std::uint32_t open) {
     const Which pairs = which & (get(*columns.pair) > none);
     if (open == 0 && any_lane(pairs)) move_apart(pairs);
@@ -124,8 +125,9 @@ class BrushList : protected BrushMerges<E, T, axes, books> {
     for (std::uint32_t j = last; j > 2; --j) {
       const Which moves = which & (V(static_cast<T>(j)) <= gap);
       const Cohort below = cohort(j - 1);
-      put(columns.x[j], select_lanes(moves, below.place.of[0], above.place.of[0]));
-      if constexpr (axes == 2) put(columns.y[j], select_lanes(moves, below.place.of[1], above.place.of[1]));
+      put(columns.x[j], select_lanes(moves, below.position.of[0], above.position.of[0]));
+      if constexpr (axes == 2)
+        put(columns.y[j], select_lanes(moves, below.position.of[1], above.position.of[1]));
       put(columns.reach[j], select_lanes(moves, below.reach, above.reach));
       put(columns.fresh[j], select_lanes(moves, below.fresh, above.fresh));
       put(columns.left[j], select_lanes(moves, below.left, above.left));
@@ -133,35 +135,35 @@ class BrushList : protected BrushMerges<E, T, axes, books> {
       above = below;
     }
   }
-  /// Moves cohort 2 and cohort 0, which closes, apart until their two places have the variance of their
-  /// bristles' places: on a straight path, to Gauss points. One place for all bristles of a piece would raise
-  /// the force. Conserves mass and force.
+  /// Moves cohort 2 and cohort 0, which closes, apart until their two positions have the variance of their
+  /// bristles' positions: on a straight path, to Gauss points. One position for all bristles of a piece would
+  /// raise the force. Conserves share and force.
   void move_apart(Which which) {
     const Cohort older = cohort(2), newer = cohort(0);
-    const V mass = older.mass(), other = newer.mass(), share = divide(other, most(mass + other, tiny));
-    const Vector apart = newer.place - older.place;
-    const V square_apart = dot(apart, apart), reduced = mass * share;
+    const V share = older.share(), other = newer.share(), fraction = divide(other, most(share + other, tiny));
+    const Vector apart = newer.position - older.position;
+    const V square_apart = dot(apart, apart), reduced = share * fraction;
     const V wanted = one + divide(most(spread, none), most(reduced * square_apart, tiny));
     const V factor = least(wanted, V(static_cast<T>(law.most_apart)));
     const Which moves = which & (square_apart > none) & (reduced > none);
     const V farther = select_lanes(moves, root(factor) - one, none);
-    move_place(moves, 2, older, (none - farther * share) * apart);
-    move_place(moves, 0, newer, (farther * (one - share)) * apart);
+    move_position(moves, 2, older, (none - farther * fraction) * apart);
+    move_position(moves, 0, newer, (farther * (one - fraction)) * apart);
     const V stored = select_lanes(moves, reduced * square_apart * (factor - one), none);
     lost = lost + select_lanes(which, spread - stored, none);
     spread = select_lanes(which, none, spread);
   }
-  /// Moves the place of cohort j. Its bristles then are bent more or less, and so is its reach.
-  void move_place(Which which, std::uint32_t j, Cohort c, const Vector& by) {
-    const V mass = c.mass(), growth = ages ? growth_of(j) : one;
-    const Vector before = end - c.place;
-    c.place = c.place + by;
-    const Vector after = end - c.place;
+  /// Moves the position of cohort j. Its bristles then are bent more or less, and so is its reach.
+  void move_position(Which which, std::uint32_t j, Cohort c, const Vector& by) {
+    const V share = c.share(), growth = ages ? growth_of(j) : one;
+    const Vector before = end - c.position;
+    c.position = c.position + by;
+    const Vector after = end - c.position;
     const V bent = root(dot(after, after));
     const V reach = c.reach + divide(bent - root(dot(before, before)), growth);
     c.reach = most(most(reach, divide(bent - residual, growth)), low_reach);
     c.left = reach_to_left(c.reach);
-    c.fresh = divide(mass, c.left);
+    c.fresh = divide(share, c.left);
     put(which, j, c);
   }
   /// Moves ranks and birth of a cohort.

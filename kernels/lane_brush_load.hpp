@@ -56,7 +56,7 @@ class BrushLoads : protected BrushList<E, T, axes, books> {
     Vector sum = zero();
     for (std::uint32_t j = 0; j < used; ++j) {
       const Cohort c = cohort(j);
-      sum = sum + c.mass() * c.place;
+      sum = sum + c.share() * c.position;
     }
     return sum;
   }
@@ -83,7 +83,7 @@ class BrushLoads : protected BrushList<E, T, axes, books> {
         put(divides, columns.low[j], most(get(columns.low[j]) - excess, none) * per_ratio);
         put(divides, columns.high[j], least((high - excess) * per_ratio, one));
       }
-      const Vector z = end - c.place;
+      const Vector z = end - c.position;
       const V stays = select_lanes(leaves, none, fresh * ratio);
       if constexpr (books) of_load = of_load + (c.fresh - stays) * c.left * dot(z, z);
     }
@@ -110,9 +110,9 @@ class BrushLoads : protected BrushList<E, T, axes, books> {
     for (int round = 0; round < 24 && any_lane(open); ++round) {
       V kept = none, density = none;
       for (std::uint32_t j = 0; j < used; ++j) {
-        const V mass = cohort(j).mass(), from = get(columns.low[j]), to = get(columns.high[j]);
-        const V per_rank = divide(mass, most(to - from, to * V(T(1e-6)) + tiny));
-        kept = kept + select_lanes(to <= rank, mass, least(per_rank * most(rank - from, none), mass));
+        const V share = cohort(j).share(), from = get(columns.low[j]), to = get(columns.high[j]);
+        const V per_rank = divide(share, most(to - from, to * V(T(1e-6)) + tiny));
+        kept = kept + select_lanes(to <= rank, share, least(per_rank * most(rank - from, none), share));
         density = density + select_lanes((from < rank) & (rank < to), per_rank, none);
       }
       const V lack = wanted - kept;
@@ -150,13 +150,13 @@ class BrushLoads : protected BrushList<E, T, axes, books> {
                {one - ratio, end, low_reach, half * (ratio + one), mean_square(ratio, one), none});
   }
 
-  /// Returns the contacts whose entering bristles must not join cohort 1. Mixing bristles of different place
-  /// and rank changes the force under a later, lower load: by their distance times the part of that load
-  /// whose bristles are mixed, up to the lowest rank of the cohort. Bristles of noticeably different age are
-  /// kept apart, too.
+  /// Returns the contacts whose entering bristles must not join cohort 1. Mixing bristles of different
+  /// position and rank changes the force under a later, lower load: by their distance times the part of that
+  /// load whose bristles are mixed, up to the lowest rank of the cohort. Bristles of noticeably different age
+  /// are kept apart, too.
   Which mixes_ranks() const {
-    const Vector way = end - get(columns.begin[1]);
-    const V distance = root(dot(way, way)), low = select_lanes(is_ranked(), get(columns.low[1]), none);
+    const Vector moved = end - get(columns.begin[1]);
+    const V distance = root(dot(moved, moved)), low = select_lanes(is_ranked(), get(columns.low[1]), none);
     const Which far = distance * (one - low) > V(T(most_mixing)) * low;
     const Which old = ages ? growth_of(1) - one > V(static_cast<T>(0.125 * law.piece)) : none > none;
     return (distance > V(static_cast<T>(law.piece))) | (far & (distance > none)) | old;

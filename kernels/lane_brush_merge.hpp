@@ -27,7 +27,7 @@ class BrushMerges : protected BrushCohorts<E, T, axes, books> {
 
   /// Merges the cheapest pair of closed cohorts in the lanes `full`, and returns the index that becomes free.
   /// Searches pairs that are near in the order of birth, and all pairs with the oldest cohort: on a path that
-  /// returns, cohorts of different rounds lie at the same places.
+  /// returns, cohorts of different rounds lie at the same positions.
   V make_room(Which full, V gap) {
     V cheapest(T(1e38)), partner = none;
     const auto compare = [&](std::uint32_t i, std::uint32_t j) {
@@ -53,16 +53,16 @@ class BrushMerges : protected BrushCohorts<E, T, axes, books> {
     return gap;
   }
 
-  /// Returns the cost of merging cohorts i and j. Cohorts near in place, reach and rank cost little, and so
-  /// do those that weigh little. Ranks matter when the load falls: a cohort weighs the share that it would
-  /// hold if the load fell to its mean rank, and the distance of two mean ranks is relative to the lower one.
+  /// Returns the cost of merging cohorts i and j. Cohorts near in position, reach and rank cost little, and
+  /// so do those that weigh little. Ranks matter when the load falls: a cohort weighs the share that it would
+  /// have if the load fell to its mean rank, and the distance of two mean ranks is relative to the lower one.
   /// The smaller weight stands for w1 w2 / (w1 + w2), which needs a division and is between half of it and
   /// all of it.
   V cost_of_merge(std::uint32_t i, std::uint32_t j) const {
     const Cohort c = cohort(i), other = cohort(j);
-    const Vector apart = other.place - c.place;
+    const Vector apart = other.position - c.position;
     V distance = dot(apart, apart) + square(other.reach - c.reach);
-    V weight = c.mass(), other_weight = other.mass();
+    V weight = c.share(), other_weight = other.share();
     if (has_ranks) {
       const V rank = middle_rank(i), other_rank = middle_rank(j);
       const V per_rank = divide(one, rank), other_per_rank = divide(one, other_rank);
@@ -80,19 +80,19 @@ class BrushMerges : protected BrushCohorts<E, T, axes, books> {
     return select_lanes(is_ranked(), most(middle, V(T(1e-12))), half);
   }
 
-  /// Merges cohort j into cohort i in the lane first + k. Conserves mass, force, mean reach, mean growth, and
-  /// mean and variance of rank. `patch`: its place. Returns twice the energy lost.
+  /// Merges cohort j into cohort i in the lane first + k. Conserves share, force, mean reach, mean growth,
+  /// and mean and variance of rank. `patch`: its position. Returns twice the energy lost.
   T merge(std::uint32_t k, std::uint32_t i, std::uint32_t j, const T (&patch)[axes][E::size]) {
     const std::uint32_t lane = first + k;
     const auto at = [lane](Columns c, std::uint32_t index) -> T& { return c[index].lane[lane]; };
-    const T mass = at(columns.fresh, i) * at(columns.left, i),
+    const T share = at(columns.fresh, i) * at(columns.left, i),
             other = at(columns.fresh, j) * at(columns.left, j);
-    const T share = other / (mass + other);
+    const T fraction = other / (share + other);
     T apart2 = T(0), bent2 = T(0);
     for (int axis = 0; axis < axes; ++axis) {
       const Columns x = axis == 0 ? columns.x : columns.y;
       const T apart = at(x, j) - at(x, i);
-      at(x, i) += share * apart;
+      at(x, i) += fraction * apart;
       const T z = patch[axis][k] - at(x, i);
       apart2 += apart * apart;
       bent2 += z * z;
@@ -100,27 +100,27 @@ class BrushMerges : protected BrushCohorts<E, T, axes, books> {
     T grown = T(1);
     if (ages) {
       const T growth_i = growth_at(age(i, k)), growth_j = growth_at(age(j, k));
-      grown = growth_i + share * (growth_j - growth_i);
+      grown = growth_i + fraction * (growth_j - growth_i);
       columns.birth[i].lane[lane] = time[k] - age_of_growth(static_cast<double>(grown)) / law.ageing_rate;
     }
     T& reach = at(columns.reach, i);
     const T bent = (root(bent2) - static_cast<T>(law.residual)) / grown;
-    reach = most(most(reach + share * (at(columns.reach, j) - reach), bent), law.survival->low);
+    reach = most(most(reach + fraction * (at(columns.reach, j) - reach), bent), law.survival->low);
     const T left = reach_to_left(reach);
     at(columns.left, i) = left;
-    at(columns.fresh, i) = (mass + other) / left;
+    at(columns.fresh, i) = (share + other) / left;
     if (columns.ranked->lane[lane] > T(0))
-      merge_ranks(at(columns.low, i), at(columns.high, i), at(columns.low, j), at(columns.high, j), share);
-    return mass * share * apart2;
+      merge_ranks(at(columns.low, i), at(columns.high, i), at(columns.low, j), at(columns.high, j), fraction);
+    return share * fraction * apart2;
   }
   /// Changes the interval [low, high] of ranks to one that has mean and variance of a mixture, of which the
-  /// part `share` has ranks in the other interval.
-  static void merge_ranks(T& low, T& high, T other_low, T other_high, T share) {
+  /// part `fraction` has ranks in the other interval.
+  static void merge_ranks(T& low, T& high, T other_low, T other_high, T fraction) {
     const T middle = T(0.5) * (low + high), width = high - low, other_width = other_high - other_low;
     const T apart = T(0.5) * (other_low + other_high) - middle;
-    const T variance = (width * width + share * (other_width * other_width - width * width)) / T(12) +
-                       share * (T(1) - share) * apart * apart;
-    const T mean = middle + share * apart, reaches = root(T(3) * most(variance, T(0)));
+    const T variance = (width * width + fraction * (other_width * other_width - width * width)) / T(12) +
+                       fraction * (T(1) - fraction) * apart * apart;
+    const T mean = middle + fraction * apart, reaches = root(T(3) * most(variance, T(0)));
     low = most(mean - reaches, T(0));
     high = least(mean + reaches, T(1));
   }

@@ -1,5 +1,6 @@
 // The parts of a step of sixteen infinite brushes in lanes that are computed once for each contact
-// (lane_brush.hpp): directions, loads and places before its cohorts are visited, forces and energies after.
+// (lane_brush.hpp): directions, loads and positions before its cohorts are visited, forces and energies
+// after.
 #pragma once
 
 #include "ageing.hpp"
@@ -68,9 +69,9 @@ template <class T, class V>
          f * (survival_entry(s.c1, index, few) + f * survival_entry(s.c2, index, few));
 }
 
-/// Place of a patch along an axis, in scaled lengths from its lane's origin, beyond which the origin moves to
-/// it. So places of cohorts keep their digits in single precision.
-constexpr double farthest_place = 4.0;
+/// Position of a patch along an axis, in scaled lengths from its lane's origin, beyond which the origin moves
+/// to it. So positions of cohorts keep their digits in single precision.
+constexpr double farthest_position = 4.0;
 
 /// Relative change of the load that waits until changes have added up to it. Shares in single precision would
 /// round smaller changes away.
@@ -83,19 +84,19 @@ struct BrushMotion {
   using D = Wide::V;
 
   Lane16<T> direction[axes];
-  Lane16<T> length;       ///< path that is computed, scaled; 0 for a contact that rests or is not named
-  Lane16<T> place[axes];  ///< place of the patch at the start, from the lane's origin
-  Lane16<T> end[axes];    ///< place at the end of the path that is computed
-  Lane16<T> shift[axes];  ///< distance by which the origin moves
-  Lane16<T> per_length;   ///< age that bristles gain per length of path, in ageing times
-  Lane16<T> load_ratio;   ///< the lower over the higher of the loads before and now; 0 where contact begins
+  Lane16<T> length;          ///< path that is computed, scaled; 0 for a contact that rests or is not named
+  Lane16<T> position[axes];  ///< position of the patch at the start, from the lane's origin
+  Lane16<T> end[axes];       ///< position at the end of the path that is computed
+  Lane16<T> shift[axes];     ///< distance by which the origin moves
+  Lane16<T> per_length;      ///< age that bristles gain per length of path, in ageing times
+  Lane16<T> load_ratio;  ///< the lower over the higher of the loads before and now; 0 where contact begins
   Lane16<T> rises, falls, leaves;  ///< 1 where the load rises, falls to a load above 0, or becomes 0
-  Lane16<double> place_after[axes];
+  Lane16<double> position_after[axes];
   Lane16<double> stiffness, stiffness_before;  ///< with the load of the step, and before
   Lane16<double> moved;                        ///< path of the step
-  Lane16<double> carried;  ///< part of the path that is not computed because the force is steady
+  Lane16<double> dragged;  ///< part of the path that is not computed because the force is steady
   Lane16<double> named;
-  bool any_shift = false, any_load = false, any_carried = false, any_moves = false;
+  bool any_shift = false, any_load = false, any_dragged = false, any_moves = false;
 
   BrushMotion(const BrushLaw<T>& law, const BrushColumns<T>& columns, const LaneInput& in) {
     const LaneState& state = *columns.state;
@@ -140,20 +141,20 @@ struct BrushMotion {
       goes_on = goes_on | is_long;
       Wide::put(moved.lane + i, path);
       Wide::put(computed.lane + i, short_path);
-      Wide::put(carried.lane + i, path - short_path);
+      Wide::put(dragged.lane + i, path - short_path);
       for (int axis = 0; axis < axes; ++axis) {
         const D start = Wide::get(state.base[axis].lane + i);
-        const D far = select_lanes(is_moving & (magnitude(start) > D(farthest_place)), start, none);
+        const D far = select_lanes(is_moving & (magnitude(start) > D(farthest_position)), start, none);
         const D e = axis == 0 ? select_lanes(is_moving, d[0] * per_path, one) : d[axis] * per_path;
         shifts = shifts | (magnitude(far) > none);
         Wide::put(shifted[axis].lane + i, far);
-        Wide::put(place_after[axis].lane + i, start);
+        Wide::put(position_after[axis].lane + i, start);
         Wide::put(unit[axis].lane + i, e);
       }
     }
     any_shift = any_lane(shifts);
     any_load = any_lane(changes);
-    any_carried = any_lane(goes_on);
+    any_dragged = any_lane(goes_on);
     any_moves = any_lane(moves);
     length.convert(computed.lane);
     load_ratio.convert(ratio.lane);
@@ -163,13 +164,13 @@ struct BrushMotion {
     for (int axis = 0; axis < axes; ++axis) {
       direction[axis].convert(unit[axis].lane);
       shift[axis].convert(shifted[axis].lane);
-      // Moves the origin by a number that T holds, so that the places of cohorts move by as much.
+      // Moves the origin by a number that T represents, so that the positions of cohorts move by as much.
       for (std::uint32_t i = 0; i < lane_count; ++i)
-        place_after[axis].lane[i] -= static_cast<double>(shift[axis].lane[i]);
-      place[axis].convert(place_after[axis].lane);
+        position_after[axis].lane[i] -= static_cast<double>(shift[axis].lane[i]);
+      position[axis].convert(position_after[axis].lane);
       for (std::uint32_t i = 0; i < lane_count; ++i)
-        place_after[axis].lane[i] += computed.lane[i] * unit[axis].lane[i];
-      end[axis].convert(place_after[axis].lane);
+        position_after[axis].lane[i] += computed.lane[i] * unit[axis].lane[i];
+      end[axis].convert(position_after[axis].lane);
     }
     if (law.ageing_strength == 0.0) return;
     const double aged = least(in.duration * law.ageing_rate, oldest);
@@ -196,14 +197,14 @@ struct BrushMotion {
   }
 };
 
-/// Sums of a step over the cohorts of each contact, which hold shares of its load; lengths are scaled.
+/// Sums of a step over the cohorts of each contact, which have shares of its load; lengths are scaled.
 template <class T, int axes>
 struct BrushSums {
   Lane16<T> integral[axes];  ///< integral of the deflection along the path that is computed
   Lane16<T> lost;            ///< twice the energy lost on this path, by the square of the deflection
   Lane16<T> load_lost;       ///< as `lost`, by the change of the load; shares are those of the higher load
   Lane16<T> snapped;         ///< bristles that snapped
-  Lane16<T> late_snaps;      ///< those of them that snapped on the last part of a path that is carried on
+  Lane16<T> late_snaps;      ///< those of them that snapped on the last part of a path that is dragged on
   Lane16<T> late_path;       ///< length of that part
   Lane16<T> squares[3];      ///< sum of share x |z|^2 weighted by LayMap::energy: before the change of load,
                              ///< after it, at the end; filled if that is not 1
@@ -236,10 +237,10 @@ void finish_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns, cons
     const auto get = [i](const Lane16<double>& from) { return Wide::get(from.lane + i); };
     const D stiffness = get(m.stiffness), before = get(m.stiffness_before);
     const auto loaded = stiffness > none, is_named = get(m.named) > none;
-    Plane<D, axes> bent, place;  // mean deflection at the end
+    Plane<D, axes> bent, position;  // mean deflection at the end
     for (int axis = 0; axis < axes; ++axis) {
-      place.of[axis] = get(m.place_after[axis]);
-      bent.of[axis] = select_lanes(loaded, place.of[axis] - get(moment[axis]), none);
+      position.of[axis] = get(m.position_after[axis]);
+      bent.of[axis] = select_lanes(loaded, position.of[axis] - get(moment[axis]), none);
     }
     // Writes the force on the body, which points against the deflection. A straight contact gets +0, not -0.
     const auto write = [&](double* const(&to)[2], const Plane<D, axes>& z) {
@@ -253,16 +254,16 @@ void finish_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns, cons
     if (out.stiffness != nullptr)
       Wide::put_any(out.stiffness + i, stiffness * D(1.0 / law.metres_per_length));
     if constexpr (books) {
-      const D carried = get(m.carried), moved = get(m.moved);
+      const D dragged = get(m.dragged), moved = get(m.moved);
       Plane<D, axes> mean = bent, e;
       for (int axis = 0; axis < axes; ++axis) {
         e.of[axis] = get(direction[axis]);
-        const D all = get(integral[axis]) + carried * bent.of[axis];
+        const D all = get(integral[axis]) + dragged * bent.of[axis];
         mean.of[axis] = select_lanes(moved > none, divide(all, most(moved, tiny)), mean.of[axis]);
       }
       write(out.mean, mean);
       const D joules = half * stiffness * metres;
-      D dissipated = joules * (get(lost) + (carried + carried) * dot(bent, e));
+      D dissipated = joules * (get(lost) + (dragged + dragged) * dot(bent, e));
       D of_load = half * most(stiffness, before) * metres * get(load_lost);
       if (by_work) {
         if constexpr (axes == 2) e.of[1] = D(law.energy) * e.of[1];
@@ -272,12 +273,12 @@ void finish_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns, cons
       }
       Wide::put_any(out.dissipated + i, least(most(dissipated, none), most_energy));
       Wide::put_any(out.contact_loss + i, of_load);
-      // Counts whole snaps, and keeps the rest of one for the next step. Carried path has as many snaps per
-      // length as the late part of the computed path.
+      // Counts whole snaps, and keeps the remainder of one for the next step. Dragged path has as many snaps
+      // per length as the late part of the computed path.
       const D rate = divide(get(late_snaps), most(get(late_path), tiny));
       const D per_share = stiffness * D(law.snaps_per_newton / law.stiffness_per_newton);
       const D snaps =
-          least((get(snapped) + carried * rate) * per_share + Wide::get(state.phase.lane + i), D(9e18));
+          least((get(snapped) + dragged * rate) * per_share + Wide::get(state.phase.lane + i), D(9e18));
       const D whole = whole_part(most(snaps, none));
       Wide::put_any(out.slid + i, whole);
       if (in.stores)
@@ -287,8 +288,9 @@ void finish_brushes(const BrushLaw<T>& law, const BrushColumns<T>& columns, cons
     if (!in.stores) continue;
     Wide::put(state.stiffness.lane + i, stiffness);
     for (int axis = 0; axis < axes; ++axis)
-      Wide::put(state.base[axis].lane + i, select_lanes(is_named, select_lanes(loaded, place.of[axis], none),
-                                                        Wide::get(state.base[axis].lane + i)));
+      Wide::put(state.base[axis].lane + i,
+                select_lanes(is_named, select_lanes(loaded, position.of[axis], none),
+                             Wide::get(state.base[axis].lane + i)));
   }
 }
 

@@ -34,17 +34,17 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     const auto get = [i](const Lane16<double>& from) { return Wide::get(from.lane + i); };
     const auto sum = [&](LaneSum of) { return get(sums.of[of]); };
     const D load = get(m.of_load), k = get(m.stiffness), before = Wide::get(state.stiffness.lane + i);
-    const D way = get(m.way), used = get(m.used);
+    const D path = get(m.scaled_path), used = get(m.used);
     const auto loaded = load > none, is_named = m.all_named ? none == none : get(named) > none;
     const D x = sum(sum_force_x) + get(m.base_after[0]) * whole;
     const D y = axes == 2 ? sum(sum_force_y) + get(m.base_after[1]) * whole : none;
     // Writes the force on the body, which points against the deflection. A straight contact gets +0, not -0.
     const auto write = [&](double* const(&to)[2], D along, D across) {
-      const auto turned = [&](const double(&row)[2]) {
+      const auto rotated = [&](const double(&row)[2]) {
         return select_lanes(loaded, none - (D(row[0]) * along + D(row[1]) * across), none);
       };
-      Wide::put_any(to[0] + i, turned(law.from[0]));
-      if constexpr (axes == 2) Wide::put_any(to[1] + i, turned(law.from[1]));
+      Wide::put_any(to[0] + i, rotated(law.from[0]));
+      if constexpr (axes == 2) Wide::put_any(to[1] + i, rotated(law.from[1]));
     };
     write(out.end, x, y);
 
@@ -54,26 +54,26 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     D soft = load, beyond = none;
     const auto cut = pieces.any_cut ? get(pieces.cut) > none : none > none;
     if (all || m.any_softens) {
-      const D more = most(way - D(longest_slide), none);
+      const D more = most(path - D(longest_slide), none);
       if (any_lane(more > none))
         beyond = divide(more * (x * get(m.direction[0]) + y * get(m.direction[1])), most(used, tiny));
     }
     if (m.any_softens) {
       const D squares = sum(sum_squares_end), freed = D(law.least_loss) * (sum(sum_work) + beyond);
-      const D rest = divide(squares, most(squares + freed + freed, tiny));
-      soft = select_lanes((k > load) & (freed > none) & (squares > none), k * rest, k);
+      const D left = divide(squares, most(squares + freed + freed, tiny));
+      soft = select_lanes((k > load) & (freed > none) & (squares > none), k * left, k);
       if (pieces.any_cut) soft = select_lanes(cut, get(pieces.stiffness), soft);
       soft = select_lanes(soft <= load * D(1.0 + 1e-9), load, soft);
       soft = select_lanes(loaded, soft, none);
     }
     if (out.stiffness != nullptr) Wide::put_any(out.stiffness + i, soft * D(1.0 / law.metres_per_length));
     if constexpr (all) {
-      const D per_way = select_lanes(way > none, divide(used, most(way, tiny)), none);
+      const D per_path = select_lanes(path > none, divide(used, most(path, tiny)), none);
       // Takes the middle of the forces at start and end as the mean force while all springs stick, which
       // avoids the rounding of sums in single precision.
       const auto sticks = sum(sum_slid) == none;
       const auto mean_of = [&](D end, const Lane16<double>& gain, LaneSum missing) {
-        return end - select_lanes(sticks, half * get(gain) * whole, sum(missing) * per_way);
+        return end - select_lanes(sticks, half * get(gain) * whole, sum(missing) * per_path);
       };
       D mean_x = mean_of(x, m.gain[0], sum_missing_x);
       D mean_y = axes == 2 ? mean_of(y, m.gain[1], sum_missing_y) : none;
@@ -111,7 +111,7 @@ void finish_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     if (!m.creeps) continue;
     const D phase = Wide::get(state.phase.lane + i), next = phase + D(0.6180339887498949);
     const D within = select_lanes(next < D(1.0), next, next - D(1.0));
-    keep(state.phase, select_lanes((way > none) & (way < D(creep)), within, phase));
+    keep(state.phase, select_lanes((path > none) & (path < D(creep)), within, phase));
   }
   if (!in.stores || !any_lane(without)) return;
   for (std::uint32_t i = 0; i < lane_count; ++i)

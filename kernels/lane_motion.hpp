@@ -52,7 +52,7 @@ struct LaneMotion {
   Lane16<T> per_length;         ///< age that a spring gains per length of path, in ageing times
   Lane16<double> direction[2];  ///< filled by widen_direction()
   Lane16<double> moved;         ///< displacement in scaled lengths
-  Lane16<double> way;           ///< as `moved`, longer for a contact that is stiffer than its load
+  Lane16<double> scaled_path;   ///< as `moved`, longer for a contact that is stiffer than its load
   Lane16<double> gain[2];       ///< force that a spring that sticks gains in the step, N
   Lane16<double> base_after[2];
   Lane16<double> stiffness;  ///< stiffness before sliding softens it, N per scaled length
@@ -112,38 +112,38 @@ struct LaneMotion {
       D longer = h;
       if (any_softens) longer = h * divide(Wide::get(stiffness.lane + i), most(force, D(least_stiffness)));
       Wide::put(moved.lane + i, h);
-      Wide::put(way.lane + i, select_lanes(force > none, longer, none));
+      Wide::put(scaled_path.lane + i, select_lanes(force > none, longer, none));
     }
     all_named = in.named == (1u << lane_count) - 1;
     if (!all_named) named.fill(in.named);
-    place_base(state);
+    update_base(state);
     if (law.ageing_strength == 0.0) return;
     for (std::uint32_t i = 0; i < lane_count; ++i) {
       const double aged = least(in.duration * law.ageing_rate, oldest);
-      const double path = way.lane[i];
+      const double path = scaled_path.lane[i];
       per_length.lane[i] = static_cast<T>(path > 0.0 ? least(aged / most(path, 1e-300), oldest) : 0.0);
     }
   }
 
-  /// Computes the columns that depend on `way` and `gain`. Leaves out `per_length`: springs age alike in all
-  /// trials of a step (lane_soften.hpp), so that the pieces of its path fit together.
-  void place_base(const LaneState& state) {
+  /// Computes the columns that depend on `scaled_path` and `gain`. Leaves out `per_length`: springs age alike
+  /// in all trials of a step (lane_soften.hpp), so that the pieces of its path fit together.
+  void update_base(const LaneState& state) {
     const D none(0.0);
-    Lane16<double> short_way, shift[2];
+    Lane16<double> short_path, shift[2];
     auto slow = none > none;
     for (std::uint32_t i = 0; i < lane_count; i += Wide::size) {
-      const D path = Wide::get(way.lane + i), bound = D(farthest_base) * Wide::get(used.lane + i);
+      const D path = Wide::get(scaled_path.lane + i), farthest = D(farthest_base) * Wide::get(used.lane + i);
       const D x = Wide::get(state.base[0].lane + i) + Wide::get(gain[0].lane + i);
       const D y = Wide::get(state.base[1].lane + i) + Wide::get(gain[1].lane + i);
-      const auto far = (magnitude(x) > bound) | (magnitude(y) > bound);
+      const auto far = (magnitude(x) > farthest) | (magnitude(y) > farthest);
       slow = slow | ((path > none) & (path < D(creep)));
-      Wide::put(short_way.lane + i, least(path, D(longest_slide)));
+      Wide::put(short_path.lane + i, least(path, D(longest_slide)));
       Wide::put(shift[0].lane + i, select_lanes(far, x, none));
       Wide::put(shift[1].lane + i, select_lanes(far, y, none));
       Wide::put(base_after[0].lane + i, select_lanes(far, none, x));
       Wide::put(base_after[1].lane + i, select_lanes(far, none, y));
     }
-    length.convert(short_way.lane);
+    length.convert(short_path.lane);
     for (int axis = 0; axis < 2; ++axis) {
       taken[axis].convert(shift[axis].lane);
       left[axis].convert(base_after[axis].lane);
@@ -184,10 +184,10 @@ struct LaneSums {
   double force(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
     return at(axis == 0 ? sum_force_x : sum_force_y, lane) + m.base_after[axis].lane[lane] * law.whole;
   }
-  /// Returns the integral of the deflection over the path `way` of the step, from which the mean force
-  /// follows.
+  /// Returns the integral of the deflection over the path `scaled_path` of the step, from which the mean
+  /// force follows.
   double integral(const SlideLaw<T>& law, const LaneMotion<T>& m, int axis, std::uint32_t lane) const {
-    return force(law, m, axis, lane) / m.used.lane[lane] * m.way.lane[lane] -
+    return force(law, m, axis, lane) / m.used.lane[lane] * m.scaled_path.lane[lane] -
            at(axis == 0 ? sum_missing_x : sum_missing_y, lane);
   }
 };

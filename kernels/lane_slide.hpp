@@ -8,7 +8,7 @@
 // which is in double. A slide adds the path of the tip to a stored force, never the difference of two forces.
 // Its rounding is spread evenly, and over the next 1/64 limits the spring returns to its limit. Therefore
 // slow sliding turns and dissipates as it should. The force of a contact is the sum of what its springs
-// store: while they stick it has no rounding of single precision, which would make a held body creep.
+// store: while they stick it has no rounding of single precision, which would make a stuck body creep.
 #pragma once
 
 #include <limits>
@@ -26,7 +26,7 @@ struct LaneStart {
   Which slides;
   Which at_once;  ///< slides from the start of the step, at |z| within roundings of the limit
   V path;         ///< path over which the tip sticks
-  V holds;        ///< |z| at which the tip begins to slide
+  V start_limit;  ///< |z| at which the tip begins to slide
   V limit;        ///< |z| at which the tip slides
 };
 
@@ -127,18 +127,18 @@ class LaneSlider {
     // Slides tips whose limits have fallen below their deflection with the load, although the contact does
     // not move. Afterwards all springs are within their limits up to a few roundings.
     V kinetic = full * V(T(1) - 4 * eps);
-    V most_held = full * V(T(1) - eps);
-    V held = kinetic, age = none;
+    V most_stuck = full * V(T(1) - eps);
+    V static_reach = kinetic, age = none;
     Which goes_on = none > none;  // tips that were sliding when the step began
     if constexpr (timed) {
       find_age(i, age, goes_on);
       const V static_limit = law.ageing_strength != 0.0 ? full * growth<T>(ageing(), age) : full;
-      held = static_limit * V(T(1) - 3 * eps);
+      static_reach = static_limit * V(T(1) - 3 * eps);
       kinetic = kinetic * V(static_cast<T>(law.kinetic));
-      most_held = select_lanes(goes_on, full * V(static_cast<T>(law.kinetic)), static_limit) * V(T(1) - eps);
+      most_stuck = select_lanes(goes_on, full * V(static_cast<T>(law.kinetic)), static_limit) * V(T(1) - eps);
     }
     V bent2 = axes == 2 ? x * x + y * y : x * x;
-    const Which beyond = bent2 > most_held * most_held;
+    const Which beyond = bent2 > most_stuck * most_stuck;
     const bool any_beyond = any_lane(beyond);
     const V per_kinetic = V(law.per_limit[i] * per_kinetic_share);
     if (any_beyond) {
@@ -151,23 +151,24 @@ class LaneSlider {
 
     const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
     if constexpr (timed) goes_on = (goes_on | beyond) & (start.along >= none) & moves;
-    const LaneStart<V, Which> way = start_of(start, bent2, full, kinetic, goes_on, held, age);
+    const LaneStart<V, Which> onset = start_of(start, bent2, full, kinetic, goes_on, static_reach, age);
     // Changes of the deflection by sliding, along the motion and across it. The path over which the tip
     // sticks is not in them, because `base` has its effect.
     V along = none, aside = none, slide = none;
     Turn turned;
-    if (any_lane(way.slides)) {
-      slide = select_lanes(way.slides, length - way.path, none);
-      V a = start.along + way.path, b = start.aside;  // deflection at which the tip begins to slide
+    if (any_lane(onset.slides)) {
+      slide = select_lanes(onset.slides, length - onset.path, none);
+      V a = start.along + onset.path, b = start.aside;  // deflection at which the tip begins to slide
       // Brings a deflection that rounding has changed back to the limit, fully over a path of 1/64 limits.
       // Otherwise the roundings of many steps would add up.
-      const V limit2 = way.limit * way.limit, short_of = select_lanes(way.at_once, limit2 - bent2, none);
+      const V limit2 = onset.limit * onset.limit,
+              short_of = select_lanes(onset.at_once, limit2 - bent2, none);
       const V pace = least(V(T(64)) * length * per_kinetic, V(T(1)));
       V more = V(T(0.5)) * pace * (short_of * (per_kinetic * per_kinetic));
       const V not_slid = more * limit2;  // work that the tip does not do, as its path is shorter
       if constexpr (timed) {
-        const V share = divide(way.limit, most(way.holds, V(T(1e-30))));
-        more = select_lanes(way.at_once, more, select_lanes(way.slides, share - V(T(1)), none));
+        const V share = divide(onset.limit, most(onset.start_limit, V(T(1e-30))));
+        more = select_lanes(onset.at_once, more, select_lanes(onset.slides, share - V(T(1)), none));
       }
       along = more * a;
       a = a + along;
@@ -175,19 +176,19 @@ class LaneSlider {
         aside = more * b;
         b = b + aside;
       }
-      turned.work = select_lanes(way.slides, way.limit * slide, none);
+      turned.work = select_lanes(onset.slides, onset.limit * slide, none);
       if constexpr (axes == 2) {
         // Takes an angle up to 4 eps s / l, at most 4 eps, as 0, because it is only rounding (s: path of the
         // slide, l: limit).
-        const V rounds = least(slide, way.limit) * V(4 * eps);
-        const Which turns = way.slides & (b * b > rounds * rounds);
-        if (any_lane(turns)) turn(turns, a, b, slide, way.limit, per_kinetic, turned);
+        const V rounds = least(slide, onset.limit) * V(4 * eps);
+        const Which turns = onset.slides & (b * b > rounds * rounds);
+        if (any_lane(turns)) turn(turns, a, b, slide, onset.limit, per_kinetic, turned);
         along = along + turned.along;
         aside = aside + turned.aside;
       }
       turned.work = turned.work - not_slid;
     }
-    const V gain = way.path + along;
+    const V gain = onset.path + along;
     V now_x = none, now_y = none;
     if (softens || any_beyond || any_long) {
       now_x = x + (axes == 2 ? gain * ex + aside * ey : gain * ex);
@@ -197,12 +198,12 @@ class LaneSlider {
       add(sum_work, weight * turned.work);
       add(sum_squares_end, weight * square_of(now_x, now_y, centre));
     }
-    if constexpr (all) add_integrals(weight, way, gain, aside, turned);
+    if constexpr (all) add_integrals(weight, onset, gain, aside, turned);
     // Computes the tip's path: `slide` less the change of the deflection by the turn, which points backwards
     // in these units.
     const V tip = along - slide;
-    V after_x = stored_after(stored_x, axes == 2 ? tip * ex + aside * ey : tip * ex, way.slides) + taken_x;
-    V after_y = axes == 2 ? stored_after(stored_y, tip * ey - aside * ex, way.slides) + taken_y : none;
+    V after_x = stored_after(stored_x, axes == 2 ? tip * ex + aside * ey : tip * ex, onset.slides) + taken_x;
+    V after_y = axes == 2 ? stored_after(stored_y, tip * ey - aside * ex, onset.slides) + taken_y : none;
     if (any_beyond || any_long) {
       const Which anew = beyond | is_long;
       after_x = select_lanes(anew, (now_x + centre) * unit - get(motion.left[0]), after_x);
@@ -217,7 +218,7 @@ class LaneSlider {
     }
     E::put(at_x, after_x);
     if constexpr (axes == 2) E::put(at_y, after_y);
-    if constexpr (timed) note_time(i, way.slides | goes_on, beyond);
+    if constexpr (timed) note_time(i, onset.slides | goes_on, beyond);
   }
 
   /// Effects of sliding, without those of the path over which the tip sticks: changes of the deflection along
@@ -240,9 +241,9 @@ class LaneSlider {
     // limit x path (1e-13 in double), takes the closed forms.
     constexpr T far = sizeof(T) == 4 ? 0x1p-13 : 0x1p-38;
     const V lengths = slide * per_limit, squared = lengths * lengths, twelfth = squared * V(T(1.0 / 12));
-    const V half_way = V(T(0.5)) * slide, end = a + turned.along, end_aside = b + turned.aside;
-    V along = half_way * turned.along + twelfth * (turned.aside * (b + end_aside));
-    V aside = half_way * turned.aside + twelfth * (a * b - end * end_aside);
+    const V half_slide = V(T(0.5)) * slide, end = a + turned.along, end_aside = b + turned.aside;
+    V along = half_slide * turned.along + twelfth * (turned.aside * (b + end_aside));
+    V aside = half_slide * turned.aside + twelfth * (a * b - end * end_aside);
     const Which is_far = turns & (squared * squared * magnitude(b) > limit * V(far));
     if (any_lane(is_far)) {
       along =
@@ -255,56 +256,59 @@ class LaneSlider {
     turned.missing_aside = select_lanes(turns, aside, none);
   }
 
-  /// Finds the tips that slide in the step, where each begins and at which limit. `held`: greatest |z| at
-  /// which a tip that has stuck goes on sticking.
+  /// Finds the tips that slide in the step, where each begins and at which limit. `static_reach`: greatest
+  /// |z| at which a tip that has stuck goes on sticking.
   [[gnu::always_inline]] LaneStart<V, Which> start_of(const SlideStart<V>& start, V bent2, V full, V kinetic,
-                                                      Which goes_on, V held, V age) const {
-    LaneStart<V, Which> way;
-    way.limit = kinetic;
-    way.holds = held;
+                                                      Which goes_on, V static_reach, V age) const {
+    LaneStart<V, Which> onset;
+    onset.limit = kinetic;
+    onset.start_limit = static_reach;
     // Lets a tip at its limit, up to roundings, slide at once, even if the step is too short to change the
     // sum of deflection and path.
     const Which outward = (start.along >= none) & moves;
-    way.at_once = outward & (bent2 >= kinetic * kinetic * V(T(1) - 32 * eps));
+    onset.at_once = outward & (bent2 >= kinetic * kinetic * V(T(1) - 32 * eps));
     if constexpr (timed) {
-      way.at_once = way.at_once & goes_on;
-      way.holds = select_lanes(goes_on, kinetic, held);
-      way.path = way_to_slide<T, axes>(start, way.holds);
+      onset.at_once = onset.at_once & goes_on;
+      onset.start_limit = select_lanes(goes_on, kinetic, static_reach);
+      onset.path = path_to_slide<T, axes>(start, onset.start_limit);
       if (law.ageing_strength != 0.0) {
         const AgeingLaw<T, V> grows = ageing();
         const V later =
-            way_to_slide<T, axes>(start, full * growth<T>(grows, age + grows.per_length * length));
+            path_to_slide<T, axes>(start, full * growth<T>(grows, age + grows.per_length * length));
         const Bent<V> bent{start.along, start.aside * start.aside};
-        const V met = aged_way<T, axes>(grows, bent, none, full, age, later, (later < length) & !goes_on);
-        way.path = select_lanes(goes_on, way.path, met);
-        const V reached = start.along + way.path;
-        way.holds = select_lanes(goes_on, kinetic, root(reached * reached + start.aside * start.aside));
+        const V met = aged_path<T, axes>(grows, bent, none, full, age, later, (later < length) & !goes_on);
+        onset.path = select_lanes(goes_on, onset.path, met);
+        const V reached = start.along + onset.path;
+        onset.start_limit =
+            select_lanes(goes_on, kinetic, root(reached * reached + start.aside * start.aside));
       }
-      way.path = least(select_lanes(way.at_once, none, way.path), length);
-      way.slides = way.path < length;
-      return way;
+      onset.path = least(select_lanes(onset.at_once, none, onset.path), length);
+      onset.slides = onset.path < length;
+      return onset;
     }
     const V ahead = start.along + length;
-    way.slides = way.at_once | (ahead * ahead + start.aside * start.aside > kinetic * kinetic);
-    way.path = select_lanes(way.slides, none, length);
-    const Which sticks = (way.slides & !way.at_once);
+    onset.slides = onset.at_once | (ahead * ahead + start.aside * start.aside > kinetic * kinetic);
+    onset.path = select_lanes(onset.slides, none, length);
+    const Which sticks = (onset.slides & !onset.at_once);
     if (any_lane(sticks))
-      way.path = select_lanes(sticks, least(way_to_slide<T, axes>(start, kinetic), length), way.path);
-    return way;
+      onset.path = select_lanes(sticks, least(path_to_slide<T, axes>(start, kinetic), length), onset.path);
+    return onset;
   }
 
-  [[gnu::always_inline]] void add_integrals(V weight, const LaneStart<V, Which>& way, V gain, V aside,
+  [[gnu::always_inline]] void add_integrals(V weight, const LaneStart<V, Which>& onset, V gain, V aside,
                                             const Turn& turned) {
     const V half(T(0.5));
-    const V along = (gain - half * way.path) * way.path + turned.missing_along;
-    const V across = aside * way.path + turned.missing_aside;
+    const V along = (gain - half * onset.path) * onset.path + turned.missing_along;
+    const V across = aside * onset.path + turned.missing_aside;
     add(sum_missing_x, weight * (axes == 2 ? along * ex + across * ey : along * ex));
     if constexpr (axes == 2) add(sum_missing_y, weight * (along * ey - across * ex));
     V work = turned.work;
     if constexpr (timed)
-      work = work + half * select_lanes(way.slides, (way.holds - way.limit) * (way.holds + way.limit), none);
+      work = work + half * select_lanes(onset.slides,
+                                        (onset.start_limit - onset.limit) * (onset.start_limit + onset.limit),
+                                        none);
     add(sum_lost, weight * work);
-    add(sum_slid, select_lanes(way.slides, V(T(1)), none));
+    add(sum_slid, select_lanes(onset.slides, V(T(1)), none));
   }
 
   [[gnu::always_inline]] Which named() const { return get(motion.named) > none; }
@@ -317,8 +321,8 @@ class LaneSlider {
     return before + select_lanes(slides, change, none);
   }
 
-  // The functions below are for limits that change with time. A tip that slides holds only the kinetic limit;
-  // a tip that has stuck holds more, the longer it has stuck.
+  // The functions below are for limits that change with time. A tip that slides bears only the kinetic limit;
+  // a tip that has stuck bears more, the longer it has stuck.
 
   [[gnu::always_inline]] AgeingLaw<T, V> ageing() const {
     return {static_cast<T>(law.ageing_strength), get(motion.per_length), law.ageing_form == 1};
@@ -326,15 +330,15 @@ class LaneSlider {
   /// Computes how long each tip has stuck at the start of the step, in ageing times. Sets `goes_on` for tips
   /// that were sliding at the end of the last step.
   [[gnu::always_inline]] void find_age(std::uint32_t i, V& age, Which& goes_on) const {
-    alignas(64) T ages[E::size], held[E::size];
+    alignas(64) T ages[E::size], stuck[E::size];
     for (std::uint32_t k = 0; k < E::size; ++k) {
       const double start = input.start[first + k];
       const double since = since_of(i, first + k);
       ages[k] = static_cast<T>(least(most((start - since) * law.ageing_rate, 0.0), oldest));
-      held[k] = since < start - 0x1p-51 * (start + input.duration) ? T(1) : T(0);
+      stuck[k] = since < start - 0x1p-51 * (start + input.duration) ? T(1) : T(0);
     }
     age = E::get(ages);
-    goes_on = E::get(held) == none;
+    goes_on = E::get(stuck) == none;
   }
   /// Returns the time at which a spring last slid. For a new contact this is just long enough ago for the
   /// spring to count as sticking.

@@ -8,13 +8,13 @@
 namespace bristle::detail {
 namespace {
 
-/// Path (`way`) of a contact that sliding softens, at the start of the last piece of a step. `ease` is the
+/// Path (`path`) of a contact that sliding softens, at the start of the last piece of a step. `ease` is the
 /// stiffness that belongs to the load over the contact's stiffness. It grows towards 1 as sliding dissipates
 /// (core/MODEL.md, section 30), so the path exceeds the displacement by less and less. Springs depend on the
 /// path alone.
 struct LanePiece {
-  bool cut = false;    ///< whether the step has pieces; if not, its first ease holds throughout
-  double way = 0.0;    ///< path from the start of the step, scaled lengths
+  bool cut = false;    ///< whether the step has pieces; if not, its first ease applies throughout
+  double path = 0.0;   ///< path from the start of the step, scaled lengths
   double moved = 0.0;  ///< displacement so far, scaled lengths
   double ease = 1.0;
   double squares = 0.0, work = 0.0;  ///< sum_squares_end, sum_work
@@ -41,7 +41,7 @@ struct LanePieces {
   Lane16<double> mean[2];    ///< mean force of the springs, N
 };
 
-/// Length of a piece of the path `way`, scaled, and the largest number of pieces; the rest of a longer step
+/// Length of a piece of the path, scaled, and the largest number of pieces; the remainder of a longer step
 /// is one more piece.
 constexpr double soft_piece = 0.125;
 constexpr int most_soft_pieces = 128;
@@ -57,13 +57,13 @@ void finish_pieces(const SlideLaw<T>& law, const LaneMotion<T>& m, const LaneSum
     const LanePiece& last = pieces.of[i];
     pieces.cut.lane[i] = last.cut ? 1.0 : 0.0;
     if (!last.cut) continue;
-    const double way = m.way.lane[i], used = m.used.lane[i], squares = sums.at(sum_squares_end, i);
+    const double path = m.scaled_path.lane[i], used = m.used.lane[i], squares = sums.at(sum_squares_end, i);
     const double force[2] = {sums.force(law, m, 0, i), sums.force(law, m, 1, i)};
-    const double beyond = most(way - longest_slide, 0.0) / used *
+    const double beyond = most(path - longest_slide, 0.0) / used *
                           (force[0] * m.direction[0].lane[i] + force[1] * m.direction[1].lane[i]);
     const double freed = law.least_loss * (sums.at(sum_work, i) + beyond - last.work);
     // Takes the mean ease of the last piece from its displacement, and the ease at its end from the energy.
-    const double mean_ease = (m.moved.lane[i] - last.moved) / (way - last.way);
+    const double mean_ease = (m.moved.lane[i] - last.moved) / (path - last.path);
     const double energy = last.squares * last.ease + mean_ease * (squares - last.squares + 2.0 * freed);
     pieces.stiffness.lane[i] = used / (squares > 0.0 ? least(energy / squares, 1.0) : last.ease);
     for (int axis = 0; axis < 2 && all; ++axis) {
@@ -85,7 +85,7 @@ void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
     const double load = motion.of_load.lane[i];
     if (!(motion.stiffness.lane[i] > load && load > 0.0)) continue;
     at.ease = load / motion.stiffness.lane[i];
-    at.cut = (in.named >> i & 1u) != 0 && motion.way.lane[i] * (1.0 - at.ease) > least_cut;
+    at.cut = (in.named >> i & 1u) != 0 && motion.scaled_path.lane[i] * (1.0 - at.ease) > least_cut;
     if (at.cut) open |= 1u << i;
   }
   pieces.any_cut = open != 0;
@@ -95,19 +95,19 @@ void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
   motion.widen_direction();
   LaneSums<T> sums{};
   double step[lane_count] = {};
-  const auto set_way = [&motion](std::uint32_t i, double way) {
-    motion.way.lane[i] = way;
+  const auto set_path = [&motion](std::uint32_t i, double path) {
+    motion.scaled_path.lane[i] = path;
     for (int axis = 0; axis < axes; ++axis)
-      motion.gain[axis].lane[i] = motion.used.lane[i] * way * motion.direction[axis].lane[i];
+      motion.gain[axis].lane[i] = motion.used.lane[i] * path * motion.direction[axis].lane[i];
   };
   for (int n = 0; n <= most_soft_pieces && open != 0; ++n) {
     for (std::uint32_t i = 0; i < lane_count; ++i) {
       if ((open >> i & 1u) == 0) continue;
       const LanePiece& at = pieces.of[i];
       step[i] = n == 0 ? 0.0 : least(soft_piece, (motion.moved.lane[i] - at.moved) / at.ease);
-      set_way(i, at.way + step[i]);
+      set_path(i, at.path + step[i]);
     }
-    motion.place_base(*columns.state);
+    motion.update_base(*columns.state);
     run(trial, open, sums);
     for (std::uint32_t i = 0; i < lane_count; ++i) {
       if ((open >> i & 1u) == 0) continue;
@@ -127,7 +127,7 @@ void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
           at.impulse[axis] += mean_ease * (integral - at.integral[axis]);
           at.integral[axis] = integral;
         }
-        at.way += step[i];
+        at.path += step[i];
         at.moved += mean_ease * step[i];
         at.ease = ease;
         at.squares = squares;
@@ -136,10 +136,10 @@ void soften_lanes(const SlideLaw<T>& law, const SlideColumns<T>& columns, const 
         last = motion.moved.lane[i] - at.moved;
       }
       open &= ~(1u << i);
-      set_way(i, at.way + last);
+      set_path(i, at.path + last);
     }
   }
-  motion.place_base(*columns.state);
+  motion.update_base(*columns.state);
 }
 
 }  // namespace

@@ -151,7 +151,7 @@ inline Lanes<T> table_entry(const T* table, Lanes<T> index) {
 #endif
 }
 /// Returns what table_entry() returns, for a table of 32 entries on a boundary of 64 bytes, which it reads
-/// into two registers if they hold it.
+/// into two registers if it fits there.
 template <class T>
 inline Lanes<T> small_table_entry(const T* table, Lanes<T> index) {
 #if defined(BRISTLE_ISA_AVX512)
@@ -310,18 +310,18 @@ inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) 
 /// strictly between 0 and 1: (h + 1/2) 2^-23 with h 23 random bits. The number is exact in float and double,
 /// and so is one minus it; both types therefore sample from equal numbers.
 template <class T>
-struct DrawStates;
+struct RandomStates;
 
 template <>
-struct DrawStates<float> {
+struct RandomStates<float> {
   Bits<float> state;
 
-  DrawStates() = default;
-  explicit DrawStates(const std::uint32_t* from) : state(Bits<float>::load_aligned(from)) {}
+  RandomStates() = default;
+  explicit RandomStates(const std::uint32_t* from) : state(Bits<float>::load_aligned(from)) {}
   void store(std::uint32_t* to) const { state.store_aligned(to); }
 
   Lanes<float> next(Mask<float> which) {
-    state = select_bits(which, state + Bits<float>(draw_stride), state);
+    state = select_bits(which, state + Bits<float>(random_stride), state);
     Bits<float> x = state;
     x = x ^ (x >> 16);
     x = x * Bits<float>(0x21F0AAADu);
@@ -337,14 +337,14 @@ struct DrawStates<float> {
 /// Stores a 32-bit random state in the lower half of a 64-bit lane whose upper half is 0, so that shifts and
 /// products of 32-bit lanes can be used on it.
 template <>
-struct DrawStates<double> {
+struct RandomStates<double> {
   static constexpr std::size_t size = Lanes<double>::size;
   using Narrow [[gnu::vector_size(4 * size)]] = std::uint32_t;
   using Wide [[gnu::vector_size(8 * size)]] = std::uint64_t;
   Wide state;
 
-  DrawStates() = default;
-  explicit DrawStates(const std::uint32_t* from) {
+  RandomStates() = default;
+  explicit RandomStates(const std::uint32_t* from) {
     Narrow narrow;
     std::memcpy(&narrow, from, sizeof narrow);
     state = __builtin_convertvector(narrow, Wide);
@@ -357,7 +357,7 @@ struct DrawStates<double> {
   Lanes<double> next(Mask<double> which) {
     constexpr std::uint64_t low = 0xFFFFFFFFu;
     const Lanes<double> chosen = xsimd::select(which, from_wide(Wide{} + low), from_wide(Wide{}));
-    state = (state + (to_wide(chosen) & draw_stride)) & low;
+    state = (state + (to_wide(chosen) & random_stride)) & low;
     Wide x = state ^ (state >> 16);
     x = (x * 0x21F0AAADu) & low;
     x = x ^ (x >> 15);

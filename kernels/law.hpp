@@ -38,7 +38,7 @@ inline V length_at(const KernelLaw& law, V share) {
   return other_length<T>(law, share);
 }
 
-/// Returns the snap length of the bristle found at a random place of a long slide. Long snap lengths are
+/// Returns the snap length of the bristle found at a random point of a long slide. Long snap lengths are
 /// likelier to be found, so the density is that of the law times the length. Not for the exponential law, for
 /// which age and remaining length are independent.
 template <class T, class V>

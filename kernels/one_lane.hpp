@@ -143,15 +143,15 @@ inline T fold_lanes(Lanes<T> v) {
 /// Random state of one bristle. `next` advances it if the mask is set, and gives a number strictly between 0
 /// and 1 (see share_of).
 template <class T>
-struct DrawStates {
+struct RandomStates {
   std::uint32_t state;
 
-  DrawStates() = default;
-  explicit DrawStates(const std::uint32_t* from) : state(*from) {}
+  RandomStates() = default;
+  explicit RandomStates(const std::uint32_t* from) : state(*from) {}
   void store(std::uint32_t* to) const { *to = state; }
 
   Lanes<T> next(Mask<T> which) {
-    if (which.is) state += draw_stride;
+    if (which.is) state += random_stride;
     return Lanes<T>(share_of<T>(mix(state)));
   }
 };

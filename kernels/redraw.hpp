@@ -62,20 +62,20 @@ template <class T>
 struct AgedWalk : Walk<T> {
   static constexpr bool ages = true;
   AgeingLaw<T> ageing;
-  /// Largest factor by which ageing can lengthen a snap length (Advance::largest_growth).
+  /// Largest factor by which ageing can lengthen a snap length (KernelStep::largest_growth).
   T largest_growth;
 };
 
 /// List of the vectors of a block in which a bristle snaps, by their offsets in the block.
 template <class T>
-struct PlaceList {
-  std::uint32_t place[block_size / Lanes<T>::size + 1];
+struct VectorList {
+  std::uint32_t offset[block_size / Lanes<T>::size + 1];
   std::uint32_t size = 0;
 
   /// Appends the offset w of a vector of bristles to the list if `wanted`, that is, if one of them snaps. Has
   /// no branch, because branches on snaps cannot be predicted.
   void add_if(bool wanted, std::uint32_t w) {
-    place[size] = w;
+    offset[size] = w;
     size += wanted ? 1u : 0u;
   }
 };
@@ -84,14 +84,14 @@ struct PlaceList {
 template <class T>
 struct RedrawColumns {
   const T* delta;
-  const std::uint32_t* draw;
+  const std::uint32_t* random;
   T* new_delta;
-  std::uint32_t* new_draw;
+  std::uint32_t* new_random;
 };
 
 /// Offsets of the eight vectors of a bundle in the columns of their block.
 template <class T>
-struct Places {
+struct BundleOffsets {
   std::uint32_t i[bundle_size];
 
   Bundle<T> load_from(const T* column) const {
@@ -103,10 +103,10 @@ struct Places {
     for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
   }
   /// Advances the random state of each masked lane and returns the next random number.
-  Bundle<T> draw(BundleMask<T> which, Walk<T>& walk) const {
+  Bundle<T> next_random(BundleMask<T> which, Walk<T>& walk) const {
     Bundle<T> share;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
-      DrawStates<T> states(walk.state + i[k]);
+      RandomStates<T> states(walk.state + i[k]);
       share.v[k] = states.next(which.v[k]);
       states.store(walk.state + i[k]);
     }
@@ -118,33 +118,33 @@ struct Places {
 /// from the length-biased law, because long paths are likelier to be found; it is accepted with a probability
 /// proportional to (path between snaps) / met. Returns that path.
 template <class T>
-Bundle<T> meet_aged(const KernelLaw& law, const Places<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
+Bundle<T> meet_aged(const KernelLaw& law, const BundleOffsets<T>& at, BundleMask<T> open, AgedWalk<T>& walk,
                     Bundle<T>& met) {
   const Bundle<T> none(T(0));
   const Bundle<T> growth(walk.largest_growth);
   met = Bundle<T>(T(1));
-  Bundle<T> way(T(1));
+  Bundle<T> path(T(1));
   for (int n = 0; n < most_trials && any_lane(open); ++n) {
     Bundle<T> delta;
     if (law.kind == law_exponential) {
-      const Bundle<T> first = natural_log<T>(at.draw(open, walk));
-      const Bundle<T> second = natural_log<T>(at.draw(open, walk));
+      const Bundle<T> first = natural_log<T>(at.next_random(open, walk));
+      const Bundle<T> second = natural_log<T>(at.next_random(open, walk));
       delta = clamp_length<T>(law, Bundle<T>(static_cast<T>(law.location)) * (none - (first + second)));
     } else {
-      delta = length_met<T>(law, at.draw(open, walk));
+      delta = length_met<T>(law, at.next_random(open, walk));
     }
     const Bundle<T> along = aged_length<T>(walk.ageing, delta, growth * delta);
     met = select_lanes(open, delta, met);
-    way = select_lanes(open, along, way);
-    open = open & (at.draw(open, walk) * (growth * delta) > along);
+    path = select_lanes(open, along, path);
+    open = open & (at.next_random(open, walk) * (growth * delta) > along);
   }
-  return way;
+  return path;
 }
 
 /// Shortens long paths by jumps over many snaps: samples the state of their bristles at the end, or close to
 /// it. Returns the paths left.
 template <class T, bool sums, class AnyWalk>
-[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const Places<T>& at, Bundle<T> remaining,
+[[gnu::noinline]] Bundle<T> jump(const KernelLaw& law, const BundleOffsets<T>& at, Bundle<T> remaining,
                                  AnyWalk& walk) {
   const auto constant = [](double x) { return Bundle<T>(static_cast<T>(x)); };
   const Bundle<T> none(T(0));
@@ -163,10 +163,10 @@ template <class T, bool sums, class AnyWalk>
     Bundle<T> reach;
     if constexpr (AnyWalk::ages) {
       reach = meet_aged<T>(law, at, far, walk, met);
-      age = least(at.draw(far, walk) * reach, remaining);
+      age = least(at.next_random(far, walk) * reach, remaining);
     } else {
-      const Bundle<T> u = at.draw(far, walk);
-      const Bundle<T> v = at.draw(far, walk);
+      const Bundle<T> u = at.next_random(far, walk);
+      const Bundle<T> v = at.next_random(far, walk);
       if (memoryless) {
         age = constant(law.location) * (none - natural_log<T>(u));
         met = age + most(constant(law.location) * (none - natural_log<T>(v)), constant(law.shortest));
@@ -193,11 +193,11 @@ template <class T, bool sums, class AnyWalk>
                  (constant(8.0) * x - constant(28.0) +
                   e * (constant(32.0) + x * (constant(16.0) + constant(8.0) * x) - constant(4.0) * e));
       }
-      const Bundle<T> renewals =
+      const Bundle<T> snaps_of_jump =
           whole_part(jumped * constant(law.inverse_mean) + constant(law.count_offset + 0.5));
       squares = select_lanes(far, positive_part(more), none);
       variance = select_lanes(far, positive_part(spread), none);
-      count = select_lanes(far & (jumped > none), renewals, none);
+      count = select_lanes(far & (jumped > none), snaps_of_jump, none);
     }
     at.store_to(walk.landed, select_lanes(far, least(age, reach), at.load_from(walk.landed)));
     at.store_to(walk.length, select_lanes(far, met, at.load_from(walk.length)));
@@ -206,15 +206,15 @@ template <class T, bool sums, class AnyWalk>
   for (;;) {
     // Jumps over k snaps at once. The sum of their lengths is sampled by a Cornish-Fisher expansion to the
     // fourth cumulant.
-    const BundleMask<T> long_way = remaining > constant(law.jump_from);
-    if (!any_lane(long_way)) break;
+    const BundleMask<T> is_long = remaining > constant(law.jump_from);
+    if (!any_lane(is_long)) break;
     const Bundle<T> m1 = constant(law.mean);
     const Bundle<T> inverse = constant(law.inverse_mean);
     const Bundle<T> deviation = constant(law.deviation);
-    const Bundle<T> safe = select_lanes(long_way, remaining, constant(law.jump_from));
+    const Bundle<T> safe = select_lanes(is_long, remaining, constant(law.jump_from));
     const Bundle<T> pad = constant(4.5) * deviation * root(safe * inverse);
     const Bundle<T> k = whole_part((safe - pad) * inverse);
-    const Bundle<T> z = normal_quantile<T>(at.draw(long_way, walk));
+    const Bundle<T> z = normal_quantile<T>(at.next_random(is_long, walk));
     const Bundle<T> s = root(k);
     const Bundle<T> skewness = divide(constant(law.skewness), s);
     const Bundle<T> kurtosis = divide(constant(law.kurtosis), k);
@@ -227,11 +227,11 @@ template <class T, bool sums, class AnyWalk>
     const Bundle<T> jumped = least(k * m1 + deviation * s * w, safe);
     if constexpr (sums) {
       const Bundle<T> more = k * constant(law.square_mean) + constant(law.square_slope) * (jumped - k * m1);
-      squares = select_lanes(long_way, squares + more, squares);
-      variance = select_lanes(long_way, variance + k * constant(law.square_residual), variance);
-      count = select_lanes(long_way, count + k, count);
+      squares = select_lanes(is_long, squares + more, squares);
+      variance = select_lanes(is_long, variance + k * constant(law.square_residual), variance);
+      count = select_lanes(is_long, count + k, count);
     }
-    remaining = select_lanes(long_way, remaining - jumped, remaining);
+    remaining = select_lanes(is_long, remaining - jumped, remaining);
   }
   if constexpr (sums) {
     at.store_to(walk.squares, at.load_from(walk.squares) + squares);
@@ -255,7 +255,7 @@ struct Walker {
   Mask<T> open;
   Lanes<T> remaining;
   Lanes<T> delta;  ///< snap length of the bristle before the walk; after it, that at the path's end
-  DrawStates<T> states;
+  RandomStates<T> states;
   AfterSnaps<T> land;
 };
 
@@ -303,16 +303,16 @@ template <class T, std::uint32_t together, class Lengths>
 #pragma GCC unroll 8
     for (std::uint32_t k = 0; k < together; ++k) {
       Walker<T>& w = walkers[k];
-      Lanes<T> drawn;
+      Lanes<T> sampled;
       if constexpr (Lengths::ahead)
-        drawn = drawn_ahead[k];
+        sampled = drawn_ahead[k];
       else
-        drawn = lengths.length(w.states.next(w.open));
+        sampled = lengths.length(w.states.next(w.open));
       w.land.deflection = select_lanes(w.open, w.remaining, w.land.deflection);
-      w.delta = select_lanes(w.open, drawn, w.delta);
-      w.remaining = w.remaining - drawn;
+      w.delta = select_lanes(w.open, sampled, w.delta);
+      w.remaining = w.remaining - sampled;
       w.open = w.open & (w.remaining >= none);
-      w.land.squares = select_lanes(w.open, w.land.squares + drawn * drawn, w.land.squares);
+      w.land.squares = select_lanes(w.open, w.land.squares + sampled * sampled, w.land.squares);
       w.land.count = select_lanes(w.open, w.land.count + Lanes<T>(T(1)), w.land.count);
       any = k == 0 ? w.open : any | w.open;
     }
@@ -320,23 +320,23 @@ template <class T, std::uint32_t together, class Lengths>
   }
 }
 
-/// Gives a vector of bristles that have just snapped their next snap lengths, `drawn`. `remaining` is the
-/// path left to the end of the step, negative for bristles that have not snapped. A bristle whose path `way`
+/// Gives a vector of bristles that have just snapped their next snap lengths, `sampled`. `remaining` is the
+/// path left to the end of the step, negative for bristles that have not snapped. A bristle whose path `path`
 /// to the next snap exceeds `remaining` has arrived; the others snap again. Returns whether any does.
 template <class T, bool sums>
-[[gnu::always_inline]] inline bool take_length(Lanes<T> remaining, Lanes<T> drawn, Lanes<T> way,
+[[gnu::always_inline]] inline bool take_length(Lanes<T> remaining, Lanes<T> sampled, Lanes<T> path,
                                                std::uint32_t i, Walk<T>& walk) {
   const Lanes<T> none(T(0));
   const Mask<T> open = remaining >= none;
-  const Lanes<T> after = remaining - way;
+  const Lanes<T> after = remaining - path;
   const Mask<T> snaps = open & (after >= none);
   select_lanes(open, remaining, load(walk.landed + i)).store_aligned(walk.landed + i);
-  select_lanes(open, drawn, load(walk.length + i)).store_aligned(walk.length + i);
+  select_lanes(open, sampled, load(walk.length + i)).store_aligned(walk.length + i);
   select_lanes(open, after, remaining).store_aligned(walk.remaining + i);
   if constexpr (sums) {
     const Lanes<T> squares = load(walk.squares + i);
     const Lanes<T> count = load(walk.count + i);
-    select_lanes(snaps, squares + way * way, squares).store_aligned(walk.squares + i);
+    select_lanes(snaps, squares + path * path, squares).store_aligned(walk.squares + i);
     select_lanes(snaps, count + Lanes<T>(T(1)), count).store_aligned(walk.count + i);
   }
   return any_lane(snaps);
@@ -345,49 +345,49 @@ template <class T, bool sums>
 /// Moves the bristles of all listed vectors to the end of the step by rounds, eight vectors at once.
 template <class T, bool sums, bool has_residual, class AnyWalk>
 [[gnu::noinline]] void walk_rounds(const KernelLaw& law, T length, T residual,
-                                   const RedrawColumns<T>& columns, const PlaceList<T>& places,
+                                   const RedrawColumns<T>& columns, const VectorList<T>& snapping,
                                    AnyWalk& walk) {
   const bool may_jump = length > static_cast<T>(law.jump_from);
-  PlaceList<T> open = places;
-  for (std::uint32_t n = 0; n < places.size; ++n) {
-    const std::uint32_t i = places.place[n];
+  VectorList<T> open = snapping;
+  for (std::uint32_t n = 0; n < snapping.size; ++n) {
+    const std::uint32_t i = snapping.offset[n];
     const Lanes<T> path = load(walk.path + i);
     const Lanes<T> whole(length);
     select_lanes(path < whole, whole - path, Lanes<T>(T(-1))).store_aligned(walk.remaining + i);
     load(columns.delta + i).store_aligned(walk.length + i);
-    std::memcpy(walk.state + i, columns.draw + i, Lanes<T>::size * sizeof(std::uint32_t));
+    std::memcpy(walk.state + i, columns.random + i, Lanes<T>::size * sizeof(std::uint32_t));
     walk.clear(i);
   }
   walk.clear_nowhere();
   while (open.size > 0) {
     std::uint32_t still = 0;
     for (std::uint32_t n = 0; n < open.size; n += bundle_size) {
-      Places<T> at;
+      BundleOffsets<T> at;
       const std::uint32_t filled = open.size - n < bundle_size ? open.size - n : bundle_size;
-      for (std::uint32_t k = 0; k < bundle_size; ++k) at.i[k] = k < filled ? open.place[n + k] : nowhere;
+      for (std::uint32_t k = 0; k < bundle_size; ++k) at.i[k] = k < filled ? open.offset[n + k] : nowhere;
       Bundle<T> remaining = at.load_from(walk.remaining);
       for (std::uint32_t k = filled; k < bundle_size; ++k) remaining.v[k] = Lanes<T>(T(-1));
       if (may_jump && any_lane(remaining > Bundle<T>(static_cast<T>(law.jump_from))))
         remaining = jump<T, sums>(law, at, remaining, walk);
       if (!any_lane(remaining >= Bundle<T>(T(0))))
         continue;  // all bristles have jumped to the end of the path
-      const Bundle<T> drawn = length_at<T>(law, at.draw(remaining >= Bundle<T>(T(0)), walk));
-      Bundle<T> way = drawn;
-      if constexpr (AnyWalk::ages) way = aged_length<T>(walk.ageing, drawn, remaining);
+      const Bundle<T> sampled = length_at<T>(law, at.next_random(remaining >= Bundle<T>(T(0)), walk));
+      Bundle<T> path = sampled;
+      if constexpr (AnyWalk::ages) path = aged_length<T>(walk.ageing, sampled, remaining);
       for (std::uint32_t k = 0; k < filled; ++k) {
-        open.place[still] = at.i[k];
-        still += take_length<T, sums>(remaining.v[k], drawn.v[k], way.v[k], at.i[k], walk) ? 1u : 0u;
+        open.offset[still] = at.i[k];
+        still += take_length<T, sums>(remaining.v[k], sampled.v[k], path.v[k], at.i[k], walk) ? 1u : 0u;
       }
     }
     open.size = still;
   }
-  for (std::uint32_t n = 0; n < places.size; ++n) {
-    const std::uint32_t i = places.place[n];
+  for (std::uint32_t n = 0; n < snapping.size; ++n) {
+    const std::uint32_t i = snapping.offset[n];
     Lanes<T> limit = load(walk.length + i);
     if constexpr (has_residual)
       limit = select_lanes(load(walk.path + i) < Lanes<T>(length), Lanes<T>(residual) + limit, limit);
     limit.store_aligned(columns.new_delta + i);
-    std::memcpy(columns.new_draw + i, walk.state + i, Lanes<T>::size * sizeof(std::uint32_t));
+    std::memcpy(columns.new_random + i, walk.state + i, Lanes<T>::size * sizeof(std::uint32_t));
   }
 }
 

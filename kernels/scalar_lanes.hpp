@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "core/common/assert.hpp"
-#include "core/draw_states.hpp"
 #include "core/kernel_table.hpp"
+#include "core/random_states.hpp"
 
 namespace bristle::detail {
 namespace {

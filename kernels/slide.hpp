@@ -1,4 +1,4 @@
-// The rule `slide`: a bristle that reaches its limit slides at it until the motion turns back. Works on one
+// The rule `slide`: a bristle that reaches its limit slides at it until the motion reverses. Works on one
 // bristle or on a vector of bristles, each with its own direction and length (core/MODEL.md, section 30, with
 // the symbols). Beds and joints take whole steps from this file, contacts in lanes (lane_slide.hpp) the parts
 // of a step.
@@ -113,7 +113,7 @@ template <class T, int axes, class V>
 /// Returns the distance along the motion after which a deflection grows beyond the length `limit`; 0 if it is
 /// that long already and does not shrink. The equation has two roots; this form cannot give the wrong one.
 template <class T, int axes, class V>
-[[gnu::always_inline]] inline V way_to_slide(const SlideStart<V>& start, V limit) {
+[[gnu::always_inline]] inline V path_to_slide(const SlideStart<V>& start, V limit) {
   const V none(T(0));
   if constexpr (axes == 1) return most(limit - start.along, none);
   return most(root(most(limit * limit - start.aside * start.aside, none)) - start.along, none);
@@ -125,31 +125,31 @@ template <class T, int axes, class V>
 template <class V>
 struct Tractrix {
   V a, p, w, p2, both;  ///< `both` is p^2 + w^2
-  Decay<V> turn;        ///< exp(-s / l) and 1 - exp(-s / l)
+  Decay<V> fade;        ///< exp(-s / l) and 1 - exp(-s / l)
 
-  Tractrix(V the_a, V the_p, const Decay<V>& the_turn)
-      : a(the_a), p(the_p), w(a * the_turn.left), p2(p * p), both(p2 + w * w), turn(the_turn) {}
+  Tractrix(V the_a, V the_p, const Decay<V>& the_decay)
+      : a(the_a), p(the_p), w(a * the_decay.left), p2(p * p), both(p2 + w * w), fade(the_decay) {}
 
   /// Return by how much the deflection grows along the motion and shrinks across it, if a and p are lengths.
   /// Neither result is a difference of nearly equal numbers, so both are accurate for short slides.
   template <class T>
   V gained_along() const {
-    return divide(a * turn.lost, both) * (a * (V(T(1)) + turn.left)) * p;
+    return divide(a * fade.lost, both) * (a * (V(T(1)) + fade.left)) * p;
   }
-  V lost_aside() const { return divide(a * turn.lost, both) * (p2 - a * w); }
+  V lost_aside() const { return divide(a * fade.lost, both) * (p2 - a * w); }
 
   /// Returns the logarithm in the integral of the deflection along the motion, l s - l^2 ln((1 + t^2) / (1 +
   /// t'^2)), with t and t' the tangents of the half-angle before and after. The quotient is 1 + a^2 (1 - E^2)
   /// / (p^2 + w^2), E = exp(-s / l).
   template <class T>
   V log_of_turn() const {
-    return log_of_one_plus<T>((a * a) * (turn.lost * (V(T(1)) + turn.left)), both);
+    return log_of_one_plus<T>((a * a) * (fade.lost * (V(T(1)) + fade.left)), both);
   }
   /// Returns theta - theta', the angle by which the deflection turns. Times l^2 it is the integral of the
   /// deflection across the motion. Half of it has the tangent (t - t') / (1 + t t').
   template <class T>
   V angle() const {
-    const V half = arc_tangent<T>(divide((a * p) * turn.lost, p2 + a * w));
+    const V half = arc_tangent<T>(divide((a * p) * fade.lost, p2 + a * w));
     return half + half;
   }
 };
@@ -158,18 +158,18 @@ struct Tractrix {
 template <class V>
 struct Slid {
   V x, y;             ///< z', the deflection at the end of the step
-  V path;             ///< distance over which the tip stuck; it slid over the rest of the step
+  V path;             ///< distance over which the tip stuck; it slid over the remaining step
   V integral_x = {};  ///< integral of the deflection z over the step (only with `mean`)
   V integral_y = {};
   V dissipated = {};  ///< dissipated energy over stiffness (only with `energy`)
 };
 
 /// Moves bristles whose tips stick over `path` <= length. Those whose path is shorter than the step then
-/// slide at `limit`. `holds` is |z| at the start of sliding; where it exceeds the limit, the deflection drops
-/// to the limit there.
+/// slide at `limit`. `start_limit` is |z| at the start of sliding; where it exceeds the limit, the deflection
+/// drops to the limit there.
 template <class T, int axes, bool mean, bool energy, class V>
-[[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V holds, V limit, V ex,
-                                                  V ey, V length) {
+[[gnu::always_inline]] inline Slid<V> slide_after(const SlideStart<V>& start, V path, V start_limit, V limit,
+                                                  V ex, V ey, V length) {
   const V none(T(0));
   const V half(T(0.5));
   const auto slides = path < length;
@@ -191,7 +191,7 @@ template <class T, int axes, bool mean, bool energy, class V>
     if (any_lane(turns)) {
       // Starts the tractrix where the deflection along the motion is l cos(theta). In this form no quotient
       // is needed until the end.
-      const Tractrix<V> path_of_tip(a, most(holds + (start.along + path), V(T(1e-15))),
+      const Tractrix<V> path_of_tip(a, most(start_limit + (start.along + path), V(T(1e-15))),
                                     decay<T>(divide(s, most(limit, V(T(1e-30))))));
       const V p = path_of_tip.p, p2 = path_of_tip.p2, w = path_of_tip.w;
       const V scale = divide(limit, path_of_tip.both);
@@ -209,7 +209,8 @@ template <class T, int axes, bool mean, bool energy, class V>
   end.x = select_lanes(slides, end.x, start.x + ex * length);
   end.y = select_lanes(slides, end.y, start.y + ey * length);
   if constexpr (energy)
-    end.dissipated = select_lanes(slides, along_integral + half * ((holds - limit) * (holds + limit)), none);
+    end.dissipated =
+        select_lanes(slides, along_integral + half * ((start_limit - limit) * (start_limit + limit)), none);
   if constexpr (mean) {
     const V stuck = half * path * path + select_lanes(slides, along_integral, none);
     end.integral_x = start.x * path + stuck * ex;

@@ -62,7 +62,7 @@ struct BlockMotion {
   T* zx;
   T* zy;
   T* delta;
-  std::uint32_t* draw;
+  std::uint32_t* random;
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
   Residual<T, has_residual> residual;
 
@@ -94,7 +94,7 @@ struct BlockMotion {
 
   /// Returns tau, the path along the motion after which the deflection is as long as `limit`. The equation
   /// has two roots; this form cannot give the wrong one.
-  Lanes<T> way_to_snap(Lanes<T> start_x, Lanes<T> start_y, Lanes<T> limit) const {
+  Lanes<T> path_to_snap(Lanes<T> start_x, Lanes<T> start_y, Lanes<T> limit) const {
     if constexpr (axes == 1) {
       return positive_part(limit - start_x * ex);
     } else {
@@ -116,7 +116,7 @@ struct BlockMotion {
     const Lanes<T> start_x = load(zx + i) + p0x;
     Lanes<T> start_y(T(0));
     if constexpr (axes == 2) start_y = load(zy + i) + p0y;
-    Lanes<T> path = least(way_to_snap(start_x, start_y, load(delta + i)), length);
+    Lanes<T> path = least(path_to_snap(start_x, start_y, load(delta + i)), length);
     if constexpr (partial) path = select_lanes(weight > Lanes<T>(T(0)), path, length);
     return {start_x, start_y, path, path < length};
   }
@@ -128,7 +128,7 @@ struct BlockOutput {
   T* zx;
   T* zy;
   T* delta;
-  std::uint32_t* draw;
+  std::uint32_t* random;
 };
 
 /// Sums over the bristles of a block, one for each lane, up to the first snap of each bristle.
@@ -252,11 +252,11 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
 
   // Computes the path left R = length - tau, the number of later snaps floor(R / delta), and the deflection
   // left R - floor(R / delta) delta.
-  const Lanes<T> rest = motion.length - path;
-  AfterSnaps<T> land{rest, none, none};
+  const Lanes<T> remaining = motion.length - path;
+  AfterSnaps<T> land{remaining, none, none};
   if constexpr (again) {
-    land.count = whole_part(divide(rest, delta));
-    land.deflection = least(positive_part(rest - land.count * delta), delta);
+    land.count = whole_part(divide(remaining, delta));
+    land.deflection = least(positive_part(remaining - land.count * delta), delta);
     land.squares = land.count * (delta * delta);
   }
   put_snapped<T, axes, mean, energy>(motion, output, i, path, path < motion.length, land,
@@ -268,10 +268,10 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
 /// too short for jumps.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, std::uint32_t together,
           class Lengths>
-[[gnu::always_inline]] inline void advance_in_registers(const BlockMotion<T, axes, residual>& motion,
-                                                        const BlockOutput<T>& output, std::uint32_t i,
-                                                        const T* row_weights, const Lengths& lengths,
-                                                        std::uint32_t rounds, RowSums<T>& sums) {
+[[gnu::always_inline]] inline void step_in_registers(const BlockMotion<T, axes, residual>& motion,
+                                                     const BlockOutput<T>& output, std::uint32_t i,
+                                                     const T* row_weights, const Lengths& lengths,
+                                                     std::uint32_t rounds, RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Weights<T, partial> weights(row_weights);
   Lanes<T> path[together];
@@ -285,7 +285,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
     walkers[k] = {pass.snaps,
                   motion.length - pass.path,
                   load(motion.delta + at),
-                  DrawStates<T>(motion.draw + at),
+                  RandomStates<T>(motion.random + at),
                   {none, none, none}};
   }
   walk_in_registers<T>(lengths, rounds, walkers);
@@ -296,7 +296,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
     Lanes<T> limit = walkers[k].delta;
     if constexpr (residual) limit = select_lanes(snapped, motion.residual.limit_of(limit), limit);
     limit.store_aligned(output.delta + at % block_size);
-    walkers[k].states.store(output.draw + at % block_size);
+    walkers[k].states.store(output.random + at % block_size);
     put_snapped<T, axes, mean, energy>(motion, output, at, path[k], snapped, walkers[k].land, weights, sums);
   }
 }

@@ -53,11 +53,11 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   }
 };
 
-/// Paths of a block's bristles: `path` up to the first snap, `way` from snap to snap (SnapRule::keep).
+/// Paths of a block's bristles: `path` up to the first snap, `interval` from snap to snap (SnapRule::keep).
 template <class T>
-struct AgedWays {
+struct AgedPaths {
   alignas(64) T path[block_size];
-  alignas(64) T way[block_size];
+  alignas(64) T interval[block_size];
 };
 
 /// Deflections of the bristles from i on at the start of the step.
@@ -85,10 +85,10 @@ template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline bool begin_aged(const AgedMotion<T, axes>& motion, std::uint32_t i,
                                               const T* row_weights, T* path) {
   const AgedStart<T, axes> start(motion, i);
-  Lanes<T> way =
-      way_to_circle<T, axes>(start.bent, motion.end_limit(i, load(motion.delta + i) - motion.residual.left));
-  if constexpr (partial) way = select_lanes(load(row_weights) > Lanes<T>(T(0)), way, motion.length);
-  const Lanes<T> first = least(way, motion.length);
+  Lanes<T> to_snap =
+      path_to_circle<T, axes>(start.bent, motion.end_limit(i, load(motion.delta + i) - motion.residual.left));
+  if constexpr (partial) to_snap = select_lanes(load(row_weights) > Lanes<T>(T(0)), to_snap, motion.length);
+  const Lanes<T> first = least(to_snap, motion.length);
   first.store_aligned(path + i % block_size);
   return any_lane(first < motion.length);
 }
@@ -97,7 +97,7 @@ template <class T, int axes, bool partial>
 /// of the first pass. Takes eight vectors at once, because each iteration waits for the one before.
 template <class T, int axes, bool keep>
 [[gnu::noinline]] void find_snaps(const AgedMotion<T, axes>& motion, std::uint32_t start,
-                                  const PlaceList<T>& places, bool again, T* path, T* ways) {
+                                  const VectorList<T>& snapping, bool again, T* path, T* intervals) {
   const auto same = [](Lanes<T> x) {
     Bundle<T> all;
     for (Lanes<T>& lanes : all.v) lanes = x;
@@ -105,11 +105,11 @@ template <class T, int axes, bool keep>
   };
   const Bundle<T> left = same(motion.residual.left);
   const Bundle<T> length = same(motion.length);
-  for (std::uint32_t n = 0; n < places.size; n += bundle_size) {
-    Places<T> at;
+  for (std::uint32_t n = 0; n < snapping.size; n += bundle_size) {
+    BundleOffsets<T> at;
     for (std::uint32_t k = 0; k < bundle_size; ++k)
       // Fills unused vectors of the bundle with its first vector, which does no harm.
-      at.i[k] = places.place[n + k < places.size ? n + k : n];
+      at.i[k] = snapping.offset[n + k < snapping.size ? n + k : n];
     Bent<Bundle<T>> bent;
     for (std::uint32_t k = 0; k < bundle_size; ++k) {
       const AgedStart<T, axes> from(motion, start + at.i[k]);
@@ -118,11 +118,11 @@ template <class T, int axes, bool keep>
     }
     const Bundle<T> fresh = at.load_from(motion.delta + start) - left;
     const Bundle<T> age = at.load_from(motion.age + start) + same(motion.before);
-    Bundle<T> way = at.load_from(path);
-    way = aged_way<T, axes>(motion.ageing, bent, left, fresh, age, way, length > way);
-    at.store_to(path, way);
+    Bundle<T> to_snap = at.load_from(path);
+    to_snap = aged_path<T, axes>(motion.ageing, bent, left, fresh, age, to_snap, length > to_snap);
+    at.store_to(path, to_snap);
     if constexpr (keep)
-      if (again) at.store_to(ways, aged_length<T>(motion.ageing, fresh, length - way));
+      if (again) at.store_to(intervals, aged_length<T>(motion.ageing, fresh, length - to_snap));
   }
 }
 
@@ -157,18 +157,18 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
 template <class T, int axes, bool partial>
 [[gnu::always_inline]] inline void end_keep_aged(const AgedMotion<T, axes>& motion,
                                                  const BlockOutput<T>& output, T* new_age, std::uint32_t i,
-                                                 const T* row_weights, bool again, const AgedWays<T>& ways,
+                                                 const T* row_weights, bool again, const AgedPaths<T>& paths,
                                                  RowSums<T>& sums) {
   const Lanes<T> none(T(0));
   const Weights<T, partial> weights(row_weights);
-  const Lanes<T> path = load(ways.path + i % block_size);
-  const Lanes<T> rest = motion.length - path;
-  AfterSnaps<T> land{rest, none, none};
+  const Lanes<T> path = load(paths.path + i % block_size);
+  const Lanes<T> remaining = motion.length - path;
+  AfterSnaps<T> land{remaining, none, none};
   if (again) {
-    const Lanes<T> way = load(ways.way + i % block_size);
-    land.count = whole_part(divide(rest, way));
-    land.deflection = least(positive_part(rest - land.count * way), way);
-    land.squares = land.count * (way * way);
+    const Lanes<T> interval = load(paths.interval + i % block_size);
+    land.count = whole_part(divide(remaining, interval));
+    land.deflection = least(positive_part(remaining - land.count * interval), interval);
+    land.squares = land.count * (interval * interval);
   }
   add_aged_pass<T, axes>(motion, i, path, weights, sums);
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);

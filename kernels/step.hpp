@@ -22,8 +22,8 @@ namespace {
 template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages = false>
 class Stepper {
  public:
-  Stepper(const PatchView<T>& the_patch, const Advance& the_advance, Totals& the_totals)
-      : patch(the_patch), advance(the_advance), totals(the_totals), rounds(foreseen_rounds()) {}
+  Stepper(const PatchView<T>& the_patch, const KernelStep& the_step, Totals& the_totals)
+      : patch(the_patch), step(the_step), totals(the_totals), rounds(foreseen_rounds()) {}
 
   /// Counts the bristles of blocks [first, last) that are beyond their snap length at the end of the step,
   /// without changing any. Shared renewal needs the count before the step.
@@ -31,12 +31,12 @@ class Stepper {
     std::uint64_t count = 0;
     for (std::uint32_t b = first; b < last; ++b) {
       const Reach& group = patch.groups[b / blocks_per_group];
-      if (advance.skips_blocks && within(group.anchor, group.reach)) {
+      if (step.skips_blocks && within(group.anchor, group.reach)) {
         b = b / blocks_per_group * blocks_per_group + blocks_per_group - 1;
         continue;
       }
       Block& block = patch.blocks[b];
-      if (advance.skips_blocks && within(block.anchor, static_cast<double>(block.reach))) continue;
+      if (step.skips_blocks && within(block.anchor, static_cast<double>(block.reach))) continue;
       const Extent extent = find_extent(b);
       write_zero_block<T, axes, redraw, ages>(patch, b);
       count += count_beyond(b, extent);
@@ -46,16 +46,16 @@ class Stepper {
 
   /// Steps blocks [first, last). `first` must begin a group of blocks with a common bound.
   void run(std::uint32_t first, std::uint32_t last) {
-    assert_step(patch, advance, first, last, axes, redraw);
+    assert_step(patch, step, first, last, axes, redraw);
     for (std::uint32_t b = first; b < last; b += blocks_per_group) {
       Reach& group = patch.groups[b / blocks_per_group];
-      if (advance.skips_blocks && within(group.anchor, group.reach)) continue;
+      if (step.skips_blocks && within(group.anchor, group.reach)) continue;
       const std::uint32_t end = b + blocks_per_group < last ? b + blocks_per_group : last;
-      const double reach = advance.skips_blocks ? run_group(b, end) : run_all(b, end);
-      if (!advance.commit) continue;
+      const double reach = step.skips_blocks ? run_group(b, end) : run_all(b, end);
+      if (!step.stores) continue;
       group.reach = reach;
-      group.anchor[0] = advance.to[0];
-      group.anchor[1] = advance.to[1];
+      group.anchor[0] = step.to[0];
+      group.anchor[1] = step.to[1];
     }
   }
 
@@ -86,7 +86,7 @@ class Stepper {
   };
 
   const PatchView<T>& patch;
-  const Advance& advance;
+  const KernelStep& step;
   Totals& totals;
   /// Number of random lengths that most vectors need in the step under SnapRule::redraw, if it is small. 0 if
   /// it is larger, and for vectors of one number.
@@ -127,13 +127,13 @@ class Stepper {
   }
 
   double distance(const std::int64_t (&anchor)[2]) const {
-    const double x = displacement(advance.to[0], anchor[0]);
+    const double x = displacement(step.to[0], anchor[0]);
     if constexpr (axes == 1) return x < 0.0 ? -x : x;
-    const double y = displacement(advance.to[1], anchor[1]);
+    const double y = displacement(step.to[1], anchor[1]);
     return root(x * x + y * y);
   }
 
-  /// Returns whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the way
+  /// Returns whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the path
   /// either: the deflections within a snap length form a disc, which is convex.
   bool within(const std::int64_t (&anchor)[2], double reach) const {
     return reach > 0.0 && distance(anchor) < reach;
@@ -146,10 +146,10 @@ class Stepper {
     ++totals.blocks_visited;
     write_zero_block<T, axes, redraw, ages>(patch, b);
 
-    const double q0[2] = {displacement(advance.from[0], block.position[0]),
-                          displacement(advance.from[1], block.position[1])};
-    const double q1[2] = {displacement(advance.to[0], block.position[0]),
-                          displacement(advance.to[1], block.position[1])};
+    const double q0[2] = {displacement(step.from[0], block.position[0]),
+                          displacement(step.from[1], block.position[1])};
+    const double q1[2] = {displacement(step.to[0], block.position[0]),
+                          displacement(step.to[1], block.position[1])};
     BRISTLE_ASSERT(is_near(q0[0]) && is_near(q0[1]) && is_near(q1[0]) && is_near(q1[1]));
     const T p1x = static_cast<T>(q1[0]);
     const T p1y = static_cast<T>(q1[1]);
@@ -157,56 +157,56 @@ class Stepper {
         patch.zx,
         patch.zy,
         patch.delta,
-        patch.draw,
-        Lanes<T>(static_cast<T>(advance.direction[0])),
-        Lanes<T>(static_cast<T>(advance.direction[1])),
-        Lanes<T>(static_cast<T>(advance.length)),
+        patch.random,
+        Lanes<T>(static_cast<T>(step.direction[0])),
+        Lanes<T>(static_cast<T>(step.direction[1])),
+        Lanes<T>(static_cast<T>(step.length)),
         Lanes<T>(static_cast<T>(q0[0])),
         Lanes<T>(static_cast<T>(q0[1])),
         Lanes<T>(p1x),
         Lanes<T>(p1y),
-        Residual<T, residual>(Lanes<T>(static_cast<T>(advance.residual)))};
+        Residual<T, residual>(Lanes<T>(static_cast<T>(step.residual)))};
     const Motion& motion = [&]() -> decltype(auto) {
       if constexpr (ages)
         return with_age(bends, b);
       else
         return (bends);
     }();
-    if (!advance.snaps_all) {
+    if (!step.snaps_all) {
       T margin = std::numeric_limits<T>::max();
-      const bool any = advance.finds_bounds ? any_snap<true>(motion, extent, margin)
-                                            : any_snap<false>(motion, extent, margin);
+      const bool any = step.finds_bounds ? any_snap<true>(motion, extent, margin)
+                                         : any_snap<false>(motion, extent, margin);
       if (!any) {
-        if (advance.finds_bounds && advance.commit) keep_bound(block, margin, p1x, p1y);
+        if (step.finds_bounds && step.stores) keep_bound(block, margin, p1x, p1y);
         return;
       }
     }
-    const BlockSums sums = advance.in_double ? rewrite_far(extent, q0, q1) : rewrite_near(motion, extent);
+    const BlockSums sums = step.in_double ? rewrite_far(extent, q0, q1) : rewrite_near(motion, extent);
     record(block, b, sums);
-    if (advance.commit) block.reach = 0.0f;
+    if (step.stores) block.reach = 0.0f;
     if constexpr (ages)
-      if (advance.commit) patch.since[b] = advance.start + advance.duration;
+      if (step.stores) patch.since[b] = step.start + step.duration;
   }
 
   Motion with_age(const BlockMotion<T, axes, residual>& motion, std::uint32_t b) const {
-    const BlockAge age = age_since(advance, patch.since[b]);
+    const BlockAge age = age_since(step, patch.since[b]);
     return {motion,
             patch.age,
             Lanes<T>(static_cast<T>(age.before)),
             Lanes<T>(static_cast<T>(age.after)),
-            Lanes<T>(static_cast<T>(least_later_age(advance, patch.since[b]))),
-            ageing_of<T>(advance)};
+            Lanes<T>(static_cast<T>(least_later_age(step, patch.since[b]))),
+            ageing_of<T>(step)};
   }
 
   std::uint64_t count_beyond(std::uint32_t b, const Extent& extent) const {
     const Block& block = patch.blocks[b];
     const Lanes<T> none(T(0));
     BlockMotion<T, axes, residual> motion{
-        patch.zx, patch.zy, patch.delta, patch.draw,
+        patch.zx, patch.zy, patch.delta, patch.random,
         none,     none,     none,        none,
-        none,     none,     none,        Residual<T, residual>(Lanes<T>(static_cast<T>(advance.residual)))};
-    motion.p1x = Lanes<T>(static_cast<T>(displacement(advance.to[0], block.position[0])));
-    motion.p1y = Lanes<T>(static_cast<T>(displacement(advance.to[1], block.position[1])));
+        none,     none,     none,        Residual<T, residual>(Lanes<T>(static_cast<T>(step.residual)))};
+    motion.p1x = Lanes<T>(static_cast<T>(displacement(step.to[0], block.position[0])));
+    motion.p1y = Lanes<T>(static_cast<T>(displacement(step.to[1], block.position[1])));
     if constexpr (ages)
       return count_beyond(with_age(motion, b), extent);
     else
@@ -282,8 +282,8 @@ class Stepper {
     const double shift = static_cast<double>((p1x < 0 ? -p1x : p1x) + (p1y < 0 ? -p1y : p1y));
     const double reach = path * (1.0 - 2e-7) - 2.0 * ulp * (shift + 2.0 * path);
     block.reach = reach > 0.0 ? static_cast<float>(reach) : 0.0f;
-    block.anchor[0] = advance.to[0];
-    block.anchor[1] = advance.to[1];
+    block.anchor[0] = step.to[0];
+    block.anchor[1] = step.to[1];
   }
 
   /// Columns of one block into which a trial step writes, so that the patch's state stays as it is.
@@ -291,16 +291,16 @@ class Stepper {
     alignas(64) T zx[block_size];
     alignas(64) T zy[axes == 2 ? block_size : 1];
     alignas(64) T delta[redraw ? block_size : 1];
-    alignas(64) std::uint32_t draw[redraw ? block_size : 1];
+    alignas(64) std::uint32_t random[redraw ? block_size : 1];
   };
 
-  /// Calls `advance_row(partial, i, weights)` for the vector of bristles that begins at lane k, in every row.
+  /// Calls `step_row(partial, i, weights)` for the vector of bristles that begins at lane k, in every row.
   template <class F>
-  [[gnu::always_inline]] static void for_rows(const Extent& extent, std::uint32_t k, F&& advance_row) {
+  [[gnu::always_inline]] static void for_rows(const Extent& extent, std::uint32_t k, F&& step_row) {
     const std::uint32_t at = extent.start + k;
     for (std::uint32_t row = 0; row < extent.full_rows; ++row)
-      advance_row(Flag<false>{}, at + row * lane_count, nullptr);
-    if (extent.partial) advance_row(Flag<true>{}, at + extent.full_rows * lane_count, extent.weights + k);
+      step_row(Flag<false>{}, at + row * lane_count, nullptr);
+    if (extent.partial) step_row(Flag<true>{}, at + extent.full_rows * lane_count, extent.weights + k);
   }
 
   BlockSums rewrite_near(const Motion& motion, const Extent& extent) {
@@ -314,19 +314,19 @@ class Stepper {
     const BlockMotion<T, axes, residual> motion =
         block_motion;  // a local whose address nobody takes, so that it stays in registers
     Scratch scratch;
-    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.draw};
-    if (advance.commit) {
+    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.random};
+    if (step.stores) {
       output.zx = patch.zx + extent.start;
       if constexpr (axes == 2) output.zy = patch.zy + extent.start;
       output.delta = patch.delta + extent.start;
-      if constexpr (redraw) output.draw = patch.draw + extent.start;
+      if constexpr (redraw) output.random = patch.random + extent.start;
     }
     RowSums<T> sums[parts];
     double noise = 0.0;
     if constexpr (!redraw) {
       double shortest = static_cast<double>(patch.blocks[extent.start / block_size].shortest);
-      if constexpr (residual) shortest -= advance.residual;
-      if (advance.length >= shortest)
+      if constexpr (residual) shortest -= step.residual;
+      if (step.length >= shortest)
         rewrite_keep<true>(motion, output, extent, sums);
       else
         rewrite_keep<false>(motion, output, extent, sums);
@@ -364,16 +364,17 @@ class Stepper {
     for (std::uint32_t part = 0; part < parts; ++part) {
       PassSums<T> first;  // local sums, which stay in registers
       RowSums<T> sum;
-      const auto end = [&](auto partial, std::uint32_t i, Lanes<T> way, const T* weights) {
-        end_keep<T, axes, mean, energy, residual, partial.value, again>(motion, output, i, way, weights, sum);
+      const auto end = [&](auto partial, std::uint32_t i, Lanes<T> to_snap, const T* weights) {
+        end_keep<T, axes, mean, energy, residual, partial.value, again>(motion, output, i, to_snap, weights,
+                                                                        sum);
       };
       for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-        const Lanes<T> way =
+        const Lanes<T> to_snap =
             begin_pass<T, axes, mean, energy, residual, partial.value>(motion, i, weights, first).path;
         if constexpr (two_passes)
-          way.store_aligned(path + i % block_size);
+          to_snap.store_aligned(path + i % block_size);
         else
-          end(partial, i, way, weights);
+          end(partial, i, to_snap, weights);
       });
       if constexpr (two_passes)
         for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
@@ -388,51 +389,52 @@ class Stepper {
     const Motion motion = block_motion;
     Scratch scratch;
     alignas(64) T scratch_age[block_size];
-    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.draw};
+    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.random};
     T* age = scratch_age;
-    if (advance.commit) {
+    if (step.stores) {
       output.zx = patch.zx + extent.start;
       if constexpr (axes == 2) output.zy = patch.zy + extent.start;
       output.delta = patch.delta + extent.start;
-      if constexpr (redraw) output.draw = patch.draw + extent.start;
+      if constexpr (redraw) output.random = patch.random + extent.start;
       age = patch.age + extent.start;
     }
     RowSums<T> sums[parts];
-    PlaceList<T> places;
+    VectorList<T> snapping;
     const auto begin = [&](T* path) {
       for (std::uint32_t part = 0; part < parts; ++part)
         for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-          places.add_if(begin_aged<T, axes, partial.value>(motion, i, weights, path), i % block_size);
+          snapping.add_if(begin_aged<T, axes, partial.value>(motion, i, weights, path), i % block_size);
         });
     };
     if constexpr (!redraw) {
       const double shortest =
-          static_cast<double>(patch.blocks[extent.start / block_size].shortest) - advance.residual;
-      const bool again = advance.length >= shortest;
-      AgedWays<T> ways;
-      begin(ways.path);
-      for (T& way : ways.way) way = T(1);  // any valid path will do for vectors in which no bristle snaps
-      find_snaps<T, axes, true>(motion, extent.start, places, again, ways.path, ways.way);
+          static_cast<double>(patch.blocks[extent.start / block_size].shortest) - step.residual;
+      const bool again = step.length >= shortest;
+      AgedPaths<T> paths;
+      begin(paths.path);
+      for (T& interval : paths.interval)
+        interval = T(1);  // any valid path will do for vectors in which no bristle snaps
+      find_snaps<T, axes, true>(motion, extent.start, snapping, again, paths.path, paths.interval);
       for (std::uint32_t part = 0; part < parts; ++part) {
         RowSums<T> sum;
         for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-          end_keep_aged<T, axes, partial.value>(motion, output, age, i, weights, again, ways, sum);
+          end_keep_aged<T, axes, partial.value>(motion, output, age, i, weights, again, paths, sum);
         });
         sums[part] = sum;
       }
       return total(motion, sums, 0.0);
     } else {
-      const bool jumps = advance.length > patch.law->jump_from;
-      const std::uint32_t key = jumps ? noise_key(patch.draw + extent.start) : 0u;
+      const bool jumps = step.length > patch.law->jump_from;
+      const std::uint32_t key = jumps ? noise_key(patch.random + extent.start) : 0u;
       AgedWalk<T> walk;
       walk.ageing = motion.ageing;
-      walk.largest_growth = static_cast<T>(advance.largest_growth);
+      walk.largest_growth = static_cast<T>(step.largest_growth);
       begin(walk.path);
-      find_snaps<T, axes, false>(motion, extent.start, places, false, walk.path, nullptr);
-      const RedrawColumns<T> columns{patch.delta + extent.start, patch.draw + extent.start, output.delta,
-                                     output.draw};
-      walk_rounds<T, true, true>(*patch.law, static_cast<T>(advance.length), static_cast<T>(advance.residual),
-                                 columns, places, walk);
+      find_snaps<T, axes, false>(motion, extent.start, snapping, false, walk.path, nullptr);
+      const RedrawColumns<T> columns{patch.delta + extent.start, patch.random + extent.start, output.delta,
+                                     output.random};
+      walk_rounds<T, true, true>(*patch.law, static_cast<T>(step.length), static_cast<T>(step.residual),
+                                 columns, snapping, walk);
       for (std::uint32_t part = 0; part < parts; ++part) {
         RowSums<T> sum;
         for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
@@ -464,52 +466,53 @@ class Stepper {
     const std::uint32_t at = extent.start + k;
     std::uint32_t row = 0;
     for (; row + together <= extent.full_rows; row += together)
-      advance_in_registers<T, axes, mean, energy, residual, false, together>(
+      step_in_registers<T, axes, mean, energy, residual, false, together>(
           motion, output, at + row * lane_count, nullptr, lengths, rounds, sum);
     for (; row < extent.full_rows; ++row)
-      advance_in_registers<T, axes, mean, energy, residual, false, 1>(motion, output, at + row * lane_count,
-                                                                      nullptr, lengths, rounds, sum);
+      step_in_registers<T, axes, mean, energy, residual, false, 1>(motion, output, at + row * lane_count,
+                                                                   nullptr, lengths, rounds, sum);
     if (extent.partial)
-      advance_in_registers<T, axes, mean, energy, residual, true, 1>(
-          motion, output, at + row * lane_count, extent.weights + k, lengths, rounds, sum);
+      step_in_registers<T, axes, mean, energy, residual, true, 1>(motion, output, at + row * lane_count,
+                                                                  extent.weights + k, lengths, rounds, sum);
     sums = sum;
   }
 
   std::uint32_t foreseen_rounds() const {
     if constexpr (!redraw || width == 1) return 0;
     const KernelLaw& law = *patch.law;
-    if (!(advance.length < law.jump_from)) return 0;
+    if (!(step.length < law.jump_from)) return 0;
     if (looks_up_in_registers && (law.kind == law_normal || law.kind == law_lognormal)) {
-      const double lengths = advance.length * law.inverse_mean;
+      const double lengths = step.length * law.inverse_mean;
       return lengths < few_looked_up ? 0 : lengths < two_looked_up ? 1 : 2;
     }
     if (law.kind != law_uniform) return 0;
-    if (advance.length < few_snap * law.mean) return 0;
-    const double draws = advance.length / law.location;
-    return draws <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * draws)) : 0;
+    if (step.length < few_snap * law.mean) return 0;
+    const double lengths_needed = step.length / law.location;
+    return lengths_needed <= most_rounds ? static_cast<std::uint32_t>(__builtin_ceil(0.99 * lengths_needed))
+                                         : 0;
   }
 
   /// Moves the rows of a block through the step by rounds. Returns the random part of its sum of delta^2
   /// (open_noise()).
   double rewrite_by_rounds(const BlockMotion<T, axes, residual>& motion, const BlockOutput<T>& output,
                            const Extent& extent, RowSums<T> (&sums)[parts]) {
-    const bool jumps = (mean || energy) && advance.length > patch.law->jump_from;
-    const std::uint32_t key = jumps ? noise_key(patch.draw + extent.start) : 0u;
+    const bool jumps = (mean || energy) && step.length > patch.law->jump_from;
+    const std::uint32_t key = jumps ? noise_key(patch.random + extent.start) : 0u;
     Walk<T> walk;
-    PlaceList<T> places;
+    VectorList<T> snapping;
     for (std::uint32_t part = 0; part < parts; ++part) {
       RowSums<T> sum;
       for_rows(extent, part * width, [&](auto partial, std::uint32_t i, const T* weights) {
-        places.add_if(
+        snapping.add_if(
             begin_redraw<T, axes, mean, energy, residual, partial.value>(motion, i, weights, walk, sum),
             i % block_size);
       });
       sums[part] = sum;
     }
-    const RedrawColumns<T> columns{patch.delta + extent.start, patch.draw + extent.start, output.delta,
-                                   output.draw};
-    walk_rounds<T, mean || energy, residual>(*patch.law, static_cast<T>(advance.length),
-                                             static_cast<T>(advance.residual), columns, places, walk);
+    const RedrawColumns<T> columns{patch.delta + extent.start, patch.random + extent.start, output.delta,
+                                   output.random};
+    walk_rounds<T, mean || energy, residual>(*patch.law, static_cast<T>(step.length),
+                                             static_cast<T>(step.residual), columns, snapping, walk);
     for (std::uint32_t part = 0; part < parts; ++part) {
       RowSums<T> sum;
       sum = sums[part];
@@ -541,7 +544,7 @@ class Stepper {
         Row<T> integral;
         for (std::uint32_t part = 0; part < parts; ++part)
           integral.part[part] = Lanes<T>(T(2)) * sums[part].passed[axis] + direction[axis] * sums[part].along;
-        block.twice_mean[axis] = (tree_sum(integral) + advance.direction[axis] * noise) / advance.length;
+        block.twice_mean[axis] = (tree_sum(integral) + step.direction[axis] * noise) / step.length;
       }
     }
     if constexpr (energy) {
@@ -553,7 +556,7 @@ class Stepper {
 
   BlockSums rewrite_far(const Extent& extent, const double (&q0)[2], const double (&q1)[2]) {
     const FarSums far =
-        far_block<T, axes, redraw, residual, ages>(patch, advance, extent.start, extent.active, q0, q1);
+        far_block<T, axes, redraw, residual, ages>(patch, step, extent.start, extent.active, q0, q1);
     BlockSums block;
     for (int axis = 0; axis < axes; ++axis) {
       block.stored[axis] = far.stored[axis];
@@ -575,37 +578,37 @@ class Stepper {
         totals.tail_stored[axis] = now;
         totals.tail_twice_mean[axis] = mean_now;
       } else {
-        const Int128 gone = difference(advance.to[axis], block.position[axis]);
+        const Int128 gone = difference(step.to[axis], block.position[axis]);
         totals.stored[axis] += static_cast<Int128>(now) - block.stored[axis];
         totals.offset[axis] -= gone;
         if constexpr (mean) {
-          const Int128 before = difference(advance.from[axis], block.position[axis]);
+          const Int128 before = difference(step.from[axis], block.position[axis]);
           totals.twice_mean[axis] += static_cast<Int128>(mean_now) -
                                      2 * static_cast<Int128>(block.stored[axis]) -
                                      Int128{block_size} * (before + gone);
         }
       }
-      if (advance.commit) {
+      if (step.stores) {
         block.stored[axis] = now;
-        block.position[axis] = advance.to[axis];
+        block.position[axis] = step.to[axis];
       }
     }
     if (tail) totals.tail_snapped = 1;
-    if constexpr (energy) totals.squares += to_integer(sums.squares * advance.energy_unit);
+    if constexpr (energy) totals.squares += to_integer(sums.squares * step.energy_unit);
   }
 };
 
 template <class T, int axes, bool redraw, bool ages>
-std::uint64_t foresee_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first,
+std::uint64_t foresee_blocks(const PatchView<T>& patch, const KernelStep& step, std::uint32_t first,
                              std::uint32_t last) {
   Totals unused{};
-  return Stepper<T, axes, redraw, ages, true, ages, ages>(patch, advance, unused).foresee(first, last);
+  return Stepper<T, axes, redraw, ages, true, ages, ages>(patch, step, unused).foresee(first, last);
 }
 
 template <class T, int axes, bool redraw, bool mean, bool energy, bool residual, bool ages>
-void step_blocks(const PatchView<T>& patch, const Advance& advance, std::uint32_t first, std::uint32_t last,
+void step_blocks(const PatchView<T>& patch, const KernelStep& step, std::uint32_t first, std::uint32_t last,
                  Totals& totals) {
-  Stepper<T, axes, redraw, mean, energy, residual, ages>(patch, advance, totals).run(first, last);
+  Stepper<T, axes, redraw, mean, energy, residual, ages>(patch, step, totals).run(first, last);
 }
 
 }  // namespace

@@ -43,8 +43,8 @@ constexpr KernelSet<T> make_kernel_set() {
   fill_steps<T, 1, true>(set);
   fill_steps<T, 2, false>(set);
   fill_steps<T, 2, true>(set);
-  set.carry[0] = &carry_blocks<T, false>;
-  set.carry[1] = &carry_blocks<T, true>;
+  set.drag[0] = &drag_blocks<T, false>;
+  set.drag[1] = &drag_blocks<T, true>;
   set.rewrite = &rewrite_block<T>;
   set.squares = &block_squares<T>;
   return set;

@@ -437,7 +437,7 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
       const Vector3d normal = random_unit(random), a = 0.2 * random_unit(random),
                      b = 0.1 * random_unit(random);
       const bristle::KeyedContact contact = pool.find_or_add_contact(key);
-      REQUIRE(contact.place < 3);
+      REQUIRE(contact.index < 3);
       CHECK(contact.id == pool.find(key));
       CHECK(contact.is_new == (own.count(key) == 0));
       if (own.count(key) == 0)
@@ -447,7 +447,7 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
       const ContactFrame& frame = frames.carry(contact, normal, a, b);
       CHECK(frame.along() == own[key].along());
       CHECK(frame.midway_aside() == own[key].midway_aside());
-      CHECK(&frame == &frames[contact.place]);
+      CHECK(&frame == &frames[contact.index]);
     }
     pool.end_step();
     if (step == 6) own.erase(5);

@@ -64,15 +64,15 @@ double apply_coulomb_load(Patch& p, double normal_load_n) noexcept {
   return 0.0;
 }
 
-void advance_coulomb(Patch& p, PatchStep& step, StepSums& sums) noexcept {
-  const double reached = coulomb(p).bent[0] + to_lengths(difference(step.advance.to[0], p.part_position[0])) +
-                         (step.advance.snaps_all ? step.scaled[0] : 0.0);
+void step_coulomb(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+  const double reached = coulomb(p).bent[0] + to_lengths(difference(step.kernel.to[0], p.part_position[0])) +
+                         (step.kernel.snaps_all ? step.scaled[0] : 0.0);
   const double bent = std::clamp(reached, -limit_of(p), limit_of(p));
   sums.end[0] = bent * fixed_per_length;
   sums.visited = 1;
-  if (!step.advance.commit) return;
-  p.position[0] = step.advance.to[0];
-  p.position[1] = step.advance.to[1];
+  if (!step.kernel.stores) return;
+  p.position[0] = step.kernel.to[0];
+  p.position[1] = step.kernel.to[1];
   coulomb(p).bent[0] = bent;
   note(p);
 }
@@ -89,7 +89,7 @@ const ContactModel coulomb_model = [] {
   ContactModel m{};
   m.name = "coulomb";
   m.apply_load = &apply_coulomb_load;
-  m.advance = &advance_coulomb;
+  m.step_bristles = &step_coulomb;
   m.reset = &reset_coulomb;
   m.copy = &bristle::detail::copy_record<Coulomb>;
   m.stored_energy = [](const Patch&) noexcept { return 0.0; };
@@ -290,7 +290,7 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
     const KernelEntry* kernels = kernel_entries(&count);
     while (!kernels->usable()) ++kernels;
     Patch p = make_patch(compile_material(plain_material(law, rule)), options, *kernels->table);
-    const auto places = std::make_shared<LanePlaces>();
+    const auto places = std::make_shared<LanePool>();
     if (p.in_lane) {
       p.model->take_lane(p, *places);
       enter_lane(p);
@@ -333,7 +333,7 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
   };
   CHECK(of_cohorts([&](Patch& p) { columns(p).fresh[0].lane[0] *= 1.5f; }) == "the shares");
   CHECK(of_cohorts([&](Patch& p) { columns(p).fresh[0].lane[0] = -1.0f; }) == "a cohort's share");
-  CHECK(of_cohorts([&](Patch& p) { columns(p).x[0].lane[0] += 10.0f; }) == "a cohort's place");
+  CHECK(of_cohorts([&](Patch& p) { columns(p).x[0].lane[0] += 10.0f; }) == "a cohort's position");
   CHECK(of_cohorts([&](Patch& p) { columns(p).moment[0]->lane[0] += 0.5f; }) == "the moment");
   CHECK(of_sliders([](Patch&) {}) == "nothing");
   const auto state = [](Patch& p) -> LaneState& { return lane_of(p).block->state; };

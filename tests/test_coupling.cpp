@@ -234,7 +234,7 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
   body.velocity = Eigen::Vector2d(0.0, 0.1);
   std::array<bristle::BodyContact<2>, 2> feet;
   for (std::size_t i : {0u, 1u}) {
-    feet[i].place = i;
+    feet[i].index = i;
     feet[i].axes = 1;
   }
   feet[1].jacobian << 0, 1, 1, 0;

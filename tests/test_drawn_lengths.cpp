@@ -80,7 +80,7 @@ TEST_CASE("Lengths are drawn with the mean and the mean square of the law, to 1e
   laws.push_back({SnapLength::normal(mean, 2e-6), cut_mean, mean * cut_mean + 4e-12});
   for (const Law& law : laws) {
     const auto m = detail::compile_material(Material{}.with_snap_length(law.law));
-    m->make_draws();
+    m->make_sampling_tables();
     for (const bool single : {true, false}) {
       INFO(to_string(law.law.law()) << ", cv " << law.law.cv() << (single ? ", single" : ", double"));
       const Sums sums = sum_draws(*m, m->table, single);
@@ -97,7 +97,7 @@ TEST_CASE("Lengths are drawn with the mean and the mean square of the law, to 1e
 TEST_CASE("Bristles met in a jump have lengths in proportion to how long they are", "[draws]") {
   for (const double cv : {0.3, 0.4}) {
     const auto m = detail::compile_material(Material{}.with_snap_length(SnapLength::lognormal(10e-6, cv)));
-    m->make_draws();
+    m->make_sampling_tables();
     INFO("cv " << cv);
     // Moments of the length-biased law (density times length over the mean): m2 / m1 and m3 / m1.
     const Sums sums = sum_draws(*m, m->biased_table, true);

@@ -55,7 +55,7 @@ template <int Dof>
 struct Body {
   void add(const Material& material, const PatchOptions& options, const Outline& outline, double load_n,
            ExtendedContact<Dof> contact) {
-    contact.place = motions.size();
+    contact.index = motions.size();
     contacts.push_back(contact);
     ExtendedMotion motion;
     motion.id = patches.add(material, options, outline);

@@ -645,10 +645,10 @@ TEST_CASE("A pool's patches are groups, stepped by arrays at their places as by 
         motion.has_velocity = false;
         motion.id = listed.find_or_add(key);
         motions.push_back(motion);
-        places.push_back(contact.place);
-        dx[contact.place] = motion.displacement[0];
-        dy[contact.place] = motion.displacement[1];
-        load[contact.place] = motion.normal_load;
+        places.push_back(contact.index);
+        dx[contact.index] = motion.displacement[0];
+        dy[contact.index] = motion.displacement[1];
+        load[contact.index] = motion.normal_load;
       }
       std::vector<Response> responses(motions.size());
       by_motion.step(tick, motions, responses);

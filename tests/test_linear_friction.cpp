@@ -62,9 +62,9 @@ TEST_CASE("A patch is a spring and a damper until its spring exceeds the limit, 
   CHECK_FALSE(f.release({-9.0, 9.0}));  // once
   CHECK((f.force({0, 0}) - limit).norm() < 1e-14);
 
-  LinearFriction unbounded(answer(), dt, 10.0);
-  unbounded.bounded = false;
-  CHECK_FALSE(unbounded.release({-30.0, 40.0}));
+  LinearFriction unlimited(answer(), dt, 10.0);
+  unlimited.limited = false;
+  CHECK_FALSE(unlimited.release({-30.0, 40.0}));
 }
 
 TEST_CASE("A friction impulse is what the patch gives at the slip that the impulse leaves", "[coupling]") {
@@ -101,7 +101,7 @@ TEST_CASE("A line through a patch's answer meets it at the slip asked, with the 
   const double secant = (0.5 * 0.4 + 1.0 * 0.3) * dt / (dt * dt * 0.25);
   CHECK(f.spring[0] == Approx(2.0 * dt * secant));
   CHECK(f.slope()[1] == Approx(2.0 * (dt * secant + 5.0)));
-  CHECK_FALSE(f.bounded);
+  CHECK_FALSE(f.limited);
   CHECK(f.limit == 16.0);
   // A force that grows along the slip has no negative slope, and none is above the patch's stiffness.
   CHECK(LinearFriction::through(answer(), {2.5, -3.0}, slip, dt, 10.0).spring[0] == 0.0);

@@ -33,7 +33,7 @@ struct Vector {
 template <class T, int axes, bool mean, bool energy, class V>
 Slid<V> slide(V x, V y, V limit, V ex, V ey, V length) {
   const SlideStart<V> start = slide_start<T, axes>(x, y, ex, ey);
-  const V path = least(way_to_slide<T, axes>(start, limit), length);
+  const V path = least(path_to_slide<T, axes>(start, limit), length);
   return slide_after<T, axes, mean, energy>(start, path, limit, limit, ex, ey, length);
 }
 
@@ -190,7 +190,7 @@ TEST_CASE("a bristle that slides at the ends of what it may meet") {
   }
   SECTION("a bristle that holds more than it slides at drops to that, along itself") {
     const SlideStart<double> start = slide_start<double, 2>(0.0, 0.0, 0.6, 0.8);
-    const double path = way_to_slide<double, 2>(start, 2.0);
+    const double path = path_to_slide<double, 2>(start, 2.0);
     const Slid<double> end = slide_after<double, 2, true, true>(start, path, 2.0, l, 0.6, 0.8, 5.0);
     CHECK(end.x == Approx(l * 0.6).epsilon(1e-15));
     CHECK(end.y == Approx(l * 0.8).epsilon(1e-15));

@@ -458,7 +458,7 @@ TEST_CASE("Each bound of a saved bed refuses a state that no other bound does", 
       {"energy below 0", any, [](S& s, auto, auto) { s.set(S::energy, -1.0); }},
       {"energy", any, [](S& s, auto, auto) { s.set(S::energy + 1, 1e46); }},
       {"root", wheel,
-       [](S& s, auto, auto) {  // moves tips and root, so that only the root's place is wrong
+       [](S& s, auto, auto) {  // moves tips and root, so that only the root's position is wrong
          const double far = 1e12 + s.get(S::root);
          s.set(S::root, far);
          for (std::size_t i = 0; i < bristles; ++i) s.put(bed_tip_x, i, far);
@@ -624,14 +624,14 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
                  {"rest", 16, 0.5},
                  {"stiffness", saved_contact, 1e-3},
                  {"phase", saved_contact + 8, 1.5},
-                 {"the place", saved_axes, 1e3},
+                 {"the position", saved_axes, 1e3},
                  {"the shares", saved_contact, 0.0}};
   for (const auto& forged : numbers) refuses(plain, forged.bound, forged.at, forged.number);
   const struct {
     const char* bound;
     int at;
     float number;
-  } floats[] = {{"the place", saved_axes + 8, 1e3f},
+  } floats[] = {{"the position", saved_axes + 8, 1e3f},
                 {"the moment", saved_axes + 8, 0.5f},
                 {"an open cohort", saved_axes + 12, std::nanf("")},
                 {"owed", saved_axes + 56, -1.0f},
@@ -639,7 +639,7 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
                 {"slack", saved_axes + 64, 10.0f},
                 {"spread", saved_axes + 68, 1e3f},
                 {"pair", saved_axes + 72, -1.0f},
-                {"a cohort's place", cohort, 1e3f},
+                {"a cohort's position", cohort, 1e3f},
                 {"a cohort's reach", cohort + 8, -1.0f},
                 {"a cohort's share", cohort + 12, -1.0f},
                 {"a cohort's survival", cohort + 16, 0.0f},

@@ -30,14 +30,14 @@ struct BedState {
   /// together must equal friction coefficient times load, so this sum scales them.
   double pressure_sum = 0.0;
   double limit_of_pressure = 0.0;  ///< limit of a bristle's deflection at relative pressure 1, scaled
-  /// Distance rolled, m, that is not yet carried out: rolling waits until it is long enough for single
+  /// Distance rolled, m, that is not yet done: rolling waits until it is long enough for single
   /// precision to move the bristles.
   double rolled[2] = {0.0, 0.0};
   double along[2] = {1.0, 0.0};  ///< unit vector along the rows of bristles
   double force[2] = {0.0, 0.0};  ///< BedSums::force of the last step, scaled; torque and energy too
   double torque = 0.0;
   double energy[2] = {0.0, 0.0};
-  /// Whether the columns bed_kept and bed_moved may still hold values of a step that rolled, and must be
+  /// Whether the columns bed_kept and bed_moved may still have values of a step that rolled, and must be
   /// reset.
   bool rolled_last = false;
 };
@@ -55,7 +55,7 @@ struct Bed {
   /// kernels assume. The gain along x is always 1.
   bool isotropic = true;
   double half[2] = {0.0, 0.0};  ///< half widths at full load, m
-  double length = 0.0;          ///< length by which places are divided in the columns, m
+  double length = 0.0;          ///< length by which positions are divided in the columns, m
   double deflection = 0.0;      ///< length by which deflections are divided, m
   /// Stiffness of all bristles together along x at full load, N/m, which is the unit of the stiffnesses of
   /// single bristles.
@@ -67,7 +67,7 @@ struct Bed {
   /// spin at the distance `length` from the centre.
   double per_metre[2] = {}, per_radian[2] = {};
   double friction = 0.0;  ///< coefficient of kinetic friction
-  double hold_over_limit = 1.0;
+  double static_over_kinetic = 1.0;
   double full_load = 0.0;       ///< full load (BedOptions::max_normal_load), N
   double longest_piece = 0.0;   ///< longest piece of a rolling step that is cut, at full load, m
   double cell = 0.0;            ///< width of a cell along its row, over half the length of the row
@@ -77,7 +77,7 @@ struct Bed {
   BedState state;
   BedMemory columns;
 
-  float& at(BedColumn c, std::size_t i) const noexcept { return columns[bed_place(c, i)]; }
+  float& at(BedColumn c, std::size_t i) const noexcept { return columns[bed_index(c, i)]; }
 };
 
 /// Makes a bed from the caller's material, shape and options, which it checks. Throws Error.
@@ -85,23 +85,23 @@ Bed make_bed(const BedMaterial& material, const BedShape& shape, const BedOption
              const BedKernels& kernels);
 /// Writes the columns of stiffness and pressure for the present size of the contact, after the load or a roll
 /// has changed it. The bed has rolled by `rolled` (m) along its rows; if it can roll, writes the column of
-/// places too. `turned`: whether the rows have turned since the last call. Returns the sum of stiffness x
+/// positions too. `turned`: whether the rows have turned since the last call. Returns the sum of stiffness x
 /// pressure.
-double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
-/// Sets the cells of a bed that rolls to their initial places along their rows. Each row is shifted by a part
-/// of a cell's width, so that cells of different rows enter the contact one after the other; two rows at
+double set_positions(Bed& bed, const BedKernels& kernels, double rolled, bool turned = false) noexcept;
+/// Sets the cells of a bed that rolls to their initial positions along their rows. Each row is shifted by a
+/// part of a cell's width, so that cells of different rows enter the contact one after the other; two rows at
 /// equal distance from the middle get equal shifts.
 void stand_rows(Bed& bed) noexcept;
 /// Resets a bed to its state when added: all bristles straight, out of contact, cells at their initial
-/// places.
+/// positions.
 void unbend(Bed& bed, const BedKernels& kernels) noexcept;
 /// Ends the sliding of a bed that does not move in this step: bristles that slid in the last step get their
 /// static limits back.
 void rest(Bed& bed) noexcept;
 /// Steps a bed by a motion that accepts() has allowed, and writes its response.
 void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedResponse& out) noexcept;
-/// Returns whether a bed can make a motion: its numbers are valid, and it rolls only if the bed can roll that
-/// way.
+/// Returns whether a bed can make a motion: its numbers are valid, and it rolls only if the bed can roll in
+/// that direction.
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept;
 /// Checks a saved state of a bed before it is restored. Returns null if it is good, otherwise the name of a
 /// value that the bed cannot have. `columns` are laid out as the bed's; their constants are not read.
@@ -121,7 +121,7 @@ void bed_fields(State& s, const BedRanges& most, Visit&& visit) {
   // larger number means damaged bytes.
   constexpr double most_sum = 1e45;
   const double limit = most.limit_of_pressure;
-  for (int k = 0; k < 4; ++k) visit(s.root[k], FieldRule{"a root's place", -most.root[k], most.root[k]});
+  for (int k = 0; k < 4; ++k) visit(s.root[k], FieldRule{"a root's position", -most.root[k], most.root[k]});
   visit(s.size, FieldRule{"size", most.size - 1e-9, most.size + 1e-9});
   visit(s.load, FieldRule{"load", 0.0, highest_load});
   visit(s.pressure_sum, FieldRule{"pressure_sum", 0.0});

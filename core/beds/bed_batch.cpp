@@ -348,7 +348,7 @@ void BedBatch::restore_state(Span<const std::byte> from) {
         refuse_saved(where, std::string("has a value that no bed can have (") + fault + ")");
     }
   }
-  // Lets a restored bed rest: if it slid just before it was saved, its bristles hold kinetic limits, and get
+  // Lets a restored bed rest: if it slid just before it was saved, its bristles have kinetic limits, and get
   // their static ones here.
   impl_->moved.clear();
   for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot)

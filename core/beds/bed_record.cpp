@@ -166,7 +166,7 @@ BedShape complete(const BedShape& given, const BedMaterial& material, const BedO
       require_within(shape_text, "list[].load", cell.load, 0.0, 1e30);
       load += cell.load;
     }
-    if (!(load > 0.0)) throw Error("BedShape: no cell of the list carries load");
+    if (!(load > 0.0)) throw Error("BedShape: no cell of the list bears load");
     return shape;
   }
   if (material.radius != 0.0) {
@@ -281,8 +281,8 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   bed.resists_spin = !is_sphere;
   bed.all_outputs = options.all_outputs;
   bed.friction = material.kinetic_friction;
-  bed.hold_over_limit = material.static_friction / material.kinetic_friction;
-  bed.drops = bed.hold_over_limit > 1.0;
+  bed.static_over_kinetic = material.static_friction / material.kinetic_friction;
+  bed.drops = bed.static_over_kinetic > 1.0;
   bed.full_load = options.max_normal_load;
   for (int k = 0; k < 2; ++k) bed.half[k] = shape.half[k];
   bed.length = std::max({shape.half[0], shape.half[1], 1e-12});
@@ -328,12 +328,12 @@ Bed make_bed(const BedMaterial& material, const BedShape& given, const BedOption
   // metres.
   bed.deflection = 1.0;
   bed.state.size = 1.0;
-  const double sum = place(bed, kernels, 0.0);
+  const double sum = set_positions(bed, kernels, 0.0);
   for (std::uint32_t i = 0; i < bed.count; ++i)
     bed.most_pressure = std::max(bed.most_pressure, static_cast<double>(bed.at(bed_pressure, i)));
   const double force = bed.friction * bed.full_load;
   if (bed.stiffness == 0.0) {
-    bed.deflection = material.presliding / bed.hold_over_limit;
+    bed.deflection = material.presliding / bed.static_over_kinetic;
     bed.stiffness = force * bed.most_pressure / (bed.deflection * sum);
   } else {
     bed.deflection = force * bed.most_pressure / (bed.stiffness * sum);

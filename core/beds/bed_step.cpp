@@ -11,15 +11,17 @@ namespace bristle::detail {
 namespace {
 
 /// Displacement of the bristles' roots, in units of deflection, above which rebase() resets it to zero.
-/// Deflections are differences of root and tip; farther away, single precision would not hold them to 5e-7.
+/// Deflections are differences of root and tip; farther away, single precision would not represent them to
+/// 5e-7.
 constexpr double farthest_root = 8.0;
 /// Motion of a step, in limits at relative pressure 1, below which a bed counts as creeping. Single precision
-/// holds the position of a tip only to 1e-7 limits, so the rounding of such small motions is spread over the
-/// steps. The second number is the displacement of the roots, in the same unit, above which rebase() resets
-/// it to zero while the bed creeps.
+/// represents the position of a tip only to 1e-7 limits, so the rounding of such small motions is spread over
+/// the steps. The second number is the displacement of the roots, in the same unit, above which rebase()
+/// resets it to zero while the bed creeps.
 constexpr double creep = 0x1p-10, farthest_creeping = 0.25;
 /// Ratio of two limits below which a fall from one to the other rewrites all tips relative to roots at
-/// displacement zero. A tip holds its bristle's deflection only to 6e-8 of the deflection before the fall.
+/// displacement zero. A tip represents its bristle's deflection only to 6e-8 of the deflection before the
+/// fall.
 constexpr double deep_fall = 0x1p-10;
 /// Limit at relative pressure 1, in units of deflection, below which a bed counts as free of friction,
 /// because the load is so small.
@@ -31,7 +33,7 @@ constexpr double longest_motion = 1e6;
 /// move once the sum has grown to this distance.
 constexpr double least_rolled = 0x1p-13;
 /// Largest distance, in half lengths of the contact, by which rolling moves the cells. A longer roll replaces
-/// every cell in contact anyway, and single precision would lose their places.
+/// every cell in contact anyway, and single precision would lose their positions.
 constexpr double longest_roll = 64.0;
 /// Least size of the contact, relative to full load, from which lengths of pieces and of stored rolling are
 /// calculated. They would vanish with the load otherwise.
@@ -84,29 +86,29 @@ double most_waiting(const Bed& bed, const BedState& s) noexcept {
 
 }  // namespace
 
-double place(Bed& bed, const BedKernels& kernels, double rolled, bool turned) noexcept {
+double set_positions(Bed& bed, const BedKernels& kernels, double rolled, bool turned) noexcept {
   const BedState& s = bed.state;
-  BedPlaces places{};
-  places.count = bed.count;
-  places.profile = bed.profile;
+  BedPositions positions{};
+  positions.count = bed.count;
+  positions.profile = bed.profile;
   const double size2 = s.size * s.size;
-  places.size2 = static_cast<float>(size2);
-  places.inverse_size2 = static_cast<float>(size2 > 1e-30 ? 1.0 / size2 : 0.0);
-  if (!bed.rolls) return kernels.place(places, bed.columns.get());
-  places.chords = bed.has_chords;
-  places.edge = static_cast<float>(s.size);
+  positions.size2 = static_cast<float>(size2);
+  positions.inverse_size2 = static_cast<float>(size2 > 1e-30 ? 1.0 / size2 : 0.0);
+  if (!bed.rolls) return kernels.set_positions(positions, bed.columns.get());
+  positions.chords = bed.has_chords;
+  positions.edge = static_cast<float>(s.size);
   const double to_x = bed.half[0] / bed.length, to_y = bed.half[1] / bed.length;
-  places.axes[0] = static_cast<float>(s.along[0] * to_x);
-  places.axes[1] = static_cast<float>(s.along[1] * to_y);
-  places.axes[2] = static_cast<float>(s.along[1] * to_x);
-  places.axes[3] = static_cast<float>(s.along[0] * to_y);
-  for (int k = 0; k < 4; ++k) places.root[k] = static_cast<float>(s.root[k]);
-  places.cell = static_cast<float>(bed.cell);
-  if (rolled == 0.0) return kernels.place_rows(places, bed.columns.get());
-  places.rolled = static_cast<float>(std::clamp(rolled / bed.half[0], -longest_roll, longest_roll));
-  places.over_rolled = static_cast<float>(bed.half[0] / magnitude(rolled));
-  places.turned = turned;
-  return kernels.roll(places, bed.columns.get());
+  positions.axes[0] = static_cast<float>(s.along[0] * to_x);
+  positions.axes[1] = static_cast<float>(s.along[1] * to_y);
+  positions.axes[2] = static_cast<float>(s.along[1] * to_x);
+  positions.axes[3] = static_cast<float>(s.along[0] * to_y);
+  for (int k = 0; k < 4; ++k) positions.root[k] = static_cast<float>(s.root[k]);
+  positions.cell = static_cast<float>(bed.cell);
+  if (rolled == 0.0) return kernels.set_rows(positions, bed.columns.get());
+  positions.rolled = static_cast<float>(std::clamp(rolled / bed.half[0], -longest_roll, longest_roll));
+  positions.over_rolled = static_cast<float>(bed.half[0] / magnitude(rolled));
+  positions.turned = turned;
+  return kernels.roll(positions, bed.columns.get());
 }
 
 namespace {
@@ -141,10 +143,10 @@ void unbend(Bed& bed, const BedKernels& kernels) noexcept {
   stand_rows(bed);
   bed.state = BedState{};
   bed.state.size = size_under(bed, 0.0);
-  place(bed, kernels, 0.0);
-  // Calls place() twice, because the column bed_kept compares two calls. After the second call the cells of a
-  // contact of fixed size count as already in contact, with straight bristles.
-  bed.state.pressure_sum = place(bed, kernels, 0.0);
+  set_positions(bed, kernels, 0.0);
+  // Calls set_positions() twice, because the column bed_kept compares two calls. After the second call the
+  // cells of a contact of fixed size count as already in contact, with straight bristles.
+  bed.state.pressure_sum = set_positions(bed, kernels, 0.0);
 }
 
 bool accepts(const Bed& bed, const BedMotion& motion) noexcept {
@@ -175,8 +177,8 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
   if (!within(square(s.along[0]) + square(s.along[1]) - 1.0, 1e-6)) return "along";
   if (s.rolled_last && !bed.rolls) return "rolled_last";
 
-  constexpr double widest = 4.0;     // largest coordinate of a bristle's place, scaled
-  constexpr double rounding = 1e-6;  // relative rounding error of the place of a bristle's tip
+  constexpr double widest = 4.0;     // largest coordinate of a bristle's position, scaled
+  constexpr double rounding = 1e-6;  // relative rounding error of the position of a bristle's tip
   const double farthest = most_root * (1.0 + widest);  // largest displacement of a bristle's root
   // Number of equal terms, in single precision, above which one more term does not change the sum. It
   // bounds the rounding error of a saved sum.
@@ -188,11 +190,11 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
     const double motion = most_moved * bed.per_metre[k] + widest * most_spin * bed.per_radian[k];
     farthest_tip[k] =
         1.000001 * (farthest + (bed.all_outputs ? motion : std::min(motion, longest_under(bed, s)))) +
-        2.0 * bed.hold_over_limit * highest_load / bed.full_load;
+        2.0 * bed.static_over_kinetic * highest_load / bed.full_load;
   }
   double sum = 0.0, stiffness = 0.0;
   for (std::uint32_t i = 0; i < bed.count; ++i) {
-    const auto at = [&](BedColumn c) { return static_cast<double>(columns[bed_place(c, i)]); };
+    const auto at = [&](BedColumn c) { return static_cast<double>(columns[bed_index(c, i)]); };
     const double k = at(bed_stiffness), pressure = at(bed_pressure), over2 = at(bed_over_pressure2);
     const double most_pressure = bed.rolls ? 1.001 : 1.001 * static_cast<double>(bed.at(bed_share, i));
     bool good = k >= 0.0 && k <= 1.1 * static_cast<double>(bed.at(bed_own, i)) && pressure >= 0.0 &&
@@ -203,12 +205,12 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
                 (at(bed_slid) == 0.0 || (at(bed_slid) == 1.0 && bed.drops)) &&
                 within(at(bed_kept) - 0.5, 0.5) && within(at(bed_moved) - 0.5, 0.5);
     const double reach =
-        2.0 * bed.hold_over_limit * s.limit_of_pressure * std::max(bed.most_pressure, most_pressure);
+        2.0 * bed.static_over_kinetic * s.limit_of_pressure * std::max(bed.most_pressure, most_pressure);
     const double turned[2] = {0.0 - s.root[2] * at(bed_y), s.root[3] * at(bed_x)};
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
       // Bounds the deflection of a cell in contact by twice the largest static limit plus the rounding error
-      // of a far place. For a cell out of contact only the place of the tip is bounded.
+      // of a far position. For a cell out of contact only the position of the tip is bounded.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest_tip[axis]));
     }
@@ -219,7 +221,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
   // Bounds the saved force, which a bed at rest repeats, by twice the static limit plus what rounding adds.
   for (int k = 0; k < 2; ++k) {
     const double dust = rounding * farthest * stiffness;
-    const double limit = 2.0 * bed.hold_over_limit * s.limit_of_pressure * sum + dust;
+    const double limit = 2.0 * bed.static_over_kinetic * s.limit_of_pressure * sum + dust;
     if (!within(s.force[k], limit) || !within(s.torque, 2.0 * widest * limit)) return "force";
   }
   // Compares the sum of pressures with the columns, because the sum scales the limits under every later load.
@@ -246,13 +248,13 @@ struct StepSum {
 /// Moves the origin of all positions to the present root: root displacement zero, tips moved along.
 /// Deflections stay the same and keep their precision.
 void rebase(Bed& bed, const BedKernels& kernels) noexcept {
-  BedPlaces places{};
-  places.count = bed.count;
+  BedPositions positions{};
+  positions.count = bed.count;
   for (int k = 0; k < 4; ++k) {
-    places.root[k] = static_cast<float>(bed.state.root[k]);
+    positions.root[k] = static_cast<float>(bed.state.root[k]);
     bed.state.root[k] = 0.0;
   }
-  kernels.rebase(places, bed.columns.get());
+  kernels.rebase(positions, bed.columns.get());
 }
 
 double largest_of(const double (&values)[4]) noexcept {
@@ -262,8 +264,8 @@ double largest_of(const double (&values)[4]) noexcept {
 
 void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums& sums) noexcept {
   BedState& s = bed.state;
-  const bool holds = s.limit_of_pressure > least_limit;
-  if (!holds && !bed.all_outputs) {
+  const bool presses = s.limit_of_pressure > least_limit;
+  if (!presses && !bed.all_outputs) {
     straighten(bed);
     sums = BedSums{};
     return;
@@ -271,7 +273,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   const double most_motion = largest_of(piece.motion);
   const bool goes_far = most_motion > farthest_root || piece.falls_deep;
   const bool creeps =
-      holds && !piece.reloaded && most_motion > 0.0 && most_motion < creep * s.limit_of_pressure;
+      presses && !piece.reloaded && most_motion > 0.0 && most_motion < creep * s.limit_of_pressure;
   const double far = creeps ? farthest_creeping * s.limit_of_pressure : farthest_root;
   if (goes_far || largest_of(s.root) > far) rebase(bed, kernels);
   if (goes_far && !piece.reloaded)
@@ -286,11 +288,11 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
         1e9 * 0.6180339887498949 / s.limit_of_pressure * ((s.root[0] + s.root[1]) + (s.root[2] + s.root[3]));
     step.spread = static_cast<float>(turns - std::floor(turns) - 0.5);
   }
-  step.limit_of_pressure = holds ? static_cast<float>(s.limit_of_pressure) : 0.0f;
-  step.pressure_of_limit2 = holds ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
-  step.hold_over_limit = static_cast<float>(bed.hold_over_limit);
+  step.limit_of_pressure = presses ? static_cast<float>(s.limit_of_pressure) : 0.0f;
+  step.pressure_of_limit2 = presses ? static_cast<float>(1.0 / square(s.limit_of_pressure)) : 0.0f;
+  step.static_over_kinetic = static_cast<float>(bed.static_over_kinetic);
   step.gain = static_cast<float>(bed.gain[1]);
-  step.limit_over_hold = bed.drops ? static_cast<float>(1.0 / bed.hold_over_limit) : 1.0f;
+  step.kinetic_over_static = bed.drops ? static_cast<float>(1.0 / bed.static_over_kinetic) : 1.0f;
   // Shortens a long motion if the caller asks only for the force at its end. The bristles end bent alike, and
   // single precision can represent the square of the shorter length.
   double share = 1.0;
@@ -312,7 +314,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   const unsigned variant = (spins ? bed_spins : 0u) | (piece.reloaded || goes_far ? bed_reloaded : 0u) |
                            (bed.all_outputs || creeps ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
   kernels.step[variant](step, bed.columns.get(), sums);
-  if (!holds) straighten(bed);
+  if (!presses) straighten(bed);
 }
 
 /// Moves the rows of cells by the distance rolled in this piece, then steps the bristles. The mean force of
@@ -324,7 +326,7 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   const double distance = piece.rolled[0] * s.along[0] + piece.rolled[1] * s.along[1];
   const double before[3] = {s.force[0], s.force[1], s.torque};
   if (largest_of(s.root) > 0.0) rebase(bed, kernels);
-  s.pressure_sum = place(bed, kernels, distance, turned);
+  s.pressure_sum = set_positions(bed, kernels, distance, turned);
   s.rolled_last = true;
   s.limit_of_pressure = limit_under(bed, s);
   run_kernel(bed, kernels, piece, sum.last);
@@ -351,7 +353,7 @@ bool turn_rows(BedState& s) noexcept {
   return turned;
 }
 
-/// Rolls by the stored distance s.rolled. Cuts it into pieces if the direction of slip may turn on the way,
+/// Rolls by the stored distance s.rolled. Cuts it into pieces if the direction of slip may turn on it,
 /// or if the caller asks for the mean force.
 void roll(Bed& bed, const BedKernels& kernels, const double (&motion)[4], StepSum& sum) noexcept {
   BedState& s = bed.state;
@@ -422,10 +424,10 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     const bool resized = size != s.size;
     s.size = size;
     s.load = motion.normal_load;
-    // Calls place() also when the size has not changed, so that the column bed_kept becomes 1 again.
+    // Calls set_positions() also when the size has not changed, so that the column bed_kept becomes 1 again.
     // Otherwise the entry of a part of the contact in the last step would reduce its bristle's deflection
     // once more.
-    if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = place(bed, kernels, 0.0);
+    if (bed.growth != BedGrowth::fixed || s.rolled_last) s.pressure_sum = set_positions(bed, kernels, 0.0);
     s.rolled_last = false;
     s.limit_of_pressure = limit_under(bed, s);
     reloaded = resized || s.limit_of_pressure < limit_before;

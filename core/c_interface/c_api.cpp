@@ -26,13 +26,13 @@ using namespace bristle;
 // ------------------------------------------------------------------------- layouts shared with C++
 #define BRISTLE_SAME(field) \
   (offsetof(C, field) == offsetof(Cpp, field) && sizeof(C::field) == sizeof(Cpp::field))
-#define BRISTLE_SAME_LAYOUT(c_type, cpp_type, places)                                                      \
+#define BRISTLE_SAME_LAYOUT(c_type, cpp_type, offsets)                                                     \
   static_assert(                                                                                           \
       [] {                                                                                                 \
         using C = c_type;                                                                                  \
         using Cpp = cpp_type;                                                                              \
         return sizeof(C) == sizeof(Cpp) && alignof(C) == alignof(Cpp) && std::is_standard_layout_v<Cpp> && \
-               std::is_trivially_copyable_v<Cpp> && (places);                                              \
+               std::is_trivially_copyable_v<Cpp> && (offsets);                                             \
       }(),                                                                                                 \
       #c_type " must lie as " #cpp_type " does")
 BRISTLE_SAME_LAYOUT(bristle_motion, Motion,
@@ -110,21 +110,21 @@ static_assert(BRISTLE_ID_NO_CAPACITY == BedId::no_capacity().value);
 
 /// The C++ object that a handle of the C interface stands for.
 template <class Part>
-struct Holds {
+struct Handle {
   Part it;
 };
-struct bristle_batch : Holds<PatchBatch> {};
+struct bristle_batch : Handle<PatchBatch> {};
 #if BRISTLE_WITH_OUTLINES
-struct bristle_extended : Holds<ExtendedPatches> {};
+struct bristle_extended : Handle<ExtendedPatches> {};
 #endif
 #if BRISTLE_WITH_BEDS
-struct bristle_beds : Holds<BedBatch> {};
+struct bristle_beds : Handle<BedBatch> {};
 #endif
 #if BRISTLE_WITH_JOINTS
-struct bristle_joints : Holds<JointFriction> {};
+struct bristle_joints : Handle<JointFriction> {};
 #endif
-struct bristle_matcher : Holds<ContactMatcher> {};
-struct bristle_monitor : Holds<DeadlineMonitor> {};
+struct bristle_matcher : Handle<ContactMatcher> {};
+struct bristle_monitor : Handle<DeadlineMonitor> {};
 
 /// Pool found by key, of patches or of beds: both are behind one kind of handle in C.
 struct KeyedPool {
@@ -144,7 +144,7 @@ struct KeyedPool {
     std::visit([&](auto& keys) { keys.restore_state(from); }, pool);
   }
 };
-struct bristle_keyed : Holds<KeyedPool> {
+struct bristle_keyed : Handle<KeyedPool> {
   template <class Call>
   auto visit(Call&& call) {
     return std::visit(call, it.pool);
@@ -633,7 +633,7 @@ const char* bristle_version(void) { return library_version(); }
 bristle_result bristle_check_build(uint32_t version_number, uint32_t build_options) {
   return guarded([&] {
            // Checks version and options of the library only. The sizes of structs need no check here: each C
-           // struct carries its size, which every call checks.
+           // struct gives its size, which every call checks.
            BuildSignature headers = header_build;
            headers.version = version_number;
            headers.options = build_options;

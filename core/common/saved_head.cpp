@@ -62,7 +62,7 @@ std::uint64_t open_sealed(const char* where, SavedKind kind, Span<const std::byt
     refuse_saved(where, "has format " + std::to_string(its_format) +
                             "; this version of bristle reads format " + std::to_string(format));
   if (its_kind != static_cast<std::uint32_t>(kind))
-    refuse_saved(where, std::string("holds ") +
+    refuse_saved(where, std::string("has ") +
                             (its_kind < std::size(names) ? names[its_kind] : "something unknown") + ", not " +
                             names[static_cast<std::uint32_t>(kind)]);
   std::uint64_t bytes = 0, count = 0, sum = 0;

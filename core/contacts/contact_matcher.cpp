@@ -52,7 +52,7 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   struct Point {
     std::uint64_t pair = 0;
     double at[3] = {0.0, 0.0, 0.0};
-    std::uint32_t place = 0;             ///< index of a new contact in the caller's list
+    std::uint32_t index = 0;             ///< index of a new contact in the caller's list
     std::uint32_t ordinal = 0;           ///< number that tells the contact from other contacts of its pair
     std::uint32_t missed = 0;            ///< number of steps for which an old contact has been missing
     std::uint32_t is_held = 0;           ///< 1 for an old contact that was held in the step before
@@ -241,7 +241,7 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     const std::size_t count = contacts.size();
     if (count != old_count || count != keys.size() || (!normals.empty() && normals.size() != 3 * count))
       return false;
-    const auto place = [&](Point& p, std::size_t i) {
+    const auto fill_in = [&](Point& p, std::size_t i) {
       std::copy_n(contacts[i].point, 3, p.at);
       std::fill_n(p.normal, 3, 0.0);
       if (!normals.empty()) std::copy_n(&normals[3 * i], 3, p.normal);
@@ -249,13 +249,13 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
     for (std::size_t i = 0; i < count; ++i) {
       const Point& old = points[0][i];
       Point now;
-      place(now, i);
+      fill_in(now, i);
       if (contacts[i].pair != old.pair || old.missed > 0 || old.is_held > 0 ||
           !(now.squared_distance(old) < 1e-8 * reach_squared) || !now.agrees(old))
         return false;
     }
     for (std::size_t i = 0; i < count; ++i) {
-      place(points[0][i], i);
+      fill_in(points[0][i], i);
       keys[i] = key_of(contacts[i].pair, points[0][i].ordinal);
     }
     held.clear();
@@ -315,7 +315,7 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
       p.at[a] = c.point[a];
       if (3 * i + 3 <= normals.size()) p.normal[a] = normals[3 * i + a];
     }
-    p.place = static_cast<std::uint32_t>(i);
+    p.index = static_cast<std::uint32_t>(i);
     impl.append(1, count++);
   }
 
@@ -329,9 +329,9 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
   std::uint32_t own = 0;
   impl.joined.clear();
   for (std::uint32_t i = 0; i < count; ++i) {
-    keys[now[i].place] = key_of(now[i].pair, now[i].ordinal);
+    keys[now[i].index] = key_of(now[i].pair, now[i].ordinal);
     if (now[i].joined)
-      impl.joined.push_back(now[i].place);
+      impl.joined.push_back(now[i].index);
     else
       now[own++] = now[i];
   }
@@ -394,7 +394,7 @@ std::size_t ContactMatcher::save_state(Span<std::byte> to) const noexcept {
 void ContactMatcher::restore_state(Span<const std::byte> from) {
   const auto fail = [](const char* why) { detail::refuse_saved("ContactMatcher", why); };
   const std::uint64_t count = detail::open_sealed("ContactMatcher", detail::SavedKind::points, from);
-  if (count > impl_->points[0].size()) fail("holds more contacts than this matcher remembers");
+  if (count > impl_->points[0].size()) fail("has more contacts than this matcher remembers");
   if (from.size() != detail::saved_head_size + count * saved_point)
     fail("has another length than its contacts");
   detail::ByteReader read(from.data() + detail::saved_head_size);
@@ -406,7 +406,7 @@ void ContactMatcher::restore_state(Span<const std::byte> from) {
     point_fields(p, impl_->options, check);
     if (check.fault != nullptr) fail("has a value that no contact can have");
     const std::uint64_t key = key_of(p.pair, p.ordinal);
-    if (keys.find(key) != none) fail("holds two contacts of one key");
+    if (keys.find(key) != none) fail("has two contacts of one key");
     keys.insert(key, static_cast<std::uint32_t>(i));
   }
   impl_->held.clear();

@@ -70,7 +70,7 @@ struct Course {
 
 struct ExtendedPatch {
   std::uint32_t generation = 0;  ///< number that tells this outline from others in the slot; 0 = free slot
-  std::vector<PatchCell> cells;  ///< places of the cells, in the outline's axes
+  std::vector<PatchCell> cells;  ///< positions of the cells, in the outline's axes
   std::vector<PatchId> patches;  ///< ids of the cells' patches in the batch
   double full_size_load = 0.0;
   double normal_load = 0.0;
@@ -125,7 +125,7 @@ Course course_of(const ExtendedPatch& p, double spin, double load) noexcept {
 }
 
 /// Computes the position of a cell in the axes of the surface.
-void place(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2]) noexcept {
+void find_position(const PatchCell& cell, const Turn& turned_and_grown, double (&at)[2]) noexcept {
   turned_and_grown.apply(cell.position, at);
 }
 Turn grown(const Turn& turn, double size) noexcept { return {turn.cosine * size, turn.sine * size}; }
@@ -155,7 +155,7 @@ void write_cell_motions(const ExtendedPatch& p, const ExtendedMotion& motion, co
     cell.id = p.patches[k];
     cell.normal_load = p.cells[k].weight * motion.normal_load;
     double at[2];
-    place(p.cells[k], midway, at);
+    find_position(p.cells[k], midway, at);
     move_point(motion.displacement, course.chord, at, cell.displacement);
     if (!good) cell.displacement[0] = not_given;
     cell.has_velocity = motion.has_velocity;
@@ -181,8 +181,8 @@ Status sum_up(const ExtendedPatch& p, PatchId id, const Course& course, Span<con
     const Response& cell = cells[k];
     const double(&at)[2] = p.cells[k].position;
     double midway[2], after[2];
-    place(p.cells[k], turned_midway, midway);
-    place(p.cells[k], turned, after);
+    find_position(p.cells[k], turned_midway, midway);
+    find_position(p.cells[k], turned, after);
     add_wrench(cell.end, after, sum.end);
     add_wrench(cell.elastic, after, sum.elastic);
     add_wrench(cell.damper, after, sum.damper);
@@ -337,12 +337,12 @@ struct Stepped : Room {
 };
 
 // A command that adds an outline to the data of the stepping thread. It owns all that it needs, because
-// ExtendedPatches may be destroyed before the batch carries the command out.
+// ExtendedPatches may be destroyed before the batch executes the command.
 struct AddOutline final : Change {
   void apply() noexcept override {
-    if (places.size() > to->patches.size()) {
-      std::swap_ranges(to->patches.begin(), to->patches.end(), places.begin());
-      places.swap(to->patches);
+    if (outlines.size() > to->patches.size()) {
+      std::swap_ranges(to->patches.begin(), to->patches.end(), outlines.begin());
+      outlines.swap(to->patches);
     }
     if (room.motions.size() > to->motions.size()) std::swap(room, static_cast<Room&>(*to));
     std::swap(made, to->patches[slot]);
@@ -351,8 +351,8 @@ struct AddOutline final : Change {
   std::shared_ptr<Stepped> to;
   std::uint32_t slot = 0;
   ExtendedPatch made;
-  std::vector<ExtendedPatch> places;  ///< longer list of outlines that replaces a full one; otherwise empty
-  Room room;                          ///< working memory that replaces the present one, if that is too small
+  std::vector<ExtendedPatch> outlines;  ///< longer list of outlines that replaces a full one; otherwise empty
+  Room room;  ///< working memory that replaces the present one, if that is too small
 };
 
 struct RemoveOutline final : Change {
@@ -413,9 +413,9 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
   const std::shared_ptr<Stepped> stepped;
   SlotList slots;
   std::vector<Record> records;  ///< cells and life of each outline, by slot number
-  std::size_t cells = 0;   ///< number of cells of all outlines, as the thread that adds outlines counts them
-  std::size_t room = 0;    ///< number of cells that the stepping thread's arrays can hold
-  std::size_t places = 0;  ///< number of outlines that the stepping thread's list can hold
+  std::size_t cells = 0;  ///< number of cells of all outlines, as the thread that adds outlines counts them
+  std::size_t room = 0;   ///< number of cells that the stepping thread's arrays have room for
+  std::size_t outlines = 0;  ///< number of outlines that the stepping thread's list has room for
 };
 
 ExtendedPatches::ExtendedPatches(PatchBatch& batch) : impl_(std::make_unique<Impl>(batch)) {}
@@ -443,8 +443,8 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
   const SlotList::Slot slot = impl.slots.take();
   try {
     impl.records.resize(impl.slots.size());
-    if (slot.number >= impl.places) change->places.resize(std::max<std::size_t>(8, 2 * impl.places));
-    const std::size_t places = std::max(impl.places, change->places.size());
+    if (slot.number >= impl.outlines) change->outlines.resize(std::max<std::size_t>(8, 2 * impl.outlines));
+    const std::size_t outlines = std::max(impl.outlines, change->outlines.size());
     const FloatModeScope mode;
     for (std::size_t k = 0; k < count; ++k)
       made.patches.push_back(
@@ -456,7 +456,7 @@ PatchId ExtendedPatches::add(const Material& material, const PatchOptions& optio
     impl.records[slot.number] = record;
     impl.cells += count;
     impl.room = room;
-    impl.places = places;
+    impl.outlines = outlines;
     return make_id(slot.number, slot.generation);
   } catch (...) {
     if (change) impl.remove_cells({change->made.patches.data(), change->made.patches.size()});
@@ -584,7 +584,7 @@ std::size_t ExtendedPatches::read_cells(PatchId id, double spin, double normal_l
   const std::size_t count = std::min(out.size(), p->cells.size());
   const Turn turned = grown(course.after, course.size);
   for (std::size_t k = 0; k < count; ++k) {
-    place(p->cells[k], turned, out[k].position);
+    find_position(p->cells[k], turned, out[k].position);
     out[k].weight = p->cells[k].weight;
   }
   return count;

@@ -32,11 +32,11 @@ class KeyTable {
     mask_ = size - 1;
   }
 
-  std::uint32_t find(std::uint64_t key) const noexcept { return slots_[place_of(key)].value; }
+  std::uint32_t find(std::uint64_t key) const noexcept { return slots_[index_of(key)].value; }
 
   /// Inserts the pair of a key that is not in the table and a `value`, which must not be `none`.
   void insert(std::uint64_t key, std::uint32_t value) noexcept {
-    Slot& slot = slots_[place_of(key)];
+    Slot& slot = slots_[index_of(key)];
     BRISTLE_ASSERT(value != none);
     BRISTLE_ASSERT(slot.value == none);
     BRISTLE_ASSERT(2 * (keys_ + 1) <= slots_.size());
@@ -46,7 +46,7 @@ class KeyTable {
 
   /// Erases a key; does nothing if it is not in the table.
   void erase(std::uint64_t key) noexcept {
-    std::size_t hole = place_of(key);
+    std::size_t hole = index_of(key);
     if (slots_[hole].value == none) return;
     for (std::size_t at = next(hole); slots_[at].value != none; at = next(at)) {
       // Moves an entry into the hole before it if the hole lies between the entry's first slot and its
@@ -69,10 +69,10 @@ class KeyTable {
   std::size_t home_of(std::uint64_t key) const noexcept {
     return static_cast<std::size_t>(mix_key(key)) & mask_;
   }
-  std::size_t next(std::size_t place) const noexcept { return (place + 1) & mask_; }
+  std::size_t next(std::size_t index) const noexcept { return (index + 1) & mask_; }
   /// Searches the slot in which the key is stored. If the key is not in the table, returns the empty slot
   /// into which it would be inserted.
-  std::size_t place_of(std::uint64_t key) const noexcept {
+  std::size_t index_of(std::uint64_t key) const noexcept {
     std::size_t at = home_of(key);
     while (slots_[at].value != none && slots_[at].key != key) at = next(at);
     return at;

@@ -29,15 +29,15 @@ constexpr std::uint32_t none = KeyTable::none;
 /// Bit in the saved step number of a contact. It is set while find_or_add_contact has not yet returned the
 /// contact, whose next answer must then say is_new.
 constexpr std::uint64_t saved_untold = std::uint64_t{1} << 63;
-constexpr std::size_t saved_head = detail::saved_head_size + 3 * 8 + 4, saved_place = 4 + 2 * 8;
+constexpr std::size_t saved_head = detail::saved_head_size + 3 * 8 + 4, saved_entry = 4 + 2 * 8;
 
-/// Numbers of a saved pool, and of each of its places, with and without a key.
+/// Numbers of a saved pool, and of each of its entries, with and without a key.
 struct SavedPool {
   std::uint64_t first_id = 0, step = 0, refused = 0;
-  std::uint32_t places = 0;
+  std::uint32_t capacity = 0;
 };
-struct SavedPlace {
-  std::uint32_t place = 0;
+struct SavedEntry {
+  std::uint32_t index = 0;
   std::uint64_t key = 0, seen = 0;
 };
 template <class Pool, class Io>
@@ -45,11 +45,11 @@ void pool_fields(Pool& p, Io& io) noexcept {
   io(p.first_id);
   io(p.step);
   io(p.refused);
-  io(p.places);
+  io(p.capacity);
 }
-template <class Place, class Io>
-void place_fields(Place& p, Io& io) noexcept {
-  io(p.place);
+template <class Entry, class Io>
+void entry_fields(Entry& p, Io& io) noexcept {
+  io(p.index);
   io(p.key);
   io(p.seen);
 }
@@ -113,7 +113,7 @@ Owner owner_of(BedBatch& beds) {
 struct KeyedPool {
   /// Entry of a pool: a patch or bed, and the contact that uses it, if any. Entries in use form a list; at
   /// its head is the contact that has not been requested for longest, so expired contacts are found at once.
-  struct Held {
+  struct PoolEntry {
     std::uint64_t id = 0;
     std::uint64_t key = 0;
     std::uint64_t seen = 0;  ///< number of the step in which the contact's key was last requested
@@ -182,11 +182,11 @@ struct KeyedPool {
     last = i;
   }
   void unlink(std::uint32_t i) noexcept {
-    const Held& held = pool[i];
-    BRISTLE_ASSERT(held.before == none ? first == i : pool[held.before].after == i);
-    BRISTLE_ASSERT(held.after == none ? last == i : pool[held.after].before == i);
-    (held.before == none ? first : pool[held.before].after) = held.after;
-    (held.after == none ? last : pool[held.after].before) = held.before;
+    const PoolEntry& entry = pool[i];
+    BRISTLE_ASSERT(entry.before == none ? first == i : pool[entry.before].after == i);
+    BRISTLE_ASSERT(entry.after == none ? last == i : pool[entry.after].before == i);
+    (entry.before == none ? first : pool[entry.before].after) = entry.after;
+    (entry.after == none ? last : pool[entry.after].before) = entry.before;
   }
   void give_back(std::uint32_t i) noexcept {
     BRISTLE_ASSERT(table.find(pool[i].key) == i);
@@ -202,7 +202,7 @@ struct KeyedPool {
   /// Calls `visit` for each entry of the pool: first for those in use, beginning with the contact not
   /// requested for longest, then for the free ones.
   template <class Visit>
-  void for_each_place(Visit&& visit) const {
+  void for_each_entry(Visit&& visit) const {
     for (std::uint32_t i = first; i != none; i = pool[i].after)
       visit(i, pool[i].key, pool[i].seen | (pool[i].told ? 0 : saved_untold));
     for (const std::uint32_t i : free) visit(i, no_contact_key, std::uint64_t{0});
@@ -216,7 +216,7 @@ struct KeyedPool {
   void clear() noexcept;
   std::uint32_t end_step() noexcept;
   std::uint32_t size() const noexcept;
-  std::size_t state_size() const noexcept { return saved_head + options.capacity * saved_place; }
+  std::size_t state_size() const noexcept { return saved_head + options.capacity * saved_entry; }
   std::size_t save_state(Span<std::byte> to) const noexcept;
   void restore_state(Span<const std::byte> from);
 
@@ -226,12 +226,12 @@ struct KeyedPool {
   KeyedOptions options;
   const std::uint32_t seed;
   const Grow grow;
-  std::vector<Held> pool;
+  std::vector<PoolEntry> pool;
   /// Groups that the patches of the pool are in, in the order of its entries; none for outlines and beds.
   std::vector<PatchGroup> groups;
   /// Indices of the free entries. The one freed last is used first, because it is likely still in the cache.
   std::vector<std::uint32_t> free;
-  KeyTable table;  ///< maps a key to its place in the pool
+  KeyTable table;  ///< maps a key to its index in the pool
   std::uint32_t first = none, last = none;
   std::uint64_t step = 0;
   std::uint64_t refused = 0;
@@ -300,9 +300,9 @@ std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
   detail::ByteWriter write(to.data() + detail::saved_head_size);
   const SavedPool saved{pool[0].id, step, refused, options.capacity};
   pool_fields(saved, write);
-  for_each_place([&](std::uint32_t place, std::uint64_t key, std::uint64_t seen) {
-    const SavedPlace its{place, key, seen};
-    place_fields(its, write);
+  for_each_entry([&](std::uint32_t index, std::uint64_t key, std::uint64_t seen) {
+    const SavedEntry its{index, key, seen};
+    entry_fields(its, write);
   });
   detail::seal(detail::SavedKind::keys, size(), {to.data(), state_size()});
   return state_size();
@@ -311,28 +311,28 @@ std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
 void KeyedPool::restore_state(Span<const std::byte> from) {
   const SteppingCall call(stepping_side);
   const auto fail = [this](const char* why) { detail::refuse_saved(name, why); };
-  const std::uint64_t held = detail::open_sealed(name, detail::SavedKind::keys, from);
+  const std::uint64_t keyed = detail::open_sealed(name, detail::SavedKind::keys, from);
   if (from.size() != state_size()) fail("is of a pool with another capacity");
   detail::ByteReader read(from.data() + detail::saved_head_size);
   SavedPool saved;
   pool_fields(saved, read);
-  const std::uint32_t places = saved.places;
-  if (saved.first_id != pool[0].id || places != options.capacity) fail("is of another pool");
-  if (held > places) fail("holds more keys than patches");
-  std::vector<Held> its_pool = pool;
+  const std::uint32_t capacity = saved.capacity;
+  if (saved.first_id != pool[0].id || capacity != options.capacity) fail("is of another pool");
+  if (keyed > capacity) fail("has more keys than patches");
+  std::vector<PoolEntry> its_pool = pool;
   std::vector<std::uint32_t> order;
-  std::vector<char> named(places, 0);
-  KeyTable its_table(places);
+  std::vector<char> named(capacity, 0);
+  KeyTable its_table(capacity);
   std::uint64_t last_seen = 0;
-  for (std::uint32_t k = 0; k < places; ++k) {
-    SavedPlace its;
-    place_fields(its, read);
-    const std::uint32_t i = its.place;
+  for (std::uint32_t k = 0; k < capacity; ++k) {
+    SavedEntry its;
+    entry_fields(its, read);
+    const std::uint32_t i = its.index;
     const std::uint64_t key = its.key, seen = its.seen & ~saved_untold;
-    if (i >= places || named[i]) fail("names a patch that is not there, or twice");
+    if (i >= capacity || named[i]) fail("names a patch that is not there, or twice");
     named[i] = 1;
     order.push_back(i);
-    if (k >= held) continue;
+    if (k >= keyed) continue;
     if (key == no_contact_key || its_table.find(key) != none || seen < last_seen || seen > saved.step)
       fail("has a key or a time that no contact can have");
     if (owner.key_of(owner.it, pool[i].id).value_or(key) != key)
@@ -345,8 +345,8 @@ void KeyedPool::restore_state(Span<const std::byte> from) {
   pool.swap(its_pool);
   table = std::move(its_table);
   first = last = none;
-  for (std::uint32_t k = 0; k < held; ++k) append(order[k]);
-  free.assign(order.begin() + held, order.end());
+  for (std::uint32_t k = 0; k < keyed; ++k) append(order[k]);
+  free.assign(order.begin() + keyed, order.end());
   step = saved.step;
   refused = saved.refused;
 }

@@ -29,7 +29,7 @@ Nodes cylinder_nodes(int n) {
 }
 
 /// Returns points and weights that integrate over r, the distance from the centre of a disc of radius 1,
-/// weighted by the load at r. Rings of cells are placed by them.
+/// weighted by the load at r. Rings of cells are set by them.
 Nodes radial_density(Pressure pressure) {
   Nodes density = legendre_nodes(96);
   double sum = 0.0;
@@ -60,9 +60,9 @@ struct Recurrence {
     for (int k = 0; k < n; ++k) {
       double norm = 0.0, first = 0.0;
       for (std::size_t i = 0; i < density.size(); ++i) {
-        const double mass = density[i].weight * now[i] * now[i];
-        norm += mass;
-        first += mass * density[i].at;
+        const double share = density[i].weight * now[i] * now[i];
+        norm += share;
+        first += share * density[i].at;
       }
       a.push_back(first / norm);
       b.push_back(k == 0 ? 0.0 : norm / norm_before);

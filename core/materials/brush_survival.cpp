@@ -5,16 +5,17 @@
 namespace bristle::detail {
 namespace {
 
-/// Share of the snap lengths below the first cell, unless the law is bounded: kernels take S as 1 there.
+/// Share of the snap lengths below the first cell, unless the law has a longest one: kernels take S as 1
+/// there.
 constexpr double left_out = 1e-4;
-/// Share of the force of steady sliding that bristles carry beyond the last cell.
+/// Share of the force of steady sliding that bristles bear beyond the last cell.
 constexpr double force_left_out = 1e-5;
 /// Error of S, integrated over the deflection and over the mean snap length, up to which few cells do.
 constexpr double most_error = 2e-4;
 /// Longest length of a cell, in mean snap lengths.
 constexpr double farthest_end = 2048.0;
 
-bool is_bounded(const SnapLength& law) {
+bool has_longest(const SnapLength& law) {
   return law.law() == SnapLaw::uniform || law.law() == SnapLaw::table || law.law() == SnapLaw::single;
 }
 
@@ -24,9 +25,9 @@ double force_beyond(const SnapLength& law, double x) {
   const double square = law.moment(2);
   return std::max(square - law.partial_moment(2, x) - x * x * law.survival(x), 0.0) / square;
 }
-/// Returns the deflection, m, beyond which bristles carry this share of the force.
+/// Returns the deflection, m, beyond which bristles bear this share of the force.
 double find_tail(const SnapLength& law, double share) {
-  double low = 0.0, high = is_bounded(law) ? law.longest() : farthest_end * law.mean();
+  double low = 0.0, high = has_longest(law) ? law.longest() : farthest_end * law.mean();
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);
     (force_beyond(law, middle) > share ? low : high) = middle;
@@ -39,7 +40,7 @@ double find_tail(const SnapLength& law, double share) {
 /// slower ones of laws with jumps of density or with atoms, to 6e-6. Groups of equal lengths swing for ever,
 /// so there is a limit.
 double find_waves(const SnapLength& law) {
-  if (!is_bounded(law)) return std::min(0.45 / (law.cv() * law.cv()), 32.0);
+  if (!has_longest(law)) return std::min(0.45 / (law.cv() * law.cv()), 32.0);
   return std::min(12.0 / find_slow_wave(law).decay, 100.0);
 }
 
@@ -99,9 +100,9 @@ Fit fit_cells(const SnapLength& law, double per_metre, const Layout& layout) {
 /// Fits the cells: few if they are good enough, otherwise the best of more. Laws given as tables, with up to
 /// 256 corners and with atoms, get most.
 Fit fit_cells(const SnapLength& law, double per_metre) {
-  const bool bounded = is_bounded(law);
-  const double low = law.quantile(bounded ? 1e-9 : left_out) * per_metre;
-  const double high = (bounded ? law.longest() : find_tail(law, force_left_out)) * per_metre;
+  const bool ends = has_longest(law);
+  const double low = law.quantile(ends ? 1e-9 : left_out) * per_metre;
+  const double high = (ends ? law.longest() : find_tail(law, force_left_out)) * per_metre;
   Fit best = fit_cells(law, per_metre, {few_brush_cells, 0.0, low, high});
   const std::uint32_t many = law.law() == SnapLaw::table ? 1024 : 128;
   for (const std::uint32_t cells : {few_brush_cells, many}) {
@@ -193,11 +194,11 @@ void fill_brush_law(const CompiledMaterial& material, double resolution, BrushLa
   law.growth = lengths.cv() > 0.6 ? 1.5 : 2.0;
   // Moves cohorts apart only under laws without jumps of density. In a uniform slide their squared distance
   // has to grow by the factor 1.33.
-  law.most_apart = is_bounded(lengths) ? 1.0 : 1.6;
-  // A cohort ends when its mass is below 1e-6 of the load, with pieces of 1/8 mean length: with shorter
-  // pieces its mass, and the error that its end may cause, fall with their square. Under a wide law few long
-  // bristles carry much of the force, so cohorts end later.
-  law.least_mass = std::min(1e-6 * (8.0 * share) * (8.0 * share), share * cells.weak);
+  law.most_apart = has_longest(lengths) ? 1.0 : 1.6;
+  // A cohort ends when its share is below 1e-6 of the load, with pieces of 1/8 mean length: with shorter
+  // pieces its share, and the error that its end may cause, fall with their square. Under a wide law few long
+  // bristles bear much of the force, so cohorts end later.
+  law.least_share = std::min(1e-6 * (8.0 * share) * (8.0 * share), share * cells.weak);
   // A straight path is steady once the longest bristles, if bent against it, have unbent and snapped, and
   // once bristles that began it together have come out of step. Less would be enough for one path, but
   // errors of strokes to and fro add up.

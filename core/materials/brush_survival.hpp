@@ -1,5 +1,5 @@
 // The law of snap lengths as infinite brushes read it: cells of its survival function, and the lengths and
-// masses from which a step's pieces and cohorts follow (core/lane_table.hpp).
+// shares from which a step's pieces and cohorts follow (core/lane_table.hpp).
 #pragma once
 
 #include <algorithm>

@@ -26,7 +26,7 @@ struct AgeingWish {
   double path = 0.0;    ///< sliding speed times ageing time; 0 = so fast that nothing ages
 
   bool any() const noexcept { return fall != 0.0 || growth != 0.0; }
-  /// Whether the coefficients hold at a speed at which bristles age, and not only for sliding too fast for
+  /// Whether the coefficients are for a speed at which bristles age, and not only for sliding too fast for
   /// ageing.
   bool at_speed() const noexcept { return any() && path != 0.0; }
 };
@@ -97,7 +97,7 @@ struct Family {
       return detail::kinetic_fall(unit, rule, renewal, residual, ageing);
     const detail::SteadySliding sliding =
         detail::find_steady_sliding(unit, rule, renewal, wish.path == 0.0 ? detail::PathAgeing{} : ageing);
-    return strength * (wish.growth != 0.0 ? sliding.drawn : sliding.deflection) /
+    return strength * (wish.growth != 0.0 ? sliding.fresh : sliding.deflection) /
            (residual + sliding.deflection);
   }
 
@@ -145,7 +145,7 @@ struct Family {
     constexpr int iterations = 18;  // they leave an error of 1e-5
     return detail::find_maximum([&](double spread) { return -ratio(spread); }, start + (best - 1) * pace,
                                 start + (best + 1) * pace, iterations)
-        .place;
+        .at;
   }
 
   // Spread of the uniform law with the least ratio peak / kinetic, 1.15302. Its width w is 0.969609 means;

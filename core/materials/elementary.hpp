@@ -87,7 +87,7 @@ inline double log(double x) noexcept {
     ++k;
   }
   // Computes log(1 + f) = 2 artanh(s) with s = f / (2 + f), |s| <= 0.172. The leading terms f - f^2/2 are
-  // added separately, so they do not carry the rounding error of s.
+  // added separately, so they do not have the rounding error of s.
   const double f = m - 1.0;
   const double s = f / (2.0 + f);
   const double s2 = s * s;

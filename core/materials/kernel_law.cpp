@@ -118,7 +118,7 @@ class CellTable {
   /// Returns the line that stands for the law in a cell: it has the law's mean and variance there, by Gauss's
   /// rule of four points.
   Line find_line(int side, int cell) const {
-    constexpr double place[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
+    constexpr double point[4] = {-0.8611363115940526, -0.3399810435848563, 0.3399810435848563,
                                  0.8611363115940526};
     constexpr double weight[4] = {0.17392742256872692, 0.32607257743127305, 0.32607257743127305,
                                   0.17392742256872692};
@@ -128,7 +128,7 @@ class CellTable {
     const double width = octave / per_octave, middle = octave + (cell % per_octave + 0.5) * width;
     double length[4];
     double mean = 0.0, variance = 0.0;
-    for (int k = 0; k < 4; ++k) mean += weight[k] * (length[k] = at(middle + 0.5 * width * place[k]));
+    for (int k = 0; k < 4; ++k) mean += weight[k] * (length[k] = at(middle + 0.5 * width * point[k]));
     for (int k = 0; k < 4; ++k) variance += weight[k] * square(length[k] - mean);
     const double slope = (side == 0 ? 1.0 : -1.0) * std::sqrt(12.0 * variance) / width;
     return {mean - slope * middle, slope};
@@ -181,7 +181,7 @@ class CellTable {
 };
 
 /// Returns quantiles of the length-biased law (it favours lengths in proportion to themselves) at the
-/// probabilities k / biased_knots, for laws without a closed form. At a random place of a path, the bristles'
+/// probabilities k / biased_knots, for laws without a closed form. At a random point of a path, the bristles'
 /// lengths follow this law.
 std::vector<double> biased_quantiles(const SnapLength& length, double per_metre) {
   std::vector<double> knots(biased_knots + 1);
@@ -209,7 +209,7 @@ std::vector<double> biased_quantiles(const SnapLength& length, double per_metre)
 void assert_law(const CompiledMaterial& c) {
   const KernelLaw& law = c.law;
   BRISTLE_ASSERT(0.0 < law.shortest && law.shortest < law.mean && law.mean < law.longest);
-  // Holds for every law, because lengths are scaled by a power of two near their mean.
+  // Is true of every law, because lengths are scaled by a power of two near their mean.
   BRISTLE_ASSERT(0.7 < law.mean && law.mean < 1.42);
   BRISTLE_ASSERT(law.kind != law_table || ascends(c.table));
   BRISTLE_ASSERT(law.kind == law_lognormal || ascends(c.biased_table));
@@ -220,7 +220,7 @@ void assert_law(const CompiledMaterial& c) {
   static_cast<void>(law);
 }
 
-/// Turns negative zeros into positive ones. A batch stores one of several materials that compare equal, and
+/// Replaces negative zeros by positive ones. A batch stores one of several materials that compare equal, and
 /// -0 equals 0, so both must give equal hashes and bits.
 void make_zeros_positive(Material& m) noexcept {
   for (double* x : {&m.bristle_stiffness, &m.bristle_damping, &m.viscous_friction, &m.stribeck_velocity,
@@ -228,7 +228,7 @@ void make_zeros_positive(Material& m) noexcept {
     *x += 0.0;
 }
 
-/// Hashes the parameters of a material after make_zeros_positive(). Adding 0.0 turns negative zeros in the
+/// Hashes the parameters of a material after make_zeros_positive(). Adding 0.0 makes negative zeros in the
 /// snap-length law positive, too.
 std::uint64_t hash_material(const Material& m) {
   Hasher hasher;
@@ -338,7 +338,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
   const double renewals = material.shared_renewal * c.snap_rate * length.mean() * per_metre;
   if (renewals > most_renewals)
     refuse("Material", "shared_renewal", material.shared_renewal,
-           "less: with so many bristles of next to no length each snap draws others that snap at once, and "
+           "less: with so many bristles of next to no length each snap renews others that snap at once, and "
            "nearly no friction is left (or make the lengths longer)");
   const double kinetic = material.snap_rule == SnapRule::slide
                              ? 1.0 - material.drop
@@ -352,7 +352,7 @@ std::shared_ptr<const CompiledMaterial> compile_material(const Material& materia
                            ? material.kinetic_coefficient() / (1.0 - material.drop)
                            : material.peak_coefficient();
   c.hash = hash_material(c.material);
-  // Always holds, because every law limits the ratio of its longest to its mean length.
+  // Is always true, because every law limits the ratio of its longest to its mean length.
   BRISTLE_ASSERT(c.longest <= longest_scaled_length);
   if (material.ageing_strength != 0.0)
     for (int k = 0; k < spread_size; ++k)
@@ -367,14 +367,14 @@ std::shared_ptr<const Strata> CompiledMaterial::strata(std::uint32_t n) const {
   return made;
 }
 
-void CompiledMaterial::make_draws() const {
+void CompiledMaterial::make_sampling_tables() const {
   // Makes no tables for wider laws. Only Population::infinite takes those
   // (Material::validate_for_representatives), and it samples no lengths.
   if (!redraw || material.snap_length.cv() > widest_redraw_cv) return;
-  std::call_once(draws_made_, [this] { fill_draws(); });
+  std::call_once(sampling_made_, [this] { fill_sampling_tables(); });
 }
 
-void CompiledMaterial::fill_draws() const {
+void CompiledMaterial::fill_sampling_tables() const {
   const SnapLength& length = material.snap_length;
   const double per_metre = lengths_per_metre;
   law.shortest = shortest;

@@ -37,7 +37,7 @@ struct CompiledMaterial {
   double peak_coefficient = 0.0;
   std::uint64_t hash = 0;  ///< hash of all parameters of the material
   /// Constants of the law, for kernels that sample lengths. It points into `table` and `biased_table`;
-  /// make_draws() fills all three members.
+  /// make_sampling_tables() fills all three members.
   mutable KernelLaw law{};
 
   mutable std::vector<double> table, biased_table;
@@ -48,7 +48,7 @@ struct CompiledMaterial {
   /// Makes the tables from which representatives with SnapRule::redraw sample their lengths, unless they
   /// exist: it takes milliseconds. The infinite brush does not need them. Any thread that adds patches may
   /// call it.
-  void make_draws() const;
+  void make_sampling_tables() const;
   /// Returns the constants of shared renewal (a snap makes other bristles start afresh): the path after which
   /// a slide is steady, and how often renewed bristles snap again. The first call computes them.
   const RenewalLaw& renewal() const;
@@ -66,8 +66,8 @@ struct CompiledMaterial {
   CompiledMaterial& operator=(const CompiledMaterial&) = delete;
 
  private:
-  void fill_draws() const;
-  mutable std::once_flag draws_made_;
+  void fill_sampling_tables() const;
+  mutable std::once_flag sampling_made_;
   mutable std::once_flag brush_cells_made_;
   mutable std::shared_ptr<const BrushCells> brush_cells_;
   mutable std::once_flag renewal_made_;

@@ -9,7 +9,7 @@ namespace bristle::detail {
 /// Values of a law at one length: its partial moments of order 0 and 1 (SnapLength::partial_moment), and its
 /// survival function (SnapLength::survival).
 struct LawAt {
-  double mass, first, survival;
+  double probability, first, survival;
 };
 
 /// Computes the values of the law at each of the lengths (m, above 0, finite; as many as `at` has). The bits

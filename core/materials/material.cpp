@@ -78,14 +78,14 @@ double Material::peak_coefficient() const {
   return force / (normal_stiffness * asperity_height_deviation);
 }
 
-double Material::peak_coefficient(double held_s) const {
+double Material::peak_coefficient(double stuck_s) const {
   if (snap_rule == SnapRule::slide)
     return bristle_stiffness * snap_length.mean() *
-           detail::slide_peak(snap_length, drop, ageing_factor(held_s)).force /
+           detail::slide_peak(snap_length, drop, ageing_factor(stuck_s)).force /
            (normal_stiffness * asperity_height_deviation);
   const double residual =
       bristle_stiffness * residual_length / (normal_stiffness * asperity_height_deviation);
-  return residual + ageing_factor(held_s) * (peak_coefficient() - residual);
+  return residual + ageing_factor(stuck_s) * (peak_coefficient() - residual);
 }
 
 double Material::snap_rate() const {

@@ -23,15 +23,15 @@ constexpr double near_steady = 1e-3;
 constexpr int classes = 64;  ///< number of classes of snap length for bristles of SnapRule::keep
 
 /// Simulation of a slide that begins with straight bristles, by which the path to steady sliding is measured.
-/// It stores how many bristles (their mass) are in each cell of deflection, and moves them on by one cell per
-/// step.
+/// It stores how many bristles (relative to all) are in each cell of deflection, and moves them on by one
+/// cell per step.
 class Slide {
  public:
   explicit Slide(const Material& m) : renewal_(m.shared_renewal), redraw_(m.snap_rule == SnapRule::redraw) {
     const double mean = m.snap_length.mean();
     if (redraw_) {
-      mass_.assign(1, std::vector<double>(cells + 1, 0.0));
-      mass_[0][0] = 1.0;
+      bristles_.assign(1, std::vector<double>(cells + 1, 0.0));
+      bristles_[0][0] = 1.0;
       std::vector<double> survival;
       for (int k = 0; k <= cells; ++k)
         survival.push_back(m.snap_length.survival(mean * k / static_cast<double>(per_mean)));
@@ -42,8 +42,8 @@ class Slide {
     for (int j = 0; j < classes; ++j) {
       const double d = m.snap_length.quantile((j + 0.5) / classes) / mean * per_mean;
       const auto last = static_cast<std::size_t>(std::clamp(std::floor(d + 0.5), 1.0, double{cells}));
-      mass_.emplace_back(last, 0.0);
-      mass_.back()[0] = 1.0 / classes;
+      bristles_.emplace_back(last, 0.0);
+      bristles_.back()[0] = 1.0 / classes;
     }
   }
 
@@ -51,16 +51,16 @@ class Slide {
   /// after that.
   double step() {
     double snapped = 0.0;
-    std::vector<double> born(mass_.size(), 0.0);
-    for (std::size_t j = 0; j < mass_.size(); ++j) {
-      std::vector<double>& mass = mass_[j];
+    std::vector<double> born(bristles_.size(), 0.0);
+    for (std::size_t j = 0; j < bristles_.size(); ++j) {
+      std::vector<double>& bristles = bristles_[j];
       // Last cell of deflection that bristles can have reached after `steps_` steps.
-      const std::size_t reached = std::min(steps_, mass.size() - 1);
+      const std::size_t reached = std::min(steps_, bristles.size() - 1);
       for (std::size_t k = reached + 1; k-- > 0;) {
-        double lost = k + 1 == mass.size() ? mass[k] : 0.0;
-        if (k + 1 < mass.size()) {
-          if (redraw_) lost = mass[k] * snapping_[k];
-          mass[k + 1] = mass[k] - lost;
+        double lost = k + 1 == bristles.size() ? bristles[k] : 0.0;
+        if (k + 1 < bristles.size()) {
+          if (redraw_) lost = bristles[k] * snapping_[k];
+          bristles[k + 1] = bristles[k] - lost;
         }
         born[j] += lost;
       }
@@ -69,14 +69,14 @@ class Slide {
     ++steps_;
     const double stay = exp(-renewal_ * snapped);
     double bend = 0.0;
-    for (std::size_t j = 0; j < mass_.size(); ++j) {
-      std::vector<double>& mass = mass_[j];
-      const std::size_t end = std::min(steps_ + 1, mass.size());
-      mass[0] = born[j];
+    for (std::size_t j = 0; j < bristles_.size(); ++j) {
+      std::vector<double>& bristles = bristles_[j];
+      const std::size_t end = std::min(steps_ + 1, bristles.size());
+      bristles[0] = born[j];
       for (std::size_t k = 1; k < end; ++k) {
-        mass[0] += mass[k] * (1.0 - stay);
-        mass[k] *= stay;
-        bend += mass[k] * static_cast<double>(k);
+        bristles[0] += bristles[k] * (1.0 - stay);
+        bristles[k] *= stay;
+        bend += bristles[k] * static_cast<double>(k);
       }
     }
     return bend / per_mean;
@@ -85,7 +85,7 @@ class Slide {
  private:
   double renewal_;
   bool redraw_;
-  std::vector<std::vector<double>> mass_;
+  std::vector<std::vector<double>> bristles_;
   /// Probability, for each cell, that a bristle in it snaps before the next cell.
   std::vector<double> snapping_;
   std::size_t steps_ = 0;

@@ -47,7 +47,7 @@ double segment_partial_moment(int k, double a, double b, double x) noexcept {
 /// Normal law without negative lengths: delta = mean + deviation z, given z > -mean / deviation.
 struct CutNormal {
   double mean, deviation;
-  double cut;   // place of the cut in standard deviations, -mean / deviation
+  double cut;   // position of the cut in standard deviations, -mean / deviation
   double kept;  // share of the uncut law that is kept, P(z > cut)
   double edge;  // density of the cut law at the cut, in units of 1 / deviation (an edge term of its moments)
 
@@ -312,9 +312,9 @@ double SnapLength::quantile(double u) const {
     case SnapLaw::table:
       break;
   }
-  const double place = u * (table_size_ - 1);
-  const int i = std::min(static_cast<int>(place), table_size_ - 2);
-  return std::min(table_[i] + (table_[i + 1] - table_[i]) * (place - i), table_[i + 1]);
+  const double position = u * (table_size_ - 1);
+  const int i = std::min(static_cast<int>(position), table_size_ - 2);
+  return std::min(table_[i] + (table_[i + 1] - table_[i]) * (position - i), table_[i + 1]);
 }
 
 double SnapLength::survival(double x_m) const {

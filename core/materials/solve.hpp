@@ -10,7 +10,7 @@ namespace bristle::detail {
 
 /// Tolerances of find_zero().
 struct ZeroTolerance {
-  double place;        ///< width of an interval that is narrow enough
+  double width;        ///< width of an interval that is narrow enough
   double value = 0.0;  ///< value that counts as 0, where the values at both ends of the interval are larger
 };
 
@@ -26,7 +26,7 @@ double find_zero(const Function& f, double low, double high, double at_low, doub
   const bool rises = at_high > at_low;
   int side = 0;
   bool bisects = false;
-  for (int i = 0; i < most_steps && high - low > tolerance.place; ++i) {
+  for (int i = 0; i < most_steps && high - low > tolerance.width; ++i) {
     const double width = high - low;
     const bool flat = magnitude(at_low) <= tolerance.value || magnitude(at_high) <= tolerance.value;
     double x = low + width * (at_low / (at_low - at_high));
@@ -59,9 +59,9 @@ double newton(double x, const Step& step_from) {
   return x;
 }
 
-/// Place and value of a maximum.
+/// Argument and value of a maximum.
 struct Maximum {
-  double place, value;
+  double at, value;
 };
 
 /// Finds the maximum of a function with one hump between `low` and `high`, by golden section. The error of

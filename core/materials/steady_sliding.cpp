@@ -25,12 +25,12 @@ using Node = AgedNode;
 /// the law at the length x.
 template <class Density>
 void add_panel(std::vector<Node>& nodes, double low, double high, const Density& density) {
-  constexpr double place[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
+  constexpr double point[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
   constexpr double weight[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745,
                                0.1012285362903763};
   const double middle = 0.5 * (low + high), half = 0.5 * (high - low);
   for (int i = 0; i < 4; ++i) {
-    for (const double x : {middle - half * place[i], middle + half * place[i]})
+    for (const double x : {middle - half * point[i], middle + half * point[i]})
       nodes.push_back({x, weight[i] * half * density(x)});
   }
 }
@@ -245,15 +245,15 @@ SteadySliding find_steady_sliding(Span<const Node> nodes, double mean, SnapRule 
   s.growth = growth;
   if (rule == SnapRule::keep) {
     s.deflection = expectation(nodes, [&](double l) { return bend(l) / path(l); });
-    s.drawn = 1.0;
+    s.fresh = 1.0;
     s.snap_rate =
         growth == 0.0 ? expectation(nodes, [](double l) { return 1.0 / l; }) : growth / shared_renewal;
     return s;
   }
   const double kept = expectation(nodes, path);
   s.deflection = expectation(nodes, bend) / kept;
-  s.drawn = 0.0;
-  for (const Node& node : nodes) s.drawn += node.share * node.length * path(node.aged) / kept;
+  s.fresh = 0.0;
+  for (const Node& node : nodes) s.fresh += node.share * node.length * path(node.aged) / kept;
   s.snap_rate = growth == 0.0 ? 1.0 / kept : growth / shared_renewal;
   return s;
 }

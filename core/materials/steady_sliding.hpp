@@ -49,7 +49,7 @@ struct SteadySliding {
   double snap_rate;   ///< nu: snaps per bristle in contact, per mean snap length of path
   double growth;      ///< lambda = kappa nu: renewals per bristle, per mean snap length of path
   double deflection;  ///< mean deflection beyond the residual length, in mean snap lengths
-  double drawn;       ///< mean fresh snap length of the bristles in contact, in mean snap lengths
+  double fresh;       ///< mean fresh snap length of the bristles in contact, in mean snap lengths
 };
 
 /// Computes mean deflection and rates of steady sliding for `shared_renewal` >= 0. Takes longer with ageing,

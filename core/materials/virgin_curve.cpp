@@ -75,8 +75,8 @@ double tail_of_inverse_squares(double n) noexcept {
 /// atom at a. Where x is a multiple of an atom the remainder jumps from a to 0: `from_left` asks for a.
 double uniform_remainder(double a, double b, double x, bool from_left) noexcept {
   if (a == b) {
-    const double rest = x - whole_part(x / a) * a;
-    return from_left && rest <= 0.0 && x > 0.0 ? a : std::max(rest, 0.0);
+    const double remainder = x - whole_part(x / a) * a;
+    return from_left && remainder <= 0.0 && x > 0.0 ? a : std::max(remainder, 0.0);
   }
   // Splits the sum over k of M1(x / k). Up to k0 each term equals the mean of delta, and above k1 each term
   // is zero.
@@ -98,7 +98,7 @@ double uniform_remainder(double a, double b, double x, bool from_left) noexcept 
 }
 
 /// Finds the interval of lengths outside which a smooth law has less than 1e-18 of its mean, so that sums can
-/// leave the rest out.
+/// leave the others out.
 void effective_support(const UnitLaw& unit, double& low, double& high) noexcept {
   const double a = unit.law.first_parameter() / unit.mean, b = unit.law.second_parameter();
   low = 0.0;
@@ -113,7 +113,7 @@ void effective_support(const UnitLaw& unit, double& low, double& high) noexcept 
   }
 }
 
-/// Returns E[x mod delta] of a law with a smooth density. Sums 100 terms one by one; in place of the later
+/// Returns E[x mod delta] of a law with a smooth density. Sums 100 terms one by one; instead of the later
 /// ones takes their integral over k, E[(x - kappa delta)+] with kappa = last k + 1/2, and two Euler-Maclaurin
 /// corrections.
 double smooth_remainder(const UnitLaw& unit, double x) {
@@ -132,12 +132,12 @@ double smooth_remainder(const UnitLaw& unit, double x) {
   }
   const double kappa = last + 0.5;
   const double share = 1.0 - unit.survival(x / kappa);
-  const double rest = x * share - kappa * unit.partial_moment(1, x / kappa);
+  const double remainder = x * share - kappa * unit.partial_moment(1, x / kappa);
   // Replaces the derivatives in the corrections by first and third differences about k = kappa.
   const double next = unit.partial_moment(1, x / (last + 1.0)),
                after = unit.partial_moment(1, x / (last + 2.0));
   const double difference = next - term, third = after - 3.0 * next + 3.0 * term - before;
-  return x - (sum + std::max(rest, 0.0) + difference / 24.0 - third * (17.0 / 5760));
+  return x - (sum + std::max(remainder, 0.0) + difference / 24.0 - third * (17.0 / 5760));
 }
 
 double keep_deflection(const SnapLength& law, double x, bool from_left) {
@@ -162,7 +162,7 @@ double keep_deflection(const SnapLength& law, double x, bool from_left) {
 // ---------------------------------------------------------------------------------------------- redraw
 
 struct Atom {
-  double length, mass;
+  double length, probability;
 };
 
 /// Finds the atoms of a table (lengths that have a probability of their own): runs of equal values.
@@ -172,11 +172,11 @@ std::vector<Atom> find_atoms(const SnapLength& law) {
   const double mean = law.mean();
   for (std::size_t i = 0; i + 1 < q.size(); ++i) {
     if (q[i] != q[i + 1]) continue;
-    const double length = q[i] / mean, mass = 1.0 / static_cast<double>(q.size() - 1);
+    const double length = q[i] / mean, probability = 1.0 / static_cast<double>(q.size() - 1);
     if (!atoms.empty() && atoms.back().length == length) {
-      atoms.back().mass += mass;
+      atoms.back().probability += probability;
     } else {
-      atoms.push_back({length, mass});
+      atoms.push_back({length, probability});
     }
   }
   return atoms;
@@ -189,30 +189,30 @@ struct VirginGrid {
   std::vector<double> left, right;
 };
 
-/// Snap-length law on equidistant nodes, for the renewal equation: mass and first moment, up to each node, of
-/// the part without atoms, and the mass of the atoms at each node.
+/// Snap-length law on equidistant nodes, for the renewal equation: probability and first moment, up to each
+/// node, of the part without atoms, and the probability of the atoms at each node.
 struct LawOnGrid {
   double step = 0.0;
-  std::vector<double> mass, first, survival, atom_mass;  ///< survival[i]: P(delta >= node i)
+  std::vector<double> probability, first, survival, atom_probability;  ///< survival[i]: P(delta >= node i)
   std::vector<std::size_t> atom_nodes;
-  std::size_t last() const noexcept { return mass.size() - 1; }
+  std::size_t last() const noexcept { return probability.size() - 1; }
 };
 
 /// Moves atoms (lengths that have a probability) to their nearest nodes, and recomputes `survival` with them.
-void place_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
-  law.atom_mass.assign(law.mass.size(), 0.0);
+void add_atoms(const std::vector<Atom>& atoms, LawOnGrid& law) {
+  law.atom_probability.assign(law.probability.size(), 0.0);
   if (atoms.empty()) return;
   for (const Atom& atom : atoms) {
     const double node = whole_part(atom.length / law.step + 0.5);
     if (node > static_cast<double>(law.last())) continue;
     const std::size_t j = static_cast<std::size_t>(node);
-    if (law.atom_mass[j] == 0.0) law.atom_nodes.push_back(j);
-    law.atom_mass[j] += atom.mass;
+    if (law.atom_probability[j] == 0.0) law.atom_nodes.push_back(j);
+    law.atom_probability[j] += atom.probability;
   }
   double atoms_below = 0.0;
-  for (std::size_t i = 0; i < law.mass.size(); ++i) {
-    law.survival[i] = std::max(1.0 - law.mass[i] - atoms_below, 0.0);
-    atoms_below += law.atom_mass[i];
+  for (std::size_t i = 0; i < law.probability.size(); ++i) {
+    law.survival[i] = std::max(1.0 - law.probability[i] - atoms_below, 0.0);
+    atoms_below += law.atom_probability[i];
   }
 }
 
@@ -224,21 +224,21 @@ LawOnGrid put_on_grid(const UnitLaw& unit, const std::vector<Atom>& atoms, doubl
   read_law(unit.law, {lengths.data(), n}, {at.data(), n});
   LawOnGrid law;
   law.step = step;
-  law.mass.assign(n + 1, 0.0);
-  law.first = law.mass;
+  law.probability.assign(n + 1, 0.0);
+  law.first = law.probability;
   law.survival.assign(n + 1, unit.survival(0.0));
   for (std::size_t i = 1; i <= n; ++i) {
-    law.mass[i] = at[i - 1].mass;
+    law.probability[i] = at[i - 1].probability;
     law.first[i] = at[i - 1].first / unit.mean;
     law.survival[i] = at[i - 1].survival;
     for (const Atom& atom : atoms) {
       if (atom.length < static_cast<double>(i) * step) {
-        law.mass[i] -= atom.mass;
-        law.first[i] -= atom.mass * atom.length;
+        law.probability[i] -= atom.probability;
+        law.first[i] -= atom.probability * atom.length;
       }
     }
   }
-  place_atoms(atoms, law);
+  add_atoms(atoms, law);
   return law;
 }
 
@@ -248,39 +248,39 @@ LawOnGrid every_other_node(const LawOnGrid& fine, const std::vector<Atom>& atoms
   LawOnGrid law;
   law.step = 2.0 * fine.step;
   for (std::size_t i = 0; i <= fine.last(); i += 2) {
-    law.mass.push_back(fine.mass[i]);
+    law.probability.push_back(fine.probability[i]);
     law.first.push_back(fine.first[i]);
     law.survival.push_back(fine.survival[i]);
   }
-  place_atoms(atoms, law);
+  add_atoms(atoms, law);
   return law;
 }
 
 /// Weights of the nodes in a sum that gives the expectation of a function over a law, exact if the function
 /// is linear between nodes. make_kernel() multiplies the law by `factor` and by `damping`, exp(-lambda x) at
 /// the nodes (empty: by 1).
-struct RenewalKernel {
+struct VolterraKernel {
   std::vector<double> weight;  ///< weight of each node, from the cells on both sides
   /// For each cell j, between nodes j and j + 1, the part of its probability that counts at node j + 1.
   std::vector<double> far;
-  std::vector<double> atom_mass;
+  std::vector<double> atom_probability;
   std::vector<std::size_t> atom_nodes;
   std::size_t begin = 1, end = 0;  ///< range of the nodes that have a weight
 
   /// Whether the grid is too coarse for its equation to be solved, because too many bristles snap within the
   /// first cell.
-  bool too_coarse() const noexcept { return !(weight[0] + atom_mass[0] < 0.5); }
+  bool too_coarse() const noexcept { return !(weight[0] + atom_probability[0] < 0.5); }
 };
 
-RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector<double>& damping) {
+VolterraKernel make_kernel(const LawOnGrid& law, double factor, const std::vector<double>& damping) {
   const std::size_t n = law.last();
   const auto damped = [&](std::size_t i) { return damping.empty() ? factor : factor * damping[i]; };
-  RenewalKernel kernel;
+  VolterraKernel kernel;
   kernel.weight.assign(n + 1, 0.0);
   kernel.far = kernel.weight;
   kernel.begin = n + 1;
   for (std::size_t j = 0; j < n; ++j) {
-    const double cell = law.mass[j + 1] - law.mass[j];
+    const double cell = law.probability[j + 1] - law.probability[j];
     if (!(cell > 1e-30)) continue;  // skips a cell whose probability is too small to divide by
     const double share = (law.first[j + 1] - law.first[j]) / (cell * law.step) - static_cast<double>(j);
     const double far = cell * std::min(std::max(share, 0.0), 1.0);
@@ -292,8 +292,8 @@ RenewalKernel make_kernel(const LawOnGrid& law, double factor, const std::vector
   }
   kernel.begin = std::max<std::size_t>(kernel.begin, 1);
   kernel.atom_nodes = law.atom_nodes;
-  kernel.atom_mass = law.atom_mass;
-  for (const std::size_t node : kernel.atom_nodes) kernel.atom_mass[node] *= damped(node);
+  kernel.atom_probability = law.atom_probability;
+  for (const std::size_t node : kernel.atom_nodes) kernel.atom_probability[node] *= damped(node);
   return kernel;
 }
 
@@ -305,7 +305,7 @@ struct Source {
 
 /// Solves a renewal equation (see the beginning of this file) for a function f that is taken as linear
 /// between nodes. The error is of order step^2.
-VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, double step) {
+VirginGrid solve_volterra(const VolterraKernel& kernel, const Source& source, double step) {
   const std::size_t n = kernel.weight.size() - 1;
   VirginGrid grid;
   grid.step = step;
@@ -317,7 +317,7 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
     grid.right[0] = jump[0] = source.jump[0];
     jump_nodes.push_back(0);
   }
-  const double implicit = 1.0 - kernel.weight[0] - kernel.atom_mass[0];
+  const double implicit = 1.0 - kernel.weight[0] - kernel.atom_probability[0];
   for (std::size_t i = 1; i <= n; ++i) {
     // Adds up four sums side by side. Within one sum each addition waits for the one before.
     const std::size_t stop = std::min(kernel.end, i);
@@ -338,12 +338,12 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
     double jump_here = 0.0;
     for (const std::size_t node : kernel.atom_nodes) {
       if (node == 0 || node > i) continue;
-      sum += kernel.atom_mass[node] * grid.left[i - node];
-      jump_here += kernel.atom_mass[node] * jump[i - node];
+      sum += kernel.atom_probability[node] * grid.left[i - node];
+      jump_here += kernel.atom_probability[node] * jump[i - node];
     }
     grid.left[i] = (sum + source.left[i]) / implicit;
     jump_here += source.jump[i];
-    jump[i] = jump_here / (1.0 - kernel.atom_mass[0]);
+    jump[i] = jump_here / (1.0 - kernel.atom_probability[0]);
     grid.right[i] = grid.left[i] + jump[i];
     if (jump_here != 0.0) jump_nodes.push_back(i);
   }
@@ -352,15 +352,15 @@ VirginGrid solve_renewal(const RenewalKernel& kernel, const Source& source, doub
 
 /// Renewal equations for a virgin curve. The curve is the solution `deflections` or, with shared renewal,
 /// that solution divided by the solution `bristles`.
-struct RenewalProblem {
-  RenewalKernel kernel;
+struct VolterraProblem {
+  VolterraKernel kernel;
   Source deflections, bristles;
 };
 
 /// Sets up the equations of SnapRule::redraw, with the sources x S(x) (deflections) and S(x) (bristles).
-RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
+VolterraProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
   const std::size_t n = law.last();
-  RenewalProblem problem;
+  VolterraProblem problem;
   problem.kernel = make_kernel(law, 1.0 + renewal, damping);
   Source& deflections = problem.deflections;
   deflections.left.resize(n + 1);
@@ -368,7 +368,7 @@ RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vect
   for (std::size_t i = 0; i <= n; ++i) {
     const double x = static_cast<double>(i) * law.step;
     deflections.left[i] = x * law.survival[i];
-    deflections.jump[i] = -(x * law.atom_mass[i]);
+    deflections.jump[i] = -(x * law.atom_probability[i]);
   }
   if (damping.empty()) return problem;
   Source& bristles = problem.bristles;
@@ -376,7 +376,7 @@ RenewalProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vect
   bristles.jump.resize(n + 1);
   for (std::size_t i = 0; i <= n; ++i) {
     bristles.left[i] *= damping[i];
-    bristles.jump[i] = -law.atom_mass[i] * damping[i];
+    bristles.jump[i] = -law.atom_probability[i] * damping[i];
     deflections.left[i] *= damping[i];
     deflections.jump[i] *= damping[i];
   }
@@ -406,8 +406,8 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
 VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
                                      int cells) {
   const auto solve = [](const LawOnGrid& law) {
-    const RenewalProblem problem = pose_redraw(law, 0.0, {});
-    return solve_renewal(problem.kernel, problem.deflections, law.step);
+    const VolterraProblem problem = pose_redraw(law, 0.0, {});
+    return solve_volterra(problem.kernel, problem.deflections, law.step);
   };
   const LawOnGrid law = put_on_grid(unit, atoms, step, cells);
   VirginGrid fine = solve(law);
@@ -511,14 +511,14 @@ double maximum_over(const Function& f, const std::vector<double>& points, int it
 
 /// Finds the peak of the virgin curve, and at which path it lies, on the part of the path where no bristle
 /// has snapped twice. Narrow laws have their peak there.
-void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& place) {
+void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, double& position) {
   const SnapLength& law = unit.law;
-  peak = place = 0.0;
+  peak = position = 0.0;
   const auto consider = [&](double x) {
     const double value = unit.first_pass(x, renewal);
     if (value > peak) {
       peak = value;
-      place = x;
+      position = x;
     }
   };
   if (law.law() == SnapLaw::uniform) {
@@ -533,8 +533,8 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
       for (int i = 1; i <= 256; ++i) consider(low + (end - low) * i / 256.0);
       const double width = (end - low) / 256.0;
       const auto f = [&](double x) { return unit.first_pass(x, renewal); };
-      peak = std::max(peak,
-                      find_maximum(f, std::max(place - width, low), std::min(place + width, end), 30).value);
+      peak = std::max(
+          peak, find_maximum(f, std::max(position - width, low), std::min(position + width, end), 30).value);
     }
   } else if (law.law() == SnapLaw::table) {
     const Span<const double> q = law.table_values();
@@ -547,12 +547,12 @@ void find_first_pass_peak(const UnitLaw& unit, double renewal, double& peak, dou
     // Searches the peak in the one hump of the curve, from ten standard deviations below the mean length on.
     const double low = std::max(1.0 - 10.0 * law.cv(), 0.0), high = 1.0 + 2.0 * law.cv();
     peak = find_maximum([&](double x) { return unit.first_pass(x, renewal); }, low, high, 40).value;
-    place = high;
+    position = high;
     // Finds, to within 1/64 of the interval, the longest path at which the curve is still within 1e-3 of its
     // peak.
     for (int i = 0; i < 64; ++i) {
       const double x = low + (high - low) * i / 64.0;
-      if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) place = x;
+      if (unit.first_pass(x, renewal) > peak * (1.0 - 1e-3)) position = x;
     }
   }
 }
@@ -620,9 +620,9 @@ double paper_peak(const SnapLength& law, SnapRule rule) {
   if (law.law() == SnapLaw::exponential && rule == SnapRule::redraw) return 1.0;  // 1 - exp(-x) has no peak
   if (law.cv() < 0.25 || law.law() == SnapLaw::uniform) {
     const UnitLaw unit(law);
-    double peak, place;
-    find_first_pass_peak(unit, 0.0, peak, place);
-    if (unit.partial_moment(0, 0.5 * place) < 1e-10) return peak;
+    double peak, position;
+    find_first_pass_peak(unit, 0.0, peak, position);
+    if (unit.partial_moment(0, 0.5 * position) < 1e-10) return peak;
   }
   // Returns at least the kinetic value, which a curve without a hump approaches from below.
   const double peak = rule == SnapRule::keep ? keep_peak(law) : redraw_peak(law);
@@ -656,11 +656,11 @@ class DividedLaw {
     for (std::size_t i = 0; i <= last_; ++i) {
       const double x = static_cast<double>(i) * cell;
       at_[i] = moments(x);
-      if (at_[i].mass < 1e-12) shortest_ = std::max(shortest_, x);
+      if (at_[i].probability < 1e-12) shortest_ = std::max(shortest_, x);
     }
     for (std::size_t i = 1; i <= last_; ++i) {
       const double x = static_cast<double>(i) * cell, start = std::max(x - cell, shortest_that_counts);
-      at_[i].rest = at_[i - 1].rest;
+      at_[i].tail = at_[i - 1].tail;
       if (x <= shortest_) continue;
       // Integrates over a cell by Simpson's rule. The first 64 cells are divided into eight parts. Their
       // width is not small beside u, so 1/u^2 and 1/u^3 vary much within a cell.
@@ -672,24 +672,24 @@ class DividedLaw {
         const Moments high = k + 1 < parts ? moments(stop) : at_[i];
         const Moments between =
             i < 64 ? moments(middle)
-                   : Moments{0.5 * (low.mass + high.mass), 0.5 * (low.first + high.first), {}};
-        at_[i].rest.add(part / (6.0 * square(begin)), low, begin);
-        at_[i].rest.add(part / (1.5 * square(middle)), between, middle);
-        at_[i].rest.add(part / (6.0 * square(stop)), high, stop);
+                   : Moments{0.5 * (low.probability + high.probability), 0.5 * (low.first + high.first), {}};
+        at_[i].tail.add(part / (6.0 * square(begin)), low, begin);
+        at_[i].tail.add(part / (1.5 * square(middle)), between, middle);
+        at_[i].tail.add(part / (6.0 * square(stop)), high, stop);
         low = high;
       }
     }
   }
 
   /// Sums over the numbers k = 1, 2, ... of a bristle's snaps: of G(x / k) (`count`), of k M1(x / k)
-  /// (`place`) and of M1(x / k) (`lost`).
+  /// (`position`) and of M1(x / k) (`lost`).
   struct Snaps {
-    double count = 0.0, place = 0.0, lost = 0.0;
+    double count = 0.0, position = 0.0, lost = 0.0;
 
     template <class Moments>
     void add(double weight, const Moments& at, double length) {
-      count += weight * at.mass;
-      place += weight * at.first / length;
+      count += weight * at.probability;
+      position += weight * at.first / length;
       lost += weight * at.first;
     }
   };
@@ -701,37 +701,37 @@ class DividedLaw {
     snaps.lost = x * few_;  // bristles too short to be counted add no deflection
     double k = 1.0;
     for (; k <= direct && x > shortest_ * k; k += 1.0) {
-      const Place place = find(x / k);
-      const Moments &low = at_[place.cell], &high = at_[place.cell + 1];
-      const double mass = high.mass - low.mass, share = place.over / cell_;
+      const Cell at = find(x / k);
+      const Moments &low = at_[at.index], &high = at_[at.index + 1];
+      const double probability = high.probability - low.probability, share = at.over / cell_;
       // Computes M1(x / k), the part of the mean length from lengths below x / k, as for a uniform density in
       // its cell, plus a linear term that makes the value at the cell's end exact.
       const double first =
-          low.first + share * (high.first - low.first) - 0.5 * mass * share * (cell_ - place.over);
-      snaps.count += low.mass + mass * share;
-      snaps.place += k * first;
+          low.first + share * (high.first - low.first) - 0.5 * probability * share * (cell_ - at.over);
+      snaps.count += low.probability + probability * share;
+      snaps.position += k * first;
       snaps.lost += first;
     }
     if (k <= direct) return snaps;
-    const Place place = find(x / (direct + 0.5));
-    const Snaps &low = at_[place.cell].rest, &high = at_[place.cell + 1].rest;
-    const double share = place.over / cell_;
+    const Cell at = find(x / (direct + 0.5));
+    const Snaps &low = at_[at.index].tail, &high = at_[at.index + 1].tail;
+    const double share = at.over / cell_;
     snaps.count += x * (low.count + share * (high.count - low.count));
-    snaps.place += square(x) * (low.place + share * (high.place - low.place));
+    snaps.position += square(x) * (low.position + share * (high.position - low.position));
     snaps.lost += x * (low.lost + share * (high.lost - low.lost));
     return snaps;
   }
 
  private:
   struct Moments {
-    double mass, first;
-    Snaps rest;  ///< integrals over the length u, up to the cell's start, of G / u^2, M1 / u^3 and M1 / u^2
+    double probability, first;
+    Snaps tail;  /// < integrals over the length u, up to the cell's start, of G / u^2, M1 / u^3 and M1 / u^2
   };
-  struct Place {
-    std::size_t cell;
+  struct Cell {
+    std::size_t index;
     double over;
   };
-  Place find(double length) const {
+  Cell find(double length) const {
     const std::size_t i = std::min(static_cast<std::size_t>(length / cell_), last_ - 1);
     return {i, std::min(length - static_cast<double>(i) * cell_, cell_)};
   }
@@ -742,20 +742,20 @@ class DividedLaw {
   std::vector<Moments> at_;
 };
 
-RenewalProblem pose_keep(const DividedLaw& divided, double renewal, double step,
-                         const std::vector<double>& damping) {
+VolterraProblem pose_keep(const DividedLaw& divided, double renewal, double step,
+                          const std::vector<double>& damping) {
   const std::size_t n = damping.size() - 1;
   LawOnGrid snaps;
   snaps.step = step;
-  snaps.mass.assign(n + 1, 0.0);
-  snaps.first = snaps.atom_mass = snaps.mass;
-  RenewalProblem problem;
-  problem.deflections = problem.bristles = {snaps.mass, snaps.mass};
+  snaps.probability.assign(n + 1, 0.0);
+  snaps.first = snaps.atom_probability = snaps.probability;
+  VolterraProblem problem;
+  problem.deflections = problem.bristles = {snaps.probability, snaps.probability};
   for (std::size_t i = 0; i <= n; ++i) {
     const double x = static_cast<double>(i) * step;
     const DividedLaw::Snaps at = divided.snaps_up_to(x);
-    snaps.mass[i] = at.count;
-    snaps.first[i] = at.place;
+    snaps.probability[i] = at.count;
+    snaps.first[i] = at.position;
     problem.deflections.left[i] = (x - at.lost) * damping[i];
     problem.bristles.left[i] = damping[i];
   }
@@ -798,16 +798,16 @@ struct RenewedCurve {
                         pose_keep(divided, renewal, step, damping), step);
   }
 
-  static VirginGrid extrapolated(const RenewalProblem& coarse, const RenewalProblem& fine, double step) {
+  static VirginGrid extrapolated(const VolterraProblem& coarse, const VolterraProblem& fine, double step) {
     if (coarse.kernel.too_coarse() || fine.kernel.too_coarse()) return {};
     VirginGrid grid = solve(fine, step);
     extrapolate_grids(solve(coarse, 2.0 * step), grid);
     return grid;
   }
 
-  static VirginGrid solve(const RenewalProblem& problem, double step) {
-    VirginGrid grid = solve_renewal(problem.kernel, problem.deflections, step);
-    const VirginGrid bristles = solve_renewal(problem.kernel, problem.bristles, step);
+  static VirginGrid solve(const VolterraProblem& problem, double step) {
+    VirginGrid grid = solve_volterra(problem.kernel, problem.deflections, step);
+    const VirginGrid bristles = solve_volterra(problem.kernel, problem.bristles, step);
     for (std::size_t i = 1; i < grid.left.size(); ++i) {
       grid.left[i] /= bristles.left[i];
       grid.right[i] /= bristles.right[i];
@@ -836,9 +836,9 @@ double kink_in_cell(const VirginGrid& grid, std::size_t i) {
     if (grid.left[k] != grid.right[k]) return 0.0;
   const double* f = grid.left.data() + i;
   const double rise = f[0] - f[-1], fall = f[1] - f[2];
-  // Place of the crossing of the two lines, in cells from node i.
-  const double place = (f[1] - f[0] + fall) / (rise + fall);
-  return rise > 0.0 && fall > 0.0 && place > 0.0 && place < 1.0 ? f[0] + place * rise : 0.0;
+  // Position of the crossing of the two lines, in cells from node i.
+  const double position = (f[1] - f[0] + fall) / (rise + fall);
+  return rise > 0.0 && fall > 0.0 && position > 0.0 && position < 1.0 ? f[0] + position * rise : 0.0;
 }
 
 double table_peak(const VirginGrid& grid) {
@@ -860,11 +860,11 @@ double renewed_peak_up_to(const RenewedCurve& curve, double end, int most_cells)
 double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
   if (law.law() == SnapLaw::single) return 1.0;
   const RenewedCurve curve(law, rule, renewal);
-  double peak = curve.steady.deflection, place = 0.0, first_pass = 0.0;
+  double peak = curve.steady.deflection, position = 0.0, first_pass = 0.0;
   const bool narrow = law.cv() < 0.25 && law.law() != SnapLaw::table;
   if (narrow || law.law() == SnapLaw::uniform) {
-    find_first_pass_peak(curve.unit, renewal, first_pass, place);
-    if (curve.unit.partial_moment(0, 0.5 * place) < 1e-10) peak = std::max(peak, first_pass);
+    find_first_pass_peak(curve.unit, renewal, first_pass, position);
+    if (curve.unit.partial_moment(0, 0.5 * position) < 1e-10) peak = std::max(peak, first_pass);
     if (narrow && peak == first_pass) return peak;
   }
   peak = std::max(peak, renewed_peak_up_to(curve, 2.0, 8192));

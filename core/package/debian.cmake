@@ -78,20 +78,20 @@ endfunction()
 
 set(CPACK_COMPONENTS_ALL "")
 bristle_deb(bristle_runtime ${library} libs "friction of contact patches against a deadline - library"
-  "This package holds the shared library." "libxsimd-dev")
+  "This package has the shared library." "libxsimd-dev")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 file(CONFIGURE OUTPUT ${documents}/triggers CONTENT "activate-noawait ldconfig\n" @ONLY)
 set(CPACK_DEBIAN_BRISTLE_RUNTIME_PACKAGE_CONTROL_EXTRA ${documents}/triggers)
 
 bristle_deb(bristle_development libbristle-dev libdevel "friction of contact patches against a deadline - headers"
-  "This package holds headers for C and C++, and what CMake and pkg-config need." "")
+  "This package has headers for C and C++, and what CMake and pkg-config need." "")
 set(CPACK_DEBIAN_BRISTLE_DEVELOPMENT_PACKAGE_DEPENDS "${library} ${same_version}")
 set(CPACK_DEBIAN_BRISTLE_DEVELOPMENT_PACKAGE_SUGGESTS "libeigen3-dev (>= 3.4)")
 set(CPACK_DEBIAN_BRISTLE_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 
 if(TARGET bristle_cli)
   bristle_deb(bristle_tools bristle-tools science "friction of contact patches against a deadline - command line"
-    "This package holds the program bristle: it runs scenes, fits materials to\nmeasured friction, repeats the classic experiments, and measures how many\nbristles a machine steps in time."
+    "This package has the program bristle: it runs scenes, fits materials to\nmeasured friction, repeats the classic experiments, and measures how many\nbristles a machine steps in time."
     "libcli11-dev;libeigen3-dev;libfccp-dev;libtomlplusplus-dev;nlohmann-json3-dev")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_DEPENDS "${library} ${same_version}")
   set(CPACK_DEBIAN_BRISTLE_TOOLS_PACKAGE_SUGGESTS gnuplot-nox)
@@ -99,7 +99,7 @@ endif()
 
 if(TARGET bristle_python)
   bristle_deb(python python3-bristle python "friction of contact patches against a deadline - Python module"
-    "This package holds the Python module, over arrays of numpy."
+    "This package has the Python module, over arrays of numpy."
     "libeigen3-dev;libfccp-dev;libtomlplusplus-dev;nlohmann-json3-dev;pybind11-dev")
   # The module fits one version of Python. Its byte code is made after installing and removed before the module.
   math(EXPR next_python "${BRISTLE_PYTHON_VERSION_MINOR} + 1")

@@ -37,7 +37,7 @@ install(FILES
   ${PROJECT_BINARY_DIR}/package/bristle-config-version.cmake
   DESTINATION ${package_dir} COMPONENT bristle_development)
 
-# Lets pkg-config derive the prefix from the place of its file, unless the folder of libraries is an absolute path.
+# Lets pkg-config derive the prefix from the folder of its file, unless the folder of libraries is an absolute path.
 set(pc_private_libs "")
 if(BRISTLE_WITH_TBB)
   string(APPEND pc_private_libs " -ltbb")

@@ -1,4 +1,4 @@
-// The columns (arrays) of a contact model's record, listed in one place: `Record::columns(record, visit)`
+// The columns (arrays) of a contact model's record, listed once: `Record::columns(record, visit)`
 // calls `visit(pointer, rule)` for each. Allocation and copy loop over this list, for representatives also
 // reset, save, restore and hash, so that a new column needs one line and none of them can forget it.
 #pragma once
@@ -17,7 +17,7 @@
 
 namespace bristle::detail {
 
-/// Kind of a column of representatives: what it holds for a bristle out of contact, and what reset, save and
+/// Kind of a column of representatives: what it has for a bristle out of contact, and what reset, save and
 /// a change of material do to it. Other contact models fill and save their columns themselves.
 enum class Filler : unsigned char {
   zero,  ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them
@@ -29,14 +29,14 @@ enum class Filler : unsigned char {
   first_length,
   /// States of the bristles' random numbers, saved, kept while a bristle is out of contact; a reset computes
   /// them from the seed.
-  draw_state,
+  random_state,
   /// Values that follow from seed and material, such as first snap lengths. No step changes them, so they are
   /// not saved.
   from_seed,
   block,  ///< numbers of whole blocks of bristles, which other functions reset and save
   cache   ///< values that these loops neither save nor hash: caches, or state saved elsewhere
 };
-constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::draw_state; }
+constexpr bool is_saved(Filler filler) noexcept { return filler <= Filler::random_state; }
 
 struct ColumnRule {
   const char* name;
@@ -65,7 +65,7 @@ std::size_t column_bytes(const Record& record) noexcept {
 /// Sets the pointers of a record's columns into memory of column_bytes(record) bytes, which it does not fill.
 /// A column without entries gets a null pointer.
 template <class Record>
-void place_columns(Record& record, std::byte* memory) noexcept {
+void set_columns(Record& record, std::byte* memory) noexcept {
   BRISTLE_ASSERT(reinterpret_cast<std::uintptr_t>(memory) % column_alignment == 0);
   Record::columns(record, [&memory](auto*& column, const ColumnRule& rule) {
     column = rule.count > 0 ? reinterpret_cast<std::remove_reference_t<decltype(column)>>(memory) : nullptr;
@@ -84,7 +84,7 @@ Record* make_record(std::shared_ptr<const CompiledMaterial> material, const Reco
   auto* record = new (head + 1) Record(made);
   record->bytes = bytes;
   std::memset(column_memory(record), 0, columns);
-  place_columns(*record, column_memory(record));
+  set_columns(*record, column_memory(record));
   return record;
 }
 
@@ -93,7 +93,7 @@ template <class Record>
 void copy_record(const Patch& from, Patch& to, std::byte* memory) noexcept {
   std::memcpy(memory, static_cast<const Record*>(from.record), from.record->bytes);
   auto& copy = *reinterpret_cast<Record*>(memory);
-  place_columns(copy, column_memory(&copy));
+  set_columns(copy, column_memory(&copy));
   to = from;
   to.record = &copy;
 }

@@ -24,7 +24,7 @@ struct SharedStep {
   void (*finish)(Patch&, const PatchStep&, const Totals&, StepSums&) noexcept;
 };
 
-class LanePlaces;
+class LanePool;
 
 struct ContactModel {
   const char* name;  ///< name of the contact model, which is hashed into the signature of saved states
@@ -33,18 +33,19 @@ struct ContactModel {
   /// that the patch loses by this, J (0 where the patch computes no energy).
   double (*apply_load)(Patch&, double normal_load_n) noexcept;
 
-  /// Steps a patch that moves, on one thread, and fills the sums over the bristles. A trial step (not
-  /// committed) must change no state; for patches where it would (changes_in_trials()) the caller steps a
-  /// copy instead.
-  void (*advance)(Patch&, PatchStep&, StepSums&) noexcept;
+  /// Steps a patch that moves, on one thread, and fills the sums over the bristles. A trial step
+  /// (PatchStep::kernel.stores is 0) must change no state; for patches where it would (changes_in_trials())
+  /// the caller steps a copy instead.
+  void (*step_bristles)(Patch&, PatchStep&, StepSums&) noexcept;
 
   /// Operations that divide a step among several threads; null: one thread takes the whole step.
   const SharedStep* shared = nullptr;
 
   /// Assigns a lane to a patch of a model whose state is kept in blocks of sixteen contacts
-  /// (lanes/lane_block.hpp). Blocks step their patches themselves, so such a model has no apply_load, advance
-  /// and copy. Null: the state is in the patch's record. For the adding thread. Throws std::bad_alloc.
-  void (*take_lane)(Patch&, LanePlaces&) = nullptr;
+  /// (lanes/lane_block.hpp). Blocks step their patches themselves, so such a model has no apply_load,
+  /// step_bristles and copy. Null: the state is in the patch's record. For the adding thread. Throws
+  /// std::bad_alloc.
+  void (*take_lane)(Patch&, LanePool&) = nullptr;
 
   /// Resets the patch to its initial state: out of contact, with a new seed of random numbers and a new key.
   void (*reset)(Patch&, std::uint32_t seed, std::uint64_t key) noexcept;

@@ -1,4 +1,4 @@
-// The scalars of a saved state, listed in one place. A function `..._fields(state, visit)` calls
+// The scalars of a saved state, listed once. A function `..._fields(state, visit)` calls
 // `visit(value, rule)` for each, in the order of the saved bytes. Save, restore, the check of foreign bytes
 // and the hash are visitors of these lists, so they cannot disagree. Caches are in no list; reset and copy
 // treat the struct as a whole.
@@ -19,7 +19,7 @@ namespace bristle::detail {
 enum class Hashed : unsigned char {
   value,      ///< the value itself
   high_half,  ///< the value as the upper half of a word, whose lower half is the next value
-  place,      ///< the patch's position less the value, so that equal states at two positions have one hash
+  position,   ///< the patch's position less the value, so that equal states at two positions have one hash
   time,       ///< the patch's time less the value
   apart       ///< nothing: the value follows from others, or the model's hash function adds it itself
 };
@@ -29,10 +29,10 @@ struct FieldRule {
   double least = -std::numeric_limits<double>::infinity();  ///< least value that a patch can have
   double most = std::numeric_limits<double>::infinity();    ///< largest value that a patch can have
   Hashed hashed = Hashed::value;
-  int axis = 0;        ///< axis of a place
+  int axis = 0;        ///< axis of a position
   bool whole = false;  ///< whether only whole numbers are allowed, though the value is floating
 };
-constexpr FieldRule placed(int axis) noexcept { return {.hashed = Hashed::place, .axis = axis}; }
+constexpr FieldRule positioned(int axis) noexcept { return {.hashed = Hashed::position, .axis = axis}; }
 
 /// Returns whether a saved number is in its range; NaN never is.
 inline bool within(double value, double low, double high) noexcept { return value >= low && value <= high; }

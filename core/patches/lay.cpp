@@ -60,7 +60,7 @@ void check_lay(const Material& m, const PatchOptions& chosen) {
     refuse(
         where, "lay.to_over_fro", lay.to_over_fro,
         "1, or SnapRule::slide without drop and ageing: else a bristle's limit is no fixed ellipse about a "
-        "place beside its root, so no bound on sticking holds");
+        "point beside its root, so there is no bound on snapping");
   if (map.energy != 1.0)
     refuse(where, "lay.to_over_fro", lay.to_over_fro,
            "1 unless stiffness_ratio is 0 (limit_ratio squared): else sliding could give energy");

@@ -51,13 +51,13 @@ struct PatchRecord {
   Int128 epoch = 0;
   /// Bound on how long bristles of an ageing patch can have been stuck: no bristle has been stuck since
   /// before the time `oldest`. Times in s of the patch's own clock (time_of()).
-  struct Hold {
+  struct Stuck {
     double oldest = 0.0;
-    /// Last time at which the patch was near the place where it began to hold (its anchor). After a slide
-    /// away from there it becomes the new `oldest`.
+    /// Last time at which the patch was near the position where its bristles got stuck (its anchor). After a
+    /// slide away from there it becomes the new `oldest`.
     double since = 0.0;
-    std::int64_t moved[2] = {0, 0};  ///< displacement of the patch since it began to hold, fixed point
-  } hold;
+    std::int64_t moved[2] = {0, 0};  ///< displacement of the patch since then, fixed point
+  } stuck;
   LayMap lay;  ///< map to axes in which friction does not depend on direction (lay.hpp)
 };
 
@@ -65,7 +65,7 @@ constexpr double clock_units_per_second = 18446744073709551616.0;  ///< 2^64 uni
 
 /// Reasons why a step can be answered without visiting bristles; `none` = there is no reason.
 enum class Bound : unsigned char {
-  none,  ///< no reason: some bristle may snap, so ContactModel::advance must visit the bristles
+  none,  ///< no reason: some bristle may snap, so ContactModel::step_bristles must visit the bristles
   rest,  ///< the patch does not move, so no deflection changes
   /// The motion ends in the ball Patch::bound, in which no bristle snaps, so the sums of deflections follow
   /// from the displacement.
@@ -83,7 +83,7 @@ struct alignas(64) Patch {
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = the slot is empty
   bool rests : 1 = false;        ///< whether the numbers of this cache line answer a step without motion
   bool overloaded : 1 = false;
-  bool held : 1 = false;  ///< whether no bristle could snap in the last step; a hint for prefetching
+  bool stuck : 1 = false;  ///< whether no bristle could snap in the last step; a hint for prefetching
   std::uint8_t axes = 2;
   Outputs outputs = Outputs::end;
   std::uint64_t last_step = 0;     ///< number of the last step that named the patch; finds repeated ids
@@ -105,7 +105,7 @@ struct alignas(64) Patch {
   /// (fewer than an eighth).
   bool tracks : 1 = true;
   bool damps : 1 = false;  ///< whether the damping depends on the velocity
-  bool ages : 1 = false;   ///< whether limits change by holding or sliding (ageing, drop)
+  bool ages : 1 = false;   ///< whether limits change by sticking or sliding (ageing, drop)
   /// Whether even a trial step (find_force) would change the patch, so that it must be made on a copy.
   bool renews : 1 = false;
   /// Whether friction depends on direction (a lay), so that motions and forces are mapped.
@@ -204,8 +204,8 @@ inline std::int64_t difference(std::int64_t to, std::int64_t from) noexcept {
 }
 /// Adds a fixed-point displacement to a position. A patch that slides very far makes the position wrap around
 /// instead of overflowing.
-inline std::int64_t sum_of(std::int64_t from, std::int64_t way) noexcept {
-  return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + static_cast<std::uint64_t>(way));
+inline std::int64_t sum_of(std::int64_t from, std::int64_t by) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(from) + static_cast<std::uint64_t>(by));
 }
 inline double to_lengths(std::int64_t fixed) noexcept {
   return static_cast<double>(fixed) * length_per_fixed;

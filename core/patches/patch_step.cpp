@@ -19,37 +19,37 @@ double find_damping(const Patch& p, const double (&velocity)[2]) noexcept {
 /// Returns the largest factor by which ageing can have lengthened a snap length of this patch by the end of a
 /// step, from the bound on how long bristles can have been stuck.
 double longest_growth(const Patch& p, const PatchStep& step) noexcept {
-  return p.material().material.ageing_factor(step.ends - p.record->hold.oldest);
+  return p.material().material.ageing_factor(step.ends - p.record->stuck.oldest);
 }
 
 /// Updates the bound on how long bristles of an ageing patch can have been stuck. A bristle snaps at the
 /// latest when the patch has moved by twice its snap length, so a slide of that length makes all bristles
 /// young again. Ignores bristles longer than the mean plus four standard deviations.
 void note_slide(Patch& p, const PatchStep& step, double growth) noexcept {
-  PatchRecord::Hold& hold = p.record->hold;
+  PatchRecord::Stuck& stuck = p.record->stuck;
   const double now =
-      std::max(step.ends, hold.since);  // the clock may lie a rounding error before the last step's end
+      std::max(step.ends, stuck.since);  // the clock may lie a rounding error before the last step's end
   const CompiledMaterial& m = p.material();
   const SnapLength& law = m.material.snap_length;
   const double long_one = std::min((1.0 + 4.0 * law.cv()) * law.mean() * p.lengths_per_metre, m.longest);
   const double reach = 2.0 * (m.residual + long_one * growth);
-  if (step.advance.snaps_all || square(step.scaled[0]) + square(step.scaled[1]) > square(reach)) {
-    hold = {step.begins, now, {0, 0}};
+  if (step.kernel.snaps_all || square(step.scaled[0]) + square(step.scaled[1]) > square(reach)) {
+    stuck = {step.begins, now, {0, 0}};
     return;
   }
   // Adds up the displacements of the steps instead of comparing positions, because a contact model may move
   // the stored position of the patch.
-  for (int axis = 0; axis < 2; ++axis) hold.moved[axis] = sum_of(hold.moved[axis], step.units[axis]);
-  const double x = to_lengths(hold.moved[0]), y = to_lengths(hold.moved[1]);
-  const double way2 = x * x + y * y;
+  for (int axis = 0; axis < 2; ++axis) stuck.moved[axis] = sum_of(stuck.moved[axis], step.units[axis]);
+  const double x = to_lengths(stuck.moved[0]), y = to_lengths(stuck.moved[1]);
+  const double distance2 = x * x + y * y;
   // Share of the distance `reach` within which the patch counts as still where its bristles got stuck. A
-  // later slide beyond `reach` sets hold.oldest to the last time there, which is the end of a rest, not its
+  // later slide beyond `reach` sets stuck.oldest to the last time there, which is the end of a rest, not its
   // start.
   constexpr double near = 1.0 / 16;
-  if (way2 < square(near * reach)) {
-    hold.since = now;
-  } else if (way2 > square((1.0 + near) * reach)) {
-    hold = {hold.since, now, {0, 0}};
+  if (distance2 < square(near * reach)) {
+    stuck.since = now;
+  } else if (distance2 > square((1.0 + near) * reach)) {
+    stuck = {stuck.since, now, {0, 0}};
   }
 }
 
@@ -69,7 +69,7 @@ double find_force_limit(const Patch& p, double growth) noexcept {
 constexpr double creep_length = 0x1p-24;
 
 /// Returns whether a displacement has usual length. Rare cases are displacements so short that their rounding
-/// remainder is carried to the next one, and those so long that every bristle snaps.
+/// remainder is added to the next one, and those so long that every bristle snaps.
 bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
   bool usual = true;
   for (const double x : displacement) {
@@ -80,9 +80,9 @@ bool is_usual(const Patch& p, const double (&displacement)[2]) noexcept {
 }
 
 /// Converts a displacement of unusual length for `step`: a very short one, whose rounding remainder is
-/// carried, or a long one, in which all bristles snap.
+/// kept, or a long one, in which all bristles snap.
 [[gnu::noinline]] void find_odd_path(const Patch& p, PatchStep& step) noexcept {
-  Advance& a = step.advance;
+  KernelStep& a = step.kernel;
   // Largest scaled displacement that is used, far beyond any snap length. Longer ones could make squares and
   // sums infinite.
   constexpr double farthest = 1e290;
@@ -133,11 +133,11 @@ template <bool plain>
 /// energies differ between the axes, computes the dissipated energy as the step's work less the change of
 /// stored energy.
 [[gnu::noinline]] void map_sums(const Patch& p, const double (&displacement)[2], const PatchStep& step,
-                                bool held, StepSums& sums) noexcept {
+                                bool stuck, StepSums& sums) noexcept {
   const LayMap& lay = p.record->lay;
   lay.to_real_force(sums.end);
   lay.to_real_force(sums.twice_mean);
-  if (held || !books_work(p)) return;
+  if (stuck || !books_work(p)) return;
   double work = 0.0;
   for (int axis = 0; axis < 2; ++axis)
     work += 0.5 * p.newtons_per_unit * sums.twice_mean[axis] * displacement[axis];
@@ -149,10 +149,10 @@ template <bool plain>
 template <bool plain, bool usual>
 [[gnu::always_inline]] inline void read_motion(const Patch& p, const double (&displacement)[2], double dt_s,
                                                bool stores, PatchStep& step) noexcept {
-  Advance& a = step.advance;
+  KernelStep& a = step.kernel;
   a.start = a.rounding = step.begins = step.ends = 0.0;
   a.duration = dt_s;
-  a.commit = stores ? 1 : 0;
+  a.stores = stores ? 1 : 0;
   a.snaps_all = 0;
   step.creeps = false;
   if (!plain && p.ages) {
@@ -179,14 +179,14 @@ template <bool plain, bool usual>
 
 /// Sets the constants of a step, all but the displacement. Assigns field by field, because g++ clears a whole
 /// struct by `rep stos`, which takes longer.
-void begin_advance(const Patch& p, PatchStep& step) noexcept {
-  Advance& a = step.advance;
+void begin_kernel_step(const Patch& p, PatchStep& step) noexcept {
+  KernelStep& a = step.kernel;
   a.residual = a.ageing_rate = a.ageing_strength = a.largest_growth = 0.0;
   a.energy_unit = 1.0;
   a.phase_key = 0;
   a.in_double = a.finds_bounds = a.ageing_form = 0;
   a.skips_blocks = p.skips && !a.snaps_all ? 1 : 0;
-  static_assert(sizeof(Advance) == 160, "a new field of Advance: set it above");
+  static_assert(sizeof(KernelStep) == 160, "a new field of KernelStep: set it above");
   if (books_work(p)) step.stored = p.model->stored_energy(p);
 }
 
@@ -194,9 +194,9 @@ void begin_advance(const Patch& p, PatchStep& step) noexcept {
 /// at rest.
 template <bool plain>
 [[gnu::always_inline]] inline void write_response(Patch& p, const Motion& motion, double dt_s,
-                                                  const PatchStep& step, bool held, StepSums& sums,
+                                                  const PatchStep& step, bool stuck, StepSums& sums,
                                                   Response& out) noexcept {
-  if (!plain && p.laid && !p.in_lane) map_sums(p, motion.displacement, step, held, sums);
+  if (!plain && p.laid && !p.in_lane) map_sums(p, motion.displacement, step, stuck, sums);
   double elastic[2];  // copied, because a read of the response just written would wait for its stores
 
   // Subtracts from 0, so that the force of a straight patch is +0, not -0.
@@ -226,7 +226,7 @@ template <bool plain>
     out.damper_work = work;
     out.snaps = sums.snaps + p.pending_snaps;
   }
-  if (!step.advance.commit) return;
+  if (!step.kernel.stores) return;
   if (step.creeps) {
     p.record->remainder[0] = step.remainder[0];
     p.record->remainder[1] = step.remainder[1];
@@ -235,7 +235,7 @@ template <bool plain>
   p.pending_snaps = 0;
   p.elastic[0] = elastic[0];
   p.elastic[1] = elastic[1];
-  p.held = held;
+  p.stuck = stuck;
   p.rests = plain || !p.ages;  // an ageing patch at rest must be stepped, because its force limit grows
   if (!plain && p.ages) note_slide(p, step, growth);
 }
@@ -255,15 +255,15 @@ template <bool plain>
   StepSums sums;
   const Bound bound = find_bound(p, step);
   if (bound == Bound::none) {
-    find_direction(step.advance);
-    begin_advance(p, step);
-    p.model->advance(p, step, sums);
+    find_direction(step.kernel);
+    begin_kernel_step(p, step);
+    p.model->step_bristles(p, step, sums);
   } else {
-    bend_without_snap(p, step.advance, sums);
+    bend_without_snap(p, step.kernel, sums);
   }
   BRISTLE_ASSERT(p.in_contact() <= p.record->largest_work);
-  const bool held = bound != Bound::none;
-  write_response<plain>(p, motion, dt_s, step, held, sums, out);
+  const bool stuck = bound != Bound::none;
+  write_response<plain>(p, motion, dt_s, step, stuck, sums, out);
   return sums.visited;
 }
 
@@ -282,7 +282,7 @@ template <bool plain>
   if (find_bound(p, step) == Bound::none)
     return leave_bound<plain>(p, motion, dt_s, stores, contact_loss, out);
   StepSums sums;
-  bend_without_snap(p, step.advance, sums);
+  bend_without_snap(p, step.kernel, sums);
   write_response<plain>(p, motion, dt_s, step, true, sums, out);
   return 0;
 }
@@ -297,27 +297,27 @@ void begin_time(const Patch& p) noexcept {
   if (has_own_time(p) && !(p.normal_load > 0.0)) r.times_from = r.clock == nullptr ? 0 : *r.clock - r.epoch;
 }
 
-/// Writes a motion to the input columns `to`, at the place of the patch's lane.
-[[gnu::always_inline]] inline void place(const Patch& p, const Motion& motion, double load, double dt_s,
-                                         std::uint32_t lane, LaneMotions& to) noexcept {
-  to.place(lane, motion.displacement, load, dt_s);
+/// Writes a motion to the input columns `to`, in the patch's lane.
+[[gnu::always_inline]] inline void write_motion(const Patch& p, const Motion& motion, double load,
+                                                double dt_s, std::uint32_t lane, LaneMotions& to) noexcept {
+  to.set(lane, motion.displacement, load, dt_s);
   if (p.ages) {
     PatchStep step;
     read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
     const bool begins = has_own_time(p) && !(p.normal_load > 0.0);
     to.start.lane[lane] = begins ? 0.0 : lane_time(p);
-    to.duration = step.advance.duration;
+    to.duration = step.kernel.duration;
   }
 }
 
-/// Writes the response to a motion of a patch in a lane, under the load that was placed with the motion.
+/// Writes the response to a motion of a patch in a lane, under the load that was written with the motion.
 template <bool plain>
 [[gnu::always_inline]] inline void answer(Patch& p, const Motion& motion, double dt_s, bool stores,
                                           const LaneAnswers& answers, Response& out) noexcept {
   const std::uint32_t lane = lane_of(p).lane;
   PatchStep step;
   if constexpr (plain) {
-    step.advance.commit = stores ? 1 : 0;
+    step.kernel.stores = stores ? 1 : 0;
   } else {
     read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, stores, step);
   }
@@ -365,9 +365,9 @@ void try_step(Patch& p, const Motion& motion, double dt_s, double contact_loss, 
   take_step<false>(p, motion, dt_s, false, contact_loss, out);
 }
 
-void place_motion(const Patch& p, const Motion& motion, double dt_s) noexcept {
+void assign_motion(const Patch& p, const Motion& motion, double dt_s) noexcept {
   begin_time(p);
-  place(p, motion, motion.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
+  write_motion(p, motion, motion.normal_load, dt_s, lane_of(p).lane, lane_of(p).block->motions);
 }
 void answer_motion(Patch& p, const Motion& motion, double dt_s, const LaneAnswers& answers,
                    Response& out) noexcept {
@@ -380,7 +380,7 @@ void step_lane(Patch& p, const Motion& motion, double dt_s, bool stores, Respons
   const LaneRecord& r = lane_of(p);
   if (stores) begin_time(p);
   LaneMotions alone;
-  place(p, motion, motion.normal_load, dt_s, r.lane, alone);
+  write_motion(p, motion, motion.normal_load, dt_s, r.lane, alone);
   LaneAnswers answers;
   r.block->run(*r.block, alone.input(stores), answers.columns());
   if (motion.normal_load != p.normal_load) set_load(p, motion.normal_load);
@@ -391,8 +391,8 @@ std::uint32_t begin_step(Patch& p, const Motion& motion, double dt_s, PatchStep&
   step.contact_loss = apply_load(p, motion);
   read_motion<false, false>(p, displacement_of<false>(p, motion).by, dt_s, true, step);
   if (find_bound(p, step) != Bound::none) return 0;
-  find_direction(step.advance);
-  begin_advance(p, step);
+  find_direction(step.kernel);
+  begin_kernel_step(p, step);
   return p.model->shared->prepare(p, step);
 }
 
@@ -400,7 +400,7 @@ std::uint64_t end_step(Patch& p, const Motion& motion, double dt_s, const PatchS
                        const Totals* totals, Response& out) noexcept {
   StepSums sums;
   if (totals == nullptr)
-    bend_without_snap(p, step.advance, sums);
+    bend_without_snap(p, step.kernel, sums);
   else
     p.model->shared->finish(p, step, *totals, sums);
   write_response<false>(p, motion, dt_s, step, totals == nullptr, sums, out);
@@ -414,10 +414,10 @@ bool needs_copy(const Patch& p, const Motion& motion) noexcept {
   return find_bound(p, step) == Bound::none;
 }
 
-void take_hold_over(Patch& to, const Patch& from) noexcept {
-  to.record->hold = {};
+void copy_stuck_time(Patch& to, const Patch& from) noexcept {
+  to.record->stuck = {};
   if (from.ages)
-    to.record->hold = {from.record->hold.oldest, std::max(time_of(to), from.record->hold.since), {0, 0}};
+    to.record->stuck = {from.record->stuck.oldest, std::max(time_of(to), from.record->stuck.since), {0, 0}};
 }
 
 void write_refusal(Outputs computed, Status status, Response& out) noexcept {

@@ -19,7 +19,7 @@ inline Bound find_bound(const Patch& p, const Motion& motion) noexcept {
 /// Finds which bound, if any, answers a step without a visit to the bristles.
 inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
   if (!step.moves) return Bound::rest;
-  const Travel& t = step.advance;
+  const Travel& t = step.kernel;
   if (p.known != Bound::ball || !p.skips || t.snaps_all) return Bound::none;
   const double x = to_lengths(difference(t.to[0], p.bound.anchor[0]));
   const double y = to_lengths(difference(t.to[1], p.bound.anchor[1]));
@@ -50,11 +50,11 @@ std::uint64_t step_patch(Patch& patch, const Motion& motion, double dt_s, Respon
 /// was applied, for the response.
 void try_step(Patch& patch, const Motion& motion, double dt_s, double contact_loss, Response& out) noexcept;
 
-// The functions below are for contacts in lanes (Patch::in_lane). A step first places all motions in the
+// The functions below are for contacts in lanes (Patch::in_lane). A step first writes all motions in the
 // blocks, then runs the blocks, then writes the responses.
 
 /// Writes a patch's motion into its lane of the block, from which the kernel reads the motions of all lanes.
-void place_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;
+void assign_motion(const Patch& patch, const Motion& motion, double dt_s) noexcept;
 /// Writes the response to a motion from the answers of the patch's block, after the block has been stepped.
 void answer_motion(Patch& patch, const Motion& motion, double dt_s, const LaneAnswers& answers,
                    Response& out) noexcept;
@@ -79,7 +79,7 @@ bool needs_copy(const Patch& patch, const Motion& motion) noexcept;
 
 /// Copies to a patch of another material the bounds on how long its bristles have been stuck: bristles keep
 /// their ages when the material changes.
-void take_hold_over(Patch& to, const Patch& from) noexcept;
+void copy_stuck_time(Patch& to, const Patch& from) noexcept;
 
 /// Writes the response to a refused motion: zero force, and the reason as status. `computed`: outputs of the
 /// patch, all if there is none.

@@ -19,7 +19,7 @@ constexpr std::size_t aligned(std::size_t bytes) noexcept {
 /// that the record itself is plain data that can be copied as bytes.
 struct alignas(column_alignment) RecordHead {
   std::shared_ptr<const CompiledMaterial> material;
-  std::shared_ptr<void> place = nullptr;  ///< lane of a contact in lanes (lanes/lane_block.hpp)
+  std::shared_ptr<void> lease = nullptr;  ///< right to the lane of a contact in lanes (lanes/lane_block.hpp)
 };
 inline RecordHead& head_of(PatchRecord& record) noexcept {
   return *(reinterpret_cast<RecordHead*>(&record) - 1);

@@ -35,20 +35,20 @@ void contact_fields(Contact& c, Remainder& remainder, Visit&& visit) noexcept {
 }
 /// Lists the times that an ageing patch saves: its own time, which exceeds the longest time by at most a
 /// step, and the times and the displacement that bound how long a bristle can have been stuck
-/// (PatchRecord::Hold). The displacement is at most 2^62 units.
-template <class Time, class Hold, class Visit>
-void time_fields(Time& time, Hold& hold, Visit&& visit) noexcept {
+/// (PatchRecord::Stuck). The displacement is at most 2^62 units.
+template <class Time, class Stuck, class Visit>
+void time_fields(Time& time, Stuck& stuck, Visit&& visit) noexcept {
   visit(time, FieldRule{"time", 0.0, 4.0 * longest_time * clock_units_per_second});
-  visit(hold.oldest, FieldRule{"time", 0.0});
-  visit(hold.since, FieldRule{"time", 0.0});
-  for (auto& moved : hold.moved) visit(moved, FieldRule{"time", -0x1p62, 0x1p62});
+  visit(stuck.oldest, FieldRule{"time", 0.0});
+  visit(stuck.since, FieldRule{"time", 0.0});
+  for (auto& moved : stuck.moved) visit(moved, FieldRule{"time", -0x1p62, 0x1p62});
 }
 /// Writes a saved patch except its head, which has its length and signature.
 void write_state(const Patch& p, ByteWriter& write) noexcept {
   const PatchRecord& r = *p.record;
   contact_fields(p, r.remainder, write);
   const Int128 time = r.clock == nullptr ? 0 : *r.clock - r.epoch;
-  if (p.ages) time_fields(time, r.hold, write);
+  if (p.ages) time_fields(time, r.stuck, write);
   p.model->save(p, write);
 }
 
@@ -105,15 +105,15 @@ const char* find_fault_of(const Patch& p, const std::byte* from) noexcept {
   FieldCheck check{read};
   contact_fields(contact, record.remainder, check);
   Int128 time = 0;
-  const PatchRecord::Hold& hold = record.hold;
-  if (p.ages) time_fields(time, record.hold, check);
+  const PatchRecord::Stuck& stuck = record.stuck;
+  if (p.ages) time_fields(time, record.stuck, check);
   if (check.fault != nullptr) return check.fault;
   // Takes a relative tolerance, so that without load exactly 0 bristles are allowed; an absolute one would
   // allow a negative number.
   const double zeta = p.material().material.bristles_in_contact(contact.normal_load);
   if (!(std::abs(contact.zeta - zeta) <= 1e-9 * zeta)) return "zeta";
   record.clock = &time;
-  if (hold.since < hold.oldest || hold.since > latest_time_of(contact)) return "time";
+  if (stuck.since < stuck.oldest || stuck.since > latest_time_of(contact)) return "time";
   return p.model->find_fault(p, contact, read);
 }
 
@@ -129,8 +129,8 @@ void restore_patch(Patch& p, const std::byte* from) noexcept {
   PatchRecord& r = *p.record;
   contact_fields(p, r.remainder, read);
   Int128 time = 0;
-  r.hold = PatchRecord::Hold{};
-  if (p.ages) time_fields(time, r.hold, read);
+  r.stuck = PatchRecord::Stuck{};
+  if (p.ages) time_fields(time, r.stuck, read);
   if (p.ages && r.clock != nullptr) r.epoch = *r.clock - time;
   p.model->restore(p, head.seed, read);
 }

@@ -24,7 +24,7 @@ struct PatchStep {
   /// Displacement of the step. For a far step, in which every bristle snaps, it has length and direction; for
   /// other steps only when a contact model is called. The model fills `in_double`, `energy_unit`, `phase_key`
   /// and `finds_bounds`, and may shorten the displacement.
-  Advance advance;
+  KernelStep kernel;
   double scaled[2];       ///< displacement in scaled lengths, which are near the mean snap length
   std::int64_t units[2];  ///< displacement in fixed-point units of the position; 0 in a far step
   /// Times of the patch at the start and at the end of the step, s; 0 for a patch that does not age.
@@ -74,13 +74,13 @@ inline void bend_all(Patch& p, const Travel& t, StepSums& sums) noexcept {
     }
     sums.end[axis] = to_double(end);
     if (mean) sums.twice_mean[axis] = to_double(twice_mean);
-    if (!t.commit) continue;
+    if (!t.stores) continue;
     p.sum[axis] = whole;
     p.position[axis] = t.to[axis];
   }
 }
-/// Calculates the sums of deflections of a step in which no bristle snaps. Moves the patch if the step is
-/// committed; a trial step leaves it.
+/// Calculates the sums of deflections of a step in which no bristle snaps. Moves the patch, but
+/// not in a trial step.
 inline void bend_without_snap(Patch& p, const Travel& t, StepSums& sums) noexcept {
   if (has(p.outputs, Outputs::mean))
     bend_all<true>(p, t, sums);

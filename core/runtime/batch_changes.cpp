@@ -81,8 +81,8 @@ void PatchBatch::Impl::apply(Command& c) noexcept {
         enter_lane(c.patch);
       }
       p.model->take_over(c.patch, p);
-      take_hold_over(c.patch, p);
-      keep_place(c.patch, p);
+      copy_stuck_time(c.patch, p);
+      keep_slot_fields(c.patch, p);
       std::swap(p, c.patch);
       if (p.in_lane) {
         lane_of(p).block->patch[lane_of(p).lane] = &p;

@@ -42,7 +42,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   std::size_t scratch_bytes = 0;
   std::size_t group_room = 0;    ///< number of contacts for which Scheduler::group_room is made
   std::uint32_t last_group = 0;  ///< number of the last group that was added or got another material
-  const std::shared_ptr<detail::LanePlaces> lanes = std::make_shared<detail::LanePlaces>();
+  const std::shared_ptr<detail::LanePool> lanes = std::make_shared<detail::LanePool>();
   bool publishes_later = false;  ///< whether commands are published only when BatchAccess::Changes ends
 
   // Functions that only the thread that adds patches may call. All but send() throw std::bad_alloc.
@@ -53,15 +53,15 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   const Record& record_of(const PatchGroup& group);
   std::shared_ptr<const detail::CompiledMaterial> compiled(const Material& material);
   PatchId add(const detail::Patch& made);
-  /// Adds the patch that `command` holds to a slot, and allocates scratch memory if the patch needs more than
-  /// the batch has.
+  /// Adds the patch that `command` brings to a slot, and allocates scratch memory if the patch needs more
+  /// than the batch has.
   PatchId add_to(const detail::SlotList::Slot& slot, std::unique_ptr<detail::Command> command);
   void grow_pool();  ///< adds the next chunk of slots to the pool of patches
-  /// Builds the patch that takes a patch's place when its material changes. Throws Error if the old and the
+  /// Builds the patch that replaces a patch when its material changes. Throws Error if the old and the
   /// new material need different kinds of patches.
   detail::Patch make_replacement(std::shared_ptr<const detail::CompiledMaterial> material,
                                  const Record& record) const;
-  /// Assigns a lane of a block to the patch that `command` holds, if its contact model has lanes. If the
+  /// Assigns a lane of a block to the patch that `command` brings, if its contact model has lanes. If the
   /// patch needs more scratch memory than `has_scratch` bytes, allocates it and sets `has_scratch` to its
   /// size.
   void prepare(detail::Command& command, std::size_t& has_scratch);
@@ -122,7 +122,7 @@ struct BRISTLE_PRIVATE PatchBatch::Impl {
   /// Applies a command of the adding thread. Neither allocates nor frees, because a step may call it.
   void apply(detail::Command& command) noexcept;
 
-  /// Steps the batch, with `items` as in Scheduler::step. The caller holds a Call, because waiting changes
+  /// Steps the batch, with `items` as in Scheduler::step. The caller has a Call, because waiting changes
   /// may replace patches.
   StepReport step(double dt_s, const detail::StepItems& items) noexcept;
   Response find_force(double dt_s, const Motion& motion) noexcept;

@@ -111,7 +111,7 @@ class CommandList {
   Command* newest_;              ///< newest command, for the producer
   Command* oldest_;              ///< first command not yet freed, for the producer
   std::atomic<Command*> taken_;  ///< last command that the consumer took; earlier ones may be freed
-  Command* current_ = newest_;   ///< command that the consumer is carrying out
+  Command* current_ = newest_;   ///< command that the consumer is executing
   std::atomic<std::uint64_t> pushed_{0};
 };
 

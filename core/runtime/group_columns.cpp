@@ -16,7 +16,7 @@ std::uint32_t count_of(std::uint32_t lanes) noexcept {
   return lanes == all_lanes ? +lane_count : static_cast<std::uint32_t>(std::popcount(lanes));
 }
 
-/// Input of a block of sixteen contacts. Reads the caller's arrays in place, or a copy padded with zeros
+/// Input of a block of sixteen contacts. Reads the caller's arrays themselves, or a copy padded with zeros
 /// where the arrays end within the block.
 class BlockInput {
  public:
@@ -200,10 +200,10 @@ void GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept
     resting = (checks.all_still ? all_lanes : in.still(b.load)) & b.rests & asked & ~bad;
   const std::uint32_t moving = asked & ~bad & ~resting;
   const bool whole = asked == all_lanes && bad == 0 && !b.damps_at_all();
-  const bool in_place = whole && stores && moving == all_lanes;
+  const bool direct = whole && stores && moving == all_lanes;
   LaneAnswers answers;
   LaneOutput out = answers.columns();
-  if (in_place) {
+  if (direct) {
     for (int axis = 0; axis < 2; ++axis) out.end[axis] = b.force[axis].lane;
     if (step.stiffness.empty()) out.stiffness = nullptr;
   }
@@ -211,7 +211,7 @@ void GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept
   outcome.visited += std::uint64_t{b.springs} * count_of(moving);
   outcome.stepped += count_of(asked & ~bad);
   if (stores) {
-    if (in_place)
+    if (direct)
       std::copy_n(in.load, +lane_count, b.load.lane);
     else
       for (std::uint32_t left = moving; left != 0; left &= left - 1) {

@@ -72,9 +72,9 @@ bool PatchBatch::Impl::reset(PatchId id, std::uint32_t seed, std::uint64_t key) 
   const Patch before = *p;
   p->record->epoch = clock;
   p->model->reset(*p, seed, key);
-  p->record->hold = {};
+  p->record->stuck = {};
   p->record->remainder[0] = p->record->remainder[1] = 0.0;
-  keep_place(*p, before);
+  keep_slot_fields(*p, before);
   return true;
 }
 
@@ -311,7 +311,7 @@ void PatchBatch::restore_state(Span<const std::byte> from) {
       fail(std::string(" is in a state that no patch can be in (") + fault + ")");
     at += saved.bytes;
   });
-  if (at != from.size()) refuse_saved(where, "holds more than its patches");
+  if (at != from.size()) refuse_saved(where, "has more than its patches");
   impl->trial.of = nullptr;
   at = saved_head_size;
   impl->for_each_patch([&](std::uint32_t, Patch& p) {

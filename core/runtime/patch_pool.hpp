@@ -15,7 +15,7 @@
 namespace bristle::detail {
 
 /// Copies those fields of a slot that must stay when its patch is rebuilt or gets another material.
-inline void keep_place(Patch& made, const Patch& before) noexcept {
+inline void keep_slot_fields(Patch& made, const Patch& before) noexcept {
   made.generation = before.generation;
   made.last_step = before.last_step;
   made.skips = before.skips;
@@ -36,7 +36,7 @@ struct Outlook {
 
 struct LaneBlock;
 
-/// Block and lane that hold a slot's contact, if it is in a lane. A step needs no more to write the contact's
+/// Block and lane that have a slot's contact, if it is in a lane. A step needs no more to write the contact's
 /// motion.
 struct LaneAddress {
   LaneBlock* block = nullptr;  ///< null if the patch is in no lane
@@ -52,7 +52,7 @@ struct PatchChunk {
 };
 
 /// All slots of a batch, in chunks of 64, 64, 128, 256, ... slots. The adding thread makes a chunk and the
-/// stepping thread puts it in place; no patch is copied when the pool grows.
+/// stepping thread links it; no patch is copied when the pool grows.
 class PatchPool {
  public:
   static constexpr std::uint32_t first_slots = 64;

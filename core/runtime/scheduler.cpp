@@ -58,8 +58,8 @@ struct Scheduler::Motions {
   }
   /// Writes the motion of a contact into its block, to be stepped with it. Returns false if there is nothing
   /// to step, because the motion is refused or the contact stays at rest and is answered at once.
-  bool place(LaneBlock& block, std::uint32_t lane, std::size_t i, bool repeats,
-             Outcome& outcome) const noexcept {
+  bool assign(LaneBlock& block, std::uint32_t lane, std::size_t i, bool repeats,
+              Outcome& outcome) const noexcept {
     out[i].id = in[i].id;
     const bool lent = (block.lent >> lane & 1u) != 0 || lend(*block.patch[lane]);
     if (lent && !repeats && stays_at_rest(block, lane, in[i])) {
@@ -78,13 +78,13 @@ struct Scheduler::Motions {
     }
     ++outcome.stepped;
     if (!lent) {
-      place_motion(*block.patch[lane], in[i], dt);
+      assign_motion(*block.patch[lane], in[i], dt);
       return true;
     }
-    block.motions.place(lane, in[i].displacement, in[i].normal_load, dt);
+    block.motions.set(lane, in[i].displacement, in[i].normal_load, dt);
     return true;
   }
-  /// Steps the contacts of a block whose motions place() has written into it, and answers them.
+  /// Steps the contacts of a block whose motions assign() has written into it, and answers them.
   void step_block(LaneBlock& block, Outcome& outcome) const noexcept {
     LaneAnswers answers;
     LaneInput input = block.motions.input(true);
@@ -136,7 +136,7 @@ class Scheduler::Step {
     std::size_t others = items_.size();
     LaneBlock* blocks = nullptr;
     std::uint64_t cost = 0;
-    if (s.patches_in_lanes > 0) blocks = place_motions(others, cost, report);
+    if (s.patches_in_lanes > 0) blocks = assign_motions(others, cost, report);
     if (others > 0) run_patches(report);
     if (blocks != nullptr) run_blocks(blocks, cost, report);
   }
@@ -168,7 +168,7 @@ class Scheduler::Step {
   /// Writes the motions of contacts in lanes into their blocks, and links the blocks that the step has to
   /// run. Returns the first of them, null if there is none, and sets `cost` to their cost. Sets `others` to
   /// the number of items that are not in lanes.
-  LaneBlock* place_motions(std::size_t& others, std::uint64_t& cost, StepReport& report) noexcept {
+  LaneBlock* assign_motions(std::size_t& others, std::uint64_t& cost, StepReport& report) noexcept {
     Outcome outcome;
     LaneBlock *first = nullptr, *last = nullptr;
     others = 0;
@@ -182,7 +182,7 @@ class Scheduler::Step {
       LaneBlock& block = *at.block;
       const std::uint32_t repeats = block.see(1u << at.lane, s.step_number_);
       const bool is_new = block.motions.named == 0;
-      if (!items_.place(block, at.lane, i, repeats != 0, outcome)) continue;
+      if (!items_.assign(block, at.lane, i, repeats != 0, outcome)) continue;
       if (is_new) {
         (first == nullptr ? first : last->next) = &block;
         last = &block;
@@ -231,7 +231,7 @@ class Scheduler::Step {
       const Patch& p = s.pool.patch(slot);
       if (find_bound(p, items.motion(i + records_ahead)) == Bound::rest) return;
       fetch(&p.position, sizeof(Patch) / 64 - 1);
-      if (!p.held) fetch(p.record, p.fetched_lines);
+      if (!p.stuck) fetch(p.record, p.fetched_lines);
     }
   }
 
@@ -253,7 +253,7 @@ class Scheduler::Step {
       // fast.
       if (i < fetch_until) fetch_ahead(items, i, range.last);
       Patch* p = patches.find(items.id(i));
-      if (p != nullptr && p->in_lane) continue;  // place_motions() has placed or answered it
+      if (p != nullptr && p->in_lane) continue;  // assign_motions() has assigned or answered it
       if (p != nullptr && p->last_step != step_number && find_bound(*p, items.motion(i)) == Bound::rest) {
         p->last_step = step_number;
         outcome.status = outcome.status | items.rest(*p, i);

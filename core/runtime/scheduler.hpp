@@ -76,7 +76,7 @@ class Scheduler {
   template <class Items>
   class Step;
 
-  /// Links the blocks that hold the contacts which a group's step names, and marks these contacts in
+  /// Links the blocks that have the contacts which a group's step names, and marks these contacts in
   /// LaneBlock::asked. Returns the first block; null if the state of a contact cannot be lent to its block,
   /// and the contacts have to be stepped one by one. `repeats`: gets Status::repeated_id for a contact that
   /// the step has named already; null for a trial.

@@ -1,4 +1,4 @@
-// Ids of what a batch holds, and the slots that they name.
+// Ids of what a batch has, and the slots that they name.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace bristle::detail {
 
-// Return the slot of an id, its generation, and the id of both. What a slot holds (a patch, an outline, a
+// Return the slot of an id, its generation, and the id of both. What a slot has (a patch, an outline, a
 // bed) has a generation of its own, counted from 1, so the id of something removed is recognised.
 template <class Id>
 constexpr std::uint32_t slot_of(Id id) noexcept {
@@ -90,7 +90,7 @@ class SlotList {
   }
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
-  /// Sets the generation of a slot, as if it had held that many patches. Tests of the last generation need
+  /// Sets the generation of a slot, as if it had had that many patches. Tests of the last generation need
   /// it.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;

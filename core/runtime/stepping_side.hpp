@@ -40,7 +40,7 @@ class SteppingSide {
 };
 #endif
 
-/// Holds one side of a batch (adding or stepping) busy for the length of a call, so that a second thread's
+/// Keeps one side of a batch (adding or stepping) busy for the length of a call, so that a second thread's
 /// call is caught.
 class SteppingCall {
  public:

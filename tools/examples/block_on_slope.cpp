@@ -51,7 +51,7 @@ struct Engine {
     for (std::size_t i = 0; i < n; ++i) {
       motions[i].id = patches.find_or_add(keys[i]);
       motions[i].normal_load = contacts[i].load;
-      feet[i].place = i;
+      feet[i].index = i;
       feet[i].jacobian << 1, 0, -contacts[i].y, 0, 1, contacts[i].x;
     }
     const bristle::BodyVector<3> force = Eigen::Vector3d(along, 0, 0);

@@ -60,8 +60,8 @@ btTransform frame_of(const btPersistentManifold& manifold) {
     return btTransform(btQuaternion::getIdentity(), body_of(manifold, round).getWorldTransform().getOrigin());
   return body_of(manifold, moves(*manifold.getBody0()) ? 0 : 1).getWorldTransform();
 }
-bristle::BodyPlace place_of(const btCollisionObject& body, const Vector3d& turn) {
-  bristle::BodyPlace place;
+bristle::BodyPose place_of(const btCollisionObject& body, const Vector3d& turn) {
+  bristle::BodyPose place;
   place.centre = from(body.getWorldTransform().getOrigin());
   for (int i = 0; i < 3; ++i) place.axes.row(i) = from(body.getWorldTransform().getBasis()[i]);
   place.turn = turn;
@@ -372,7 +372,7 @@ void BristleSolver::match() {
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (keys_[i] == bristle::no_contact_key || matcher_.has_joined(i)) continue;
     const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
-    std::size_t& index = index_[keyed.place];
+    std::size_t& index = index_[keyed.index];
     Contact& contact = keyed.is_new ? known_.emplace_back() : known_.emplace_back(before_[index]);
     if (keyed.is_new) contact.frame = bristle::ContactFrame(from(found_[i]->m_normalWorldOnB));
     index = known_.size() - 1;
@@ -393,7 +393,7 @@ void BristleSolver::match() {
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (!matcher_.has_joined(i) || !patches_.find(keys_[i])) continue;  // surfaces parted at the patch
     const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
-    places_.push_back({found_[i], index_[keyed.place], true});
+    places_.push_back({found_[i], index_[keyed.index], true});
   }
   find_surfaces();
   patches_.end_step();
@@ -417,7 +417,7 @@ void BristleSolver::hold(const bristle::HeldContact& held) {
   // Angle (rad) and distance (m) between the surfaces from which on they no longer touch at the point.
   constexpr double steepest = 2e-3, deepest = 1e-4;
   const bristle::KeyedContact keyed = patches_.find_or_add_contact(held.key);
-  std::size_t& index = index_[keyed.place];
+  std::size_t& index = index_[keyed.index];
   for (std::size_t i = 0; i < found_.size() && !keyed.is_new; ++i) {
     const Contact& old = before_[index];
     const Vector3d normal = from(found_[i]->m_normalWorldOnB);
@@ -523,8 +523,8 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
     contact.arm = contact.point - from(centre);
   }
   const auto place = [&](int k) { return place_of(*contact.objects[k], Vector3d::Zero()); };
-  contact.slip.hold(place(contact.rider), place(1 - contact.rider), contact.point,
-                    is_round(*contact.objects[0]) && is_round(*contact.objects[1]));
+  contact.slip.record(place(contact.rider), place(1 - contact.rider), contact.point,
+                      is_round(*contact.objects[0]) && is_round(*contact.objects[1]));
   guess_answer(contact, dt_s);
   contact.impulse.setZero();
   push(contact,
@@ -585,7 +585,7 @@ void BristleSolver::guess_answer(Contact& contact, double dt_s) {
     const double change = dt_s * rest.stiffness * axes_of(contact).cwiseProduct(slip).norm();
     const double back = change > 0.0 ? std::min(1.0, small * limit / change) : 0.0;
     set_secant(contact, -back * slip, rest, load, dt_s);
-    contact.answer.bounded = true;
+    contact.answer.limited = true;
     return;
   }
   const double load = contact.normal_load > 0.0 ? contact.normal_load : highest_load_;

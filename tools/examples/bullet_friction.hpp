@@ -22,7 +22,7 @@
 // clipped at the force limit. From half of the sweeps on, answers of the patches themselves
 // (PatchBatch::find_force) take the place of the clipped springs. At the beginning of the next step, when
 // Bullet has moved the bodies, the patches step by the slip of the contacts, taken from places
-// (bristle::SlipByPlaces), under the normal impulses of the step. They follow the bodies, so nothing drifts,
+// (bristle::SlipByPoses), under the normal impulses of the step. They follow the bodies, so nothing drifts,
 // even on turning surfaces.
 //
 // Contacts of round bodies can have beds, through which elastic wheels roll (FrictionOptions::rolling).
@@ -101,7 +101,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     // The two bodies as Bullet's objects, also where a body is static.
     const btCollisionObject* objects[2] = {nullptr, nullptr};
     int rider = 0;  // index of the body that may roll, or of the smaller one
-    bristle::SlipByPlaces slip;
+    bristle::SlipByPoses slip;
     // Slip velocity that follows from the velocities of the bodies, m/s, and by how much the slip of the last
     // step exceeded it (`arc`). The excess repeats in this step: bodies that turn move along arcs, while
     // Bullet moves them along tangents.

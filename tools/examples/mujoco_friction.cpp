@@ -273,7 +273,7 @@ template <class AnyContact, class Visit>
 void BristleFriction::visit_fields(AnyContact& contact, Visit& visit) {
   visit(contact.key), visit(contact.pair), visit(contact.patch.value), visit(contact.bed.value);
   bristle::ContactFrame::visit_fields(contact.frame, visit);
-  bristle::SlipByPlaces::visit_fields(contact.slip, visit);
+  bristle::SlipByPoses::visit_fields(contact.slip, visit);
   for (auto* const vector : {&contact.turn[0], &contact.turn[1], &contact.point, &contact.force,
                              &contact.place, &contact.moved_by_velocity})
     visit(*vector);
@@ -667,8 +667,8 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
     if (std::fabs(up) < hop) contact.point -= up * normal;
   }
   contact.place = axes.transpose() * (contact.point - centre_of(data, small));
-  contact.slip.hold(place_of(model, data, contact, 0), place_of(model, data, contact, 1), contact.point,
-                    rounds[0] && rounds[1]);
+  contact.slip.record(place_of(model, data, contact, 0), place_of(model, data, contact, 1), contact.point,
+                      rounds[0] && rounds[1]);
   contact.scale = found.friction[0] / (rolls ? bed_friction_ : kinetic_);
   contact.row = held_at ? -1 : found.efc_address;
   contact.patch = {};
@@ -695,8 +695,8 @@ void BristleFriction::add_cells(const Contact* old, Contact& contact) {
 
 /// Returns the place of the geom on one side of a contact. Successive contacts mostly have the same geoms, so
 /// the last answers are kept to save time.
-const bristle::BodyPlace& BristleFriction::place_of(const mjModel& model, const mjData& data,
-                                                    const Contact& contact, int side) {
+const bristle::BodyPose& BristleFriction::place_of(const mjModel& model, const mjData& data,
+                                                   const Contact& contact, int side) {
   const int geom = contact.geoms[side];
   auto& [known, place] = near_[side];
   if (known != geom) {

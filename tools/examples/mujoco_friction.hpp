@@ -24,7 +24,7 @@
 // each contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force how its
 // patch will answer. The answers are among the passive forces in mj_step2. Once the next mj_step1 has placed
 // the bodies, patches and beds step by the actual slip of the contacts, taken from places
-// (bristle::SlipByPlaces). They follow the bodies, so nothing drifts, even on turning surfaces. Normal loads
+// (bristle::SlipByPoses). They follow the bodies, so nothing drifts, even on turning surfaces. Normal loads
 // are those of the step before, for a new contact those of the step without friction.
 //
 // Not covered: rolling friction, RK4 (mj_step2 has none).
@@ -148,7 +148,7 @@ class BristleFriction {
    private:
     friend class BristleFriction;
     int geoms[2] = {0, 0};  // the geom that may roll, or the smaller one; the other one
-    bristle::SlipByPlaces slip;
+    bristle::SlipByPoses slip;
     std::uint64_t pair = 0;
     Eigen::Vector3d place = Eigen::Vector3d::Zero();  // point from the smaller geom's centre, in its axes, m
     // Velocity of the surfaces against each other beyond that of the bodies (belts), in the axes of
@@ -202,8 +202,8 @@ class BristleFriction {
   static void visit_parts(AnyFriction& of, Visit&& visit);
   void read(const State& state);
   void add_wrenches(const mjModel& model, mjData& data) const;
-  const bristle::BodyPlace& place_of(const mjModel& model, const mjData& data, const Contact& contact,
-                                     int side);
+  const bristle::BodyPose& place_of(const mjModel& model, const mjData& data, const Contact& contact,
+                                    int side);
   const Contact* find_before(std::uint64_t key);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
                  const Eigen::Vector3d* held_at);
@@ -247,7 +247,7 @@ class BristleFriction {
 
   // Places of the two geoms of the contact that was asked for last. The next contact mostly has the same
   // geoms.
-  std::pair<int, bristle::BodyPlace> near_[2] = {{-1, {}}, {-1, {}}};
+  std::pair<int, bristle::BodyPose> near_[2] = {{-1, {}}, {-1, {}}};
 
   // Keys of the contacts in before_ with their indices, sorted by key. Filled only if contacts come in
   // another order than in the step before.

@@ -2,8 +2,8 @@
 //
 // Every bristle of a contact patch (patch.hpp) is as stiff per newton as every other, so a patch slips
 // everywhere at once. Under an elastic body stiffness follows the area and the limit of friction follows the
-// pressure: the rim slips first. A bed is a list of bristles at places, each with a stiffness and a limit of
-// its own, which slide at that limit (they do not snap). A bed answers displacement, spin and rolling with
+// pressure: the rim slips first. A bed is a list of bristles at positions, each with a stiffness and a limit
+// of its own, which slide at that limit (they do not snap). A bed answers displacement, spin and rolling with
 // force and torque.
 //
 //   bristle::BedBatch beds;
@@ -12,7 +12,7 @@
 //   beds.step({&motion, 1}, {&response, 1});
 //
 // The axes of a bed are those of the contact; x is the direction in which a wheel rolls. Not modelled: the
-// half-space itself (a load at one place deforms no other place), lubrication, temperature, plasticity.
+// half-space itself (a load at one point deforms no other point), lubrication, temperature, plasticity.
 // Equations and error bounds: core/beds/BEDS.md.
 #pragma once
 
@@ -59,7 +59,7 @@ enum class BedGrowth : unsigned char {
 
 /// A bristle of BedShape::list.
 struct BedCell {
-  double position[2] = {0.0, 0.0};  ///< place of the bristle from the centre, m, 0 to 1e3 in magnitude
+  double position[2] = {0.0, 0.0};  ///< position of the bristle from the centre, m, 0 to 1e3 in magnitude
   /// Stiffness relative to the other bristles, > 0: usually the area that it stands for.
   double stiffness = 1.0;
   double load = 1.0;  ///< share of the normal load, relative to the other bristles, >= 0
@@ -131,7 +131,7 @@ struct BedShape {
     shape.cells[1] = ny;
     return shape;
   }
-  /// Makes a bed of bristles at given places. Their shares of the load are the same under every load.
+  /// Makes a bed of bristles at given positions. Their shares of the load are the same under every load.
   static BedShape from_list(std::vector<BedCell> cells) {
     BedShape shape;
     shape.kind = Kind::list;

@@ -20,7 +20,7 @@
  *   [any]      may be called by any thread at any time.
  *   [step]     the stepping thread of this batch: one thread at a time.
  *   [change]   one other thread (or the same one) may call these while the stepping thread steps. They
- *              allocate and free memory; the next [step] function carries out all changes that wait.
+ *              allocate and free memory; the next [step] function executes all changes that wait.
  *   [alone]    only while no other call on this handle runs.
  *
  * Functions of beds, joints and outlines are in libraries built with these (config.hpp).
@@ -36,7 +36,7 @@
 #include "bristle/export.hpp"
 #include "bristle/version.hpp"
 
-/* Marks structs that the library reads in place, as its own C++ structs. */
+/* Marks structs that the library reads where they are, as its own C++ structs. */
 #if defined(__GNUC__)
 #define BRISTLE_SHARED_LAYOUT __attribute__((may_alias))
 #else
@@ -131,7 +131,7 @@ typedef struct bristle_material {
    */
   double residual_length;
   double shared_renewal; /**< Bristles that a snap renews in the patch. */
-  /** 0 logarithmic, 1 saturating: how a snap length grows while a bristle holds */
+  /** 0 logarithmic, 1 saturating: how a snap length grows while a bristle sticks */
   uint32_t ageing_form;
   double ageing_strength;     /**< beta or gain; 0 = no ageing. */
   double ageing_time;         /**< s. tau. */
@@ -157,12 +157,12 @@ typedef struct bristle_coefficients {
   uint32_t damper_decay; /**< 0 exponential, 1 gaussian: decay of the dampers with speed */
   double residual_share; /**< Share of the presliding length that a snap leaves. */
   double shared_renewal; /**< Bristles that a snap renews in the patch. */
-  double kinetic_speed;  /**< m/s. Speed at which kinetic and peak hold; 0 = so fast that nothing ages. */
+  double kinetic_speed;  /**< m/s. Speed at which kinetic and peak apply; 0 = so fast that nothing ages. */
   /** Share of kinetic friction that is lost per decade of speed; 0 = no ageing. */
   double fall_per_decade;
   double growth_per_decade; /**< Instead: growth of static friction per decade of rest, over kinetic. */
   double ageing_time;       /**< s. tau. */
-  /** 0 logarithmic, 1 saturating: how a snap length grows while a bristle holds */
+  /** 0 logarithmic, 1 saturating: how a snap length grows while a bristle sticks */
   uint32_t ageing_form;
   /** a: a N asinh(v / (2 v*)) against the motion; 0 = none. Not part of kinetic. */
   double speed_strengthening;
@@ -182,7 +182,7 @@ typedef struct bristle_material_facts {
   double bristles_per_newton;   /**< zeta / N, 1/N */
   double mean_snap_length;      /**< m */
   double snap_length_variation; /**< coefficient of variation */
-  double longest_snap_length;   /**< m, the longest length drawn */
+  double longest_snap_length;   /**< m, the longest length sampled */
 } bristle_material_facts;
 
 /** Fills `material` with the defaults of bristle::Material. `struct_size` is sizeof *material. [any] */
@@ -282,7 +282,7 @@ typedef struct bristle_patch_options {
   double max_normal_load; /**< N. A larger load scales the forces of all bristles. */
   uint64_t key;           /**< The caller's own 64-bit name of the contact. */
   uint32_t bristles;      /**< Representatives at max load; 0 = one per bristle, at most 4096. */
-  uint32_t seed;          /**< Shifts stratified snap lengths, keys what is drawn at random. */
+  uint32_t seed;          /**< Shifts stratified snap lengths, keys random numbers. */
   int32_t axes;           /**< Tangential directions. */
   /** 0 end, 1 mean, 2 energy, 3 all: what is computed beside the force at the end of a step */
   uint32_t outputs;
@@ -327,7 +327,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
   double mean[2];      /**< N, force averaged over the step */
   double stiffness;    /**< N/m */
   double damping;      /**< N s/m, never negative */
-  double force_limit;  /**< N, highest elastic force at first loading; if aged, after the longest hold */
+  double force_limit;  /**< N, highest elastic force at first loading; if aged, after the longest rest */
   double dissipated;   /**< J, energy lost by snaps, renewals and slides */
   double contact_loss; /**< J, energy that left with bristles that lost contact or weight */
   double damper_work;  /**< J, energy taken by the force `damper` */
@@ -338,7 +338,7 @@ typedef struct BRISTLE_SHARED_LAYOUT bristle_response {
 typedef struct bristle_step_report {
   size_t struct_size;
   uint32_t status;           /**< flags of all responses together */
-  uint32_t patches_stepped;  /**< motions that were carried out */
+  uint32_t patches_stepped;  /**< motions that were executed */
   uint32_t tasks;            /**< pieces of work: 1 = step not shared; 0 = step refused */
   uint32_t threads;          /**< threads that took a piece */
   uint64_t bristles_visited; /**< bristles that a kernel visited */
@@ -366,7 +366,7 @@ typedef struct bristle_group {
 } bristle_group;
 
 /** The caller's arrays for a step of a group, one number for each contact: bristle::GroupStep. Null: not
- *  given, or not asked for; `displacement` and `normal_load` are needed. Read and written in place. */
+ *  given, or not asked for; `displacement` and `normal_load` are needed. Read and written where it is. */
 typedef struct bristle_group_step {
   size_t struct_size;
   bristle_group group;
@@ -606,7 +606,7 @@ BRISTLE_API bristle_result bristle_matcher_restore_state(bristle_matcher* matche
 /** Patches of a batch that have an outline: they resist spin. bristle::ExtendedPatches. */
 typedef struct bristle_extended bristle_extended;
 
-/** A place within an outline: position in m, share of the load. The shares of an outline sum to 1. The struct
+/** A cell of an outline: position in m, share of the load. The shares of an outline sum to 1. The struct
  *  never changes. */
 typedef struct BRISTLE_SHARED_LAYOUT bristle_cell {
   double position[2];
@@ -824,7 +824,7 @@ typedef struct bristle_joint_options {
 } bristle_joint_options;
 
 /** The caller's arrays of a step, one number for each joint: bristle::JointInput and JointOutput. Null: not
- * given, or not asked for; only `angle` is needed. Read and written in place. */
+ * given, or not asked for; only `angle` is needed. Read and written where it is. */
 typedef struct bristle_joint_step {
   size_t struct_size;
   const double* angle;   /**< rad */

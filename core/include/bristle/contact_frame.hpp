@@ -12,9 +12,9 @@
 //   wrench_on_a += frame.wrench(frame.force(response.end), contact_point - centre_of_a);
 //
 // Velocities times dt are not the slip of bodies that turn: an engine moves them along tangents, and what
-// rests on a turntable would drift outwards by w^2 r dt / 2. Take the slip from places (SlipByPlaces):
+// rests on a turntable would drift outwards by w^2 r dt / 2. Take the slip from poses (SlipByPoses):
 //
-//   slip.hold(a, b, contact_point);                 // before the engine moves the bodies
+//   slip.record(a, b, contact_point);                 // before the engine moves the bodies
 //   frame.set_displacement(slip.find(a, b), motion)  // once it has moved them
 //
 // Motion of the axes:
@@ -86,17 +86,16 @@ inline Eigen::Quaternion<double, Eigen::DontAlign> rotation_by(const Eigen::Vect
   return q;
 }
 
-/// Returns `v` rotated by the smallest rotation that takes the unit vector `from` to `to`. If they are
-/// opposite there are many such rotations; then `axis`, a unit vector at a right angle to `from`, selects
-/// one.
+/// Returns `v`, which is at a right angle to the unit vector `from`, rotated by the smallest rotation that
+/// takes `from` to `to`. If they are opposite there are many such rotations; the one about `v` leaves it.
 inline Eigen::Vector3d carry_along(const Eigen::Vector3d& v, const Eigen::Vector3d& from,
-                                   const Eigen::Vector3d& to, const Eigen::Vector3d& axis) noexcept {
+                                   const Eigen::Vector3d& to) noexcept {
   const Eigen::Vector3d w = from.cross(to);
   const double cosine = from.dot(to);
   const double sine_squared = w.squaredNorm();
   if (cosine > 0.0) return v + w.cross(v) + w.cross(w.cross(v)) / (1.0 + cosine);
   if (sine_squared > 1e-24) return v + w.cross(v) + w.cross(w.cross(v)) * ((1.0 - cosine) / sine_squared);
-  return 2.0 * axis.dot(v) * axis - v;
+  return v;
 }
 
 }  // namespace detail
@@ -277,10 +276,10 @@ class ContactFrame {
 
   Eigen::Vector3d carried_by(const Quaternion& turn, const Eigen::Vector3d& to) const noexcept {
     if (turn.vec().isZero(0.0))  // body that does not turn, such as the ground
-      return detail::carry_along(now_.along, now_.normal, to, now_.along);
+      return detail::carry_along(now_.along, now_.normal, to);
     const Eigen::Vector3d along = turn * now_.along;
     const Eigen::Vector3d from = turn * now_.normal;
-    return detail::carry_along(along, from, to, along);
+    return detail::carry_along(along, from, to);
   }
 
   /// Returns `from` rotated by half of the rotation from `from` to `to`.
@@ -323,7 +322,7 @@ class ContactFrame {
 };
 
 /// Position and orientation of a body in space.
-struct BodyPlace {
+struct BodyPose {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();    ///< centre of the shape that touches, m
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< the body's axes in the world's
   /// Turn of the body in the last step, rad: angular velocity times dt.
@@ -333,12 +332,12 @@ struct BodyPlace {
 /// Slip of a contact in space, found from where its two bodies are before and after a step. Unlike velocity
 /// times dt it is exact for bodies that turn together, at any speed and step length, so a body on a turntable
 /// does not drift.
-class SlipByPlaces {
+class SlipByPoses {
  public:
   /// Records the bodies before the step. Let A be the round or the smaller body. `both_round` says that the
   /// bodies may roll on each other.
-  void hold(const BodyPlace& a, const BodyPlace& b, const Eigen::Vector3d& point,
-            bool both_round = false) noexcept {
+  void record(const BodyPose& a, const BodyPose& b, const Eigen::Vector3d& point,
+              bool both_round = false) noexcept {
     apart_ = a.centre - b.centre;
     if (!both_round) apart_ = b.axes.transpose() * apart_;
     arm_a_ = point - a.centre;
@@ -348,7 +347,7 @@ class SlipByPlaces {
   /// Returns by how much (m) A's surface has slipped over B's at the contact: the displacement of A's centre
   /// as B sees it, and A's turn against B times its arm. The turn is treated as small: taken as a chord it
   /// would make a wheel slip that rolls. If both bodies are round, B turns as much as they turn together.
-  Eigen::Vector3d find(const BodyPlace& a, const BodyPlace& b) const noexcept {
+  Eigen::Vector3d find(const BodyPose& a, const BodyPose& b) const noexcept {
     const Eigen::Vector3d apart = a.centre - b.centre;
     if (!both_round_) return apart - b.axes * apart_ + (a.turn - b.turn).cross(arm_a_);
     const double square = b.turn.squaredNorm();
@@ -389,7 +388,7 @@ class SurfaceLoads {
   void add(std::uint64_t pair) {
     if (find(pair) < 0) sums_.push_back({pair, 0.0, 0.0});
   }
-  /// Returns the index of the surfaces in this list; -1 for a pair that was not added, whose contacts carry
+  /// Returns the index of the surfaces in this list; -1 for a pair that was not added, whose contacts bear
   /// just the load on their points.
   int find(std::uint64_t pair) const noexcept {
     for (std::size_t i = 0; i < sums_.size(); ++i)
@@ -408,7 +407,7 @@ class SurfaceLoads {
     if (of.before > 0.0) load = (1.0 - follows) * before / of.before * of.now + follows * on_its_points;
     return std::fabs(load - before) > 1e-6 * load ? load : before;
   }
-  /// Returns whether a held contact carries more than a thousandth of the load of its surfaces (`index`: at
+  /// Returns whether a held contact bears more than a thousandth of the load of its surfaces (`index`: at
   /// least 0). One that does not should be released (ContactMatcher::release).
   bool presses(int index, double load) const noexcept {
     return load > 1e-3 * sums_[static_cast<std::size_t>(index)].now;
@@ -433,18 +432,18 @@ class ContactFrames {
   ContactFrame& carry(const KeyedContact& contact, const Eigen::Vector3d& normal,
                       const Eigen::Vector3d& turn_a = Eigen::Vector3d::Zero(),
                       const Eigen::Vector3d& turn_b = Eigen::Vector3d::Zero()) noexcept {
-    ContactFrame& frame = frames_[contact.place];
+    ContactFrame& frame = frames_[contact.index];
     if (contact.is_new)
       frame = ContactFrame(normal);
     else
       frame.carry(normal, turn_a, turn_b);
     return frame;
   }
-  /// Returns the present frame of the contact with this index (KeyedContact::place).
-  ContactFrame& operator[](std::uint32_t place) noexcept { return frames_[place]; }
+  /// Returns the present frame of the contact with this index (KeyedContact::index).
+  ContactFrame& operator[](std::uint32_t index) noexcept { return frames_[index]; }
   /// Adds frames for the patches that KeyedPatches::reserve() added to the pool.
   void reserve(const KeyedPatches& pool) { frames_.resize(pool.capacity() + std::size_t{1}); }
-  const ContactFrame& operator[](std::uint32_t place) const noexcept { return frames_[place]; }
+  const ContactFrame& operator[](std::uint32_t index) const noexcept { return frames_[index]; }
 
  private:
   std::vector<ContactFrame> frames_;

@@ -51,11 +51,11 @@ inline RigidBody rigid_body(double mass_kg, const Eigen::Matrix3d& inertia) noex
 
 /// Makes a contact of a rigid body through the flat patch at `arm` (m, from the centre of mass, world axes).
 /// The orthogonal unit vectors `along` and `aside` in the tangent plane are the directions of displacement[0]
-/// and [1]. `place`: index of the patch in the arrays of motions and responses.
-inline BodyContact<6> rigid_contact(std::size_t place, const Eigen::Vector3d& arm,
+/// and [1]. `index`: index of the patch in the arrays of motions and responses.
+inline BodyContact<6> rigid_contact(std::size_t index, const Eigen::Vector3d& arm,
                                     const Eigen::Vector3d& along, const Eigen::Vector3d& aside) noexcept {
   BodyContact<6> contact;
-  contact.place = place;
+  contact.index = index;
   contact.jacobian.row(0) << along.transpose(), arm.cross(along).transpose();
   contact.jacobian.row(1) << aside.transpose(), arm.cross(aside).transpose();
   return contact;

@@ -40,11 +40,11 @@ struct MovingBody {
   BodyVector<Dof> velocity = Eigen::Matrix<double, Dof, 1>::Zero();  ///< velocity u, m/s, rad/s
 };
 
-/// Patch under a body. The caller sets `place`, `axes`, `jacobian` and `ground_velocity`; the solvers write
+/// Patch under a body. The caller sets `index`, `axes`, `jacobian` and `ground_velocity`; the solvers write
 /// the other fields.
 template <int Dof>
 struct BodyContact {
-  std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
+  std::size_t index = 0;  ///< index of the contact's patch in the arrays of motions and responses
   int axes = 2;           ///< number of tangential axes of the patch
   /// Matrix J that gives the slip velocity from the body's velocity u as J u - ground_velocity.
   Eigen::Matrix<double, 2, Dof, Eigen::DontAlign> jacobian = Eigen::Matrix<double, 2, Dof>::Identity();
@@ -81,9 +81,9 @@ void set_displacements(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
                        Span<const BodyContact<Dof>> contacts, Span<Motion> motions) noexcept {
   for (const BodyContact<Dof>& c : contacts) {
     const Eigen::Vector2d slip = slip_of<Dof>(c, u);
-    motions[c.place].displacement[0] = dt_s * slip[0];
-    motions[c.place].displacement[1] = dt_s * slip[1];
-    motions[c.place].has_velocity = false;
+    motions[c.index].displacement[0] = dt_s * slip[0];
+    motions[c.index].displacement[1] = dt_s * slip[1];
+    motions[c.index].has_velocity = false;
   }
 }
 
@@ -93,7 +93,7 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
                   double (AnyResponse::*force)[Size]) noexcept {
   Eigen::Matrix<double, Dof, 1> impulse = dt_s * external;
   for (const Contact& c : contacts) {
-    Eigen::Matrix<double, Size, 1> f(responses[c.place].*force);
+    Eigen::Matrix<double, Size, 1> f(responses[c.index].*force);
     if constexpr (Size == 2)
       if (c.axes == 1) f[1] = 0.0;
     impulse.noalias() += dt_s * c.jacobian.transpose() * f;
@@ -164,7 +164,7 @@ bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
   constexpr double tolerance = 1e-6;
   bool changed = false;
   for (BodyContact<Dof>& c : contacts) {
-    const Motion& m = motions[c.place];
+    const Motion& m = motions[c.index];
     const double damping =
         c.plain_damping + batch.strengthening_damping(m.id, m.normal_load, slip_of<Dof>(c, u).norm());
     changed = changed || std::fabs(damping - c.damping) > tolerance * damping;
@@ -174,7 +174,7 @@ bool strengthen(const PatchBatch& batch, const Eigen::Matrix<double, Dof, 1>& u,
 }
 
 // Corrects contacts that age. Their force limit assumes a long rest, but they may slide with far less force,
-// so a spring up to that limit would hold a body that really slides. Evaluates the force of each contact at
+// so a spring up to that limit would stop a body that really slides. Evaluates the force of each contact at
 // its displacement with the velocity u. If the force was clipped, it becomes the limit; otherwise a secant
 // replaces the spring. Returns whether a contact changed.
 template <int Dof>
@@ -184,17 +184,17 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
   bool changed = false;
   for (BodyContact<Dof>& c : contacts) {
     if (!c.ages) continue;
-    const Eigen::Vector2d way = dt_s * slip_of<Dof>(c, u);
-    if (!(way.squaredNorm() > 0.0)) continue;
-    Motion trial = motions[c.place];
-    for (int a = 0; a < 2; ++a) trial.displacement[a] = way[a];
+    const Eigen::Vector2d slip = dt_s * slip_of<Dof>(c, u);
+    if (!(slip.squaredNorm() > 0.0)) continue;
+    Motion trial = motions[c.index];
+    for (int a = 0; a < 2; ++a) trial.displacement[a] = slip[a];
     trial.has_velocity = false;
     const Response there = batch.find_force(dt_s, trial);
     const Eigen::Vector2d force(there.elastic[0], c.axes == 2 ? there.elastic[1] : 0.0);
     const bool clipped = c.linear.slips;
     double& taken = clipped ? c.force_limit : c.slope(0, 0);
     const double found =
-        clipped ? force.norm() : std::max(way.dot(c.trial_force - force) / way.squaredNorm(), 0.0);
+        clipped ? force.norm() : std::max(slip.dot(c.trial_force - force) / slip.squaredNorm(), 0.0);
     if (found > (1.0 - small) * taken) continue;
     taken = found;
     changed = true;
@@ -203,7 +203,7 @@ bool try_forces(PatchBatch& batch, double dt_s, const Eigen::Matrix<double, Dof,
 }
 
 // Stands for `Follow` where the contacts' Jacobians do not depend on the velocity: it changes nothing.
-struct FixedPlaces {
+struct FixedJacobians {
   template <class Vector>
   bool operator()(const Vector&) const noexcept {
     return false;
@@ -213,14 +213,14 @@ struct FixedPlaces {
 // Predicts the mean (1 - theta) u0 + theta u1 of old and new velocity, as described in coupling.hpp.
 // `motions` contains ids and loads. `follow` sets the contacts' Jacobians and ground velocities, where they
 // depend on the body's velocity, and returns whether they changed much.
-template <int Dof, class Follow = FixedPlaces>
+template <int Dof, class Follow = FixedJacobians>
 Eigen::Matrix<double, Dof, 1> predict_mean_velocity(
     PatchBatch& batch, double dt_s, const MovingBody<Dof>& body, const BodyVector<Dof>& external,
     Span<BodyContact<Dof>> contacts, Span<const Motion> motions, const Follow& follow = {}) noexcept {
   follow(Eigen::Matrix<double, Dof, 1>(body.velocity));
   bool strengthens = false, ages = false;
   for (BodyContact<Dof>& c : contacts) {
-    Motion rest = motions[c.place];
+    Motion rest = motions[c.index];
     const Eigen::Vector2d slip = slip_of<Dof>(c, body.velocity);
     for (int a = 0; a < 2; ++a) {
       rest.displacement[a] = 0.0;
@@ -292,12 +292,12 @@ class Effort {
   int evaluations_ = 0;
 };
 
-// Finds the root of a falling function that is at most as steep as slope_bound_so_far(), which may grow with
+// Finds the root of a falling function that is at most as steep as steepest_so_far(), which may grow with
 // each evaluation. The search takes secant steps, none shorter than the bound requires. Once two points
 // bracket the root, they stay between them, and a bisection replaces secants that do not shrink the interval.
 // Where the function jumps through 0 there is no root, and the end with the smaller residual is taken.
-template <class Residual, class SlopeBound>
-double find_falling_root(const Residual& residual_at, double start, const SlopeBound& slope_bound_so_far,
+template <class Residual, class Steepest>
+double find_falling_root(const Residual& residual_at, double start, const Steepest& steepest_so_far,
                          const Effort& effort) noexcept {
   struct Point {
     double x, residual;
@@ -307,14 +307,14 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
   Point last = at(start), best = last;
   // Ends of the interval that contains the root: residual > 0 at low, < 0 at high.
   Point low{-no_end, no_end}, high{no_end, -no_end};
-  double slope = slope_bound_so_far();
+  double slope = steepest_so_far();
   int slow = 0;  // number of steps in a row that did not halve the bracket
   while (effort.unsolved(std::fabs(best.residual))) {
-    const double slope_bound = slope_bound_so_far();
+    const double steepest = steepest_so_far();
     (last.residual > 0.0 ? low : high) = last;
     const bool bracketed = std::isfinite(low.x) && std::isfinite(high.x);
     const double width = high.x - low.x;
-    const bool jump = bracketed && low.residual - high.residual > 2.0 * slope_bound * width;
+    const bool jump = bracketed && low.residual - high.residual > 2.0 * steepest * width;
     if (jump && effort.thorough()) break;
     double next = last.x + last.residual / slope;
     if (bracketed && (slow > 3 || !(next > low.x && next < high.x))) next = low.x + 0.5 * width;
@@ -323,8 +323,7 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
     const Point point = at(next);
     // Keeps the secant's slope within bounds. Rounding in tiny steps and falling branches of the friction
     // curve would give slopes of the wrong sign or size.
-    slope =
-        std::clamp((last.residual - point.residual) / (point.x - last.x), 1e-2 * slope_bound, slope_bound);
+    slope = std::clamp((last.residual - point.residual) / (point.x - last.x), 1e-2 * steepest, steepest);
     const double left = point.residual > 0.0 ? high.x - point.x : point.x - low.x;
     slow = bracketed && left > 0.5 * width ? slow + 1 : 0;
     last = point;
@@ -336,7 +335,7 @@ double find_falling_root(const Residual& residual_at, double start, const SlopeB
 /// Solves the midpoint rule M (u1 - u0) = T (f + sum of J^T F_mean(d)), d = T (J (u0 + u1) / 2 - g), for the
 /// midpoint velocity (u0 + u1) / 2. `Follow` sets J and g of all contacts at a midpoint velocity, where they
 /// depend on it.
-template <int Dof, class Follow = FixedPlaces>
+template <int Dof, class Follow = FixedJacobians>
 class MidpointSolver {
   using Vector = Eigen::Matrix<double, Dof, 1>;
   using Matrix = Eigen::Matrix<double, Dof, Dof>;
@@ -394,7 +393,7 @@ class MidpointSolver {
     Vector sum = Vector::Zero();
     Vector largest = Vector::Zero();
     for (BodyContact<Dof>& c : contacts_) {
-      const Motion& motion = motions_[c.place];
+      const Motion& motion = motions_[c.index];
       const Response response = batch_.find_force(dt_s_, motion);
       c.trial_force = {response.mean[0], c.axes == 2 ? response.mean[1] : 0.0};
       const double mean = std::fabs(response.mean[0]) + std::fabs(response.mean[1]);
@@ -412,9 +411,7 @@ class MidpointSolver {
 
   // Returns an upper bound on how fast a contact's friction grows with the body's midpoint velocity. The mean
   // deflection of a stuck bristle changes by half the displacement; dampers get the whole velocity.
-  double slope_bound(const BodyContact<Dof>& c) const noexcept {
-    return 0.5 * dt_s_ * c.stiffness + c.damping;
-  }
+  double steepest(const BodyContact<Dof>& c) const noexcept { return 0.5 * dt_s_ * c.stiffness + c.damping; }
 
   // Solves for the velocity of a body on a rail, which is one number: each contact has one axis and slips at
   // + or - that velocity.
@@ -422,9 +419,9 @@ class MidpointSolver {
     double best = std::numeric_limits<double>::infinity();
     forget_damping();
     const double weight = 1.0 / std::sqrt(0.5 * dt_s_ * inertia_(0, 0));
-    const auto bound = [&] {
+    const auto steepest_of_all = [&] {
       double sum = inertia_(0, 0);
-      for (const BodyContact<Dof>& c : contacts_) sum += slope_bound(c) * c.jacobian.col(0).squaredNorm();
+      for (const BodyContact<Dof>& c : contacts_) sum += steepest(c) * c.jacobian.col(0).squaredNorm();
       return weight * sum;
     };
     const auto at = [&](double x) {
@@ -432,7 +429,7 @@ class MidpointSolver {
       best = std::min(best, std::fabs(value));
       return value;
     };
-    u.setConstant(find_falling_root(at, u[0], bound, effort_));
+    u.setConstant(find_falling_root(at, u[0], steepest_of_all, effort_));
     return best;
   }
 
@@ -462,8 +459,8 @@ class MidpointSolver {
       best = std::min(best, std::fabs(value));
       return value;
     };
-    const auto bound = [&] { return weight * (inertia + slope_bound(c)); };
-    u = velocity_at(find_falling_root(at, along.dot(start_), bound, effort_));
+    const auto steepest_of_all = [&] { return weight * (inertia + steepest(c)); };
+    u = velocity_at(find_falling_root(at, along.dot(start_), steepest_of_all, effort_));
     return best;
   }
 
@@ -472,8 +469,8 @@ class MidpointSolver {
   }
   // Sets the slope of each contact's friction against velocity to `factor` times its upper bound, as a start
   // of Broyden's method.
-  void bound_slopes(double factor) noexcept {
-    for (BodyContact<Dof>& c : contacts_) c.slope = Eigen::Matrix2d::Identity() * (factor * slope_bound(c));
+  void set_steepest(double factor) noexcept {
+    for (BodyContact<Dof>& c : contacts_) c.slope = Eigen::Matrix2d::Identity() * (factor * steepest(c));
   }
   void keep_trial() noexcept {
     for (BodyContact<Dof>& c : contacts_) c.force = c.trial_force;
@@ -504,24 +501,24 @@ class MidpointSolver {
 
   // Solves the midpoint equation from the velocity before the step. If stiff bristles stop a body far short
   // of where it would go, the search from there does not converge; it then restarts from the velocity at
-  // which the bristles hold the body.
+  // which the bristles stop the body.
   double solve_all(Vector& u) noexcept {
     const double norm = solve_from(u);
     if (!(effort_.report(norm).residual > 0.05)) return norm;
-    Vector held = held_velocity();
+    Vector sticking = sticking_velocity();
     const Effort spent = effort_;
     effort_.begin_again();
-    const double its_norm = solve_from(held);
+    const double its_norm = solve_from(sticking);
     effort_.add(spent);
     if (!(its_norm < norm)) return norm;
-    u = held;
+    u = sticking;
     return its_norm;
   }
 
-  // Returns the midpoint velocity of a body that its contacts hold: all resist with the upper bounds of their
+  // Returns the midpoint velocity of a body that its contacts stop: all resist with the upper bounds of their
   // slopes.
-  Vector held_velocity() noexcept {
-    bound_slopes(1.0);
+  Vector sticking_velocity() noexcept {
+    set_steepest(1.0);
     Vector pull = Vector::Zero();
     for (const BodyContact<Dof>& c : contacts_)
       pull.noalias() -= c.jacobian.transpose() * (c.slope * slip_of<Dof>(c, start_));
@@ -537,7 +534,7 @@ class MidpointSolver {
     double norm = weight_of(r);
     keep_trial();
     double factor = 1.0;
-    bound_slopes(factor);
+    set_steepest(factor);
     bool fresh = true;
     while (effort_.unsolved(norm)) {
       Vector step = slope_of_residual().partialPivLu().solve(r);
@@ -545,7 +542,7 @@ class MidpointSolver {
       // friction may be far too small.
       const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
       if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {
-        bound_slopes(factor);
+        set_steepest(factor);
         fresh = true;
         step = slope_of_residual().partialPivLu().solve(r);
       }
@@ -565,7 +562,7 @@ class MidpointSolver {
           if (effort_.thorough()) break;
           factor *= 2.0;
         }
-        bound_slopes(factor);
+        set_steepest(factor);
         fresh = true;
       }
     }

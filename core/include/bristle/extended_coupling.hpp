@@ -39,7 +39,7 @@ namespace bristle {
 /// An extended patch (it has two axes) under a body, for the solves of this file.
 template <int Dof>
 struct ExtendedContact {
-  std::size_t place = 0;  ///< index of the contact's patch in the arrays of motions and responses
+  std::size_t index = 0;  ///< index of the contact's patch in the arrays of motions and responses
 
   /// Matrix J that gives (slip of the outline's centre, spin) as J u - ground_velocity from the body's
   /// velocity u; m/s, m/s, rad/s
@@ -52,11 +52,11 @@ struct ExtendedContact {
 /// Makes a contact of a rigid body through an outline centred at `arm` (m, from the centre of mass, world
 /// axes). `along` and `aside` are orthogonal unit vectors, the axes of the surface in which displacement[0]
 /// and [1] are given. The spin is about their cross product.
-inline ExtendedContact<6> rigid_contact_with_spin(std::size_t place, const Eigen::Vector3d& arm,
+inline ExtendedContact<6> rigid_contact_with_spin(std::size_t index, const Eigen::Vector3d& arm,
                                                   const Eigen::Vector3d& along,
                                                   const Eigen::Vector3d& aside) noexcept {
   ExtendedContact<6> contact;
-  contact.place = place;
+  contact.index = index;
   contact.jacobian.row(0) << along.transpose(), arm.cross(along).transpose();
   contact.jacobian.row(1) << aside.transpose(), arm.cross(aside).transpose();
   contact.jacobian.row(2) << Eigen::RowVector3d::Zero(), along.cross(aside).transpose();
@@ -69,12 +69,12 @@ template <int Dof>
 struct CellContacts {
   std::vector<BodyContact<Dof>> contacts;
   std::vector<Motion> motions;
-  std::vector<PatchCell> places;  ///< places of the cells at the beginning of the step
+  std::vector<PatchCell> positions;  ///< positions of the cells at the beginning of the step
 
   void reserve(std::size_t cells) {
     contacts.reserve(cells);
     motions.reserve(cells);
-    places.reserve(cells);
+    positions.reserve(cells);
   }
 };
 
@@ -94,25 +94,25 @@ inline HalfTurn half_turn(double spin) noexcept {
   return {q.w() * q.w() - q.z() * q.z(), sine, std::abs(spin) <= 0.0 ? 1.0 : 2.0 * sine / spin};
 }
 
-/// Fills in the working memory: ids, loads and places of all cells, one contact after the other.
+/// Fills in the working memory: ids, loads and positions of all cells, one contact after the other.
 template <int Dof>
 void lay_out_cells(const ExtendedPatches& patches, Span<const ExtendedContact<Dof>> contacts,
                    Span<const ExtendedMotion> motions, CellContacts<Dof>& cells) {
   std::size_t count = 0;
-  for (const ExtendedContact<Dof>& c : contacts) count += patches.cell_count(motions[c.place].id);
+  for (const ExtendedContact<Dof>& c : contacts) count += patches.cell_count(motions[c.index].id);
   cells.contacts.assign(count, BodyContact<Dof>{});
   cells.motions.resize(count);
-  cells.places.resize(count);
+  cells.positions.resize(count);
   std::size_t at = 0;
   for (const ExtendedContact<Dof>& c : contacts) {
     ExtendedMotion rest;
-    rest.id = motions[c.place].id;
-    rest.normal_load = motions[c.place].normal_load;
+    rest.id = motions[c.index].id;
+    rest.normal_load = motions[c.index].normal_load;
     patches.write_motions({&rest, 1}, Span<Motion>(cells.motions.data() + at, count - at));
     at += patches.read_cells(rest.id, 0.0, rest.normal_load,
-                             Span<PatchCell>(cells.places.data() + at, count - at));
+                             Span<PatchCell>(cells.positions.data() + at, count - at));
   }
-  for (std::size_t k = 0; k < count; ++k) cells.contacts[k].place = k;
+  for (std::size_t k = 0; k < count; ++k) cells.contacts[k].index = k;
 }
 
 /// Sets the cells' Jacobians for a step at the velocity u. A cell's displacement is that of the centre plus
@@ -131,13 +131,13 @@ class FollowTurn {
     std::size_t k = 0;
     for (const ExtendedContact<Dof>& c : contacts_) {
       const double spin = dt_s_ * (c.jacobian.row(2).dot(u) - c.ground_velocity[2]);
-      ExtendedMotion& motion = motions_[c.place];
+      ExtendedMotion& motion = motions_[c.index];
       changed = changed || std::fabs(spin - motion.displacement[2]) > much;
       motion.displacement[2] = spin;
       const HalfTurn turn = half_turn(spin);
-      const std::size_t end = k + patches_->cell_count(motions_[c.place].id);
+      const std::size_t end = k + patches_->cell_count(motions_[c.index].id);
       for (; k < end; ++k) {
-        const double(&at)[2] = cells_->places[k].position;
+        const double(&at)[2] = cells_->positions[k].position;
         const Eigen::Vector2d per_spin(-turn.share * (turn.sine * at[0] + turn.cosine * at[1]),
                                        turn.share * (turn.cosine * at[0] - turn.sine * at[1]));
         BodyContact<Dof>& cell = cells_->contacts[k];
@@ -161,7 +161,7 @@ void set_displacements(double dt_s, const Eigen::Matrix<double, Dof, 1>& u,
                        Span<const ExtendedContact<Dof>> contacts, Span<ExtendedMotion> motions) noexcept {
   for (const ExtendedContact<Dof>& c : contacts) {
     const Eigen::Vector3d slip = c.jacobian * u - c.ground_velocity;
-    ExtendedMotion& motion = motions[c.place];
+    ExtendedMotion& motion = motions[c.index];
     for (int a = 0; a < 3; ++a) motion.displacement[a] = dt_s * slip[a];
     motion.has_velocity = false;
   }

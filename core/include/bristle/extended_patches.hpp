@@ -54,7 +54,7 @@ struct ExtendedResponse {
   double mean[3] = {0.0, 0.0, 0.0};
 
   /// Stiffness of sticking cells (N/m, N, N m): end(d + e) ~ end(d) - stiffness e; symmetric, positive
-  /// semidefinite. Leaves out that cells turn while they carry force, which would add the sum of place .
+  /// semidefinite. Leaves out that cells turn while they bear force, which would add the sum of position .
   /// force to the last element.
   double stiffness[3][3] = {};
   double damping[3][3] = {};  ///< N s/m, N s, N m s: as `stiffness`, from Response::damping of the cells
@@ -82,9 +82,9 @@ struct ExtendedInfo {
 
 /// Extended patches over a batch. Several such objects, and point patches, may share one batch.
 ///
-/// Options of a patch hold for the whole outline: `max_normal_load` and `bristles` are shared among the cells
+/// Options of a patch are for the whole outline: `max_normal_load` and `bristles` are shared among the cells
 /// by weight (every cell has at least one bristle); 0 bristles stays automatic for each cell.
-/// The material's viscous friction, a number of the patch, is shared in the same way. Cells have seeds of
+/// The material's viscous friction, a number of the patch, is shared alike. Cells have seeds of
 /// their own. A patch whose only cell is its centre is, to the bit, the patch that PatchBatch::add would make
 /// with the same options. Outlines of more cells need two axes.
 ///

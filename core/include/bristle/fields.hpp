@@ -87,7 +87,7 @@ constexpr Field<Owner, Value> field(const char* name, Value Owner::*member, cons
 }  // namespace detail
 
 // Lists the fields of a struct as calls FIELD(name, about), in the order of the C struct that test_c_structs
-// writes from them. The lists are macros, so that the C interface can find its fields by name. A range holds
+// writes from them. The lists are macros, so that the C interface can find its fields by name. A range is
 // for every number of an array.
 
 #define BRISTLE_FIELDS_OF_Material(FIELD)                                                                   \
@@ -107,7 +107,7 @@ constexpr Field<Owner, Value> field(const char* name, Value Owner::*member, cons
                "A bristle snaps at this plus its snap length, and stays bent by this. At most 64 mean "     \
                "snap lengths."))                                                                            \
   FIELD(shared_renewal, number("", 0.0, largest_renewal, "Bristles that a snap renews in the patch."))      \
-  FIELD(ageing_form, one_of(ageing_form_names, "how a snap length grows while a bristle holds"))            \
+  FIELD(ageing_form, one_of(ageing_form_names, "how a snap length grows while a bristle sticks"))           \
   FIELD(ageing_strength, number("", 0.0, largest_ageing, "beta or gain; 0 = no ageing."))                   \
   FIELD(ageing_time, number("s", shortest_ageing_time, longest_ageing_time, "tau."))                        \
   FIELD(speed_strengthening,                                                                                \
@@ -133,13 +133,13 @@ constexpr Field<Owner, Value> field(const char* name, Value Owner::*member, cons
         number("", 0.0, largest_residual_share, "Share of the presliding length that a snap leaves."))       \
   FIELD(shared_renewal, number("", 0.0, largest_renewal, "Bristles that a snap renews in the patch."))       \
   FIELD(kinetic_speed, number("m/s", 0.0, largest_parameter,                                                 \
-                              "Speed at which kinetic and peak hold; 0 = so fast that nothing ages."))       \
+                              "Speed at which kinetic and peak apply; 0 = so fast that nothing ages."))      \
   FIELD(fall_per_decade,                                                                                     \
         number("", 0.0, 10.0, "Share of kinetic friction that is lost per decade of speed; 0 = no ageing.")) \
   FIELD(growth_per_decade,                                                                                   \
         number("", 0.0, 10.0, "Instead: growth of static friction per decade of rest, over kinetic."))       \
   FIELD(ageing_time, number("s", shortest_ageing_time, longest_ageing_time, "tau."))                         \
-  FIELD(ageing_form, one_of(ageing_form_names, "how a snap length grows while a bristle holds"))             \
+  FIELD(ageing_form, one_of(ageing_form_names, "how a snap length grows while a bristle sticks"))            \
   FIELD(speed_strengthening,                                                                                 \
         number("", 0.0, largest_parameter,                                                                   \
                "a: a N asinh(v / (2 v*)) against the motion; 0 = none. Not part of kinetic."))               \
@@ -165,8 +165,7 @@ constexpr Field<Owner, Value> field(const char* name, Value Owner::*member, cons
   FIELD(key, number("", 0.0, 18446744073709551615.0, "The caller's own 64-bit name of the contact."))      \
   FIELD(bristles, number("", 0.0, max_bristles_per_patch,                                                  \
                          "Representatives at max load; 0 = one per bristle, at most 4096."))               \
-  FIELD(seed,                                                                                              \
-        number("", 0.0, 4294967295.0, "Shifts stratified snap lengths, keys what is drawn at random."))    \
+  FIELD(seed, number("", 0.0, 4294967295.0, "Shifts stratified snap lengths, keys random numbers."))       \
   FIELD(axes, number("", 1.0, 2.0, "Tangential directions."))                                              \
   FIELD(outputs, one_of(outputs_names, "what is computed beside the force at the end of a step"))          \
   FIELD(precision, one_of(precision_names, "of the bristles' state"))                                      \

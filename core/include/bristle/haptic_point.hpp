@@ -19,7 +19,7 @@
 // makes the scale small, stops the friction, and comes out with the full normal force. Therefore the limit is
 // part of the model. Wall force and load are capped at force_limit / sqrt(1 + peak^2), so wall and elastic
 // friction together stay within the limit, in the right proportion. The wall's force then still depends on
-// the wall alone, and the patch's own energy balance holds. Dampers and lubricant, which store no energy,
+// the wall alone, and the patch's own energy balance closes. Dampers and lubricant, which store no energy,
 // may be scaled. If the scatter of a patch with few bristles exceeds its material's peak, the excess is cut
 // off.
 //
@@ -49,7 +49,7 @@ class WindowedVelocity {
   static constexpr int longest = 32;  ///< ticks, longest window of positions
 
   WindowedVelocity() noexcept {
-    for (Eigen::Vector3d& place : places_) place.setZero();
+    for (Eigen::Vector3d& position : positions_) position.setZero();
   }
 
   /// Adds the position (m) at the end of a tick of dt_s (s). `resolution_m`: half the width of the noise
@@ -57,7 +57,7 @@ class WindowedVelocity {
   Eigen::Vector3d update(double dt_s, const Eigen::Vector3d& position, double resolution_m) noexcept {
     time_ += dt_s;
     newest_ = (newest_ + 1) % (longest + 1);
-    places_[newest_] = position;
+    positions_[newest_] = position;
     times_[newest_] = time_;
     count_ = std::min(count_ + 1, longest + 1);
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
@@ -74,16 +74,17 @@ class WindowedVelocity {
   /// Looks for a straight run of the last n ticks: if all their positions lie within resolution_m of the
   /// straight line from the first to the last, returns true and sets `velocity` to the line's slope.
   bool fits(int n, Eigen::Vector3d& velocity, double resolution_m) const noexcept {
-    const Eigen::Vector3d slope = (places_[newest_] - places_[back(n)]) / (time_ - times_[back(n)]);
+    const Eigen::Vector3d slope = (positions_[newest_] - positions_[back(n)]) / (time_ - times_[back(n)]);
     for (int i = 1; i < n; ++i) {
-      const Eigen::Vector3d off = places_[newest_] - (time_ - times_[back(i)]) * slope - places_[back(i)];
+      const Eigen::Vector3d off =
+          positions_[newest_] - (time_ - times_[back(i)]) * slope - positions_[back(i)];
       if (!(off.squaredNorm() <= resolution_m * resolution_m)) return false;
     }
     velocity = slope;
     return true;
   }
 
-  Eigen::Vector3d places_[longest + 1];
+  Eigen::Vector3d positions_[longest + 1];
   double times_[longest + 1] = {};
   double time_ = 0.0;
   int newest_ = 0, count_ = 0, window_ = 0;

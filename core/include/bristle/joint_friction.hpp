@@ -1,5 +1,5 @@
 // The friction of robots' joints: gearboxes whose friction grows with the torque that they transmit, differs
-// between driving and being driven, falls with speed, and holds without creep.
+// between driving and being driven, falls with speed, and sticks without creep.
 //
 //   bristle::JointMaterial gear;
 //   gear.stiffness = 400.0;        // N m/rad
@@ -42,8 +42,8 @@ struct JointLosses {
 struct JointMaterial {
   double stiffness = 0.0;   ///< stiffness of the joint while it sticks, N m/rad, 1e-9 to 1e12
   double viscous = 0.0;     ///< viscous friction, N m s/rad, 0 to 1e9
-  JointLosses kinetic;      ///< torque that a sliding joint holds at high speed
-  JointLosses static_part;  ///< additional torque that a joint holds while it sticks
+  JointLosses kinetic;      ///< torque that a sliding joint bears at high speed
+  JointLosses static_part;  ///< additional torque that a joint bears while it sticks
   /// Speed, rad/s, 0 or 1e-9 to 1e9, over which the static part fades. In sliding the share
   /// exp(-(speed/stribeck_speed)^2) of the static part is left; with a stribeck_speed of 0 nothing is left.
   double stribeck_speed = 0.0;

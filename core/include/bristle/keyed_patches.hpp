@@ -51,8 +51,8 @@ struct KeyedContact {
   PatchId id;  ///< id of the contact's patch, or PatchId::no_capacity() if there is none
   /// Index for arrays of the caller: 0 to capacity - 1, fixed while the contact lasts; capacity if it has no
   /// patch.
-  std::uint32_t place = 0;
-  /// Whether the contact was added by this call. Data that the caller keeps at `place` then belong to an
+  std::uint32_t index = 0;
+  /// Whether the contact was added by this call. Data that the caller keeps at `index` then belong to an
   /// earlier contact and must be reset.
   bool is_new = false;
 };
@@ -91,8 +91,8 @@ class BRISTLE_API KeyedPatches {
   void reserve(std::uint32_t patches);
 
   /// Returns the groups of the pool's patches, which the caller may step by arrays (GroupStep) that are
-  /// indexed by KeyedContact::place, with those places in GroupStep::which. The second and later groups,
-  /// one for each reserve(), follow in the places after the first. A pool of extended patches has none.
+  /// indexed by KeyedContact::index, with those indices in GroupStep::which. The second and later groups,
+  /// one for each reserve(), follow after the first. A pool of extended patches has none.
   Span<const PatchGroup> groups() const noexcept;
 
   /// Returns the patch of this contact, with straight bristles if the key is new; the key counts as seen in
@@ -127,7 +127,7 @@ class BRISTLE_API KeyedPatches {
   /// Writes the record of which contact has which patch; returns the bytes written, 0 if `to` is too small.
   /// The states of the bristles are not in it: save the batch (or ExtendedPatches) too.
   std::size_t save_state(Span<std::byte> to) const noexcept;
-  /// Restores what save_state wrote into a pool made with the same options at the same place among its
+  /// Restores what save_state wrote into a pool made with the same options at the same position among its
   /// batch's pools. Call it after restore_state of the batch (or the extended patches). Allocates. Throws
   /// bristle::Error, and changes nothing, if it does not fit the pool or the present state of its patches.
   void restore_state(Span<const std::byte> from);
@@ -182,7 +182,7 @@ struct HeldContact {
 /// After set_hold(), friction belongs to the pair of surfaces. A contact whose point is not listed is held
 /// while its pair has another one, and a new point of a pair with as many contacts gets the key of the
 /// nearest of them. held_load() (contact_frame.hpp) then divides the load of the pair among its contacts, and
-/// friction acts where they are. release() ends a held contact, such as one whose place has left the other
+/// friction acts where they are. release() ends a held contact, such as one whose point has left the other
 /// surface.
 ///
 /// Thread rule: one side (PatchBatch). Nothing allocates but the constructor, reserve and restore_state.

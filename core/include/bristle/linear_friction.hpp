@@ -15,8 +15,8 @@
 //     system.substitute();  // system.right is now the change of velocity
 //   } while (some f.release(slip after the change));
 //
-// or it sweeps over the contacts (LinearFriction::impulse). Where the springs may not hold, a secant from the
-// patch's own answer to the slip found so far takes their place (LinearFriction::through).
+// or it sweeps over the contacts (LinearFriction::impulse). Where the springs may slip, a secant from the
+// patch's own answer to the slip found so far replaces them (LinearFriction::through).
 //
 // Equations: core/MODEL.md, section 21. Nothing here locks; only BodySystem allocates.
 #pragma once
@@ -41,8 +41,8 @@ struct LinearFriction {
   Vector spring = Vector::Zero();  ///< part of the slope along each axis that comes from stiffness, N s/m
   double damping = 0.0;            ///< part of the slope that comes from dampers, N s/m
   double limit = 0.0;              ///< largest elastic force, N
-  double load = 0.0;               ///< normal load for which the model holds, N
-  bool bounded = true;             ///< whether the elastic force may not exceed the limit
+  double load = 0.0;               ///< normal load for which the model is valid, N
+  bool limited = true;             ///< whether the elastic force may not exceed the limit
   bool slips = false;              ///< whether release() has set the elastic force to the limit
 
   LinearFriction() = default;
@@ -72,7 +72,7 @@ struct LinearFriction {
     line.steady = scale * Vector(there.end[0], there.end[1]) + line.slope().cwiseProduct(slip);
     line.limit = scale * there.force_limit;
     line.load = normal_load;
-    line.bounded = false;
+    line.limited = false;
     return line;
   }
 
@@ -84,7 +84,7 @@ struct LinearFriction {
   /// with the limit in the direction of that force, and only its damper depends on the slip. Returns whether
   /// the patch slips.
   bool release(const Vector& slip) noexcept {
-    if (slips || !bounded || !(spring.maxCoeff() > 0.0)) return false;
+    if (slips || !limited || !(spring.maxCoeff() > 0.0)) return false;
     const Vector elastic = steady - spring.cwiseProduct(slip);
     const double size = elastic.norm();
     if (!(size > limit)) return false;
@@ -100,12 +100,12 @@ struct LinearFriction {
   Vector impulse(double normal, double dt_s, const Eigen::Matrix2d& mobility,
                  const Vector& free) const noexcept {
     const double share = normal / load;  // duration of the step, s, scaled by the change of the load
-    const auto solve = [&](const Vector& held, const Vector& per_slip) -> Vector {
+    const auto solve = [&](const Vector& force, const Vector& per_slip) -> Vector {
       const Eigen::Matrix2d system = Eigen::Matrix2d::Identity() + (share * per_slip).asDiagonal() * mobility;
-      return system.inverse() * (held - (share * per_slip).cwiseProduct(free));
+      return system.inverse() * (force - (share * per_slip).cwiseProduct(free));
     };
     const Vector found = solve(std::min(share, dt_s) * steady, slope());
-    if (!bounded) return found;
+    if (!limited) return found;
     const Vector elastic = found + share * damping * (free + mobility * found);
     const double size = elastic.norm();
     if (!(size > share * limit)) return found;

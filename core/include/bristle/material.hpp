@@ -76,7 +76,7 @@ constexpr double beyond_ageing = 0.0;
 /// no residual and no renewal.
 ///
 /// With SnapRule::slide nothing snaps: residual_share and shared_renewal have no effect, `drop` gives the
-/// peak, and growth_per_decade lets a bristle hold more the longer it has not slid.
+/// peak, and growth_per_decade lets a bristle bear more the longer it has not slid.
 struct Coefficients {
   double kinetic = 0.40;  ///< friction over normal load in sliding, see kinetic_speed
 
@@ -94,14 +94,14 @@ struct Coefficients {
   DamperDecay damper_decay = DamperDecay::exponential;
   double residual_share = 0.1;  ///< share of the presliding length that a snap leaves: l_r / (l_r + E[delta])
   double shared_renewal = 1.0;  ///< kappa, Material::shared_renewal
-  double kinetic_speed = beyond_ageing;  ///< speed at which `kinetic` and `peak` hold, m/s
+  double kinetic_speed = beyond_ageing;  ///< speed at which `kinetic` and `peak` apply, m/s
 
   /// Share of the kinetic friction that is lost per decade of speed: the slope at kinetic_speed. With
   /// beyond_ageing, the slope of slow sliding to first order: ln 10 beta times the share of friction beyond
   /// the residual.
   double fall_per_decade = 0.0;
   /// Growth of the static friction per decade of time at rest, over the kinetic friction, to first order:
-  /// about twice fall_per_decade, in place of which it may be given (AgeingForm::logarithmic only).
+  /// about twice fall_per_decade, and may be given instead (AgeingForm::logarithmic only).
   double growth_per_decade = 0.0;
   double ageing_time = 1.0;  ///< Material::ageing_time, s
   AgeingForm ageing_form = AgeingForm::logarithmic;
@@ -199,7 +199,7 @@ struct BRISTLE_API Material {
   /// strengthening a >= 0 (0 = none) is friction over load per e-fold of speed; v* > 0 is in m/s.
   double speed_strengthening = 0.0;
   double strengthening_speed = 1e-6;
-  /// SnapRule::slide, 0 to largest_drop: a sliding bristle holds only (1 - drop) of its snap length until it
+  /// SnapRule::slide, 0 to largest_drop: a sliding bristle bears only (1 - drop) of its snap length until it
   /// sticks again. It sticks after a step in which it does not slide, or at a reversal of the motion.
   double drop = 0.0;
 
@@ -272,16 +272,16 @@ struct BRISTLE_API Material {
   /// largest value of the virgin curve. Each call searches for it, so call it at set-up. With ageing this is
   /// the limit of fast loading, in which nothing ages: the lowest value.
   double peak_coefficient() const;
-  /// Returns peak friction over normal load where every bristle has held for `held_s` seconds and is loaded
+  /// Returns peak friction over normal load where every bristle has stuck for `stuck_s` seconds and is loaded
   /// fast. The part beyond the residual is then ageing_factor times that of peak_coefficient().
   /// (SnapRule::slide: only the part of bristles that stick grows.) Response::force_limit takes the longest
-  /// time that any bristle of the patch can have held.
-  double peak_coefficient(double held_s) const;
+  /// time that any bristle of the patch can have stuck.
+  double peak_coefficient(double stuck_s) const;
   /// Returns nu: snaps per bristle in contact and metre of slow steady sliding, 1/m: 0 for slide, 1 / m1 for
   /// redraw, E[1/delta] for keep (of lengths from m1 / 1024 on), fewer with shared renewal. Renewals are
   /// shared_renewal times as many. With ageing this is the limit of fast sliding: the highest value.
   double snap_rate() const;
-  /// Returns the factor g by which ageing has lengthened the snap length of a bristle held for this time, s.
+  /// Returns the factor g by which ageing has lengthened the snap length of a bristle stuck for this time, s.
   double ageing_factor(double age_s) const noexcept;
   /// Returns a asinh(v / (2 v*)): the friction over normal load that strengthening with speed adds at this
   /// speed.
@@ -302,7 +302,7 @@ struct BRISTLE_API Material {
   /// Calculates the coefficients, with peak and spread, from which from_coefficients gives a material of the
   /// same snap lengths and forces (of normal_stiffness and asperity_height_deviation only the product
   /// counts). For a table, from_coefficients refuses the result. Throws for an invalid material, and for
-  /// ageing with SnapRule::slide that no coefficients determine. The result holds at the speed
+  /// ageing with SnapRule::slide that no coefficients determine. The result is for the speed
   /// given (Coefficients::kinetic_speed; for beyond_ageing with saturating ageing: one presliding length in
   /// the ageing time). Ageing comes as fall_per_decade.
   Coefficients coefficients(double kinetic_speed_m_per_s = beyond_ageing) const;

@@ -9,8 +9,9 @@ namespace bristle {
 
 /// Cell of an outline: a point and the share of the load that it stands for.
 struct PatchCell {
-  double position[2] = {0.0, 0.0};  ///< place of the cell from the centre of the outline, in its own axes, m
-  double weight = 1.0;              ///< share of the normal load, > 0; the shares of an outline sum to 1
+  double position[2] = {0.0,
+                        0.0};  ///< position of the cell from the centre of the outline, in its own axes, m
+  double weight = 1.0;         ///< share of the normal load, > 0; the shares of an outline sum to 1
 };
 
 /// Distribution of the normal load over an outline.

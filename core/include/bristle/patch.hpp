@@ -136,7 +136,7 @@ struct Motion {
   double velocity[2] = {0.0, 0.0};  ///< slip velocity, for Response::damper, damping and damper_work, m/s
 };
 
-/// Status of a response, a set of flags. `ok` means that the motion was carried out as requested.
+/// Status of a response, a set of flags. `ok` means that the motion was executed as requested.
 enum class Status : std::uint32_t {
   ok = 0,
   unknown_id = 1,   ///< no such patch (never added, or removed); nothing changed
@@ -153,7 +153,7 @@ constexpr Status operator|(Status a, Status b) noexcept {
 constexpr bool has(Status set, Status wanted) noexcept {
   return (static_cast<std::uint32_t>(set) & static_cast<std::uint32_t>(wanted)) != 0;
 }
-/// Whether the motion of a response with this status was carried out.
+/// Whether the motion of a response with this status was executed.
 constexpr bool was_stepped(Status status) noexcept {
   return !has(status, Status::unknown_id | Status::repeated_id | Status::bad_input | Status::no_capacity);
 }

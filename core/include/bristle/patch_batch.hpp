@@ -36,7 +36,7 @@ BRISTLE_API Population choose_population(const Material& material, const PatchOp
 /// Report on a step as a whole, over all its patches.
 struct StepReport {
   Status status = Status::ok;         ///< flags of all responses, combined
-  std::uint32_t patches_stepped = 0;  ///< number of motions that were carried out
+  std::uint32_t patches_stepped = 0;  ///< number of motions that were executed
   /// Number of pieces into which the step's work was divided for the threads. 1: all done on the calling
   /// thread; 0: step refused.
   std::uint32_t tasks = 0;
@@ -104,11 +104,11 @@ class BRISTLE_API PatchBatch {
                   Span<const GroupStep> groups = {}) noexcept;
   StepReport step(double dt_s, const GroupStep& group) noexcept { return step(dt_s, {}, {}, {&group, 1}); }
 
-  /// Returns a patch to the state in which `add` made it: out of contact, all deflections zero, no draw made.
-  /// With another seed and key, the result is, to the bit, what `add` would make with them. False if there is
-  /// no such patch. A new seed costs one quantile of the snap-length law per bristle; otherwise a reset costs
-  /// one pass over the bristles' memory. The energy stored in the bristles is dropped. For the stepping
-  /// thread; does not allocate.
+  /// Returns a patch to the state in which `add` made it: out of contact, all deflections zero, no random
+  /// number used. With another seed and key, the result is, to the bit, what `add` would make with them.
+  /// False if there is no such patch. A new seed costs one quantile of the snap-length law per bristle;
+  /// otherwise a reset costs one pass over the bristles' memory. The energy stored in the bristles is
+  /// dropped. For the stepping thread; does not allocate.
   bool reset(PatchId id) noexcept;
   bool reset(PatchId id, std::uint32_t seed, std::uint64_t key) noexcept;
 

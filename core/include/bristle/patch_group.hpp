@@ -36,7 +36,7 @@ struct PatchGroup {
 };
 
 /// A step of a group: arrays of the caller, with one number for each contact of the group, in the order of
-/// their indices. PatchBatch reads and writes them in place. Numbers are those of Motion and Response.
+/// their indices. PatchBatch reads and writes them there. Numbers are those of Motion and Response.
 struct GroupStep {
   PatchGroup group;
 

@@ -25,7 +25,7 @@ class BRISTLE_API SnapLength {
   static SnapLength single(double length_m);
   /// Makes a uniform law on [min_m, max_m], min_m >= 0.
   static SnapLength uniform(double min_m, double max_m);
-  /// Makes a normal law cut at 0 (negative lengths are not drawn). `mean_m` and `deviation_m` are those of
+  /// Makes a normal law cut at 0 (negative lengths do not occur). `mean_m` and `deviation_m` are those of
   /// the uncut law; mean() and cv() are those of the cut law. deviation_m <= mean_m.
   static SnapLength normal(double mean_m, double deviation_m);
   /// Makes a lognormal law with the given mean and coefficient of variation, 0 <= cv <= 3.

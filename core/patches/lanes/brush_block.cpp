@@ -39,20 +39,20 @@ struct Lane {
   Number& at(LaneColumn<Number>* column, std::uint32_t cohort = 0) const noexcept {
     return column[cohort].lane[lane];
   }
-  LaneColumn<T>* places(int axis) const noexcept { return axis == 0 ? columns.x : columns.y; }
+  LaneColumn<T>* positions(int axis) const noexcept { return axis == 0 ? columns.x : columns.y; }
   double& stiffness() const noexcept { return state.stiffness.lane[lane]; }
   double& base(int axis) const noexcept { return state.base[axis].lane[lane]; }
   bool is_ranked() const noexcept { return at(columns.ranked) != T(0); }
   /// Whether a cohort has no bristles, or fewer than a normal number can tell.
   bool is_empty(std::uint32_t i) const noexcept { return is_none(at(columns.fresh, i)); }
   static bool is_none(T fresh) noexcept { return !(std::abs(fresh) >= std::numeric_limits<T>::min()); }
-  /// Returns the share of the load that a cohort holds.
+  /// Returns the share of the load that a cohort has.
   double share(std::uint32_t i) const noexcept {
     return static_cast<double>(at(columns.fresh, i)) * static_cast<double>(at(columns.left, i));
   }
   /// Returns the deflection of a cohort's bristles along an isotropic axis.
   double deflection(std::uint32_t i, int axis) const noexcept {
-    return axis < axes() ? base(axis) - static_cast<double>(at(places(axis), i)) : 0.0;
+    return axis < axes() ? base(axis) - static_cast<double>(at(positions(axis), i)) : 0.0;
   }
 
   // Lists the numbers of a contact's saved state. Saving, restoring and hashing share these lists.
@@ -75,7 +75,7 @@ struct Lane {
   }
   template <class Visit, class VisitBirth>
   void cohort_fields(std::uint32_t i, Visit&& visit, VisitBirth&& visit_birth) const noexcept {
-    for (int axis = 0; axis < axes(); ++axis) visit(at(places(axis), i));
+    for (int axis = 0; axis < axes(); ++axis) visit(at(positions(axis), i));
     for (LaneColumn<T>* column : {columns.reach, columns.fresh, columns.left}) visit(at(column, i));
     if (ages()) visit_birth(at(columns.birth, i));
   }
@@ -117,7 +117,7 @@ void follow_time(const Patch& p) noexcept {
 
 /// Makes a block for contacts that are of the same kind as the record's.
 template <class T>
-LanePlaces::Block make_block(const LaneRecord& r) {
+LanePool::Block make_block(const LaneRecord& r) {
   const std::shared_ptr<BrushBlock<T>> block = allocate_block<BrushBlock<T>>(r);
   const Material& m = r.material->material;
   fill_block(*block, r);
@@ -141,8 +141,8 @@ LanePlaces::Block make_block(const LaneRecord& r) {
 }
 
 template <class T>
-void take_lane(Patch& p, LanePlaces& places) {
-  assign_lane(p, places, &make_block<T>);
+void take_lane(Patch& p, LanePool& pool) {
+  assign_lane(p, pool, &make_block<T>);
 }
 
 template <class T>
@@ -171,7 +171,7 @@ void set_reach(const Lane<T>& lane, std::uint32_t i, double share, T reach) noex
 /// their snap length, and adds what they lose and their number to what the next step reports.
 template <class T>
 void slip(Patch& p) noexcept {
-  constexpr double way = 1e-18;  // scaled lengths
+  constexpr double path = 1e-18;  // scaled lengths
   const Lane<T> lane(p);
   double z[2] = {0.0, 0.0};
   for (int axis = 0; axis < lane.axes(); ++axis)
@@ -181,9 +181,9 @@ void slip(Patch& p) noexcept {
   if (length > 0.0)
     for (int axis = 0; axis < 2; ++axis) motion[axis] = z[axis] / length;
   if (p.laid) p.record->lay.to_real_length(motion[0], motion[1]);
-  for (double& x : motion) x *= way * p.material().metres_per_length;
+  for (double& x : motion) x *= path * p.material().metres_per_length;
   LaneMotions creep;
-  creep.place(lane.lane, motion, p.normal_load, 0.0);
+  creep.set(lane.lane, motion, p.normal_load, 0.0);
   creep.start.lane[lane.lane] = lane_time(p);
   LaneAnswers answers;
   lane.block.run(lane.block, creep.input(true), answers.columns());
@@ -192,7 +192,7 @@ void slip(Patch& p) noexcept {
   p.pending_snaps += static_cast<std::uint64_t>(answers.slid.lane[lane.lane]);
 }
 
-/// Moves the state of a contact to another material. Deflections stay, each bristle keeps its place in the
+/// Moves the state of a contact to another material. Deflections stay, each bristle keeps its rank in the
 /// order of snap lengths, and those bent beyond their new length snap.
 template <class T>
 void take_over(Patch& to, Patch& from) noexcept {
@@ -223,7 +223,7 @@ void take_over(Patch& to, Patch& from) noexcept {
   for (std::uint32_t i = 0; i < now.cohorts(); ++i) {
     if (before.is_empty(i)) continue;
     for (int axis = 0; axis < now.axes(); ++axis)
-      now.at(now.places(axis), i) = before.at(before.places(axis), i) * ratio;
+      now.at(now.positions(axis), i) = before.at(before.positions(axis), i) * ratio;
     now.at(now.columns.low, i) = before.at(before.columns.low, i);
     now.at(now.columns.high, i) = before.at(before.columns.high, i);
     if (now.ages()) now.at(now.columns.birth, i) = before.ages() ? before.at(before.columns.birth, i) : 0.0;
@@ -330,7 +330,7 @@ void save(const Patch& p, ByteWriter& write) noexcept {
 /// A cohort of a saved state.
 template <class T>
 struct SavedCohort {
-  T place[2] = {T(0), T(0)}, reach = T(0), fresh = T(0), left = T(0), low = T(0), high = T(0);
+  T position[2] = {T(0), T(0)}, reach = T(0), fresh = T(0), left = T(0), low = T(0), high = T(0);
   double birth = 0.0;
 
   friend bool operator==(const SavedCohort&, const SavedCohort&) = default;
@@ -357,11 +357,11 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   if (!within(stiffness, of_load * (1.0 - 2e-6), of_load * (1.0 + 2e-6)) && stiffness != 0.0)
     return "stiffness";
   if (!within(phase, 0.0, 1.0)) return "phase";
-  const double near = 16.0 + 2.0 * farthest;  // the origin of places follows the patch
+  const double near = 16.0 + 2.0 * farthest;  // the origin of positions follows the patch
   for (int axis = 0; axis < lane.axes(); ++axis) {
     read(base[axis]);
     read(moment[axis]);
-    if (!within(base[axis], -near, near) || !within(wide(moment[axis]), -near, near)) return "the place";
+    if (!within(base[axis], -near, near) || !within(wide(moment[axis]), -near, near)) return "the position";
     for (int k = 0; k < 4; ++k) {
       T number;
       read(number);
@@ -382,7 +382,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   double all = 0.0, sum[2] = {0.0, 0.0};
   for (std::uint32_t i = 0; i < lane.cohorts(); ++i) {
     SavedCohort<T> c;
-    for (int axis = 0; axis < lane.axes(); ++axis) read(c.place[axis]);
+    for (int axis = 0; axis < lane.axes(); ++axis) read(c.position[axis]);
     for (T* number : {&c.reach, &c.fresh, &c.left}) read(*number);
     if (lane.ages()) read(c.birth);
     for (T* number : {&c.low, &c.high}) read(*number);
@@ -401,13 +401,13 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     if (!(wide(c.left) >= 1e-30)) return "a cohort's survival";
     double square = 0.0;
     for (int axis = 0; axis < lane.axes(); ++axis) {
-      const double z = base[axis] - wide(c.place[axis]);
-      if (!within(z, -farthest, farthest)) return "a cohort's place";
+      const double z = base[axis] - wide(c.position[axis]);
+      if (!within(z, -farthest, farthest)) return "a cohort's position";
       square += z * z;
-      sum[axis] += share * wide(c.place[axis]);
+      sum[axis] += share * wide(c.position[axis]);
     }
-    const double way = wide(c.reach) * growth + law.residual - std::sqrt(square);
-    if (slack > std::max(way, 0.0) + rounding * farthest) return "slack";
+    const double to_snap = wide(c.reach) * growth + law.residual - std::sqrt(square);
+    if (slack > std::max(to_snap, 0.0) + rounding * farthest) return "slack";
     all += share;
   }
   if (!within(all, stiffness > 0.0 ? 1.0 - rounding : 0.0, stiffness > 0.0 ? 1.0 + rounding : 0.0))
@@ -439,7 +439,7 @@ template <class T>
 constexpr ContactModel brush_model = {
     .name = sizeof(T) == sizeof(double) ? "infinite, double" : "infinite, single",
     .apply_load = nullptr,
-    .advance = nullptr,
+    .step_bristles = nullptr,
     .take_lane = &take_lane<T>,
     .reset = &reset_lane,
     .take_over = &take_over<T>,

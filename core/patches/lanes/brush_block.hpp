@@ -1,5 +1,5 @@
 // The contact model of infinitely many bristles (Population::infinite; core/patches/COHORTS.md): a list of
-// cohorts, each of all bristles that were last straight at about one place and have been bent alike since.
+// cohorts, each of all bristles that were last straight at about one position and have been bent alike since.
 // Each contact is in a lane of a block; kernels/lane_brush.hpp moves the cohorts.
 #pragma once
 

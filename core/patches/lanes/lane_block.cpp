@@ -30,7 +30,7 @@ void fill_block(LaneBlock& b, const LaneRecord& like) {
   b.damps = damps(m.material);
 }
 
-void assign_lane(Patch& p, LanePlaces& places, LanePlaces::Block (*make)(const LaneRecord&)) {
+void assign_lane(Patch& p, LanePool& pool, LanePool::Block (*make)(const LaneRecord&)) {
   LaneRecord& r = lane_of(p);
   Hasher kind;
   kind.add(p.material().hash);
@@ -40,7 +40,7 @@ void assign_lane(Patch& p, LanePlaces& places, LanePlaces::Block (*make)(const L
   kind.add(r.options.resolution);
   r.lay.add_to(kind);
   kind.add(std::uint64_t{r.group});
-  places.take(r, kind.value(), make);
+  pool.take(r, kind.value(), make);
 }
 
 Patch make_lane_patch(LaneRecord& r, const ContactModel& model) noexcept {
@@ -206,19 +206,19 @@ void answer_lane(const LaneBlock& b, std::uint32_t lane, const Motion& motion, d
 }
 
 /// Owner of a lane in a block. It is freed with the patch's record, which frees the lane for another contact.
-struct LanePlaces::Place {
-  std::shared_ptr<LanePlaces> places;
+struct LanePool::Lease {
+  std::shared_ptr<LanePool> pool;
   LaneBlock* block;
   std::uint32_t lane;
 
-  Place(std::shared_ptr<LanePlaces> of, LaneBlock* in, std::uint32_t at)
-      : places(std::move(of)), block(in), lane(at) {}
-  Place(const Place&) = delete;
-  Place& operator=(const Place&) = delete;
-  ~Place() { places->give_back(*block, lane); }
+  Lease(std::shared_ptr<LanePool> of, LaneBlock* in, std::uint32_t at)
+      : pool(std::move(of)), block(in), lane(at) {}
+  Lease(const Lease&) = delete;
+  Lease& operator=(const Lease&) = delete;
+  ~Lease() { pool->give_back(*block, lane); }
 };
 
-void LanePlaces::take(LaneRecord& record, std::uint64_t kind, Block (*make)(const LaneRecord&)) {
+void LanePool::take(LaneRecord& record, std::uint64_t kind, Block (*make)(const LaneRecord&)) {
   Kind& its = kinds_[kind];
   std::vector<LaneBlock*>& open = its.open;
   if (open.empty()) {
@@ -232,14 +232,14 @@ void LanePlaces::take(LaneRecord& record, std::uint64_t kind, Block (*make)(cons
   }
   LaneBlock& block = *open.back();
   const auto lane = static_cast<std::uint32_t>(std::countr_zero(block.free));
-  head_of(record).place = std::make_shared<Place>(shared_from_this(), &block, lane);
+  head_of(record).lease = std::make_shared<Lease>(shared_from_this(), &block, lane);
   block.free &= ~(1u << lane);
   if (block.free == 0) open.pop_back();
   record.block = &block;
   record.lane = lane;
 }
 
-void LanePlaces::give_back(LaneBlock& block, std::uint32_t lane) noexcept {
+void LanePool::give_back(LaneBlock& block, std::uint32_t lane) noexcept {
   const auto found = kinds_.find(block.kind);
   std::vector<LaneBlock*>& open = found->second.open;
   if (block.free == 0) open.push_back(&block);

@@ -40,8 +40,8 @@ struct LaneMotions {
   double duration = 0.0;
   LaneColumn<double> displacement[2]{}, load{}, start{};
 
-  void place(std::uint32_t lane, const double (&way)[2], double normal_load, double dt_s) noexcept {
-    for (int axis = 0; axis < 2; ++axis) displacement[axis].lane[lane] = way[axis];
+  void set(std::uint32_t lane, const double (&by)[2], double normal_load, double dt_s) noexcept {
+    for (int axis = 0; axis < 2; ++axis) displacement[axis].lane[lane] = by[axis];
     load.lane[lane] = normal_load;
     duration = dt_s;
     named |= 1u << lane;
@@ -76,7 +76,7 @@ struct LaneBlock {
   LaneColumn<double> load{};                                  ///< normal load of the last step, N
   LaneColumn<double> force[2]{};  ///< elastic force on the body at the end of the last step, N
   LaneState state{};
-  LaneMotions motions;  ///< motions placed for the present step, until the block is run
+  LaneMotions motions;  ///< motions written for the present step, until the block is run
   Patch* patch[lane_count] = {};
   LaneColumn<double> light{};  ///< load, N, up to which the contact is certainly not overloaded
   LaneColumn<double> full{};   ///< number of physical bristles beyond which the contact is overloaded
@@ -129,7 +129,7 @@ struct LaneBlock {
 /// Record of a patch whose state is in a lane of a block: names the block and the lane, and has what a block
 /// for such a patch is made from.
 struct LaneRecord : PatchRecord {
-  LaneBlock* block = nullptr;  ///< block of the contact; null until LanePlaces::take()
+  LaneBlock* block = nullptr;  ///< block of the contact; null until LanePool::take()
   std::uint32_t lane = 0;
   const KernelTable* kernels = nullptr;
   /// Time from which the lane counts times, in 2^-64 s after PatchRecord::epoch.
@@ -152,7 +152,7 @@ inline double lane_time(const Patch& p) noexcept {
 
 /// All blocks of lanes of a batch, for the adding thread, which takes free lanes from them. A block is freed
 /// with its last contact.
-class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
+class LanePool : public std::enable_shared_from_this<LanePool> {
  public:
   using Block = std::shared_ptr<LaneBlock>;
 
@@ -161,7 +161,7 @@ class LanePlaces : public std::enable_shared_from_this<LanePlaces> {
   void take(LaneRecord& record, std::uint64_t kind, Block (*make)(const LaneRecord&));
 
  private:
-  struct Place;
+  struct Lease;
   void give_back(LaneBlock& block, std::uint32_t lane) noexcept;
 
   struct Kind {
@@ -231,7 +231,7 @@ void fill_law(Law& law, const CompiledMaterial& m, const LayMap& lay) noexcept {
 
 /// Takes a lane for the patch in a block of like contacts: material, contact model, number of springs or
 /// cohorts, axes, outputs and lay are equal. Contacts of a group share blocks only with each other.
-void assign_lane(Patch& patch, LanePlaces& places, LanePlaces::Block (*make)(const LaneRecord&));
+void assign_lane(Patch& patch, LanePool& pool, LanePool::Block (*make)(const LaneRecord&));
 
 /// Makes the part of a patch in a lane that all contact models share. The patch has no lane yet.
 Patch make_lane_patch(LaneRecord& record, const ContactModel& model) noexcept;
@@ -258,7 +258,7 @@ void set_load(Patch& patch, double normal_load_n) noexcept;
 
 /// Resets the numbers of a lane for a new contact.
 void clear_lane(LaneBlock& block, std::uint32_t lane) noexcept;
-/// Resets a patch's lane for a new contact, because it may hold numbers of an earlier one.
+/// Resets a patch's lane for a new contact, because it may have numbers of an earlier one.
 void enter_lane(Patch& patch) noexcept;
 
 /// Moves load and force of a patch's last step to its block, so that steps need not touch the patch. Refuses,

@@ -64,7 +64,7 @@ void clear(LaneBlock& block, std::uint32_t lane) noexcept {
 
 /// Makes a block for contacts that are of the same kind as the record's.
 template <class T>
-LanePlaces::Block make_block(const LaneRecord& r) {
+LanePool::Block make_block(const LaneRecord& r) {
   const std::shared_ptr<SlideBlock<T>> block = allocate_block<SlideBlock<T>>(r);
   const CompiledMaterial& m = *r.material;
   const std::uint32_t n = r.springs();
@@ -103,8 +103,8 @@ LanePlaces::Block make_block(const LaneRecord& r) {
 }
 
 template <class T>
-void take_lane(Patch& p, LanePlaces& places) {
-  assign_lane(p, places, &make_block<T>);
+void take_lane(Patch& p, LanePool& pool) {
+  assign_lane(p, pool, &make_block<T>);
 }
 
 template <class T>
@@ -252,7 +252,7 @@ template <class T>
 constexpr ContactModel slide_model = {
     .name = sizeof(T) == sizeof(double) ? "sliders, double" : "sliders, single",
     .apply_load = nullptr,
-    .advance = nullptr,
+    .step_bristles = nullptr,
     .take_lane = &take_lane<T>,
     .reset = &reset_lane,
     .take_over = &take_over<T>,

@@ -21,7 +21,7 @@ PathAgeing ageing_along(const Material& m, double per_length) noexcept {
 /// Returns the path after which bristles that redraw their lengths slide steadily within 1e-3, in mean paths
 /// from snap to snap. Ageing spreads these paths: bristles of narrow laws get out of phase sooner, and wide
 /// laws get longer tails (core/patches/AGEING.md).
-double ways_to_steady(const CompiledMaterial& m) noexcept {
+double lengths_to_steady(const CompiledMaterial& m) noexcept {
   const double cv = m.material.snap_length.cv();
   if (cv < 0.2) return 9.0;
   const bool memoryless = m.law.kind == law_exponential;
@@ -49,7 +49,7 @@ void find_jumps(const Representatives<T>& r, double per_length) noexcept {
   if (cv < 0.2) {
     fill_narrow_jumps(moment, cv, aged.law);
   } else {
-    aged.law.jump_from = aged.law.stationary_from = ways_to_steady(m) * aged.law.mean;
+    aged.law.jump_from = aged.law.stationary_from = lengths_to_steady(m) * aged.law.mean;
   }
   aged.largest_growth = aged_length(m.longest, ageing) / m.longest * (1.0 + 1e-6);
 }
@@ -97,12 +97,12 @@ double limit_now(const Representatives<T>& r, std::uint32_t i) noexcept {
   return left + (fresh - left) * m.ageing_factor(static_cast<double>(r.age[i]) * m.ageing_time);
 }
 
-double age_per_length(const Material& m, const Advance& a) noexcept {
+double age_per_length(const Material& m, const KernelStep& a) noexcept {
   return std::min(std::min(a.duration / m.ageing_time, oldest_bristle) / a.length, oldest_bristle);
 }
 
 template <class T>
-void prepare_ageing(const Patch& p, Advance& a) noexcept {
+void prepare_ageing(const Patch& p, KernelStep& a) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const Material& m = p.material().material;
   a.ageing_rate = 1.0 / m.ageing_time;

@@ -69,7 +69,7 @@ double admit_contacts(Patch& p, const ContactCount& now, bool energy) noexcept {
 }
 
 /// Scales deflections down when the load rises above the maximum, or further above it: each bristle then
-/// carries more, but the force of a patch at rest must stay.
+/// bears more, but the force of a patch at rest must stay.
 template <class T>
 void scale_all(Patch& p, double factor) noexcept {
   Representatives<T>& r = representatives<T>(p);
@@ -91,7 +91,7 @@ ContactCount count_contacts(double zeta, double weight, std::uint32_t bristles) 
   double active = zeta / weight;
   const double all = bristles;
   double overload = 1.0;
-  // Keeps rounding from turning the maximum load itself into an overload.
+  // Keeps rounding from making the maximum load itself an overload.
   if (active > all * (1.0 + 1e-14)) overload = active / all;
   active = std::min(active, all);
   const double whole = std::floor(active);

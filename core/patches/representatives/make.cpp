@@ -21,7 +21,7 @@ template <class T>
 constexpr ContactModel representatives_model = {
     .name = sizeof(T) == sizeof(double) ? "representatives, double" : "representatives, single",
     .apply_load = &apply_load<T>,
-    .advance = &advance<T>,
+    .step_bristles = &step_bristles<T>,
     .shared = &shared_step<T>,
     .reset = &reset<T>,
     .take_over = &take_over<T>,
@@ -115,8 +115,8 @@ void fill_columns(Representatives<T>& r) noexcept {
     if constexpr (std::is_same_v<decltype(column), T*>) {
       if (rule.filler == Filler::first_length) std::memcpy(column, r.first, rule.count * sizeof *column);
     } else if constexpr (std::is_same_v<decltype(column), std::uint32_t*>) {
-      if (rule.filler == Filler::draw_state)
-        fill_draw_states(r.options.seed, Span<std::uint32_t>(column, rule.count));
+      if (rule.filler == Filler::random_state)
+        fill_random_states(r.options.seed, Span<std::uint32_t>(column, rule.count));
     }
   });
 }
@@ -170,7 +170,7 @@ void describe(const Patch& p, PatchInfo& info) noexcept {
 Patch make_representatives(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                            const KernelTable& kernels, double weight) {
   material->material.validate_for_representatives();
-  material->make_draws();
+  material->make_sampling_tables();
 #if BRISTLE_WITH_DOUBLE
   if (options.precision == Precision::double_)
     return make_typed<double>(std::move(material), options, kernels.f64, weight);

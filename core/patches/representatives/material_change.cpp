@@ -3,10 +3,10 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/draw_states.hpp"
 #include "core/materials/quantile_map.hpp"
 #include "core/patches/representatives/population.hpp"
 #include "core/patches/representatives/representatives.hpp"
+#include "core/random_states.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -29,7 +29,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
   const SnapLength& law = to.material->material.snap_length;
   const SnapLength& old_law = from.material->material.snap_length;
   const bool same_lengths = law == old_law && to.material->residual == from.material->residual;
-  const bool both_draw = to.redraws() && from.redraws();
+  const bool both_redraw = to.redraws() && from.redraws();
   const std::uint32_t contact = from.in_contact();
   const double age_ratio = from.ages() && to.ages()
                                ? from.material->material.ageing_time / to.material->material.ageing_time
@@ -45,7 +45,7 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
       if (rule.filler == Filler::age && age_ratio > 0.0)
         for (std::uint32_t i = 0; i < contact; ++i)
           column[i] = static_cast<T>(std::min(static_cast<double>(old[i]) * age_ratio, oldest_bristle));
-      if (rule.filler == Filler::first_length && both_draw && !same_lengths) {
+      if (rule.filler == Filler::first_length && both_redraw && !same_lengths) {
         const QuantileMap of_equal_quantile(old_law, law);
         const double less = static_cast<double>(static_cast<T>(from.material->residual));
         for (std::uint32_t i = 0; i < contact; ++i) {
@@ -56,8 +56,9 @@ void take_over_columns(Representatives<T>& to, const Representatives<T>& from) n
         return;
       }
     }
-    if (both_draw && (rule.filler == Filler::draw_state || rule.filler == Filler::first_length))
-      std::memcpy(column, old, (rule.filler == Filler::draw_state ? from.bristles : contact) * sizeof(Entry));
+    if (both_redraw && (rule.filler == Filler::random_state || rule.filler == Filler::first_length))
+      std::memcpy(column, old,
+                  (rule.filler == Filler::random_state ? from.bristles : contact) * sizeof(Entry));
   };
   // Pairs the columns of the old and the new record, which list them in the same order.
   const void* columns_of_from[16];
@@ -88,9 +89,9 @@ void snap_beyond(Patch& p) noexcept {
       if (r.zy != nullptr) r.zy[i] = static_cast<T>(y * share + 0.0);
       if (r.age != nullptr) r.age[i] = T(0);
       if (r.redraws()) {
-        r.draw[i] += draw_stride;
+        r.random[i] += random_stride;
         r.delta[i] = limit_of<T>(
-            p.material(), p.material().material.snap_length.quantile(share_of<double>(mix(r.draw[i]))));
+            p.material(), p.material().material.snap_length.quantile(share_of<double>(mix(r.random[i]))));
       }
       p.pending_dissipated += joules * w * (x * x + r.lay.energy * y * y - left * left);
       ++p.pending_snaps;

@@ -47,7 +47,7 @@ T first_length(const CompiledMaterial& material, std::uint32_t seed, std::uint32
 template float first_length<float>(const CompiledMaterial&, std::uint32_t, std::uint32_t) noexcept;
 template double first_length<double>(const CompiledMaterial&, std::uint32_t, std::uint32_t) noexcept;
 
-void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept {
+void fill_random_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept {
   const auto key = static_cast<std::uint32_t>(mix64(seed + 0x51ED270Bu));
   for (std::size_t i = 0; i < states.size(); ++i) {
     // Mixes the bits by Murmur3's finaliser, which maps different bristle numbers to different states.

@@ -35,6 +35,6 @@ template <class T>
 T first_length(const CompiledMaterial& material, std::uint32_t seed, std::uint32_t i) noexcept;
 
 /// Computes the first random state of each bristle from its number and the seed, all different.
-void fill_draw_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;
+void fill_random_states(std::uint32_t seed, Span<std::uint32_t> states) noexcept;
 
 }  // namespace bristle::detail

@@ -25,13 +25,13 @@ constexpr double least_apart = 0.05;
 /// force. Patches with more bristles have less noise and take shorter pieces.
 constexpr double even_bristles = 6000.0;
 /// Number of snaps expected on that part of a long step along which bristles are stepped; along the rest of a
-/// steady slide they are carried. With 8, at most one step in 3000 has no snap there.
+/// steady slide they are dragged. With 8, at most one step in 3000 has no snap there.
 constexpr double snaps_followed = 8;
 
 /// Finds the number y of renewals per bristle in a piece in which a bristle would snap `snaps` times without
 /// renewals. Renewals prevent snaps: they leave the share (1 - exp(-y)) / y. Of the bristles that restart, by
 /// snap or renewal, the share `again` snaps once more in the piece. All these snaps together cause y.
-double find_draws(double renewal, double snaps, double again) noexcept {
+double find_selections(double renewal, double snaps, double again) noexcept {
   const double x = renewal * snaps * (1.0 + again) / std::max(1.0 - renewal * again, 0.5);
   double y = x;
   for (int i = 0; i < 4; ++i) {  // Newton's method, from the right, for the convex y^2 = x (1 - exp(-y))
@@ -65,20 +65,20 @@ std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const int redraw = r.redraws() ? 1 : 0;
   const auto kernel = (r.ages() ? r.kernels->foresee_aged : r.kernels->foresee)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
-  return kernel(view, step.advance, 0, r.active_blocks());
+  return kernel(view, step.kernel, 0, r.active_blocks());
 }
 
 /// Returns the fixed-point unit of sums over renewals. `energy_unit` keeps path x longest length below 2^51;
 /// a renewal adds at most twice that, which kernels/renew.hpp sums in coarse units of 2^40.
-double draw_unit(const Advance& a) noexcept { return a.energy_unit * 0x1p37; }
+double selection_unit(const KernelStep& a) noexcept { return a.energy_unit * 0x1p37; }
 
-/// Renews `draws` bristles selected at random: each slips and starts afresh, before the next piece of path is
-/// stepped.
+/// Renews as many bristles, selected at random: each slips and starts afresh, before the next piece of path
+/// is stepped.
 template <class T>
-void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
-  if (!(draws > 0.0)) return;
+void select_and_renew(Patch& p, const PatchStep& step, double selections) noexcept {
+  if (!(selections > 0.0)) return;
   const Representatives<T>& r = representatives<T>(p);
-  const Advance& a = step.advance;
+  const KernelStep& a = step.kernel;
   Renewal renewal{};
   for (int axis = 0; axis < 2; ++axis) {
     renewal.from[axis] = a.from[axis];
@@ -87,9 +87,9 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   renewal.length = a.length;
   renewal.residual = a.residual;
   renewal.key = renewal_key(r);
-  renewal.first_draw = r.shared->draws;
-  renewal.draws = static_cast<std::uint64_t>(draws);
-  renewal.unit = draw_unit(a);
+  renewal.first_selection = r.shared->selections;
+  renewal.selections = static_cast<std::uint64_t>(selections);
+  renewal.unit = selection_unit(a);
   renewal.start = a.start;
   renewal.duration = a.duration;
   renewal.ageing_rate = a.ageing_rate;
@@ -101,8 +101,8 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
   RenewalTotals totals{};
   kernel(view, renewal, 0, r.active_blocks(), totals);
   PieceSums& walked = r.shared->walked;
-  r.shared->draws += renewal.draws;
-  r.shared->due += p.material().material.shared_renewal * static_cast<double>(totals.snaps) - draws;
+  r.shared->selections += renewal.selections;
+  r.shared->due += p.material().material.shared_renewal * static_cast<double>(totals.snaps) - selections;
   for (int axis = 0; axis < p.axes; ++axis) {
     p.sum[axis] += totals.stored[axis];
     walked.twice_integral[axis] += to_double(totals.twice_integral[axis]) / renewal.unit * fixed_per_length;
@@ -119,7 +119,7 @@ void make_draws(Patch& p, const PatchStep& step, double draws) noexcept {
 template <class T>
 std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);
-  const Advance& a = step.advance;
+  const KernelStep& a = step.kernel;
   const std::uint64_t beyond = foresee<T>(p, step);
   if (beyond == 0) return 0;
   const double kappa = p.material().material.shared_renewal;
@@ -127,8 +127,8 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
   double lengths = a.length * r.shared->inverse_mean;
   if (r.ages()) lengths /= mean_growth(r, age_per_length(p.material().material, a));
   const double again = share_again(p.material().renewal(), lengths);
-  const double foreseen = count * find_draws(kappa, static_cast<double>(beyond) / count, again);
-  make_draws<T>(p, step, std::floor(r.shared->due + foreseen));
+  const double foreseen = count * find_selections(kappa, static_cast<double>(beyond) / count, again);
+  select_and_renew<T>(p, step, std::floor(r.shared->due + foreseen));
   return beyond;
 }
 
@@ -136,7 +136,7 @@ std::uint64_t renew(Patch& p, const PatchStep& step) noexcept {
 /// step. Both change the friction of ageing bristles, so the patch is further from steady sliding than a
 /// slide of the length `run`; the relative change of friction tells by how much (shortened_run()).
 template <class T>
-double run_of_aged(const Patch& p, const Advance& a, double run, double path) noexcept {
+double run_of_aged(const Patch& p, const KernelStep& a, double run, double path) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const Material& m = p.material().material;
   const double before = r.shared->run_ageing;
@@ -144,17 +144,17 @@ double run_of_aged(const Patch& p, const Advance& a, double run, double path) no
   if (run == 0.0) return 0.0;
   if (!(before > 0.0 && now > 0.0)) return 0.0;
   const double waited = (a.start - r.shared->run_until) / m.ageing_time - before * std::max(path, 0.0);
-  const double rest = log1p(std::max(waited, 0.0) * r.shared->inverse_mean / before);
-  const double change = m.ageing_strength * (rest + std::abs(log(now / before)));
+  const double waiting = log1p(std::max(waited, 0.0) * r.shared->inverse_mean / before);
+  const double change = m.ageing_strength * (waiting + std::abs(log(now / before)));
   return shortened_run(run, r.shared->walked.forget, change);
 }
 
-/// Finds the length of the slide that a step continues (0 = a new slide begins), and whether the step turns
-/// off the line of the slide. A step on the line continues the slide even if the patch left the line in
-/// between without a snap; a turn must begin where the slide ended. With ageing every turn begins a new
+/// Finds the length of the slide that a step continues (0 = a new slide begins), and whether the step leaves
+/// the line of the slide at a corner. A step on the line continues the slide even if the patch left the line
+/// in between without a snap; a corner must lie where the slide ended. With ageing every corner begins a new
 /// slide.
 template <class T>
-double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
+double find_run(const Patch& p, const KernelStep& a, bool& has_corner) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   if (r.shared->run == 0.0) return 0.0;
   const double(&e)[2] = r.shared->direction;
@@ -163,9 +163,9 @@ double find_run(const Patch& p, const Advance& a, bool& turns) noexcept {
   if (!(a.direction[0] * e[0] + a.direction[1] * e[1] > 0.0)) return 0.0;
   const double sine = std::abs(a.direction[0] * e[1] - a.direction[1] * e[0]);
   if (sine > straight) {
-    turns = !r.ages() && sine <= gentle * std::min(a.length * r.shared->inverse_mean, 1.0) &&
-            std::max(std::abs(x), std::abs(y)) * r.shared->inverse_mean <= straight;
-    return turns ? std::min(r.shared->run, r.shared->walked.forget) : 0.0;
+    has_corner = !r.ages() && sine <= gentle * std::min(a.length * r.shared->inverse_mean, 1.0) &&
+                 std::max(std::abs(x), std::abs(y)) * r.shared->inverse_mean <= straight;
+    return has_corner ? std::min(r.shared->run, r.shared->walked.forget) : 0.0;
   }
   if (std::abs(x * e[1] - y * e[0]) * r.shared->inverse_mean > straight) return 0.0;
   const double path = x * e[0] + y * e[1];
@@ -184,7 +184,8 @@ void note_run(Patch& p, const double (&direction)[2]) noexcept {
   r.shared->run_ageing = r.shared->walked.per_length;
   r.shared->run_until = r.shared->walked.until;
   for (int axis = 0; axis < 2; ++axis) {
-    if (r.shared->walked.run == 0.0 || r.shared->walked.turns) r.shared->direction[axis] = direction[axis];
+    if (r.shared->walked.run == 0.0 || r.shared->walked.has_corner)
+      r.shared->direction[axis] = direction[axis];
     r.shared->slid_to[axis] = p.position[axis];
   }
 }
@@ -202,15 +203,15 @@ void write_down(Patch& p, std::uint32_t b) noexcept {
   note_tail<T>(p);
 }
 
-/// Carries the blocks [begin, end) round a corner of the path without stepping them, and then `length` along
+/// Drags the blocks [begin, end) round a corner of the path without stepping them, and then `length` along
 /// the step's direction, up to the step's last piece. `before`: direction before the corner. Adds to the sums
 /// by how much the deflections then differ from steady sliding.
 template <class T>
-void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
-                 std::uint32_t begin, std::uint32_t end) noexcept {
+void drag_round(Patch& p, const PatchStep& step, const double (&before)[2], double length,
+                std::uint32_t begin, std::uint32_t end) noexcept {
   if (!(length > 0.0) || begin == end) return;
   const Representatives<T>& r = representatives<T>(p);
-  const Advance& a = step.advance;
+  const KernelStep& a = step.kernel;
   for (std::uint32_t b = begin; b < end; ++b)
     if (r.blocks[b].zero) write_down<T>(p, b);
   Corner corner{};
@@ -223,7 +224,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
   corner.residual = a.residual;
   corner.unit = a.energy_unit;
   const bool sums_lag = has(p.outputs, Outputs::mean) || has(p.outputs, Outputs::energy);
-  const auto kernel = r.kernels->carry[sums_lag ? 1 : 0];
+  const auto kernel = r.kernels->drag[sums_lag ? 1 : 0];
   const PatchView<T> view = r.view();
   RenewalTotals totals{};
   kernel(view, corner, begin, end, totals);
@@ -241,7 +242,7 @@ void carry_round(Patch& p, const PatchStep& step, const double (&before)[2], dou
 
 /// Updates the state and adds to the step's sums after the kernels have stepped one piece.
 template <class T>
-void finish_sums(Patch& p, const Advance& a, const Totals& t) noexcept {
+void finish_sums(Patch& p, const KernelStep& a, const Totals& t) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   StepSums sums;
   finish_kernel<T>(p, a, t, sums);
@@ -282,7 +283,7 @@ Patch part_from(const Patch& p, std::uint32_t begin, Representatives<T>& record)
   record.first += first;
   record.delta += first;
   if (record.zy != nullptr) record.zy += first;
-  if (record.draw != nullptr) record.draw += first;
+  if (record.random != nullptr) record.random += first;
   Patch part = p;
   part.record = &record;
   part.whole = record.full_blocks() * block_size;
@@ -301,10 +302,10 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   Patch young = part_from<T>(p, begin, record);
   const Int128 before[2] = {young.sum[0], young.sum[1]};
   PatchStep apart = step;
-  Advance& a = apart.advance;
+  KernelStep& a = apart.kernel;
   for (int axis = 0; axis < 2; ++axis) {
     a.from[axis] = p.position[axis];
-    a.to[axis] = sum_of(a.from[axis], std::llrint(step.advance.direction[axis] * length * fixed_per_length));
+    a.to[axis] = sum_of(a.from[axis], std::llrint(step.kernel.direction[axis] * length * fixed_per_length));
   }
   find_direction(a);
   a.skips_blocks = 0;
@@ -316,8 +317,8 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   a.energy_unit = std::ldexp(a.energy_unit, -std::max(lengths, 0));
   const double kappa = p.material().material.shared_renewal;
   const double due = record.shared->due;
-  make_draws<T>(young, apart,
-                std::floor(kappa * record.shared->steady_snaps * record.in_contact() * a.length));
+  select_and_renew<T>(young, apart,
+                      std::floor(kappa * record.shared->steady_snaps * record.in_contact() * a.length));
   finish_sums<T>(young, a, run_all_blocks<T>(young, apart));
   record.shared->due = due;
   for (int axis = 0; axis < 2; ++axis) {
@@ -335,27 +336,27 @@ void follow_apart(Patch& p, const PatchStep& step, double length, std::uint32_t 
   walked.changed = true;
 }
 
-/// Carries the bristles along the steady part of a slide's path without stepping them, up to its last piece,
-/// which ends at `path`. Turns them round a corner if the path turns, and steps young bristles as far as they
-/// need it.
+/// Drags the bristles along the steady part of a slide's path without stepping them, up to its last piece,
+/// which ends at `path`. Turns them round a corner if the path has one, and steps young bristles as far as
+/// they need it.
 template <class T>
-void carry_on(Patch& p, const PatchStep& step, bool turned, double path) noexcept {
+void drag_on(Patch& p, const PatchStep& step, bool after_corner, double path) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const PieceSums& walked = r.shared->walked;
   const double length = walked.length - path;
   const std::uint32_t begin = first_young_block(r), end = r.active_blocks();
   double needed = begin < end ? std::clamp(walked.forget - walked.young_run - path, 0.0, length) : 0.0;
   if (needed < least_apart * r.shared->piece) needed = 0.0;
-  if (walked.turns) {
-    const double(&before)[2] = turned ? step.advance.direction : r.shared->direction;
-    carry_round<T>(p, step, before, length, 0, begin);
-    carry_round<T>(p, step, before, length - needed, begin, end);
+  if (walked.has_corner) {
+    const double(&before)[2] = after_corner ? step.kernel.direction : r.shared->direction;
+    drag_round<T>(p, step, before, length, 0, begin);
+    drag_round<T>(p, step, before, length - needed, begin, end);
   }
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
 /// Returns the length of the part of a step's path along which every bristle must be stepped (along the rest
-/// they are carried): as much as the slide lacks to be steady. It is at least so long that its end does not
+/// they are dragged): as much as the slide lacks to be steady. It is at least so long that its end does not
 /// depend on its start, and that several snaps are expected on it (snaps_followed), which matters in a patch
 /// of few bristles.
 template <class T>
@@ -363,9 +364,9 @@ double path_followed(const Representatives<T>& r, double length) noexcept {
   const double some = std::max(r.shared->goes_on, snaps_followed / (r.shared->steady_snaps * r.in_contact()));
   const double forget = r.shared->walked.forget;
   const double followed = std::min({length, forget, std::max(forget - r.shared->walked.run, some)});
-  // Steps the bristles along the whole path unless it pays to carry them. Carrying them round a corner costs
+  // Steps the bristles along the whole path unless it pays to drag them. Dragging them round a corner costs
   // as much as stepping them along the path `goes_on`.
-  const bool pays = !r.shared->walked.turns || length - followed > r.shared->goes_on;
+  const bool pays = !r.shared->walked.has_corner || length - followed > r.shared->goes_on;
   return pays ? followed : length;
 }
 
@@ -415,10 +416,10 @@ void plan_pieces(Representatives<T>& r) noexcept {
 }
 
 template <class T>
-void advance_pieces(Patch& p, PatchStep& step) noexcept {
+void step_pieces(Patch& p, PatchStep& step) noexcept {
   Representatives<T>& r = representatives<T>(p);
-  const Advance whole = step.advance;
-  BRISTLE_ASSERT(whole.commit);
+  const KernelStep whole = step.kernel;
+  BRISTLE_ASSERT(whole.stores);
   r.shared->walked = PieceSums{};
   r.shared->walked.length = whole.length;
   r.shared->walked.duration = whole.duration;
@@ -434,15 +435,15 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     prepare_kernel<T>(p, step);
     return;
   }
-  r.shared->walked.run = find_run<T>(p, whole, r.shared->walked.turns);
+  r.shared->walked.run = find_run<T>(p, whole, r.shared->walked.has_corner);
   r.shared->walked.young_run =
       std::clamp(r.shared->young_run + r.shared->walked.run - r.shared->run, 0.0, r.shared->walked.run);
   const double followed = path_followed(r, whole.length);
   // Makes pieces shorter in patches of many bristles: the error falls with the square of the piece, and
   // should not exceed the noise, which falls with the root of the number of bristles. Pieces keep their full
-  // length if bristles are carried round a corner (carry_round()), because the last piece must follow the
+  // length if bristles are dragged round a corner (drag_round()), because the last piece must follow the
   // corner.
-  const bool bends = r.shared->walked.turns && followed < whole.length;
+  const bool bends = r.shared->walked.has_corner && followed < whole.length;
   const double even = bends ? 1.0 : std::min(even_bristles / r.bristles, 1.0);
   const double piece = r.shared->piece * square_root(square_root(even));
   const double pieces = std::max(std::ceil(followed / piece * (1.0 - 1e-12)), 1.0);
@@ -451,7 +452,7 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     renew<T>(p, step);
     return;
   }
-  Advance& a = step.advance;
+  KernelStep& a = step.kernel;
   a.snaps_all = 0;
   a.skips_blocks = p.skips ? 1 : 0;
   for (int axis = 0; axis < 2; ++axis) a.to[axis] = whole.from[axis];
@@ -470,12 +471,12 @@ void advance_pieces(Patch& p, PatchStep& step) noexcept {
     a.rounding = rounding_of_times(step.ends, k);
     find_direction(a);
     prepare_kernel<T>(p, step);
-    if (k >= pieces && path < whole.length) carry_on<T>(p, step, k > 1.0, path);
+    if (k >= pieces && path < whole.length) drag_on<T>(p, step, k > 1.0, path);
     const std::uint64_t beyond = renew<T>(p, step);
-    // Carries the patch only after a bristle has snapped. Until the first snap the patch does not slide, and
+    // Drags the patch only after a bristle has snapped. Until the first snap the patch does not slide, and
     // its bristles still bend further.
     if (arrives || (k >= pieces && (beyond > 0 || r.shared->walked.changed))) {
-      r.shared->walked.carried = whole.length - path;
+      r.shared->walked.dragged = whole.length - path;
       return;
     }
     finish_piece<T>(p, a, run_all_blocks<T>(p, step));
@@ -503,7 +504,7 @@ void bring_along(Patch& p) noexcept {
 }  // namespace
 
 template <class T>
-void finish_piece(Patch& p, const Advance& a, const Totals& t) noexcept {
+void finish_piece(Patch& p, const KernelStep& a, const Totals& t) noexcept {
   Representatives<T>& r = representatives<T>(p);
   finish_sums<T>(p, a, t);
   r.shared->walked.changed |= t.blocks_rewritten > 0;
@@ -517,7 +518,7 @@ namespace {
 /// Returns twice the mean sum of deflections over a step without any snap. It has the same bits as
 /// bend_without_snap(), so that cutting a step into pieces changes none.
 template <class T>
-double held_mean(const Patch& p, int axis) noexcept {
+double unsnapped_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
   Int128 twice_mean = 2 * p.sum[axis] - Int128{p.whole} * difference(p.position[axis], from);
   if (p.part > 0.0)
@@ -527,13 +528,14 @@ double held_mean(const Patch& p, int axis) noexcept {
   return to_double(twice_mean);
 }
 
-/// Returns the number of snaps to report for a path on which bristles are carried without being stepped: a
+/// Returns the number of snaps to report for a path on which bristles are dragged without being stepped: a
 /// whole number whose mean over many steps is exact.
 template <class T>
-std::uint64_t snaps_carried(const Representatives<T>& r, double carried) noexcept {
-  const double share = static_cast<double>(renewal_key(r) + r.shared->draws * 0x9E3779B97F4A7C15u) * 0x1p-64;
+std::uint64_t snaps_dragged(const Representatives<T>& r, double dragged) noexcept {
+  const double share =
+      static_cast<double>(renewal_key(r) + r.shared->selections * 0x9E3779B97F4A7C15u) * 0x1p-64;
   const double rate = r.ages() ? r.aged->steady_snaps : r.shared->steady_snaps;
-  const double snaps = std::floor(carried * rate * r.in_contact() + share);
+  const double snaps = std::floor(dragged * rate * r.in_contact() + share);
   return snaps < 9e18 ? static_cast<std::uint64_t>(snaps) : std::uint64_t{9000000000000000000u};
 }
 
@@ -545,37 +547,38 @@ void finish_walk(Patch& p, const double (&direction)[2], StepSums& sums) noexcep
   const PieceSums& walked = r.shared->walked;
   if (walked.changed) note_run<T>(p, direction);
   double steady_bend = r.shared->steady_bend;
-  if (r.ages() && walked.carried > 0.0) {
+  if (r.ages() && walked.dragged > 0.0) {
     find_steady_sliding(r, walked.per_length);
     steady_bend = r.aged->steady_bend;
-    // Advances the time at which blocks were last rewritten by the time of the carried path, so that bristles
+    // Advances the time at which blocks were last rewritten by the time of the dragged path, so that bristles
     // do not age on it. In steady sliding their ages stay the same on average.
     for (std::uint32_t b = 0; b < r.active_blocks(); ++b)
-      r.since[b] += walked.duration * (walked.carried / walked.length);
+      r.since[b] += walked.duration * (walked.dragged / walked.length);
   }
-  // Adds the part of the path on which bristles were carried to the sums; on it they have the mean deflection
+  // Adds the part of the path on which bristles were dragged to the sums; on it they have the mean deflection
   // of steady sliding.
   const double weight = static_cast<double>(r.whole) + static_cast<double>(static_cast<T>(r.fraction));
-  const double share = (walked.carried - walked.apart) / walked.length;
+  const double share = (walked.dragged - walked.apart) / walked.length;
   const double steady = 2.0 * weight * steady_bend;
   for (int axis = 0; axis < p.axes; ++axis) {
     sums.end[axis] = deflection_sum(p, axis) * fixed_per_length;
     sums.twice_mean[axis] =
         walked.twice_integral[axis] / walked.length + direction[axis] * (steady * share) * fixed_per_length;
-    if (!walked.changed) sums.twice_mean[axis] = held_mean<T>(p, axis);
+    if (!walked.changed) sums.twice_mean[axis] = unsnapped_mean<T>(p, axis);
   }
   sums.visited = walked.visited;
   if (!has(p.outputs, Outputs::energy)) return;
-  // Shortens the carried path, as far as energy and snaps are concerned, where deflections lag behind a turn
-  // of the path. Bristles are bent less along the motion there, so they dissipate less and snap less often.
-  const double carried =
-      walked.carried > 0.0 ? std::max(walked.carried - walked.apart + walked.lag / steady, 0.0) : 0.0;
-  const double squares = walked.squares + steady * carried;
+  // Shortens the dragged path, as far as energy and snaps are concerned, where deflections lag behind a
+  // corner of the path. Bristles are bent less along the motion there, so they dissipate less and snap less
+  // often.
+  const double dragged =
+      walked.dragged > 0.0 ? std::max(walked.dragged - walked.apart + walked.lag / steady, 0.0) : 0.0;
+  const double squares = walked.squares + steady * dragged;
   sums.dissipated = std::min(joules_per_square<T>(p) * squares, highest_energy);
   sums.snaps = walked.snaps;
-  if (walked.carried > 0.0) sums.snaps += snaps_carried(r, carried);
+  if (walked.dragged > 0.0) sums.snaps += snaps_dragged(r, dragged);
 }
 
-BRISTLE_INSTANTIATE(plan_pieces, advance_pieces, finish_piece, note_young, finish_walk)
+BRISTLE_INSTANTIATE(plan_pieces, step_pieces, finish_piece, note_young, finish_walk)
 
 }  // namespace bristle::detail

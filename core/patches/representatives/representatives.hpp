@@ -32,8 +32,9 @@ struct RepresentativeCount {
 
 /// State of shared renewal, the effect by which a snap makes other bristles start afresh. Saved and hashed.
 struct RenewalState {
-  double due = 0.0;         ///< renewals still to be made: kappa for each snap so far, less the renewals made
-  std::uint64_t draws = 0;  ///< number of draws for renewal so far, which is the number of the next draw
+  double due = 0.0;  ///< renewals still to be made: kappa for each snap so far, less the renewals made
+  std::uint64_t selections =
+      0;  ///< number of selections for renewal so far, which is the number of the next draw
 
   /// Length of the present slide so far, scaled, at most `forget`; 0 = none. A slide is straight or gently
   /// bent, and was last continued by a step with a snap. Steps without a snap do not change the length; a
@@ -58,7 +59,7 @@ struct RenewalState {
   // fields.
   double run_ageing = 0.0;           ///< age gained per length in the slide (AgedSliding::per_length)
   double run_until = 0.0;            ///< time of the patch at the end of the slide, s
-  double direction[2] = {0.0, 0.0};  ///< direction of the slide after its last turn, a unit vector
+  double direction[2] = {0.0, 0.0};  ///< direction of the slide after its last corner, a unit vector
   std::int64_t slid_to[2] = {0, 0};  ///< position of the patch at the end of the slide
 };
 
@@ -68,25 +69,25 @@ struct AgedSliding {
   KernelLaw law{};              ///< law of fresh snap lengths, with the constants of jumps of aged bristles
   double per_length = -1.0;     ///< age gained per scaled length, in ageing times; < 0: not computed
   double largest_growth = 1.0;  ///< factor by which ageing increases the longest snap length
-  double steady_at = -1.0;      ///< value of `per_length` for which `steady_bend` and `steady_snaps` hold
-  double steady_bend = 0.0;     ///< mean deflection of steady sliding with shared renewal, scaled
-  double steady_snaps = 0.0;    ///< snaps of a bristle per scaled length of steady sliding
+  double steady_at = -1.0;    ///< value of `per_length` for which `steady_bend` and `steady_snaps` are valid
+  double steady_bend = 0.0;   ///< mean deflection of steady sliding with shared renewal, scaled
+  double steady_snaps = 0.0;  ///< snaps of a bristle per scaled length of steady sliding
 };
 
-/// Sums over the pieces into which a step with shared renewal is cut. Where the patch is carried, its
+/// Sums over the pieces into which a step with shared renewal is cut. Where the patch is dragged, its
 /// bristles are not stepped: their |z| stay, as they do on average in steady sliding.
 struct PieceSums {
   double length = 0.0;                 ///< length of the step, scaled
   double until = 0.0, duration = 0.0;  ///< time at the end of the step, and duration of the step, s
   double forget = 0.0;                 ///< path, scaled, after which a straight slide at this speed is steady
   double per_length = 0.0;             ///< age gained per scaled length in this step, in ageing times
-  double carried = 0.0;                ///< part of the step's path along which the patch is carried, scaled
+  double dragged = 0.0;                ///< part of the step's path along which the patch is dragged, scaled
   double run = 0.0;                    ///< length of the slide that this step continues, scaled
   double young_run = 0.0;              ///< length of slide that this step's young bristles continue, scaled
   /// Path along which only the young bristles (new in contact) are stepped, times their share of the weight.
-  /// It is included in `carried`.
+  /// It is included in `dragged`.
   double apart = 0.0;
-  /// Correction of the dissipated energy for bristles that are carried round a corner: their energy less that
+  /// Correction of the dissipated energy for bristles that are dragged round a corner: their energy less that
   /// in steady sliding (negative), in the unit of `squares`.
   double lag = 0.0;
   /// Twice the integral of the sum of deflections along the path, in the unit of StepSums times scaled
@@ -95,8 +96,8 @@ struct PieceSums {
   double squares = 0.0;  ///< dissipated energy as a sum of squared deflections, scaled
   std::uint64_t snaps = 0, visited = 0;
   std::int64_t from[2] = {0, 0};  ///< position of the patch at the start of the step
-  bool changed = false;           ///< whether a bristle snapped, was renewed, or was carried round a corner
-  bool turns = false;             ///< whether this step turns off the line of the slide that it continues
+  bool changed = false;           ///< whether a bristle snapped, was renewed, or was dragged round a corner
+  bool has_corner = false;        ///< whether this step leaves the line of the slide that it continues
 };
 
 /// Shared renewal of a patch (each snap makes other bristles start afresh): its state, constants of the
@@ -105,7 +106,7 @@ struct SharedRenewal : RenewalState {
   double piece = 0.0;         ///< longest piece of path that is computed at once, scaled
   double inverse_mean = 0.0;  ///< one over the mean snap length, scaled
   double forget = 0.0;        ///< path after which a straight slide is steady, scaled
-  /// Least path, scaled, along which every bristle is stepped, not carried, in each step of a steady slide.
+  /// Least path, scaled, along which every bristle is stepped, not dragged, in each step of a steady slide.
   double goes_on = 0.0;
   double steady_bend = 0.0;   ///< mean deflection of steady sliding, scaled
   double steady_snaps = 0.0;  ///< snaps of a bristle per scaled length of steady sliding
@@ -135,7 +136,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
   T* first = nullptr;  ///< deflections at which bristles snap for the first time, scaled
   /// Deflections at which bristles snap next, scaled; with SnapRule::keep the same column as `first`.
   T* delta = nullptr;
-  std::uint32_t* draw = nullptr;    ///< states of the bristles' random numbers; null with SnapRule::keep
+  std::uint32_t* random = nullptr;  ///< states of the bristles' random numbers; null with SnapRule::keep
   SharedRenewal* shared = nullptr;  ///< state of shared renewal, one entry; null for a material without it
 
   // Ages of bristles, and times at which blocks were last rewritten (PatchView); null without ageing.
@@ -154,14 +155,14 @@ struct Representatives : PatchRecord, RepresentativeCount {
     visit(r.zy, ColumnRule{"zy", r.options.axes == 2 ? rows : 0, Filler::zero, true});
     visit(r.first, ColumnRule{"first", rows, Filler::from_seed, !r.redraws()});
     visit(r.delta, ColumnRule{"delta", redrawn, Filler::first_length, true});
-    visit(r.draw, ColumnRule{"draw", redrawn, Filler::draw_state, true});
+    visit(r.random, ColumnRule{"draw", redrawn, Filler::random_state, true});
     // Lists shared renewal as neither saved nor hashed here, because other functions save and hash its state.
     visit(r.shared, ColumnRule{"shared", r.renews() ? 1u : 0u, Filler::cache, false});
     visit(r.age, ColumnRule{"age", r.ages() ? rows : 0, Filler::age, true});
     visit(r.since, ColumnRule{"since", r.ages() ? r.block_count : 0, Filler::block, false});
     visit(r.aged, ColumnRule{"aged", r.ages() ? 1u : 0u, Filler::cache, false});
   }
-  /// Points to the present snap lengths, after the columns were placed. With SnapRule::keep the first snap
+  /// Points to the present snap lengths, after the columns were set. With SnapRule::keep the first snap
   /// lengths are the present ones, so both share a column.
   void find_lengths() noexcept {
     if (!redraws()) delta = first;
@@ -180,7 +181,7 @@ struct Representatives : PatchRecord, RepresentativeCount {
     return {zx,
             zy,
             delta,
-            draw,
+            random,
             first,
             blocks,
             groups,
@@ -271,9 +272,9 @@ template <class T>
 void begin_ageing(const Representatives<T>& r) noexcept;
 /// Fills the constants of ageing that the kernels of a step need.
 template <class T>
-void prepare_ageing(const Patch& p, Advance& advance) noexcept;
+void prepare_ageing(const Patch& p, KernelStep& step) noexcept;
 /// Returns the age that a bristle gains per scaled length of a step, in ageing times.
-double age_per_length(const Material& material, const Advance& advance) noexcept;
+double age_per_length(const Material& material, const KernelStep& step) noexcept;
 /// Returns the factor by which ageing lengthens the mean path from snap to snap in steady sliding at one
 /// speed, without shared renewal.
 template <class T>
@@ -299,7 +300,7 @@ template <class T>
 double apply_load(Patch& p, double normal_load_n) noexcept;
 
 template <class T>
-void advance(Patch& p, PatchStep& step, StepSums& sums) noexcept;
+void step_bristles(Patch& p, PatchStep& step, StepSums& sums) noexcept;
 template <class T>
 std::uint32_t prepare(Patch& p, PatchStep& step) noexcept;
 template <class T>
@@ -311,7 +312,7 @@ void finish(Patch& p, const PatchStep& step, const Totals& totals, StepSums& sum
 /// Updates positions and sums of deflections after the kernels have made a step or a piece of one. Energy,
 /// number of snaps and bounds are left to the caller.
 template <class T>
-void finish_kernel(Patch& p, const Advance& advance, const Totals& totals, StepSums& sums) noexcept;
+void finish_kernel(Patch& p, const KernelStep& step, const Totals& totals, StepSums& sums) noexcept;
 /// Sets the kernels' constants for a step or for a piece of one.
 template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept;
@@ -324,19 +325,19 @@ void find_new_bound(Patch& p, const Totals& totals) noexcept;
 template <class T>
 bool sums_agree(const Patch& p) noexcept;
 
-// Functions of a step that is cut into pieces (shared renewal, renewal.cpp). `advance_pieces` steps all
+// Functions of a step that is cut into pieces (shared renewal, renewal.cpp). `step_pieces` steps all
 // pieces but the last, whose renewals it makes; `finish_piece` ends a piece; `finish_walk` gives the sums
 // over all pieces.
 template <class T>
 void plan_pieces(Representatives<T>& r) noexcept;
 template <class T>
-void advance_pieces(Patch& p, PatchStep& step) noexcept;
+void step_pieces(Patch& p, PatchStep& step) noexcept;
 /// Returns how long a slide of the length `run` would be whose bristles are as far from steady sliding, after
 /// a share of its deflections was disturbed. A disturbance decays exponentially along the path, to 1e-3 along
 /// `forget`, as does the difference from steady sliding at the beginning of a slide.
 double shortened_run(double run, double forget, double share) noexcept;
 template <class T>
-void finish_piece(Patch& p, const Advance& advance, const Totals& totals) noexcept;
+void finish_piece(Patch& p, const KernelStep& step, const Totals& totals) noexcept;
 /// Updates, after a change of load, which bristles count as young (in contact since the present slide began).
 /// `active`, `whole`: numbers in contact, and in contact with full weight, before the change.
 template <class T>

@@ -18,25 +18,25 @@ void count_fields(Count& c, Visit&& visit) noexcept {
   visit(c.whole);
 }
 
-/// Places of a bristle's numbers in the saved columns, as bytes from the first column to the column of each
-/// number. A column that the record does not have has the place `none`.
-struct SavedPlaces {
+/// Offsets of a bristle's numbers in the saved columns, in bytes from the first column to the column of each
+/// number. A column that the record does not have has the offset `none`.
+struct SavedOffsets {
   static constexpr std::size_t none = ~std::size_t{0};
   std::size_t deflection[2] = {none, none}, length = none, age = none;
 };
 template <class T>
-SavedPlaces saved_places(const Representatives<T>& r) noexcept {
-  SavedPlaces places;
+SavedOffsets saved_offsets(const Representatives<T>& r) noexcept {
+  SavedOffsets offsets;
   std::size_t at = 0;
   Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
     if (rule.count == 0 || !is_saved(rule.filler)) return;
     if (rule.filler == Filler::zero)
-      places.deflection[places.deflection[0] == SavedPlaces::none ? 0 : 1] = at;
-    if (rule.filler == Filler::first_length) places.length = at;
-    if (rule.filler == Filler::age) places.age = at;
+      offsets.deflection[offsets.deflection[0] == SavedOffsets::none ? 0 : 1] = at;
+    if (rule.filler == Filler::first_length) offsets.length = at;
+    if (rule.filler == Filler::age) offsets.age = at;
     at += std::size_t{r.bristles} * sizeof *column;
   });
-  return places;
+  return offsets;
 }
 
 /// Largest number of snaps of a bristle in a piece of path. It bounds a saved number: the renewals that
@@ -51,7 +51,7 @@ void renewal_fields(State& s, const Representatives<T>& r, Visit&& visit) noexce
   const double most = most_snaps_of_piece * largest_renewal * r.bristles;
   const Hashed young = s.young_from == RenewalState::none_young ? Hashed::apart : Hashed::value;
   visit(s.due, FieldRule{"renewals due", -most, most});
-  visit(s.draws);
+  visit(s.selections);
   visit(s.run);
   visit(s.young_run, FieldRule{.hashed = young});
   visit(s.young_from, FieldRule{.hashed = young});
@@ -60,7 +60,7 @@ template <class State, class Visit>
 void course_fields(State& s, Visit&& visit) noexcept {
   for (int axis = 0; axis < 2; ++axis) {
     visit(s.direction[axis], FieldRule{"direction", -1.0, 1.0});
-    visit(s.slid_to[axis], placed(axis));
+    visit(s.slid_to[axis], positioned(axis));
   }
 }
 template <class State, class Visit>
@@ -240,7 +240,7 @@ void save(const Patch& p, ByteWriter& write) noexcept {
   Representatives<T>::columns(r, [&](const auto* column, const ColumnRule& rule) {
     using Entry = std::remove_cv_t<std::remove_pointer_t<decltype(column)>>;
     if (rule.count == 0 || !is_saved(rule.filler)) return;
-    if (rule.filler == Filler::draw_state) {
+    if (rule.filler == Filler::random_state) {
       write.column(column, r.bristles);
       return;
     }
@@ -275,7 +275,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   }
 
   // Allows twice the longest length under an exponential law: a bristle at the end of a long slide may
-  // combine two samples, the lengths before and after that place.
+  // combine two samples, the lengths before and after that snap.
   const bool memoryless = p.material().material.snap_length.law() == SnapLaw::exponential;
   // Allows a deflection to exceed the snap length slightly, by rounding.
   const double longest = longest_bend(r) * (r.redraws() && memoryless ? 2.0 : 1.0) * (1.0 + 1e-3);
@@ -284,7 +284,7 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
   const std::uint32_t touching = count.whole + (count.fraction > 0.0 ? 1u : 0u);
   const std::uint32_t seed = contact.record->options.seed;
   const bool same_seed = seed == r.options.seed;
-  const SavedPlaces places = saved_places(r);
+  const SavedOffsets offsets = saved_offsets(r);
   const Material& m = p.material().material;
   const double residual = p.material().residual;
   const double now = time_of(contact);
@@ -312,23 +312,23 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
         return static_cast<double>(number);
       };
       double length = 0.0;
-      if (places.length != SavedPlaces::none)
-        length = number_at(places.length);
+      if (offsets.length != SavedOffsets::none)
+        length = number_at(offsets.length);
       else
         length = static_cast<double>(same_seed ? r.first[i] : first_length<T>(p.material(), seed, i));
       if (!within(length, shortest, longest)) return "a snap length";
       double grown = 1.0;
-      if (places.age != SavedPlaces::none) {
+      if (offsets.age != SavedOffsets::none) {
         // Allows a negative age: a bristle renewed in mid-step stores one, which offsets the time before its
         // renewal.
-        const double age = number_at(places.age);
+        const double age = number_at(offsets.age);
         if (!within(age, -oldest_bristle, oldest_bristle)) return "an age";
-        const double held = std::max(age + std::max(now - since, 0.0) / m.ageing_time, 0.0);
-        grown = m.ageing_factor(held * m.ageing_time);
+        const double stuck_for = std::max(age + std::max(now - since, 0.0) / m.ageing_time, 0.0);
+        grown = m.ageing_factor(stuck_for * m.ageing_time);
       }
       double squared = 0.0;
       for (int axis = 0; axis < p.axes; ++axis) {
-        const double stored = number_at(places.deflection[axis]);
+        const double stored = number_at(offsets.deflection[axis]);
         if (!within(stored, -farthest, farthest)) return "a deflection";
         squared += (stored + moved[axis]) * (stored + moved[axis]);
       }

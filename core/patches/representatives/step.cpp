@@ -21,7 +21,7 @@ double energy_unit(double length, double longest) noexcept {
   return std::ldexp(1.0, std::clamp(61 - exponent, -1020, 60));
 }
 
-/// Returns the key of the random numbers that place bristles between two snaps after a jump. It depends on
+/// Returns the key of the random numbers that put bristles between two snaps after a jump. It depends on
 /// the state, so that successive equal steps, and equal patches in different states, get different random
 /// numbers.
 template <class T>
@@ -75,7 +75,7 @@ template <class T>
 void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
   const CompiledMaterial& m = p.material();
-  Advance& a = step.advance;
+  KernelStep& a = step.kernel;
   a.residual = m.residual;
   if (a.snaps_all) {
     // Uses double precision only if the path left after a bristle's last snap is needed (under the stationary
@@ -98,7 +98,7 @@ void prepare_kernel(const Patch& p, PatchStep& step) noexcept {
 template <class T>
 std::uint32_t prepare(Patch& p, PatchStep& step) noexcept {
   if (p.renews)
-    advance_pieces<T>(p, step);
+    step_pieces<T>(p, step);
   else
     prepare_kernel<T>(p, step);
   return representatives<T>(p).active_blocks();
@@ -108,20 +108,20 @@ template <class T>
 void run_blocks(const Patch& p, const PatchStep& step, std::uint32_t first, std::uint32_t last,
                 Totals& totals) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  r.kernels->step[r.variant](r.view(), step.advance, first, last, totals);
+  r.kernels->step[r.variant](r.view(), step.kernel, first, last, totals);
 }
 
 template <class T>
-void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) noexcept {
+void finish_kernel(Patch& p, const KernelStep& a, const Totals& t, StepSums& sums) noexcept {
   const bool mean = has(p.outputs, Outputs::mean);
   // Computes the sum of deflections at the end of the step, and twice its mean over the step, exactly in
   // fixed point. Takes one axis at a time, so that 128-bit sums stay in registers.
   for (int axis = 0; axis < p.axes; ++axis) {
-    const Int128 carried = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
-    const Int128 whole = p.sum[axis] + carried + t.stored[axis] + Int128{block_size} * t.offset[axis];
+    const Int128 moved = Int128{p.whole} * difference(a.to[axis], a.from[axis]);
+    const Int128 whole = p.sum[axis] + moved + t.stored[axis] + Int128{block_size} * t.offset[axis];
     Int128 end = whole;
     Int128 twice_mean = 0;
-    if (mean) twice_mean = 2 * p.sum[axis] + carried + t.twice_mean[axis];
+    if (mean) twice_mean = 2 * p.sum[axis] + moved + t.twice_mean[axis];
     if (p.part > 0.0 && t.tail_snapped) {
       end += t.tail_stored[axis];
       twice_mean += t.tail_twice_mean[axis];
@@ -134,17 +134,17 @@ void finish_kernel(Patch& p, const Advance& a, const Totals& t, StepSums& sums) 
     }
     sums.end[axis] = to_double(end);
     sums.twice_mean[axis] = to_double(twice_mean);
-    if (a.commit) {
+    if (a.stores) {
       p.sum[axis] = whole;
       p.position[axis] = a.to[axis];
     }
   }
-  if (a.commit && t.tail_snapped) note_tail<T>(p);
+  if (a.stores && t.tail_snapped) note_tail<T>(p);
 }
 
 template <class T>
 void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) noexcept {
-  const Advance& a = step.advance;
+  const KernelStep& a = step.kernel;
   if (p.renews) {
     finish_piece<T>(p, a, t);
     finish_walk<T>(p, a.direction, sums);
@@ -157,13 +157,13 @@ void finish(Patch& p, const PatchStep& step, const Totals& t, StepSums& sums) no
     sums.snaps = t.snaps;
   }
   sums.visited = t.visited;
-  if (!a.commit) return;
+  if (!a.stores) return;
   BRISTLE_ASSERT(sums_agree<T>(p));
   find_new_bound<T>(p, t);
 }
 
 template <class T>
-void advance(Patch& p, PatchStep& step, StepSums& sums) noexcept {
+void step_bristles(Patch& p, PatchStep& step, StepSums& sums) noexcept {
   Totals totals{};
   run_blocks<T>(p, step, 0, prepare<T>(p, step), totals);
   finish<T>(p, step, totals, sums);
@@ -190,6 +190,6 @@ void add_totals(Totals& sum, const Totals& part) noexcept {
 }
 
 BRISTLE_INSTANTIATE(sums_agree, find_new_bound, prepare_kernel, finish_kernel, prepare, run_blocks, finish,
-                    advance)
+                    step_bristles)
 
 }  // namespace bristle::detail

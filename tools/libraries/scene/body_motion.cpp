@@ -24,7 +24,7 @@ BodyMotion::BodyMotion(const SceneBody& body, std::vector<std::size_t> patches)
     coupled.body.mass *= body_.mass;
     coupled.contacts.resize(patches_.size());
     for (std::size_t i = 0; i < patches_.size(); ++i) {
-      coupled.contacts[i].place = patches_[i];
+      coupled.contacts[i].index = patches_[i];
       coupled.contacts[i].axes = body_.axes;
     }
   };

@@ -204,7 +204,7 @@ void Loop::step_implicitly() {
     // Lets the spring act beyond its limit, without clipping it. This is the fault that the scheme is to
     // show.
     bristle::LinearFriction always_on(response_, s_.dt_s, motion_.normal_load);
-    always_on.bounded = false;
+    always_on.limited = false;
     const Eigen::Matrix2d mobility = Eigen::Matrix2d::Identity() / s_.mass_kg;
     const Eigen::Vector2d v(axis_[0].v, axis_[1].v);
     const Eigen::Vector2d impulse = always_on.impulse(motion_.normal_load * s_.dt_s, s_.dt_s, mobility, v);

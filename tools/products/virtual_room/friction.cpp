@@ -79,7 +79,7 @@ Velocity Friction::find_brush_motion(double dt_s, const Body& body, const Veloci
     motions_[points_].id = ids_[c.patch];
     motions_[points_].normal_load = c.load;
     feet_[points_] = {};
-    feet_[points_].place = points_;
+    feet_[points_].index = points_;
     feet_[points_].jacobian = c.rows;
     ++points_;
   }
@@ -103,7 +103,7 @@ std::size_t Friction::add_pad_feet(const PatchContact& contact, std::size_t firs
   for (std::size_t k = 0; k < count; ++k) {
     const double(&at)[2] = cells[k].position;
     feet_[first + k] = {};
-    feet_[first + k].place = first + k;
+    feet_[first + k].index = first + k;
     feet_[first + k].jacobian = contact.rows + Eigen::Vector2d(-at[1], at[0]) * contact.spin.transpose();
   }
   return count;

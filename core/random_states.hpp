@@ -1,4 +1,4 @@
-// Random numbers of bristles. A bristle's state is advanced by draw_stride (kernel_table.hpp) and mixed to
+// Random numbers of bristles. A bristle's state is advanced by random_stride (kernel_table.hpp) and mixed to
 // give a number. Kernels include this header, so its functions have internal linkage.
 #pragma once
 
