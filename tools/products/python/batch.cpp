@@ -115,7 +115,7 @@ void define_report(py::module_& module) {
                 py::module_::import("bristle").attr("Status")(static_cast<std::uint32_t>(r.status)));
           },
           "All responses' flags together: bristle.Status.")
-      .def_readonly("patches_stepped", &StepReport::patches_stepped, "Motions that were carried out.")
+      .def_readonly("patches_stepped", &StepReport::patches_stepped, "Motions that were executed.")
       .def_readonly("tasks", &StepReport::tasks,
                     "Pieces that the step was cut into: 1 = not shared, 0 = refused.")
       .def_readonly("threads", &StepReport::threads, "Threads that took a piece of work.")
