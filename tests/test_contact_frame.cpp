@@ -461,10 +461,10 @@ TEST_CASE("Frames of a pool go with their keys, begin anew with a new contact, a
   batch.restore_state({state.data(), state.size()});
   pool.restore_state({keys.data(), keys.size()});
   frames = saved;
-  CHECK(frames[pool.find_or_add_contact(5).place].along() == saved_along);
+  CHECK(frames[pool.find_or_add_contact(5).index].along() == saved_along);
   // Contacts beyond the pool's capacity share one frame, whose values nobody reads.
   const bristle::KeyedContact fourth = pool.find_or_add_contact(1000);
-  CHECK(fourth.place == 3);
+  CHECK(fourth.index == 3);
   CHECK(fourth.is_new);
   CHECK(fourth.id == bristle::PatchId::no_capacity());
   frames.carry(fourth, Vector3d::UnitX());

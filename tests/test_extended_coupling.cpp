@@ -374,11 +374,11 @@ TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
   disc.contacts[0].ground_velocity << 0.1, -0.2, 30.0;
   disc.cells.reserve(12);
   const void* const memory[3] = {disc.cells.contacts.data(), disc.cells.motions.data(),
-                                 disc.cells.places.data()};
+                                 disc.cells.positions.data()};
   for (int i = 0; i < 2000; ++i) disc.step(way);
   CHECK(disc.cells.contacts.data() == memory[0]);
   CHECK(disc.cells.motions.data() == memory[1]);
-  CHECK(disc.cells.places.data() == memory[2]);
+  CHECK(disc.cells.positions.data() == memory[2]);
   CHECK(disc.status == Status::ok);
   CHECK(disc.body.velocity[0] == Approx(0.1).epsilon(1e-4));
   CHECK(disc.body.velocity[1] == Approx(-0.2).epsilon(1e-4));

@@ -699,7 +699,7 @@ TEST_CASE("The solvers of materials find roots, the first place of a flat one, a
   CHECK(newton(5.0, [](double x) { return (2.0 - x * x) / (2.0 * x); }) ==
         Approx(std::sqrt(2.0)).epsilon(1e-15));
   const Maximum top = find_maximum([](double x) { return 1.0 - (x - 0.7) * (x - 0.7); }, 0.0, 2.0, 40);
-  CHECK(top.place == Approx(0.7).margin(1e-7));
+  CHECK(top.at == Approx(0.7).margin(1e-7));
   CHECK(top.value == 1.0);
 }
 

@@ -183,7 +183,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   Eigen::Matrix<double, 2, 1, Eigen::DontAlign> bed_axes_ = Eigen::Vector2d::Ones();
   bristle::ContactMatcher matcher_;
   std::vector<Contact> known_, before_;  // contacts of all bodies, sleeping ones included
-  std::vector<std::size_t> index_;       // for each KeyedContact::place, the index of its contact in known_
+  std::vector<std::size_t> index_;       // for each KeyedContact::index, the index of its contact in known_
   std::vector<const btManifoldPoint*> found_;
   std::vector<bristle::ContactPoint> points_;
   std::vector<const btPersistentManifold*> of_;  // manifold of each point in found_
