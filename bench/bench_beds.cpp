@@ -97,12 +97,12 @@ std::shared_ptr<Beds> disc_bed(int rings, int around) {
                                 BedShape::disc(disc_radius, BedPressure::uniform, rings, around), disc_load);
 }
 
-/// Sets a motion of the disc, about half slide and half spin, in which its rim moves by about `way` times
+/// Sets a motion of the disc, about half slide and half spin, in which its rim moves by about `path` times
 /// `disc_limit`, the deflection at which bristles slide.
-void move_disc(Beds& bed, double way) {
-  bed.in[0].displacement[0] = 0.45 * way * disc_limit;
-  bed.in[0].displacement[1] = 0.2 * way * disc_limit;
-  bed.in[0].spin = 0.5 * way * disc_limit / disc_radius;
+void move_disc(Beds& bed, double path) {
+  bed.in[0].displacement[0] = 0.45 * path * disc_limit;
+  bed.in[0].displacement[1] = 0.2 * path * disc_limit;
+  bed.in[0].spin = 0.5 * path * disc_limit / disc_radius;
 }
 
 void register_discs() {

@@ -24,7 +24,7 @@ struct KeyedScene {
     step();
   }
   std::uint64_t step() {
-    for (std::uint32_t i = 0; i < fresh; ++i) keys[place++ % contact_count] = next++;
+    for (std::uint32_t i = 0; i < fresh; ++i) keys[position++ % contact_count] = next++;
     std::uint64_t sum = 0;
     for (const std::uint64_t key : keys) sum += patches.find_or_add(key).value;
     return sum + patches.end_step();
@@ -33,7 +33,7 @@ struct KeyedScene {
   bristle::KeyedPatches patches;
   std::uint32_t fresh;
   std::vector<std::uint64_t> keys;
-  std::uint64_t next = 1, place = 0;
+  std::uint64_t next = 1, position = 0;
 };
 
 void add_find_benchmark(std::uint32_t fresh, bool seeded) {

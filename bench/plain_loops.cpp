@@ -27,8 +27,8 @@ void give_back(void* memory) noexcept { ::operator delete (memory, std::align_va
 /// Returns bristle i's snap length over the mean: evenly spread (stratified) over 0.5 to 1.5.
 double first_length(std::size_t i) {
   const double golden = 0.6180339887498949;
-  const double place = (static_cast<double>(i) + 0.5) * golden;
-  return 0.5 + (place - std::floor(place));
+  const double position = (static_cast<double>(i) + 0.5) * golden;
+  return 0.5 + (position - std::floor(position));
 }
 
 }  // namespace

@@ -221,7 +221,7 @@ TEST_CASE("Friction lags with LuGre as the table says, and not with the brush", 
 TEST_CASE("Speeds that are all near rest tell nothing of dry sliding away from it", "[experiment]") {
   const auto counted = [](const std::string& speeds) {
     const ExperimentResult result =
-        run("stribeck", {"speeds=" + speeds, "stribeck_velocity=1e-3", "way=1"}, {"lugre"});
+        run("stribeck", {"speeds=" + speeds, "stribeck_velocity=1e-3", "path=1"}, {"lugre"});
     return std::count_if(result.findings.begin(), result.findings.end(),
                          [](const cli::Finding& f) { return f.phenomenon == "dry_constant"; });
   };
@@ -251,7 +251,7 @@ TEST_CASE("Steady friction over speed follows the tables of both damper decays",
     for (const char* decay : {"exponential", "gaussian"}) {
       const ExperimentResult result = run("stribeck",
                                           sets + Sets{speeds.at(name), std::string("decay=") + decay,
-                                                      "dt=0.1", set("bristles", n), set("way", way)},
+                                                      "dt=0.1", set("bristles", n), set("path", way)},
                                           {"brush_redraw", "brush_keep"});
       for (const char* model : {"brush_redraw", "brush_keep"}) {
         const std::vector<SeriesRow> rows = rows_of(result, "lubricated", model);

@@ -132,8 +132,8 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
   // Path x after which the friction b ln(1 + 2 exp(-x)) has fallen to 1/e of its first sample.
   const double first = std::log1p(2.0 * std::exp(-0.02));
   const double way = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
-  CHECK(finding(result, "evolution_way", "rate_state") == Approx(way).margin(0.021));
-  for (const char* phenomenon : {"direct_effect", "speed_fall", "evolution_way"}) {
+  CHECK(finding(result, "evolution_path", "rate_state") == Approx(way).margin(0.021));
+  for (const char* phenomenon : {"direct_effect", "speed_fall", "evolution_path"}) {
     CHECK(is_shown(result, phenomenon, "rate_state"));
   }
 }
@@ -141,11 +141,11 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
 TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[experiment]") {
   // Both speeds are near the Stribeck velocity, where friction of the LuGre model falls with speed.
   const ExperimentResult result =
-      run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "way=40"},
+      run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "path=40"},
           {"gms", "lugre"});
   CHECK(is_shown(result, "speed_fall", "gms"));
-  CHECK_FALSE(is_shown(result, "evolution_way", "gms"));
-  CHECK(is_shown(result, "evolution_way", "lugre"));
+  CHECK_FALSE(is_shown(result, "evolution_path", "gms"));
+  CHECK(is_shown(result, "evolution_path", "lugre"));
 }
 
 namespace {
@@ -234,7 +234,7 @@ TEST_CASE("The brush that ages slides at every speed as the table says", "[exper
       }
       const ExperimentResult result =
           run("stribeck",
-              plain_law + law_of(dist) + Sets{std::string("ageing=") + beta, speeds, "dt=0.1", "way=30"},
+              plain_law + law_of(dist) + Sets{std::string("ageing=") + beta, speeds, "dt=0.1", "path=30"},
               {"brush_aged"});
       for (const Row& row : table) {
         if (row.at("dist") != dist || row.at("beta") != beta || row.at("variant") != "redraw") continue;
@@ -350,7 +350,7 @@ TEST_CASE(
                                        set("ageing", beta), "resolution=32"};
     // When ages far exceed tau, at slow speeds, dF/d ln v is -beta of the friction beyond the residual.
     const ExperimentResult slid =
-        run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "way=20"}, {"brush_aged"});
+        run("stribeck", sets + Sets{"speeds=1e-7,1e-6,1e-5", "dt=0.1", "path=20"}, {"brush_aged"});
     const std::vector<SeriesRow> rows = rows_of(slid, "dry", "brush_aged");
     const double slope =
         (rows[1].values[1] - rows[0].values[1]) / std::log(rows[1].values[0] / rows[0].values[0]);

@@ -6,7 +6,7 @@ seen = ""
 stats csv using (strcol(1) eq "peak" ? collect(strcol(3)) : 0) nooutput
 holds = seen
 set ylabel "friction over kinetic friction"
-set xlabel "way after the hold  [presliding lengths]"
+set xlabel "path after the hold  [presliding lengths]"
 trace(m, hold, x) = strcol(3) eq hold ? at("trace", m, x) : NaN
 set palette defined (0 "#88CCEE", 0.5 "#117733", 1 "#332288")
 unset colorbox

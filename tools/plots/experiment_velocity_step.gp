@@ -2,12 +2,12 @@
 # in speed.
 wanted = "lugre gms rate_state brush_rubbed brush_aged"
 load folder."/experiment_style.gp"
-set multiplot @four title "A step in speed: an effect at once, then a way to the new level" font ",17"
+set multiplot @four title "A step in speed: an effect at once, then a path to the new level" font ",17"
 um(speed) = sprintf("%g", 1e6 * speed)
 seen = ""
 stats csv using (strcol(1) eq "step" && words(seen) < 2 ? collect(um($3)) : 0) nooutput
 speeds = seen
-set xlabel "way after the step  [presliding lengths]"
+set xlabel "path after the step  [presliding lengths]"
 set ylabel "friction over that before the step"
 set xrange [-0.5:6]
 after(panel, m, speed, x) = um(column(3)) eq speed ? at(panel, m, x) : NaN

@@ -32,7 +32,7 @@ plot for [k=1:3] csv using (of("held_off_centre", k) ? at(1) : NaN):(57.2958 * a
 set title "block on a slope, tapped for 2 s"
 set ylabel "downhill  [mm]"
 plot for [k=1:3] csv using (of("tapped_block", k) ? at(1) : NaN):(1e3 * at(2)) with lines linetype k
-set title "box pushed off centre for 0.2 s: the way of its centre"
+set title "box pushed off centre for 0.2 s: the path of its centre"
 set xlabel "x  [mm]"
 set ylabel "y  [mm]"
 plot for [k=1:3] csv using (of("pushed_box", k) ? 1e3 * at(4) : NaN):(1e3 * at(5)) with lines linetype k

@@ -140,10 +140,10 @@ struct Part {
 volatile std::sig_atomic_t stopped = 0;
 
 /// Model, part and step in progress. If the program crashes, the signal handler prints them.
-struct UnderWay {
+struct Progress {
   const char* model;
   std::uint64_t part, step;
-} under_way{};
+} progress{};
 
 /// Patch that is stepped in one part of the soak, with the random path that it follows.
 struct Walk {
@@ -166,7 +166,7 @@ struct Walk {
 
   std::uint64_t step(Step& step) {
     step = path.next();
-    ++under_way.step;
+    ++progress.step;
     step.motion.id = id;
     bristle::Response response;
     const std::uint64_t start = now_ns(CLOCK_MONOTONIC);
@@ -182,7 +182,7 @@ struct Walk {
 
 /// Runs up to `steps` steps of a part. `worst` is the longest step time (ns) of all earlier parts.
 Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std::uint64_t worst) {
-  under_way = {model.name, number, 0};
+  progress = {model.name, number, 0};
   Walk walk(model, number);
   Part part;
   std::vector<std::byte> state(walk.batch.state_size());
@@ -207,7 +207,7 @@ Part run_part(const Model& model, std::uint64_t number, std::uint64_t steps, std
     for (int repeat = 0; repeat < most_repeats && worst < *longest; ++repeat) {
       walk.batch.restore_state(state);
       walk.path = path;
-      under_way.step = at;
+      progress.step = at;
       for (std::uint64_t k = 0; k < count; ++k) least[k] = std::min(least[k], walk.step(taken[k]));
       if (walk.batch.state_hash() != hash)
         throw std::runtime_error("a block run again ended in another state");
@@ -336,8 +336,8 @@ extern "C" void stop(int) { stopped = 1; }
 extern "C" void say_which(int number) {
   char text[120];
   const int size = std::snprintf(text, sizeof text, "bristle_soak_steps: %s: in part %llu, step %llu\n",
-                                 under_way.model, static_cast<unsigned long long>(under_way.part),
-                                 static_cast<unsigned long long>(under_way.step - 1));
+                                 progress.model, static_cast<unsigned long long>(progress.part),
+                                 static_cast<unsigned long long>(progress.step - 1));
   if (write(2, text, static_cast<std::size_t>(size)) < 0) _exit(1);
   std::signal(number, SIG_DFL);
   std::raise(number);

@@ -104,7 +104,7 @@ struct AccuracyResult {
   std::vector<std::optional<double>> reference_closed_form;
   std::uint32_t pair_bristles = 0;
   bool own_mean = false;               ///< whether the scene uses the force averaged over a step
-  std::vector<double> way;             ///< [patch], longest path that a copy of the patch travels, m
+  std::vector<double> path;            ///< [patch], longest path that a copy of the patch travels, m
   std::vector<double> step_over_snap;  ///< [patch], mean path of a step, in mean snap lengths, while moving
   std::uint64_t copies_compared = 0, copies = 0;
   std::vector<SettingResult> settings;

@@ -76,20 +76,20 @@ StepCost step_cost(const AccuracyStudy& study, Setting setting, std::uint32_t pa
   return result;
 }
 
-void measure_way(AccuracyStudy& study, const Scene& fine) {
+void measure_path(AccuracyStudy& study, const Scene& fine) {
   AccuracyResult& r = study.result;
-  r.way.assign(study.cut.patches.size(), 0.0);
+  r.path.assign(study.cut.patches.size(), 0.0);
   std::vector<double> moving(study.cut.patches.size(), 0.0);
   SceneStepper stepper(fine, {});
-  std::vector<double> way(stepper.copies().size()), moved(stepper.copies().size());
+  std::vector<double> path(stepper.copies().size()), moved(stepper.copies().size());
   const std::uint64_t steps = step_count(fine);
   for (std::uint64_t k = 0; k < steps; ++k) {
     stepper.prescribe(static_cast<double>(k) * fine.dt);
     if (!stepper.bodies().empty()) stepper.step(static_cast<double>(k) * fine.dt);
-    for (std::size_t c = 0; c < way.size(); ++c) {
+    for (std::size_t c = 0; c < path.size(); ++c) {
       const auto& d = stepper.motions()[c].displacement;
       const double length = std::hypot(d[0], d[1]);
-      way[c] += length;
+      path[c] += length;
       // Counts a step as moving only if it is longer than a thousandth of a mean snap length. A creeping body
       // moves a little in every step.
       const double snap =
@@ -97,14 +97,14 @@ void measure_way(AccuracyStudy& study, const Scene& fine) {
       if (length > 1e-3 * snap) moved[c] += 1.0;
     }
   }
-  r.step_over_snap.assign(r.way.size(), 0.0);
-  for (std::size_t c = 0; c < way.size(); ++c) {
+  r.step_over_snap.assign(r.path.size(), 0.0);
+  for (std::size_t c = 0; c < path.size(); ++c) {
     const std::size_t p = stepper.copies()[c].patch;
     const double snap = fine.materials[fine.patches[p].material].material.snap_length.mean();
-    r.way[p] = std::max(r.way[p], way[c]);
+    r.path[p] = std::max(r.path[p], path[c]);
     if (moved[c] > 0.0)
       r.step_over_snap[p] =
-          std::max(r.step_over_snap[p], way[c] / moved[c] / snap * (study.scene.dt / fine.dt));
+          std::max(r.step_over_snap[p], path[c] / moved[c] / snap * (study.scene.dt / fine.dt));
   }
 }
 
@@ -244,7 +244,7 @@ void make_reference(AccuracyStudy& study, double seconds) {
   Setting few;
   few.bristles = 300;
   few.mean = r.own_mean;
-  measure_way(study, apply(study.cut, few, r.reference_dt_s, 0));
+  measure_path(study, apply(study.cut, few, r.reference_dt_s, 0));
 }
 
 std::vector<SettingResult> make_ladder(AccuracyStudy& study, double seconds) {

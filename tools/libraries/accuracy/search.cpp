@@ -65,7 +65,7 @@ void find_count_slopes(AccuracyStudy& study, std::size_t p) {
   const AccuracyResult& r = study.result;
   const bristle::Material& m = study.scene.materials[study.scene.patches[p].material].material;
   const double floor = std::max(above_floor * study.same_steps.floor()[p], single_rounding);
-  const double snaps_slid = r.way[p] / m.snap_length.mean();
+  const double snaps_slid = r.path[p] / m.snap_length.mean();
   Points points;
   for (const SettingResult& s : r.settings) {
     const Setting& set = s.setting;

@@ -72,8 +72,8 @@ Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
     bristle::plain::Bristle b = loop->get(i);
     // Multiplies a bristle's number by an irrational factor, so that its deflection does not depend on its
     // snap length.
-    const double place = static_cast<double>(i) * 1.4142135623730951;
-    const double bend = b.delta * (place - std::floor(place));
+    const double position = static_cast<double>(i) * 1.4142135623730951;
+    const double bend = b.delta * (position - std::floor(position));
     b.zx = 0.8 * bend;
     b.zy = 0.6 * bend;
     loop->set(i, b);

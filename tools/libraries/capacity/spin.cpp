@@ -19,8 +19,8 @@ constexpr int settling_steps = 100;
 struct Motion {
   double slide, turn;
 };
-Motion motion_of(double way) {
-  const double rim = way * mean_snap_length_m / 1.5;
+Motion motion_of(double path) {
+  const double rim = path * mean_snap_length_m / 1.5;
   return {0.5 * rim, rim / radius};
 }
 
@@ -76,10 +76,10 @@ class LuGreDisc {
 };
 
 template <class Disc>
-Contestant contestant(const char* name, std::shared_ptr<Disc> disc, double way, bool there_and_back) {
+Contestant contestant(const char* name, std::shared_ptr<Disc> disc, double path, bool there_and_back) {
   for (int i = 0; i < settling_steps; ++i) disc->step(motion_of(0.37));
   return {name,
-          [disc, by = motion_of(way), there_and_back, back = false]() mutable {
+          [disc, by = motion_of(path), there_and_back, back = false]() mutable {
             const double sign = there_and_back && back ? -1.0 : 1.0;
             back = !back;
             return disc->step({sign * by.slide, sign * by.turn});
@@ -89,12 +89,12 @@ Contestant contestant(const char* name, std::shared_ptr<Disc> disc, double way, 
 
 }  // namespace
 
-Contestant brush_disc(double way, bool there_and_back, const std::string& isa) {
-  return contestant("bristle: disc, infinite brush", std::make_shared<BrushDisc>(isa), way, there_and_back);
+Contestant brush_disc(double path, bool there_and_back, const std::string& isa) {
+  return contestant("bristle: disc, infinite brush", std::make_shared<BrushDisc>(isa), path, there_and_back);
 }
 
-Contestant lugre_disc(double way, bool there_and_back) {
-  return contestant("LuGre, 21 x 21", std::make_shared<LuGreDisc>(), way, there_and_back);
+Contestant lugre_disc(double path, bool there_and_back) {
+  return contestant("LuGre, 21 x 21", std::make_shared<LuGreDisc>(), path, there_and_back);
 }
 
 }  // namespace cli

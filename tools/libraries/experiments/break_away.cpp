@@ -40,10 +40,10 @@ BreakAway pull(const std::string& model, const Settings& s, double rate, double 
 double after_rest(const std::string& model, const Settings& s, double rest_s) {
   Subject subject(model, s);
   const double dbar = s.number("presliding"), load = s.number("load");
-  const auto move = [&](double way, double speed) {
+  const auto move = [&](double path, double speed) {
     const double step = dbar / 50.0;
     double highest = 0.0;
-    for (long k = 0; k < std::lround(way / step); ++k)
+    for (long k = 0; k < std::lround(path / step); ++k)
       highest = std::max(highest, -subject.step({step, 0.0}, step / speed, load).end.x);
     return highest;
   };

@@ -17,7 +17,8 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   // bristles from coinciding with the steps.
   const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
-  const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
+  const auto settle = std::lround(s.number("settling") / 0.37),
+             measure = std::lround(s.number("path") / 0.37);
   double sum = 0.0;
   for (long k = -settle; k < measure; ++k) {
     const double friction = -subject.step({step, 0.0}, dt, load).mean.x;
@@ -121,8 +122,8 @@ Experiment coulomb_experiment() {
               number_parameter("asperities_per_contact", 4.0, "",
                                "asperities of area 1 over bristles in contact", 2.0, 1e3),
               number_parameter("velocity", 1e-2, "m/s", "of the sliding", 1e-9, 1e3),
-              number_parameter("settling", 20.0, "", "way before measuring, mean snap lengths", 1.0, 1e6),
-              number_parameter("way", 300.0, "", "way measured, mean snap lengths", 1.0, 1e7)},
+              number_parameter("settling", 20.0, "", "path before measuring, mean snap lengths", 1.0, 1e6),
+              number_parameter("path", 300.0, "", "path measured, mean snap lengths", 1.0, 1e7)},
       {{"proportional_to_load", "friction is proportional to load", "Amontons 1699, Coulomb 1785",
         "largest deviation of friction over load from that at the common load", "%", "below 2 %"},
        {"representatives", "the number of simulated bristles does not matter",

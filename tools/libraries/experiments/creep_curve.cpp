@@ -34,7 +34,7 @@ double creep_at_rest(const Wheel& wheel, int cycles) {
   constexpr int steps = 50;
   constexpr double dt = 0.02;
   Model model{wheel};
-  double way = 0.0, first = 0.0;
+  double path = 0.0, first = 0.0;
   for (int k = 0; k < cycles * steps; ++k) {
     const double force = wheel.limit * (0.3 + 0.2 * std::sin(2.0 * M_PI * (k + 1) / steps));
     double low = -wheel.half, high = wheel.half;
@@ -43,10 +43,10 @@ double creep_at_rest(const Wheel& wheel, int cycles) {
       (attempt(model, middle, 0.0, dt).force < force ? low : high) = middle;
     }
     model.step(high, 0.0, dt);
-    way += high;
-    if (k + 1 == steps) first = way;
+    path += high;
+    if (k + 1 == steps) first = path;
   }
-  return (way - first) / (cycles - 1);
+  return (path - first) / (cycles - 1);
 }
 
 template <class Model>
@@ -122,7 +122,7 @@ Experiment creep_curve_experiment() {
         "that distance, over half the length", "", "within 5 % of 0.787"},
        {"stands", "a wheel that stands under a wavering force",
         "below break-away bodies at rest return to where they were (as in drift)",
-        "way that a wheel that does not roll creeps in a cycle of 0.1 to 0.5 of its friction", "um",
+        "path that a wheel that does not roll creeps in a cycle of 0.1 to 0.5 of its friction", "um",
         "below 1e-3"}},
       {"s_or_x_over_half", "force_or_traction", "moment_or_bound"},
       &run_creep_curve,

@@ -50,18 +50,18 @@ Strokes lift(ExperimentRun& run, double weight, bool draws) {
   Subject joint = joint_of(run.model, s);
   Strokes found;
   double friction = 0.0;
-  for (const int way : {1, -1}) {
-    double& steady = way > 0 ? found.up : found.down;
+  for (const int direction : {1, -1}) {
+    double& steady = direction > 0 ? found.up : found.down;
     for (long k = 1; k <= steps; ++k) {
       joint.set_torques(weight + friction, -weight);  // balances weight and friction by the motor's torque
       const double before = friction;
-      const rivals::Force force = joint.step({way * step, 0.0}, dt, s.number("load"));
+      const rivals::Force force = joint.step({direction * step, 0.0}, dt, s.number("load"));
       friction = -force.end.x;
-      if (k > steps - last) steady -= force.mean.x / static_cast<double>(last) * way;
+      if (k > steps - last) steady -= force.mean.x / static_cast<double>(last) * direction;
       const double turned = static_cast<double>(k) / per_length;
-      if (way < 0 && found.reversed < 0.0 && friction <= 0.0)
+      if (direction < 0 && found.reversed < 0.0 && friction <= 0.0)
         found.reversed = turned - friction / (friction - before) / per_length;
-      if (draws && way < 0 && turned <= 4.0) run.add("reverse", {turned, friction / full, 0.0});
+      if (draws && direction < 0 && turned <= 4.0) run.add("reverse", {turned, friction / full, 0.0});
     }
   }
   return found;
@@ -143,7 +143,7 @@ Experiment joint_experiment() {
         "angle to zero friction after the turn, in presliding lengths", "", "0.05 to 3"},
        {"joint_hold", "a held arm does not creep when it is shaken",
         "what wavers below break-away moves nothing for good (Dupont et al. 2002)",
-        "way in a cycle of a net torque between 0.2 and 0.8 of friction", "urad",
+        "path in a cycle of a net torque between 0.2 and 0.8 of friction", "urad",
         "below a thousandth of the presliding length"}},
       {"weight_or_lengths_or_cycles", "friction_or_torque_over_full", "driven_or_angle_over_presliding"},
       &run_joint};

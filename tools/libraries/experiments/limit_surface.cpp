@@ -24,7 +24,8 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
   const bool slides_alone = std::isinf(eps);
   const double slide = slides_alone ? step : step * eps / (1.0 + eps);
   const double turn = slides_alone ? 0.0 : step / (1.0 + eps) / radius;
-  const auto settle = std::lround(s.number("settling") / 0.37), measure = std::lround(s.number("way") / 0.37);
+  const auto settle = std::lround(s.number("settling") / 0.37),
+             measure = std::lround(s.number("path") / 0.37);
   Wrench mean;
   for (long k = -settle; k < measure; ++k) {
     const Wrench w = subject.step({slide, 0.0}, turn, dt, load).mean;
@@ -71,8 +72,8 @@ Experiment limit_surface_experiment() {
                   list_parameter("ratios", {0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 5.0}, "",
                                  "velocities of the centre over omega R", 0.0, 1e6),
                   number_parameter("settling", 40.0, "",
-                                   "way of the fastest point before measuring, mean snap lengths", 1.0, 1e6),
-                  number_parameter("way", 25.0, "", "way of the fastest point measured, mean snap lengths",
+                                   "path of the fastest point before measuring, mean snap lengths", 1.0, 1e6),
+                  number_parameter("path", 25.0, "", "path of the fastest point measured, mean snap lengths",
                                    1.0, 1e7)},
           {{"limit_surface", "friction and torque share one limit surface",
             "force and torque of a sliding, spinning disc lie on one closed surface (Goyal, Ruina, "

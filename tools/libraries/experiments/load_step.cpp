@@ -15,21 +15,21 @@ class Contact {
         subject_(run.model, settings_, {1, highest_over_load}),
         dbar_(settings_.number("presliding")) {}
 
-  /// Slides `way` mean snap lengths under a load (N). Returns the friction at the end of the last step, N.
-  double move(double way, double load) {
+  /// Slides `path` mean snap lengths under a load (N). Returns the friction at the end of the last step, N.
+  double move(double path, double load) {
     const double largest = 1.0 / settings_.number("steps_per_length");
-    const auto steps = std::max(1L, static_cast<long>(std::ceil(way / largest - 1e-9)));
-    const double step = way * dbar_ / static_cast<double>(steps);
+    const auto steps = std::max(1L, static_cast<long>(std::ceil(path / largest - 1e-9)));
+    const double step = path * dbar_ / static_cast<double>(steps);
     for (long k = 0; k < steps; ++k)
       friction_ = -subject_.step({step, 0.0}, step / settings_.number("velocity"), load).end.x;
     return friction_;
   }
   double rest(double load) { return friction_ = -subject_.step({}, settings_.number("dt"), load).end.x; }
-  /// Slides `way` mean snap lengths and returns the friction, N, averaged over the slide.
-  double mean(double way, double load) {
-    const auto steps = static_cast<long>(std::ceil(way * settings_.number("steps_per_length")));
+  /// Slides `path` mean snap lengths and returns the friction, N, averaged over the slide.
+  double mean(double path, double load) {
+    const auto steps = static_cast<long>(std::ceil(path * settings_.number("steps_per_length")));
     double sum = 0.0;
-    for (long k = 0; k < steps; ++k) sum += move(way / static_cast<double>(steps), load);
+    for (long k = 0; k < steps; ++k) sum += move(path / static_cast<double>(steps), load);
     return sum / static_cast<double>(steps);
   }
 
@@ -100,7 +100,7 @@ Experiment load_step_experiment() {
                   number_parameter("factor_rest_down", 0.1, "", "load after a fall at rest", 0.01, 0.99),
                   number_parameter("bend", 0.25, "", "displacement before the rest, mean snap lengths", 0.01,
                                    100.0),
-                  number_parameter("settling", 60.0, "", "way before the jump, mean snap lengths", 1.0, 1e6),
+                  number_parameter("settling", 60.0, "", "path before the jump, mean snap lengths", 1.0, 1e6),
                   whole_parameter("steps_per_length", 100, "steps in a mean snap length", 10, 1e5)},
           {{"load_up_sliding", "friction follows a load jump over a path",
             "sliding friction follows a load jump over micrometres (Prakash 1998; Dieterich and Linker 1992, "

@@ -26,9 +26,9 @@ class Rubbed {
 
   /// Moves by `d`. Returns friction at the end of the step, over kinetic; positive along the motion.
   Pair move(Pair d) {
-    const double way = length(d);
-    if (way == 0.0) return friction_;
-    const rivals::Force f = subject_.step(length_ * d, length_ * way / speed_, load_);
+    const double path = length(d);
+    if (path == 0.0) return friction_;
+    const rivals::Force f = subject_.step(length_ * d, length_ * path / speed_, load_);
     friction_ = (-1.0 / kinetic_) * f.end;
     work_ -= dot(f.mean, d) / kinetic_;
     return friction_;
@@ -272,7 +272,7 @@ Experiment rubbing_experiment() {
                   "push of a tap along the motion for ten steps, eight a cycle, over kinetic friction", 0.0,
                   10.0),
               number_parameter("away", 30.0, "",
-                               "way from the origin before it comes back, presliding lengths", 10.0, 1e5)},
+                               "path from the origin before it comes back, presliding lengths", 10.0, 1e5)},
       {{"hardening", "rubbing does not harden",
         "loops of a contact moved to and fro repeat after a few cycles (Courtney-Pratt and Eisner 1957)",
         "highest force of the last cycle over that of the first, worst of all strokes", "", "at most 1.25"},

@@ -29,7 +29,7 @@ std::vector<double> parse_numbers(std::string_view text, const std::string& wher
   }
 }
 
-std::string place(const std::string& path, const toml::node& node, std::string_view key) {
+std::string where_is(const std::string& path, const toml::node& node, std::string_view key) {
   return fmt::format("{}:{}: {}", path, node.source().begin.line, key);
 }
 
@@ -77,7 +77,7 @@ void Settings::read_file(const std::string& path, const std::string& experiment,
   for (const auto& [key, node] : own ? *own : file) {
     // Skips a table of the file that belongs to another experiment.
     if (!own && node.is_table() && is_table_name(key.str())) continue;
-    const std::string where = place(path, node, key.str());
+    const std::string where = where_is(path, node, key.str());
     Parameter& p = find(key.str(), fmt::format("{}:{}", path, node.source().begin.line));
     if (p.choices.empty()) {
       check(p, toml_numbers(node, where), where);

@@ -15,7 +15,7 @@ struct Hold {
   double held = 0.0;     // friction when the hold begins, without dampers
   double relaxed = 0.0;  // friction when the hold ends
   double peak = 0.0;     // highest friction in sliding after the hold
-  double way = 0.0;      // distance slid from the hold's end to the peak
+  double path = 0.0;     // distance slid from the hold's end to the peak
 };
 
 Hold hold(ExperimentRun& run, double duration) {
@@ -38,11 +38,11 @@ Hold hold(ExperimentRun& run, double duration) {
     t = next;
     row(t, 0.0, found.relaxed);
   }
-  slide(subject, run.number("way") * dbar, speed, step, load, [&](double x, double friction) {
+  slide(subject, run.number("path") * dbar, speed, step, load, [&](double x, double friction) {
     row(duration + x / speed, x, friction);
     if (friction > found.peak) {
       found.peak = friction;
-      found.way = x;
+      found.path = x;
     }
   });
   return found;
@@ -77,7 +77,7 @@ void run_slide_hold_slide(ExperimentRun& run) {
   for (const double duration : s.numbers("holds")) {
     last = hold(run, duration);
     const double dbar = s.number("presliding");
-    run.add("peak", {duration, last.way / s.number("speed"), last.way / dbar, last.peak / kinetic});
+    run.add("peak", {duration, last.path / s.number("speed"), last.path / dbar, last.peak / kinetic});
     logarithms.push_back(std::log(duration));
     peaks.push_back(last.peak / kinetic);
     run.progress(static_cast<double>(peaks.size()) / static_cast<double>(s.numbers("holds").size()));
@@ -107,8 +107,8 @@ Experiment slide_hold_slide_experiment() {
               number_parameter("speed", 1e-4, "m/s", "before and after the hold", 1e-9, 1e3),
               list_parameter("holds", {1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0}, "s",
                              "durations, ascending", 1e-6, 1e8),
-              number_parameter("settling", 20.0, "", "way before the hold, presliding lengths", 1.0, 1e6),
-              number_parameter("way", 4.0, "", "way after the hold, presliding lengths", 0.1, 1e4),
+              number_parameter("settling", 20.0, "", "path before the hold, presliding lengths", 1.0, 1e6),
+              number_parameter("path", 4.0, "", "path after the hold, presliding lengths", 0.1, 1e4),
               number_parameter("steps_per_length", 100.0, "", "steps in a presliding length", 4.0, 1e5)},
       {{"healing", "the peak after a hold grows with its logarithm",
         "the peak after a hold grows in proportion to the logarithm of its duration (Dieterich 1972; Marone "

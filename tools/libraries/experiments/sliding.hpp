@@ -8,13 +8,13 @@
 
 namespace cli {
 
-/// Slides a friction model by `way` m at `speed` m/s, in steps of about `step` m. Calls look(x, friction)
+/// Slides a friction model by `path` m at `speed` m/s, in steps of about `step` m. Calls look(x, friction)
 /// after each step with the distance so far (m) and the friction at the step's end (N, > 0: resists). Returns
 /// the mean friction over the last quarter.
 template <class Look>
-double slide(Subject& subject, double way, double speed, double step, double load, const Look& look) {
-  const long steps = std::max(4L, std::lround(way / step));
-  const double each = way / static_cast<double>(steps);
+double slide(Subject& subject, double path, double speed, double step, double load, const Look& look) {
+  const long steps = std::max(4L, std::lround(path / step));
+  const double each = path / static_cast<double>(steps);
   double sum = 0.0;
   for (long k = 1; k <= steps; ++k) {
     const rivals::Force f = subject.step({each, 0.0}, each / speed, load);
@@ -24,8 +24,8 @@ double slide(Subject& subject, double way, double speed, double step, double loa
   return sum / static_cast<double>(steps / 4);
 }
 
-inline double slide(Subject& subject, double way, double speed, double step, double load) {
-  return slide(subject, way, speed, step, load, [](double, double) {});
+inline double slide(Subject& subject, double path, double speed, double step, double load) {
+  return slide(subject, path, speed, step, load, [](double, double) {});
 }
 
 }  // namespace cli

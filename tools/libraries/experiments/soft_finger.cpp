@@ -21,11 +21,12 @@ constexpr double dt = 1e-3;  // time step, s; no model in this experiment depend
 using Contact = std::function<double(double displacement, double load, bool keeps)>;
 
 Contact make_contact(const std::string& model, const Settings& s) {
-  const double friction = s.number("friction"), load = s.number("load"), way = s.number("presliding");
+  const double friction = s.number("friction"), load = s.number("load"), path = s.number("presliding");
   if (model == "dahl") {
     return [=, force = 0.0](double d, double pressed, bool keeps) mutable {
       const double limit = friction * pressed, end = d < 0.0 ? -limit : limit;
-      const double next = end + (force - end) * std::exp(-1.5 * friction * load / way * std::fabs(d) / limit);
+      const double next =
+          end + (force - end) * std::exp(-1.5 * friction * load / path * std::fabs(d) / limit);
       if (keeps) force = next;
       return next;
     };
@@ -35,7 +36,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
     bristle::BedOptions options;
     options.max_normal_load = load;
     bristle::BedMotion m;
-    m.id = beds->add(bristle::BedMaterial(friction).with_presliding(way),
+    m.id = beds->add(bristle::BedMaterial(friction).with_presliding(path),
                      bristle::BedShape::sphere_row(256, s.number("radius")), options);
     return [=](double d, double pressed, bool keeps) mutable {
       m.displacement[0] = d;
@@ -45,7 +46,7 @@ Contact make_contact(const std::string& model, const Settings& s) {
     };
   }
   const auto material = bristle::Material::from_coefficients(
-      bristle::Coefficients{}.with_kinetic(friction).with_peak(1.1 * friction).with_presliding_length(way));
+      bristle::Coefficients{}.with_kinetic(friction).with_peak(1.1 * friction).with_presliding_length(path));
   const auto options = bristle::PatchOptions{}.with_max_normal_load(load);
   if (model == "patch") {
     const auto batch = std::make_shared<bristle::PatchBatch>();
@@ -113,7 +114,7 @@ double integral(double t) { return t - 0.6 * (1.0 - std::pow(1.0 - t, 5.0 / 3.0)
 double loss(double t) { return 8.0 * (t * bent(t) - integral(t)) - 4.0 * t * bent(t); }
 
 double lost_in_loop(ExperimentRun& run, Finger finger, double most, double share) {
-  const double way = run.number("presliding");
+  const double path = run.number("presliding");
   double work = 0.0;
   for (const double side : {1.0, -1.0, 1.0}) {  // after the first pull, counts the work of the loop alone
     if (side < 0.0) work = 0.0;
@@ -122,16 +123,16 @@ double lost_in_loop(ExperimentRun& run, Finger finger, double most, double share
       work += 0.5 * (force + finger.force) * (finger.x - x);
       x = finger.x;
       force = finger.force;
-      if (share == 0.5) run.add("loop", {x / way, force / most});
+      if (share == 0.5) run.add("loop", {x / path, force / most});
     });
   }
-  return work / (most * way);
+  return work / (most * path);
 }
 
 void run_soft_finger(ExperimentRun& run) {
   const Settings& s = run.settings;
-  const double load = s.number("load"), most = s.number("friction") * load, way = s.number("presliding");
-  const auto make = [&] { return Finger{make_contact(run.model, s), 1e-3 * way, load}; };
+  const double load = s.number("load"), most = s.number("friction") * load, path = s.number("presliding");
+  const auto make = [&] { return Finger{make_contact(run.model, s), 1e-3 * path, load}; };
 
   Finger pulled = make();
   double first = 0.0, half = 0.0;

@@ -26,7 +26,7 @@ double steady_force(const std::string& model, const Settings& s, double speed) {
   const double step = std::min(0.37 * dbar, speed * s.number("dt"));
   const double dt = step / speed;
   const auto settle = static_cast<long>(std::ceil(s.number("settling") * dbar / step));
-  const auto measure = static_cast<long>(std::ceil(s.number("way") * dbar / step));
+  const auto measure = static_cast<long>(std::ceil(s.number("path") * dbar / step));
   const long longest = 1'000'000;
   double sum = 0.0;
   for (long k = -std::min(settle, longest); k < std::min(measure, longest); ++k) {
@@ -105,8 +105,8 @@ Experiment stribeck_experiment() {
                              {5e-5, 1e-4, 2e-4, 5e-4, 7.07106781187e-4, 1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3,
                               6e-3, 8e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, 0.5},
                              "m/s", "speeds, ascending", 1e-7, 1e3),
-              number_parameter("settling", 10.0, "", "way before measuring, mean snap lengths", 0.0, 1e6),
-              number_parameter("way", 200.0, "", "way measured, mean snap lengths", 1.0, 1e7)},
+              number_parameter("settling", 10.0, "", "path before measuring, mean snap lengths", 0.0, 1e6),
+              number_parameter("path", 200.0, "", "path measured, mean snap lengths", 1.0, 1e7)},
       {{"stribeck_fall", "friction falls with speed, lubricated",
         "between boundary and full lubrication friction falls with speed (Stribeck 1902)",
         "highest less lowest steady force beyond it, over kinetic friction", "%", "above 2 %"},

@@ -28,11 +28,11 @@ Steps steps_at(const std::string& model, const Settings& s, double speed) {
   const double share = 1.0 / (s.number("kinetic") * load * s.number("repeats"));
   Steps found;
   slide(subject, s.number("settling") * dbar, speed, step, load);
-  double level = slide(subject, s.number("way") * dbar, speed, step, load);
+  double level = slide(subject, s.number("path") * dbar, speed, step, load);
   const auto jump = [&](Step& to, double new_speed) {
     to.before += share * level;
     std::size_t k = 0;
-    level = slide(subject, s.number("way") * dbar, new_speed, step, load, [&](double, double friction) {
+    level = slide(subject, s.number("path") * dbar, new_speed, step, load, [&](double, double friction) {
       if (to.friction.size() <= k) to.friction.push_back(0.0);
       to.friction[k++] += share * friction;
     });
@@ -47,7 +47,7 @@ Steps steps_at(const std::string& model, const Settings& s, double speed) {
 
 // Returns the number of steps after the peak within which friction has fallen by all but 1/e of its fall; 0
 // if it does not fall so far.
-double evolution_way(const Step& up) {
+double evolution_path(const Step& up) {
   const auto peak = std::max_element(up.friction.begin(), up.friction.end());
   const double highest = std::max(*peak, up.before);
   const auto from = *peak > up.before ? peak : up.friction.begin();
@@ -76,25 +76,25 @@ void run_velocity_step(ExperimentRun& run) {
     const double highest = *std::max_element(found.up.friction.begin(), found.up.friction.end());
     const double direct = (highest - found.up.before) / e_folds;
     const double fall = (found.up.before - found.up.after) / e_folds;
-    const double way = each * evolution_way(found.up);
-    run.add("step", {speeds[i], way, direct, fall});
+    const double path = each * evolution_path(found.up);
+    run.add("step", {speeds[i], path, direct, fall});
     least = std::min(least, direct);
     most = std::max(most, direct);
     smallest_fall = std::min(smallest_fall, fall);
-    shortest = std::min(shortest, way);
-    longest = std::max(longest, way);
+    shortest = std::min(shortest, path);
+    longest = std::max(longest, path);
     run.progress(static_cast<double>(i + 1) / static_cast<double>(speeds.size()));
   }
   run.add("direct_effect", 100.0 * least, least > 0.005 && most < 2.0 * least);
   run.add("speed_fall", 100.0 * smallest_fall, smallest_fall > 0.005);
   const bool falls = smallest_fall > 0.005;
-  run.add("evolution_way", falls ? shortest : 0.0,
+  run.add("evolution_path", falls ? shortest : 0.0,
           falls && shortest > 0.05 && longest < 5.0 && longest < 1.5 * shortest);
 }
 
 void check_velocity_step(const Settings& settings) {
   if (settings.numbers("speeds").size() < 2)
-    throw UserError("experiment velocity-step: speeds must be two or more: a way must be told from a time");
+    throw UserError("experiment velocity-step: speeds must be two or more: a path must be told from a time");
 }
 
 }  // namespace
@@ -108,8 +108,8 @@ Experiment velocity_step_experiment() {
           std::vector<Parameter>{
               list_parameter("speeds", {1e-5, 1e-4}, "m/s", "before the step up, two or more", 1e-9, 1e3),
               number_parameter("factor", 3.0, "", "speed after the step over that before", 1.0001, 1e6),
-              number_parameter("settling", 20.0, "", "way before the steps, presliding lengths", 1.0, 1e6),
-              number_parameter("way", 10.0, "", "way after a step, presliding lengths", 1.0, 1e5),
+              number_parameter("settling", 20.0, "", "path before the steps, presliding lengths", 1.0, 1e6),
+              number_parameter("path", 10.0, "", "path after a step, presliding lengths", 1.0, 1e5),
               whole_parameter("repeats", 10, "steps up and down, averaged", 1, 1e5),
               number_parameter("steps_per_length", 50.0, "", "steps in a presliding length", 4.0, 1e5)},
       {{"direct_effect", "a step up in speed first raises friction",
@@ -123,7 +123,7 @@ Experiment velocity_step_experiment() {
         "friction before the step less that long after, per e-fold of speed, over kinetic friction, least of "
         "the speeds",
         "%", "above 0.5 %"},
-       {"evolution_way", "over a path, whatever the speed",
+       {"evolution_path", "over a path, whatever the speed",
         "friction reaches its new level over a path that does not depend on the speed (Rabinowicz 1951; "
         "Dieterich 1979)",
         "path from the highest friction after the step until 1/e of the fall is left, shortest of the speeds",

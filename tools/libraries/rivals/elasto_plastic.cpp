@@ -44,17 +44,17 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
   }
   const Surface& s = surface;
   const Pair v = (1.0 / dt_s) * displacement;
-  const double way = length(displacement);
+  const double path = length(displacement);
   Pair mean = z;
   const Pair start = z;
   double alpha = 0.0;
-  const double steady = s.stribeck_force(way / dt_s, load_n) / s.stiffness;
+  const double steady = s.stribeck_force(path / dt_s, load_n) / s.stiffness;
   const Band band{std::min(elastic_share * s.static_coefficient * load_n / s.stiffness, 0.99 * steady),
                   steady};
-  if (way > 0.0) {
-    const Pair e = (1.0 / way) * displacement;
+  if (path > 0.0) {
+    const Pair e = (1.0 / path) * displacement;
     Pair sum;  // integral of the deflection z over the path of the step
-    double rest = way;
+    double rest = path;
     for (int pieces = 0; rest > 0.0; ++pieces) {
       const double back = -dot(z, e);
       const double size = length(z);
@@ -64,7 +64,7 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
         sum = sum + piece * (z + 0.5 * piece * e);
         z = z + piece * e;
       } else if (size < band.elastic * (1.0 - 1e-12)) {
-        piece = std::min(rest, std::max(way_to_limit(z, e, band.elastic), 1e-12 * band.elastic));
+        piece = std::min(rest, std::max(path_to_limit(z, e, band.elastic), 1e-12 * band.elastic));
         sum = sum + piece * (z + 0.5 * piece * e);
         z = z + piece * e;
       } else {
@@ -91,11 +91,11 @@ Force ElastoPlastic::step(Pair displacement, double dt_s, double load_n) noexcep
       }
       rest -= piece;
     }
-    mean = (1.0 / way) * sum;
+    mean = (1.0 / path) * sum;
     if (dot(z, e) >= 0.0) alpha = band.plasticity(length(z));
   }
   const Pair mean_rate = (1.0 / dt_s) * (z - start);
-  const Pair end_rate = v - (alpha * way / dt_s / steady) * z;
+  const Pair end_rate = v - (alpha * path / dt_s / steady) * z;
   return {s.bristle_force(z, end_rate, v), s.bristle_force(mean, mean_rate, v)};
 }
 

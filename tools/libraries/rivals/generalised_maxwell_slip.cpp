@@ -13,9 +13,9 @@ Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n
     return {};
   }
   const Surface& s = surface;
-  const double way = length(displacement);
-  const Pair e = way > 0.0 ? (1.0 / way) * displacement : Pair{};
-  const double steady = s.stribeck_force(way / dt_s, load_n);
+  const double path = length(displacement);
+  const Pair e = path > 0.0 ? (1.0 / path) * displacement : Pair{};
+  const double steady = s.stribeck_force(path / dt_s, load_n);
   const double rate = attraction_rate * s.kinetic_coefficient * load_n / steady;
   const double k = s.stiffness / elements;
   Pair end, mean;
@@ -24,7 +24,7 @@ Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n
     const auto at = static_cast<std::size_t>(i);
     Pair& f = force[at];
     Pair element_mean = f;
-    if (!(way > 0.0)) {
+    if (!(path > 0.0)) {
       slips[at] = false;
     } else {
       if (dot(f, e) < 0.0) slips[at] = false;
@@ -34,13 +34,13 @@ Force GeneralisedMaxwellSlip::step(Pair displacement, double dt_s, double load_n
         // Finds the path over which the element sticks. An element whose force is above the limit at this
         // speed, but is being unloaded, sticks until the force has fallen below the limit and reached it on
         // the other side. If the force misses the limit, the element sticks until the force stops falling.
-        stuck = std::min(way, way_to_limit((1.0 / k) * f, e, limit / k));
+        stuck = std::min(path, path_to_limit((1.0 / k) * f, e, limit / k));
         bent = f + k * stuck * e;
       }
-      slips[at] = slips[at] || stuck < way;
-      const double sliding = way - stuck;
-      const Relaxed slid = relax(bent, limit * e, rate * dt_s * sliding / way);
-      element_mean = (1.0 / way) * (stuck * (f + 0.5 * k * stuck * e) + sliding * slid.mean);
+      slips[at] = slips[at] || stuck < path;
+      const double sliding = path - stuck;
+      const Relaxed slid = relax(bent, limit * e, rate * dt_s * sliding / path);
+      element_mean = (1.0 / path) * (stuck * (f + 0.5 * k * stuck * e) + sliding * slid.mean);
       f = sliding > 0.0 ? slid.end : bent;
     }
     end = end + f;

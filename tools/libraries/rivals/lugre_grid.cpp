@@ -23,20 +23,20 @@ double LuGreGrid::steady_deflection(double speed, double load_n) const noexcept 
   return force / surface_.stiffness;
 }
 
-LuGreGrid::Moved LuGreGrid::move_exactly(Pair z, Pair way, double dt_s, double load_n) const noexcept {
-  const double length_m = std::sqrt(dot(way, way)), speed = length_m / dt_s;
+LuGreGrid::Moved LuGreGrid::move_exactly(Pair z, Pair by, double dt_s, double load_n) const noexcept {
+  const double length_m = std::sqrt(dot(by, by)), speed = length_m / dt_s;
   const double zss = steady_deflection(speed, load_n);
   Relaxed r{z, z};
-  if (length_m > 0.0) r = relax(z, (zss / length_m) * way, length_m / zss);
-  const Pair v = (1.0 / dt_s) * way;
+  if (length_m > 0.0) r = relax(z, (zss / length_m) * by, length_m / zss);
+  const Pair v = (1.0 / dt_s) * by;
   const Pair end_rate = v - (speed / zss) * r.end, mean_rate = (1.0 / dt_s) * (r.end - z);
   return {r.end, {surface_.bristle_force(r.end, end_rate, v), surface_.bristle_force(r.mean, mean_rate, v)}};
 }
 
-LuGreGrid::Moved LuGreGrid::move_by_euler(Pair z, Pair way, double dt_s, double load_n) const noexcept {
-  const double speed = std::sqrt(dot(way, way)) / dt_s;
+LuGreGrid::Moved LuGreGrid::move_by_euler(Pair z, Pair by, double dt_s, double load_n) const noexcept {
+  const double speed = std::sqrt(dot(by, by)) / dt_s;
   const double zss = steady_deflection(speed, load_n);
-  const Pair v = (1.0 / dt_s) * way;
+  const Pair v = (1.0 / dt_s) * by;
   const Pair rate = v - (speed / zss) * z;
   const Pair end = z + dt_s * rate;
   const Pair end_rate = v - (speed / zss) * end;
@@ -49,7 +49,7 @@ SpinForce LuGreGrid::step_cells(Pair displacement, double angle, const Move& mov
   SpinForce sum;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     const double x = cells_.x[i], y = cells_.y[i], share = cells_.share[i];
-    const Moved moved = move(Pair{zx_[i], zy_[i]}, displacement + turn.way(x, y));
+    const Moved moved = move(Pair{zx_[i], zy_[i]}, displacement + turn.moved(x, y));
     zx_[i] = moved.z.x;
     zy_[i] = moved.z.y;
     add(sum.end, turn.end_arm(x, y), share * moved.force.end);
@@ -67,9 +67,8 @@ SpinForce LuGreGrid::step(Pair displacement, double angle, double dt_s, double l
   }
   if (rule_ == StepRule::euler)
     return step_cells(displacement, angle,
-                      [&](Pair z, Pair way) { return move_by_euler(z, way, dt_s, load_n); });
-  return step_cells(displacement, angle,
-                    [&](Pair z, Pair way) { return move_exactly(z, way, dt_s, load_n); });
+                      [&](Pair z, Pair by) { return move_by_euler(z, by, dt_s, load_n); });
+  return step_cells(displacement, angle, [&](Pair z, Pair by) { return move_exactly(z, by, dt_s, load_n); });
 }
 
 }  // namespace rivals

@@ -46,8 +46,8 @@ class LuGreGrid {
     Force force;
   };
   double steady_deflection(double speed, double load_n) const noexcept;
-  Moved move_exactly(Pair z, Pair way, double dt_s, double load_n) const noexcept;
-  Moved move_by_euler(Pair z, Pair way, double dt_s, double load_n) const noexcept;
+  Moved move_exactly(Pair z, Pair by, double dt_s, double load_n) const noexcept;
+  Moved move_by_euler(Pair z, Pair by, double dt_s, double load_n) const noexcept;
   template <class Move>
   SpinForce step_cells(Pair displacement, double angle, const Move& move) noexcept;
 

@@ -49,7 +49,7 @@ class Turn {
         chord_(angle != 0.0 ? 2.0 * std::sin(0.5 * angle) / angle : 1.0) {}
 
   /// Returns how far a cell moves relative to the centre, m.
-  Pair way(double x, double y) const noexcept { return turned(end_, x, y) - turned(begin_, x, y); }
+  Pair moved(double x, double y) const noexcept { return turned(end_, x, y) - turned(begin_, x, y); }
   Pair end_arm(double x, double y) const noexcept { return turned(end_, x, y); }
   Pair mean_arm(double x, double y) const noexcept { return chord_ * turned(middle_, x, y); }
 

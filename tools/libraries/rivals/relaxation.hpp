@@ -23,7 +23,7 @@ inline Relaxed relax(Pair z, Pair target, double q) noexcept {
 
 /// Returns how far z can move along the unit vector `along` before it leaves the disc |z| <= limit. If its
 /// path misses the disc, returns the distance to the point closest to it.
-inline double way_to_limit(Pair z, Pair along, double limit) noexcept {
+inline double path_to_limit(Pair z, Pair along, double limit) noexcept {
   const double s = dot(z, along);
   const double aside = z.x * along.y - z.y * along.x;
   return std::fmax(std::sqrt(std::fmax(limit * limit - aside * aside, 0.0)) - s, 0.0);

@@ -21,11 +21,11 @@ Force Dahl::step(Pair displacement, double /*dt_s*/, double load_n) noexcept {
     z = {};
     return {};
   }
-  const double way = length(displacement);
+  const double path = length(displacement);
   Relaxed r{z, z};
-  if (way > 0.0) {
+  if (path > 0.0) {
     const double zc = surface.kinetic_coefficient * load_n / surface.stiffness;
-    r = relax(z, (zc / way) * displacement, way / zc);
+    r = relax(z, (zc / path) * displacement, path / zc);
   }
   z = r.end;
   return {-surface.stiffness * r.end, -surface.stiffness * r.mean};
@@ -37,12 +37,12 @@ Force LuGre::step(Pair displacement, double dt_s, double load_n) noexcept {
     return {};
   }
   const Pair v = (1.0 / dt_s) * displacement;
-  const double way = length(displacement);
-  const double zss = surface.stribeck_force(way / dt_s, load_n) / surface.stiffness;
+  const double path = length(displacement);
+  const double zss = surface.stribeck_force(path / dt_s, load_n) / surface.stiffness;
   Relaxed r{z, z};
-  if (way > 0.0) r = relax(z, (zss / way) * displacement, way / zss);
+  if (path > 0.0) r = relax(z, (zss / path) * displacement, path / zss);
   const Pair mean_rate = (1.0 / dt_s) * (r.end - z);
-  const Pair end_rate = v - (way / dt_s / zss) * r.end;
+  const Pair end_rate = v - (path / dt_s / zss) * r.end;
   z = r.end;
   return {surface.bristle_force(r.end, end_rate, v), surface.bristle_force(r.mean, mean_rate, v)};
 }

@@ -28,7 +28,7 @@ SpinForce RivalGrid::step(Pair displacement, double angle, double dt_s, double l
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     const double x = cells_.x[i], y = cells_.y[i];
     const Force force =
-        rivals::step(rivals_[i], displacement + turn.way(x, y), dt_s, cells_.share[i] * load_n);
+        rivals::step(rivals_[i], displacement + turn.moved(x, y), dt_s, cells_.share[i] * load_n);
     add(sum.end, turn.end_arm(x, y), force.end);
     add(sum.mean, turn.mean_arm(x, y), force.mean);
   }

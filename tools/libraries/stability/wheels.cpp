@@ -32,10 +32,10 @@ struct Car {
   /// Sets the bed's motion in a step for a friction force on the wheel, with speeds as they are after `share`
   /// of the step. Returns the car's displacement, m.
   double move(double force, double share) {
-    const double way = dt * (speed + share * per_car * (force - downhill));
+    const double path = dt * (speed + share * per_car * (force - downhill));
     motion.rolled[0] = dt * (rim - share * per_rim * force);
-    motion.displacement[0] = way - motion.rolled[0];
-    return way;
+    motion.displacement[0] = path - motion.rolled[0];
+    return path;
   }
   void step(double force, double share) {
     at += move(force, share);
