@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "bed_slide.hpp"
-#include "engine.hpp"
+#include "lanes.hpp"
 
 #include "core/bed_table.hpp"
 

@@ -9,7 +9,7 @@
 namespace bristle::detail {
 namespace {
 
-constexpr std::uint32_t bundle_size = Lanes<float>::size == 1 ? 1 : 8;
+constexpr std::uint32_t bundle_size = width_of<float> == 1 ? 1 : 8;
 
 template <class T>
 struct BundleMask {
@@ -70,7 +70,7 @@ BRISTLE_BUNDLE_FUNCTION2(most)
 
 template <class T>
 inline Bundle<T> select_lanes(BundleMask<T> which, Bundle<T> a, Bundle<T> b) {
-  for (std::uint32_t k = 0; k < bundle_size; ++k) a.v[k] = select_lanes<T>(which.v[k], a.v[k], b.v[k]);
+  for (std::uint32_t k = 0; k < bundle_size; ++k) a.v[k] = select_lanes(which.v[k], a.v[k], b.v[k]);
   return a;
 }
 template <class T>

@@ -42,7 +42,7 @@ template <class T>
 inline T length_of_cell(const double* table, T share) {
   const T other = T(1) - share;
   const T w = least(share, other);
-  const auto at = static_cast<std::size_t>((bits_of_number(w) >> CellBits<T>::shift) - CellBits<T>::first +
+  const auto at = static_cast<std::size_t>((bits_of(w) >> CellBits<T>::shift) - CellBits<T>::first +
                                            (share > other ? cells_of_half : 0u));
   T line[2];
   std::memcpy(line, sizeof(T) == 4 ? table + at : table + cells_of_law + 2 * at, sizeof line);
@@ -58,9 +58,9 @@ struct CellLines {
 };
 
 // Builds vectors from single loads. Gather instructions are slower on many processors.
-typedef double Pairs [[gnu::vector_size(4 * Lanes<float>::size)]];
-typedef float HalfLines [[gnu::vector_size(4 * Lanes<float>::size)]];
-typedef double Numbers [[gnu::vector_size(8 * Lanes<double>::size)]];
+typedef double Pairs [[gnu::vector_size(4 * width_of<float>)]];
+typedef float HalfLines [[gnu::vector_size(4 * width_of<float>)]];
+typedef double Numbers [[gnu::vector_size(8 * width_of<double>)]];
 
 inline CellLines<float> read_lines(const double* table, const std::uint32_t* at) {
   const auto p = [&](std::size_t k) { return table[at[k]]; };
@@ -113,16 +113,11 @@ inline Lanes<T> length_of_cell(const double* table, Lanes<T> share) {
   const Lanes<T> other = Lanes<T>(T(1)) - share;
   const Lanes<T> w = least(share, other);
   const Lanes<T> side =
-      select_lanes<T>(share > other, from_bits<T>(Bits<T>(Bit(cells_of_half))), Lanes<T>(T(0)));
-  alignas(64) Bit at[Lanes<T>::size];
-  ((bits_of<T>(w) >> CellBits<T>::shift) - Bits<T>(CellBits<T>::first) + bits_of<T>(side)).store_aligned(at);
+      select_lanes(share > other, from_bits<T>(Bits<T>(Bit(cells_of_half))), Lanes<T>(T(0)));
+  alignas(64) Bit at[width_of<T>];
+  put_lanes(at, (bits_of<T>(w) >> CellBits<T>::shift) - Bits<T>(CellBits<T>::first) + bits_of<T>(side));
   const CellLines<T> lines = read_lines(table, at);
   return lines.a + lines.b * w;
-}
-#else
-template <class T>
-inline Lanes<T> length_of_cell(const double* table, Lanes<T> share) {
-  return Lanes<T>(length_of_cell<T>(table, share.x));
 }
 #endif
 

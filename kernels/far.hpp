@@ -205,7 +205,7 @@ struct FarMotion {
   double p0[2], p1[2];
 };
 
-constexpr std::uint32_t far_width = Lanes<double>::size;
+constexpr std::uint32_t far_width = width_of<double>;
 
 /// State of a row of 16 bristles during a step in double precision, for SnapRule::keep.
 struct FarRow {
@@ -256,12 +256,12 @@ inline void far_keep(const FarMotion& motion, double left, std::uint32_t k, FarR
     const V unsnapped = load(row.end[axis] + k);
     const V passed = V(2.0) * start[axis] * part + e[axis] * integral;
     double* const mean = lanes.mean[axis] + k;
-    (load(mean) + weight * select_lanes(snaps, passed, start[axis] + unsnapped)).store_aligned(mean);
-    select_lanes(snaps, bent * e[axis], unsnapped).store_aligned(row.end[axis] + k);
+    put_lanes(mean, load(mean) + weight * select_lanes(snaps, passed, start[axis] + unsnapped));
+    put_lanes(row.end[axis] + k, select_lanes(snaps, bent * e[axis], unsnapped));
   }
-  (load(lanes.squares + k) + weight * select_lanes(snaps, squares, none)).store_aligned(lanes.squares + k);
+  put_lanes(lanes.squares + k, load(lanes.squares + k) + weight * select_lanes(snaps, squares, none));
   const V count = select_lanes(weight > none, select_lanes(snaps, V(1.0) + more, none), none);
-  (load(lanes.snaps + k) + count).store_aligned(lanes.snaps + k);
+  put_lanes(lanes.snaps + k, load(lanes.snaps + k) + count);
 }
 
 template <class T, int axes, bool residual>

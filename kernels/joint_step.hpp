@@ -3,7 +3,7 @@
 #pragma once
 
 #include "core/joint_table.hpp"
-#include "engine.hpp"
+#include "lanes.hpp"
 #include "slide.hpp"
 
 namespace bristle::detail {

@@ -5,8 +5,8 @@
 
 #include "ageing.hpp"
 #include "core/lane_table.hpp"
-#include "engine.hpp"
 #include "lane_motion.hpp"
+#include "lanes.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -49,10 +49,12 @@ template <class T>
 inline T survival_entry(const T* table, T index, bool) {
   return table[static_cast<std::int32_t>(index)];
 }
+#if defined(BRISTLE_KERNEL_ISA)
 template <class T>
 inline Lanes<T> survival_entry(const T* table, Lanes<T> index, bool few) {
   return few ? small_table_entry(table, index) : table_entry(table, index);
 }
+#endif
 /// Returns S(x), the share of the snap lengths above x, for numbers or vectors.
 template <class T, class V>
 [[gnu::always_inline]] inline V survival(const BrushSurvival<T>& s, V x) {

@@ -4,7 +4,7 @@
 
 #include "ageing.hpp"
 #include "core/lane_table.hpp"
-#include "engine.hpp"
+#include "lanes.hpp"
 
 namespace bristle::detail {
 namespace {
@@ -72,11 +72,11 @@ struct LaneMotion {
       const D across = least(most(D(law.to[1][0]) * dx + D(law.to[1][1]) * dy, none - longest), longest);
       // Computes the direction in T. A power of two first brings the displacement near 1, so that its square
       // neither overflows nor vanishes.
-      const D exponent = exponent_of(most(most(magnitude(along), magnitude(across)), D(1e-300)));
-      const D down = power_of_two(none - exponent);
+      const D exponent = exponent_of<double>(most(most(magnitude(along), magnitude(across)), D(1e-300)));
+      const D down = power_of_two<double>(none - exponent);
       Wide::put(x.lane + i, along * down);
       Wide::put(y.lane + i, across * down);
-      Wide::put(scale.lane + i, power_of_two(exponent));
+      Wide::put(scale.lane + i, power_of_two<double>(exponent));
       const D asked = Wide::get_any(in.load + i) * D(law.stiffness_per_newton);
       const D before = Wide::get(state.stiffness.lane + i);
       const D load = select_lanes(asked > D(least_stiffness), asked, none);

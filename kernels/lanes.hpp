@@ -22,26 +22,6 @@
 namespace bristle::detail {
 namespace {
 
-/// Unsigned integer as wide as T, for work on the bits of a number.
-template <class T>
-struct BitsOf;
-template <>
-struct BitsOf<float> {
-  using Type = std::uint32_t;
-  static constexpr int mantissa = 23;
-  static constexpr std::uint32_t exponent_bias = 127;
-  // The number 2^23. Added to a float, it moves the float's whole part into the low bits, where it can be
-  // read as an integer.
-  static constexpr float integer_bit = 8388608.0f;
-};
-template <>
-struct BitsOf<double> {
-  using Type = std::uint64_t;
-  static constexpr int mantissa = 52;
-  static constexpr std::uint64_t exponent_bias = 1023;
-  static constexpr double integer_bit = 4503599627370496.0;  // 2^52
-};
-
 #if defined(BRISTLE_KERNEL_ISA)
 #if defined(BRISTLE_ISA_AVX512)
 using Arch = xsimd::avx512bw;
@@ -59,6 +39,25 @@ template <class T>
 using Lanes = xsimd::batch<T, Arch>;
 template <class T>
 using Mask = xsimd::batch_bool<T, Arch>;
+template <class T>
+constexpr std::uint32_t width_of = Lanes<T>::size;
+
+template <class T>
+inline Lanes<T> load(const T* from) {
+  return Lanes<T>::load_aligned(from);
+}
+template <class T>
+inline Lanes<T> load_any(const T* from) {
+  return Lanes<T>::load_unaligned(from);
+}
+template <class T>
+inline void put_lanes(T* to, Lanes<T> x) {
+  x.store_aligned(to);
+}
+template <class T>
+inline void put_any(T* to, Lanes<T> x) {
+  x.store_unaligned(to);
+}
 
 template <class T>
 inline Lanes<T> divide(Lanes<T> a, Lanes<T> b) {
@@ -212,12 +211,6 @@ inline T fold_lanes(Lanes<T> v) {
     return fold_lanes<count / 2, T>(v + upper_half<count, T>(v));
   }
 }
-#endif
-
-template <class T>
-inline Lanes<T> load(const T* from) {
-  return Lanes<T>::load_aligned(from);
-}
 
 template <class T>
 using Bits = Lanes<typename BitsOf<T>::Type>;
@@ -231,54 +224,57 @@ inline Lanes<T> from_bits(Bits<T> x) {
   return same_bits<T>(x);
 }
 
-/// Returns 2^k for whole numbers k for which 2^k is a normal number.
 template <class T>
-inline Lanes<T> power_of_two(Lanes<T> k) {
+inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) {
+  alignas(64) T lane[Lanes<T>::size];
+  put_lanes(lane, share);
+  for (T& x : lane) x = look_up<T>(table, last, x);
+  return load(lane);
+}
+#endif
+
+// The functions below serve vectors and plain numbers.
+
+/// Returns 2^k for whole numbers k for which 2^k is a normal number.
+template <class T, class V>
+inline V power_of_two(V k) {
   using B = BitsOf<T>;
-  const Lanes<T> biased = k + Lanes<T>(B::integer_bit + static_cast<T>(B::exponent_bias));
+  const V biased = k + V(B::integer_bit + static_cast<T>(B::exponent_bias));
   return from_bits<T>(bits_of<T>(biased) << B::mantissa);
 }
 
 /// Returns the exponent of a positive normal number x, as a whole number.
-template <class T>
-inline Lanes<T> exponent_of(Lanes<T> x) {
+template <class T, class V>
+inline V exponent_of(V x) {
   using B = BitsOf<T>;
-  const Bits<T> tag = bits_of<T>(Lanes<T>(B::integer_bit));
-  const Lanes<T> biased = from_bits<T>((bits_of<T>(x) >> B::mantissa) | tag);
-  return biased - Lanes<T>(B::integer_bit + static_cast<T>(B::exponent_bias));
+  const V biased = from_bits<T>((bits_of<T>(x) >> B::mantissa) | bits_of<T>(V(B::integer_bit)));
+  return biased - V(B::integer_bit + static_cast<T>(B::exponent_bias));
 }
 
 /// Returns the mantissa of a positive normal number x, in [1, 2).
-template <class T>
-inline Lanes<T> mantissa_of(Lanes<T> x) {
+template <class T, class V>
+inline V mantissa_of(V x) {
   using U = typename BitsOf<T>::Type;
+  using Word = decltype(bits_of<T>(x));
   constexpr U low = (U(1) << BitsOf<T>::mantissa) - 1;
-  const Bits<T> one = bits_of<T>(Lanes<T>(T(1)));
-  return from_bits<T>((bits_of<T>(x) & Bits<T>(low)) | one);
+  return from_bits<T>((bits_of<T>(x) & Word(low)) | bits_of<T>(V(T(1))));
 }
 
 /// Returns the distance of x from the next larger number of its type; 0 for 0.
-template <class T>
-inline Lanes<T> spacing(Lanes<T> x) {
+template <class T, class V>
+inline V spacing(V x) {
   using B = BitsOf<T>;
   using U = typename B::Type;
+  using Word = decltype(bits_of<T>(x));
   constexpr U exponent = (U(2) * B::exponent_bias + 1) << B::mantissa;
-  return from_bits<T>(bits_of<T>(x) & Bits<T>(exponent)) * Lanes<T>(std::numeric_limits<T>::epsilon());
-}
-
-template <class T>
-inline Lanes<T> look_up(const double* table, std::int32_t last, Lanes<T> share) {
-  alignas(64) T lane[Lanes<T>::size];
-  share.store_aligned(lane);
-  for (T& x : lane) x = look_up<T>(table, last, x);
-  return load<T>(lane);
+  return from_bits<T>(bits_of<T>(x) & Word(exponent)) * V(std::numeric_limits<T>::epsilon());
 }
 
 /// Sum over bristles, kept as one partial sum for each of 16 logical lanes. The 16 lanes are the same on
 /// every instruction set, whatever the width of its vectors, and so are the bits of the sum.
 template <class T>
 struct Row {
-  static constexpr std::uint32_t parts = lane_count / Lanes<T>::size;
+  static constexpr std::uint32_t parts = lane_count / width_of<T>;
   Lanes<T> part[parts];
 
   Row() {
@@ -292,8 +288,25 @@ template <class T>
 inline double tree_sum(Row<T> row) {
   for (std::uint32_t half = Row<T>::parts / 2; half > 0; half /= 2)
     for (std::uint32_t i = 0; i < half; ++i) row.part[i] = row.part[i] + row.part[i + half];
-  return static_cast<double>(fold_lanes<Lanes<T>::size, T>(row.part[0]));
+  return static_cast<double>(fold_lanes<width_of<T>, T>(row.part[0]));
 }
+
+/// Number type of a loop over many equal items: Lanes<T> is a vector of the instruction set or, in "scalar",
+/// one number.
+template <class T>
+struct Engine {
+  using V = Lanes<T>;
+  static constexpr std::uint32_t size = width_of<T>;
+  static V get(const T* from) { return load<T>(from); }
+  static void put(T* to, V x) { put_lanes<T>(to, x); }
+  static V get_any(const T* from) { return load_any<T>(from); }
+  static void put_any(T* to, V x) { detail::put_any<T>(to, x); }
+  struct Sum {
+    Row<T> row;
+    void add(std::uint32_t part, V x) { row.part[part] = row.part[part] + x; }
+    double total() const { return tree_sum<T>(row); }
+  };
+};
 
 #if defined(BRISTLE_KERNEL_ISA)
 inline Bits<float> select_bits(Mask<float> which, Bits<float> a, Bits<float> b) {

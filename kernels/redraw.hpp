@@ -46,12 +46,12 @@ struct Walk {
 
   void clear(std::uint32_t i) {
     T* const columns[] = {landed, squares, count, variance};
-    for (T* column : columns) Lanes<T>(T(0)).store_aligned(column + i);
+    for (T* column : columns) put_lanes(column + i, Lanes<T>(T(0)));
   }
   void clear_nowhere() {
     clear(nowhere);
-    Lanes<T>(T(0)).store_aligned(remaining + nowhere);
-    Lanes<T>(T(0)).store_aligned(length + nowhere);
+    put_lanes(remaining + nowhere, Lanes<T>(T(0)));
+    put_lanes(length + nowhere, Lanes<T>(T(0)));
     std::memset(state + nowhere, 0, sizeof(std::uint32_t) * lane_count);
   }
 };
@@ -69,7 +69,7 @@ struct AgedWalk : Walk<T> {
 /// List of the vectors of a block in which a bristle snaps, by their offsets in the block.
 template <class T>
 struct VectorList {
-  std::uint32_t offset[block_size / Lanes<T>::size + 1];
+  std::uint32_t offset[block_size / width_of<T> + 1];
   std::uint32_t size = 0;
 
   /// Appends the offset w of a vector of bristles to the list if `wanted`, that is, if one of them snaps. Has
@@ -100,7 +100,7 @@ struct BundleOffsets {
     return out;
   }
   void store_to(T* column, Bundle<T> x) const {
-    for (std::uint32_t k = 0; k < bundle_size; ++k) x.v[k].store_aligned(column + i[k]);
+    for (std::uint32_t k = 0; k < bundle_size; ++k) put_lanes(column + i[k], x.v[k]);
   }
   /// Advances the random state of each masked lane and returns the next random number.
   Bundle<T> next_random(BundleMask<T> which, Walk<T>& walk) const {
@@ -330,14 +330,14 @@ template <class T, bool sums>
   const Mask<T> open = remaining >= none;
   const Lanes<T> after = remaining - path;
   const Mask<T> snaps = open & (after >= none);
-  select_lanes(open, remaining, load(walk.landed + i)).store_aligned(walk.landed + i);
-  select_lanes(open, sampled, load(walk.length + i)).store_aligned(walk.length + i);
-  select_lanes(open, after, remaining).store_aligned(walk.remaining + i);
+  put_lanes(walk.landed + i, select_lanes(open, remaining, load(walk.landed + i)));
+  put_lanes(walk.length + i, select_lanes(open, sampled, load(walk.length + i)));
+  put_lanes(walk.remaining + i, select_lanes(open, after, remaining));
   if constexpr (sums) {
     const Lanes<T> squares = load(walk.squares + i);
     const Lanes<T> count = load(walk.count + i);
-    select_lanes(snaps, squares + path * path, squares).store_aligned(walk.squares + i);
-    select_lanes(snaps, count + Lanes<T>(T(1)), count).store_aligned(walk.count + i);
+    put_lanes(walk.squares + i, select_lanes(snaps, squares + path * path, squares));
+    put_lanes(walk.count + i, select_lanes(snaps, count + Lanes<T>(T(1)), count));
   }
   return any_lane(snaps);
 }
@@ -353,9 +353,9 @@ template <class T, bool sums, bool has_residual, class AnyWalk>
     const std::uint32_t i = snapping.offset[n];
     const Lanes<T> path = load(walk.path + i);
     const Lanes<T> whole(length);
-    select_lanes(path < whole, whole - path, Lanes<T>(T(-1))).store_aligned(walk.remaining + i);
-    load(columns.delta + i).store_aligned(walk.length + i);
-    std::memcpy(walk.state + i, columns.random + i, Lanes<T>::size * sizeof(std::uint32_t));
+    put_lanes(walk.remaining + i, select_lanes(path < whole, whole - path, Lanes<T>(T(-1))));
+    put_lanes(walk.length + i, load(columns.delta + i));
+    std::memcpy(walk.state + i, columns.random + i, width_of<T> * sizeof(std::uint32_t));
     walk.clear(i);
   }
   walk.clear_nowhere();
@@ -386,8 +386,8 @@ template <class T, bool sums, bool has_residual, class AnyWalk>
     Lanes<T> limit = load(walk.length + i);
     if constexpr (has_residual)
       limit = select_lanes(load(walk.path + i) < Lanes<T>(length), Lanes<T>(residual) + limit, limit);
-    limit.store_aligned(columns.new_delta + i);
-    std::memcpy(columns.new_random + i, walk.state + i, Lanes<T>::size * sizeof(std::uint32_t));
+    put_lanes(columns.new_delta + i, limit);
+    std::memcpy(columns.new_random + i, walk.state + i, width_of<T> * sizeof(std::uint32_t));
   }
 }
 

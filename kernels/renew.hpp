@@ -290,8 +290,8 @@ class Renewer {
       BRISTLE_ASSERT(x > -0x1p51 && x < 0x1p51);
       const double rounded = x + whole;
       const double left_over = (x - (rounded - whole)) * finer + whole;
-      sum += bits_of_number(rounded) - bits_of_number(whole);
-      remaining += bits_of_number(left_over) - bits_of_number(whole);
+      sum += bits_of(rounded) - bits_of(whole);
+      remaining += bits_of(left_over) - bits_of(whole);
     }
     return (static_cast<Int128>(static_cast<std::int64_t>(sum)) * static_cast<std::int64_t>(finer)) +
            static_cast<std::int64_t>(remaining);

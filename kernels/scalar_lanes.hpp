@@ -1,5 +1,5 @@
-// The operations of lanes.hpp for plain numbers. They serve vectors of one lane, and steps so long that each
-// bristle is stepped by itself.
+// The operations of lanes.hpp for plain numbers. They serve the instruction set "scalar", and steps so long
+// that each bristle is stepped by itself.
 #pragma once
 
 #include <cstdint>
@@ -26,57 +26,37 @@ inline double most(double a, double b) { return a > b ? a : b; }
 inline float whole_part(float a) { return __builtin_floorf(a); }
 inline double whole_part(double a) { return __builtin_floor(a); }
 
-inline std::uint32_t bits_of_number(float x) {
-  std::uint32_t bits;
-  std::memcpy(&bits, &x, sizeof bits);
-  return bits;
-}
-inline std::uint64_t bits_of_number(double x) {
-  std::uint64_t bits;
-  std::memcpy(&bits, &x, sizeof bits);
-  return bits;
-}
-inline float number_from(std::uint32_t bits) {
-  float x;
-  std::memcpy(&x, &bits, sizeof x);
-  return x;
-}
-inline double number_from(std::uint64_t bits) {
-  double x;
-  std::memcpy(&x, &bits, sizeof x);
-  return x;
-}
+/// Unsigned integer as wide as T, for work on the bits of a number.
+template <class T>
+struct BitsOf;
+template <>
+struct BitsOf<float> {
+  using Type = std::uint32_t;
+  static constexpr int mantissa = 23;
+  static constexpr std::uint32_t exponent_bias = 127;
+  // The number 2^23. Added to a float, it moves the float's whole part into the low bits, where it can be
+  // read as an integer.
+  static constexpr float integer_bit = 8388608.0f;
+};
+template <>
+struct BitsOf<double> {
+  using Type = std::uint64_t;
+  static constexpr int mantissa = 52;
+  static constexpr std::uint64_t exponent_bias = 1023;
+  static constexpr double integer_bit = 4503599627370496.0;  // 2^52
+};
 
 template <class T>
-T exponent_of(T x);
-template <>
-inline float exponent_of(float x) {
-  return static_cast<float>(static_cast<std::int32_t>(bits_of_number(x) >> 23) - 127);
-}
-template <>
-inline double exponent_of(double x) {
-  return static_cast<double>(static_cast<std::int64_t>(bits_of_number(x) >> 52) - 1023);
+inline typename BitsOf<T>::Type bits_of(T x) {
+  typename BitsOf<T>::Type bits;
+  std::memcpy(&bits, &x, sizeof bits);
+  return bits;
 }
 template <class T>
-T mantissa_of(T x);
-template <>
-inline float mantissa_of(float x) {
-  return number_from((bits_of_number(x) & 0x7FFFFFu) | 0x3F800000u);
-}
-template <>
-inline double mantissa_of(double x) {
-  return number_from((bits_of_number(x) & std::uint64_t{0xFFFFFFFFFFFFF}) |
-                     std::uint64_t{0x3FF0000000000000});
-}
-template <class T>
-T power_of_two(T k);
-template <>
-inline float power_of_two(float k) {
-  return number_from(static_cast<std::uint32_t>(static_cast<std::int32_t>(k) + 127) << 23);
-}
-template <>
-inline double power_of_two(double k) {
-  return number_from(static_cast<std::uint64_t>(static_cast<std::int64_t>(k) + 1023) << 52);
+inline T from_bits(typename BitsOf<T>::Type bits) {
+  T x;
+  std::memcpy(&x, &bits, sizeof x);
+  return x;
 }
 
 /// Returns the value of a table over [0, 1] at `share`, linear between the entries.

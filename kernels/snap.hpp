@@ -66,11 +66,10 @@ struct BlockMotion {
   Lanes<T> ex, ey, length, p0x, p0y, p1x, p1y;
   Residual<T, has_residual> residual;
 
-  /// Returns a mask of the bristles from i on that would end the step beyond their snap length. If a block
-  /// has none, nothing of it is written.
-  Mask<T> beyond_at(std::uint32_t i) const {
+  /// Returns a mask of the bristles from i on whose deflection at the end of the step, if none snaps, exceeds
+  /// `limit`.
+  Mask<T> exceeds(std::uint32_t i, Lanes<T> limit) const {
     const Lanes<T> x = load(zx + i) + p1x;
-    const Lanes<T> limit = load(delta + i);
     if constexpr (axes == 1) {
       return magnitude(x) > limit;
     } else {
@@ -79,17 +78,25 @@ struct BlockMotion {
     }
   }
 
-  /// Returns how much deflection each bristle has left before its snap at the end of the step, less the
-  /// rounding error of beyond_at().
-  Lanes<T> margin_at(std::uint32_t i) const {
+  /// Returns by how much `limit` exceeds the deflection of each bristle at the end of the step.
+  Lanes<T> left_to(std::uint32_t i, Lanes<T> limit) const {
     const Lanes<T> x = load(zx + i) + p1x;
-    const Lanes<T> limit = load(delta + i) * Lanes<T>(T(1) - 4 * std::numeric_limits<T>::epsilon());
     if constexpr (axes == 1) {
       return limit - magnitude(x);
     } else {
       const Lanes<T> y = load(zy + i) + p1y;
       return limit - root(x * x + y * y);
     }
+  }
+
+  /// Returns a mask of the bristles from i on that would end the step beyond their snap length. If a block
+  /// has none, nothing of it is written.
+  Mask<T> beyond_at(std::uint32_t i) const { return exceeds(i, load(delta + i)); }
+
+  /// Returns how much deflection each bristle has left before its snap at the end of the step, less the
+  /// rounding error of beyond_at().
+  Lanes<T> margin_at(std::uint32_t i) const {
+    return left_to(i, load(delta + i) * Lanes<T>(T(1) - 4 * std::numeric_limits<T>::epsilon()));
   }
 
   /// Returns tau, the path along the motion after which the deflection is as long as `limit`. The equation
@@ -192,10 +199,10 @@ inline void put_deflections(const BlockOutput<T>& output, std::uint32_t w, Lanes
     x = select_lanes(active, x, Lanes<T>(T(0)));
     y = select_lanes(active, y, Lanes<T>(T(0)));
   }
-  x.store_aligned(output.zx + w);
+  put_lanes(output.zx + w, x);
   weights.add(sums.stored[0], x);
   if constexpr (axes == 2) {
-    y.store_aligned(output.zy + w);
+    put_lanes(output.zy + w, y);
     weights.add(sums.stored[1], y);
   }
 }
@@ -241,6 +248,16 @@ inline void put_snapped(const BlockMotion<T, axes, residual>& motion, const Bloc
   put_deflections<T, axes, partial>(output, i % block_size, next_x, next_y, weights, sums);
 }
 
+/// Returns where bristles land that snap again after every `length` along the path left, `remaining`.
+template <class T>
+[[gnu::always_inline]] inline AfterSnaps<T> land_even(Lanes<T> remaining, Lanes<T> length) {
+  AfterSnaps<T> land;
+  land.count = whole_part(divide(remaining, length));
+  land.deflection = least(positive_part(remaining - land.count * length), length);
+  land.squares = land.count * (length * length);
+  return land;
+}
+
 /// Moves the bristles at i through the step under SnapRule::keep, where each snaps again after every delta.
 /// For blocks that are rewritten, after begin_pass(). `again`: the step is long enough for a second snap.
 template <class T, int axes, bool mean, bool energy, bool residual, bool partial, bool again>
@@ -254,11 +271,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
   // left R - floor(R / delta) delta.
   const Lanes<T> remaining = motion.length - path;
   AfterSnaps<T> land{remaining, none, none};
-  if constexpr (again) {
-    land.count = whole_part(divide(remaining, delta));
-    land.deflection = least(positive_part(remaining - land.count * delta), delta);
-    land.squares = land.count * (delta * delta);
-  }
+  if constexpr (again) land = land_even<T>(remaining, delta);
   put_snapped<T, axes, mean, energy>(motion, output, i, path, path < motion.length, land,
                                      Weights<T, partial>(row_weights), sums);
 }
@@ -295,7 +308,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
     const Mask<T> snapped = path[k] < motion.length;
     Lanes<T> limit = walkers[k].delta;
     if constexpr (residual) limit = select_lanes(snapped, motion.residual.limit_of(limit), limit);
-    limit.store_aligned(output.delta + at % block_size);
+    put_lanes(output.delta + at % block_size, limit);
     walkers[k].states.store(output.random + at % block_size);
     put_snapped<T, axes, mean, energy>(motion, output, at, path[k], snapped, walkers[k].land, weights, sums);
   }
@@ -308,7 +321,7 @@ template <class T, int axes, bool mean, bool energy, bool residual, bool partial
                                                 const T* row_weights, Walk<T>& walk, RowSums<T>& sums) {
   const FirstPass<T> pass =
       begin_pass<T, axes, mean, energy, residual, partial>(motion, i, row_weights, sums);
-  pass.path.store_aligned(walk.path + i % block_size);
+  put_lanes(walk.path + i % block_size, pass.path);
   return any_lane(pass.snaps);
 }
 

@@ -30,26 +30,12 @@ struct AgedMotion : BlockMotion<T, axes, true> {
   Mask<T> beyond_at(std::uint32_t i) const {
     const Mask<T> beyond = BlockMotion<T, axes, true>::beyond_at(i);
     if (!any_lane(beyond)) return beyond;
-    const Lanes<T> limit = end_limit(i, load(this->delta + i) - this->residual.left);
-    const Lanes<T> x = load(this->zx + i) + this->p1x;
-    if constexpr (axes == 1) {
-      return beyond & (magnitude(x) > limit);
-    } else {
-      const Lanes<T> y = load(this->zy + i) + this->p1y;
-      return beyond & (x * x + y * y > limit * limit);
-    }
+    return beyond & this->exceeds(i, end_limit(i, load(this->delta + i) - this->residual.left));
   }
 
   Lanes<T> margin_at(std::uint32_t i) const {
-    const Lanes<T> x = load(this->zx + i) + this->p1x;
-    const Lanes<T> limit = limit_of(load(this->delta + i) - this->residual.left, load(age + i) + later) *
-                           Lanes<T>(T(1) - 16 * std::numeric_limits<T>::epsilon());
-    if constexpr (axes == 1) {
-      return limit - magnitude(x);
-    } else {
-      const Lanes<T> y = load(this->zy + i) + this->p1y;
-      return limit - root(x * x + y * y);
-    }
+    const Lanes<T> limit = limit_of(load(this->delta + i) - this->residual.left, load(age + i) + later);
+    return this->left_to(i, limit * Lanes<T>(T(1) - 16 * std::numeric_limits<T>::epsilon()));
   }
 };
 
@@ -89,7 +75,7 @@ template <class T, int axes, bool partial>
       path_to_circle<T, axes>(start.bent, motion.end_limit(i, load(motion.delta + i) - motion.residual.left));
   if constexpr (partial) to_snap = select_lanes(load(row_weights) > Lanes<T>(T(0)), to_snap, motion.length);
   const Lanes<T> first = least(to_snap, motion.length);
-  first.store_aligned(path + i % block_size);
+  put_lanes(path + i % block_size, first);
   return any_lane(first < motion.length);
 }
 
@@ -149,7 +135,7 @@ inline void put_aged(const AgedMotion<T, axes>& motion, const BlockOutput<T>& ou
       select_lanes(snapped, Lanes<T>(motion.ageing.per_length) * land.deflection, motion.end_age(i));
   age = least(age, Lanes<T>(static_cast<T>(oldest)));
   if constexpr (partial) age = select_lanes(weights.weight > Lanes<T>(T(0)), age, Lanes<T>(T(0)));
-  age.store_aligned(new_age + i % block_size);
+  put_lanes(new_age + i % block_size, age);
 }
 
 /// Adds the bristles at i to the sums and writes them, under SnapRule::keep, where the paths from snap to
@@ -164,12 +150,7 @@ template <class T, int axes, bool partial>
   const Lanes<T> path = load(paths.path + i % block_size);
   const Lanes<T> remaining = motion.length - path;
   AfterSnaps<T> land{remaining, none, none};
-  if (again) {
-    const Lanes<T> interval = load(paths.interval + i % block_size);
-    land.count = whole_part(divide(remaining, interval));
-    land.deflection = least(positive_part(remaining - land.count * interval), interval);
-    land.squares = land.count * (interval * interval);
-  }
+  if (again) land = land_even<T>(remaining, load(paths.interval + i % block_size));
   add_aged_pass<T, axes>(motion, i, path, weights, sums);
   put_aged<T, axes>(motion, output, new_age, i, path, path < motion.length, land, weights, sums);
 }

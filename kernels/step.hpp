@@ -64,7 +64,7 @@ class Stepper {
   // some of them.
   static_assert(!ages || (mean && energy && residual));
   using Motion = std::conditional_t<ages, AgedMotion<T, axes>, BlockMotion<T, axes, residual>>;
-  static constexpr std::uint32_t width = Lanes<T>::size;
+  static constexpr std::uint32_t width = width_of<T>;
   static constexpr std::uint32_t parts = Row<T>::parts;
 
   /// Share of bristles that snap in a step below which vectors without a snap are skipped, under uniform laws
@@ -266,7 +266,7 @@ class Stepper {
     }
     if constexpr (keep_margin) {
       alignas(64) T lane[width];
-      shortest.store_aligned(lane);
+      put_lanes(lane, shortest);
       for (T x : lane) margin = least(margin, x);
     }
     return false;
@@ -294,6 +294,15 @@ class Stepper {
     alignas(64) std::uint32_t random[redraw ? block_size : 1];
   };
 
+  /// Returns the columns that a step of a block writes: its own or, in a trial, those of `scratch`.
+  [[gnu::always_inline]] BlockOutput<T> output_to(Scratch& scratch, const Extent& extent) const {
+    if (!step.stores) return {scratch.zx, scratch.zy, scratch.delta, scratch.random};
+    BlockOutput<T> output{patch.zx + extent.start, scratch.zy, patch.delta + extent.start, scratch.random};
+    if constexpr (axes == 2) output.zy = patch.zy + extent.start;
+    if constexpr (redraw) output.random = patch.random + extent.start;
+    return output;
+  }
+
   /// Calls `step_row(partial, i, weights)` for the vector of bristles that begins at lane k, in every row.
   template <class F>
   [[gnu::always_inline]] static void for_rows(const Extent& extent, std::uint32_t k, F&& step_row) {
@@ -314,13 +323,7 @@ class Stepper {
     const BlockMotion<T, axes, residual> motion =
         block_motion;  // a local whose address nobody takes, so that it stays in registers
     Scratch scratch;
-    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.random};
-    if (step.stores) {
-      output.zx = patch.zx + extent.start;
-      if constexpr (axes == 2) output.zy = patch.zy + extent.start;
-      output.delta = patch.delta + extent.start;
-      if constexpr (redraw) output.random = patch.random + extent.start;
-    }
+    const BlockOutput<T> output = output_to(scratch, extent);
     RowSums<T> sums[parts];
     double noise = 0.0;
     if constexpr (!redraw) {
@@ -372,7 +375,7 @@ class Stepper {
         const Lanes<T> to_snap =
             begin_pass<T, axes, mean, energy, residual, partial.value>(motion, i, weights, first).path;
         if constexpr (two_passes)
-          to_snap.store_aligned(path + i % block_size);
+          put_lanes(path + i % block_size, to_snap);
         else
           end(partial, i, to_snap, weights);
       });
@@ -388,16 +391,9 @@ class Stepper {
   BlockSums rewrite_aged(const Motion& block_motion, const Extent& extent) {
     const Motion motion = block_motion;
     Scratch scratch;
+    const BlockOutput<T> output = output_to(scratch, extent);
     alignas(64) T scratch_age[block_size];
-    BlockOutput<T> output{scratch.zx, scratch.zy, scratch.delta, scratch.random};
-    T* age = scratch_age;
-    if (step.stores) {
-      output.zx = patch.zx + extent.start;
-      if constexpr (axes == 2) output.zy = patch.zy + extent.start;
-      output.delta = patch.delta + extent.start;
-      if constexpr (redraw) output.random = patch.random + extent.start;
-      age = patch.age + extent.start;
-    }
+    T* const age = step.stores ? patch.age + extent.start : scratch_age;
     RowSums<T> sums[parts];
     VectorList<T> snapping;
     const auto begin = [&](T* path) {

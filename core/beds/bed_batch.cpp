@@ -19,7 +19,6 @@ using namespace detail;
 
 namespace {
 
-constexpr int most_tasks = 256;
 constexpr std::size_t fetched_lines = 15;
 constexpr std::size_t cache_line = 64;
 /// Fixed cost of a bed in a step, expressed as a number of its bristles, and time of one of its bristles over
@@ -60,11 +59,6 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   std::uint64_t step_number = 0;
   std::vector<std::uint32_t> moved;  ///< slots of the beds with a drop that the last step moved
 
-  // Input of the step in progress, stored here so that the threads which share the step can read it.
-  Span<const BedMotion> in;
-  Span<BedResponse> out;
-  std::size_t task_ends[most_tasks + 1];
-
   Bed* find(BedId id) noexcept {
     const std::uint32_t slot = slot_of(id);
     if (slot >= beds.size()) return nullptr;
@@ -72,7 +66,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
     return bed.generation != 0 && bed.generation == generation_of(id) ? &bed : nullptr;
   }
 
-  void run(std::size_t first, std::size_t last) noexcept {
+  void run(Span<const BedMotion> in, Span<BedResponse> out, std::size_t first, std::size_t last) noexcept {
     const FloatModeScope mode;
     for (std::size_t i = first; i < last; ++i) {
       if (i + 8 < last) fetch_record(in[i + 8].id);
@@ -83,7 +77,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
 
   /// Lets beds rest that moved in the last step but not in this one, because the step does not name them or
   /// refuses their motion. Records the beds that this step moves, for the next step.
-  void rest_others() noexcept {
+  void rest_others(Span<const BedMotion> in, Span<const BedResponse> out) noexcept {
     for (const std::uint32_t slot : moved)
       if (beds[slot].last_step != step_number) rest(beds[slot]);
     moved.clear();
@@ -182,33 +176,13 @@ StepReport BedBatch::step(Span<const BedMotion> in, Span<BedResponse> out) noexc
     ++report.patches_stepped;
     report.bristles_visited += bed->count;
   }
-  impl.in = in;
-  impl.out = out;
-  impl.rest_others();
-  report.tasks = report.threads = 1;
-  const auto divide = [&] {
-    const std::uint64_t piece = std::max(impl.work.piece_of(cost), cost / (most_tasks - 1) + 1);
-    int tasks = 0;
-    std::uint64_t group = 0;
-    impl.task_ends[0] = 0;
-    for (std::size_t i = 0; i < in.size(); ++i) {
-      if (out[i].status == Status::ok) group += Impl::cost_of(*impl.find(in[i].id));
-      if (group < piece && i + 1 < in.size()) continue;
-      impl.task_ends[++tasks] = i + 1;
-      group = 0;
-    }
-    impl.work.run(
-        tasks,
-        [](void* context, int task) {
-          Impl& self = *static_cast<Impl*>(context);
-          self.run(self.task_ends[task], self.task_ends[task + 1]);
-        },
-        &impl);
-    report.tasks = static_cast<std::uint32_t>(tasks);
-    report.threads = static_cast<std::uint32_t>(std::min(tasks, impl.work.workers.count()));
-  };
-  impl.work.step(
-      cost, [&] { impl.run(0, in.size()); }, divide);
+  impl.rest_others(in, out);
+  impl.work.step_items(
+      in.size(), cost,
+      [&](std::size_t i) {
+        return out[i].status == Status::ok ? Impl::cost_of(*impl.find(in[i].id)) : std::uint64_t{0};
+      },
+      [&](std::size_t first, std::size_t last) { impl.run(in, out, first, last); }, report);
   for (const BedResponse& response : out) report.status = report.status | response.status;
   return report;
 }

@@ -24,9 +24,24 @@
 using namespace bristle;
 
 // ------------------------------------------------------------------------- layouts shared with C++
+/// C++ struct that lies in memory as a C struct does.
+template <class C>
+struct SameLayout;
+/// Returns the caller's array as one of the C++ structs with the same layout.
+template <class C>
+auto as_cpp(C* array, std::size_t count) noexcept {
+  using Cpp = typename SameLayout<std::remove_const_t<C>>::Cpp;
+  using Entry = std::conditional_t<std::is_const_v<C>, const Cpp, Cpp>;
+  return Span<Entry>(reinterpret_cast<Entry*>(array), count);
+}
+
 #define BRISTLE_SAME(field) \
   (offsetof(C, field) == offsetof(Cpp, field) && sizeof(C::field) == sizeof(Cpp::field))
 #define BRISTLE_SAME_LAYOUT(c_type, cpp_type, offsets)                                                     \
+  template <>                                                                                              \
+  struct SameLayout<c_type> {                                                                              \
+    using Cpp = cpp_type;                                                                                  \
+  };                                                                                                       \
   static_assert(                                                                                           \
       [] {                                                                                                 \
         using C = c_type;                                                                                  \
@@ -127,32 +142,13 @@ struct bristle_matcher : Handle<ContactMatcher> {};
 struct bristle_monitor : Handle<DeadlineMonitor> {};
 
 /// Pool found by key, of patches or of beds: both are behind one kind of handle in C.
-struct KeyedPool {
+struct bristle_keyed {
 #if BRISTLE_WITH_BEDS
   std::variant<KeyedPatches, KeyedBeds> pool;
 #else
   std::variant<KeyedPatches> pool;
 #endif
-
-  std::size_t state_size() const {
-    return std::visit([](const auto& keys) { return keys.state_size(); }, pool);
-  }
-  std::size_t save_state(Span<std::byte> to) const {
-    return std::visit([&](const auto& keys) { return keys.save_state(to); }, pool);
-  }
-  void restore_state(Span<const std::byte> from) {
-    std::visit([&](auto& keys) { keys.restore_state(from); }, pool);
-  }
-};
-struct bristle_keyed : Handle<KeyedPool> {
-  template <class Call>
-  auto visit(Call&& call) {
-    return std::visit(call, it.pool);
-  }
-  template <class Call>
-  auto visit(Call&& call) const {
-    return std::visit(call, it.pool);
-  }
+  KeyedPool& it = std::visit([](KeyedPool& either) -> KeyedPool& { return either; }, pool);
 };
 
 namespace {
@@ -164,12 +160,6 @@ thread_local char last_error[512] = "";
 bristle_result fail(bristle_result result, const char* text) noexcept {
   std::snprintf(last_error, sizeof last_error, "%s", text);
   return result;
-}
-
-bristle_result fail_no_patch(const char* where, bristle_id id) noexcept {
-  std::snprintf(last_error, sizeof last_error, "%s: there is no patch with id %llu", where,
-                static_cast<unsigned long long>(id));
-  return BRISTLE_REFUSED;
 }
 
 /// Error in the arguments themselves: a null pointer or a struct of the wrong size. Thrown before anything is
@@ -196,6 +186,10 @@ bristle_result guarded(Call&& call) noexcept {
   } catch (...) {
     return fail(BRISTLE_FAILED, "unknown failure");
   }
+}
+
+[[noreturn]] void refuse_patch(const char* where, bristle_id id) {
+  throw Error(std::string(where) + ": there is no patch with id " + std::to_string(id));
 }
 
 void need(const void* pointer, const char* name) {
@@ -549,15 +543,26 @@ void report_step(bristle_step_report* report, const Step& step) {
   if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
 }
 
-/// Writes the response of find_force(motion) for each motion, which leaves the state of patches or beds
-/// unchanged.
-template <class CppMotion, class Motion, class Response, class Try>
-void try_each(const Motion* motions, Response* responses, std::size_t count, const Try& find_force) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto response = find_force(reinterpret_cast<const CppMotion&>(motions[i]));
-    static_assert(sizeof response == sizeof *responses);
-    std::memcpy(&responses[i], &response, sizeof response);
-  }
+/// Steps the object behind a handle: step(object, motions, responses) takes the caller's arrays as C++ ones.
+template <class Handle, class Motion, class Response, class Step>
+bristle_result step_all(Handle* handle, const char* name, const Motion* motions, Response* responses,
+                        std::size_t count, bristle_step_report* report, const Step& step) noexcept {
+  return with(handle, name, [&](auto& it) {
+    need_columns(motions, "motions", responses, "responses", count);
+    report_step(report, [&] { return step(it, as_cpp(motions, count), as_cpp(responses, count)); });
+  });
+}
+
+/// Writes the response of find_force(object, motion) for each motion, which leaves the state of patches or
+/// beds unchanged.
+template <class Handle, class Motion, class Response, class Try>
+bristle_result try_all(Handle* handle, const char* name, const Motion* motions, Response* responses,
+                       std::size_t count, const Try& find_force) noexcept {
+  return with(handle, name, [&](auto& it) {
+    need_columns(motions, "motions", responses, "responses", count);
+    const auto out = as_cpp(responses, count);
+    for (std::size_t i = 0; i < count; ++i) out[i] = find_force(it, as_cpp(motions, count)[i]);
+  });
 }
 
 Material read_material(const bristle_material* from) {
@@ -577,17 +582,11 @@ bristle_result write_of_material(const bristle_material* material, const double*
   });
 }
 
-/// Returns why the caller's arrays are refused (null pointer, wrong size of a struct), or null if they can be
-/// stepped.
-const char* refusal_of(const bristle_batch* batch, const void* motions, std::size_t motion_size,
-                       const void* responses, std::size_t response_size, std::size_t count) noexcept {
-  if (batch == nullptr) return "batch is null";
+/// Returns why the caller's structs cannot be stepped, whose sizes come with the call; null if they can.
+const char* fault_of_sizes(std::size_t motion_size, std::size_t response_size, std::size_t count) noexcept {
   if (count == 0) return nullptr;
-  if (motions == nullptr) return "motions is null";
-  if (responses == nullptr) return "responses is null";
   if (motion_size != sizeof(Motion)) return "motion_size: give sizeof(bristle_motion)";
-  if (response_size != sizeof(Response)) return "response_size: give sizeof(bristle_response)";
-  return nullptr;
+  return response_size != sizeof(Response) ? "response_size: give sizeof(bristle_response)" : nullptr;
 }
 
 #if BRISTLE_WITH_OUTLINES
@@ -835,10 +834,9 @@ bristle_result bristle_step_groups(bristle_batch* batch, double dt_s, const bris
                                    size_t group_count, const bristle_motion* motions, size_t motion_size,
                                    bristle_response* responses, size_t response_size, size_t count,
                                    bristle_step_report* report) {
-  if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
-    return fail(BRISTLE_BAD_ARGUMENT, refusal);
-  return with(batch, "batch", [&](auto& it) {
-    if (report != nullptr) check_size(*report, "report");  // checked first, because a step cannot be undone
+  if (const char* fault = fault_of_sizes(motion_size, response_size, count))
+    return fail(BRISTLE_BAD_ARGUMENT, fault);
+  const auto step = [&](auto& it, auto in, auto out) {
     if (group_count > BRISTLE_MOST_GROUPS) throw Error("bristle_step_groups: too many groups in one call");
     if (group_count > 0) need(groups, "groups");
     std::array<GroupStep, BRISTLE_MOST_GROUPS> steps;
@@ -846,11 +844,9 @@ bristle_result bristle_step_groups(bristle_batch* batch, double dt_s, const bris
       check_size(groups[i], "groups");
       steps[i] = to_cpp(groups[i]);
     }
-    const StepReport done =
-        it.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
-                {reinterpret_cast<Response*>(responses), count}, {steps.data(), group_count});
-    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
-  });
+    return it.step(dt_s, in, out, {steps.data(), group_count});
+  };
+  return step_all(batch, "batch", motions, responses, count, report, step);
 }
 
 bristle_result bristle_find_group_force(bristle_batch* batch, double dt_s, const bristle_group_step* step,
@@ -858,16 +854,14 @@ bristle_result bristle_find_group_force(bristle_batch* batch, double dt_s, const
   return with(batch, "batch", [&](auto& it) {
     need(step, "step");
     check_size(*step, "step");
-    if (report != nullptr) check_size(*report, "report");
-    const StepReport done = it.find_force(dt_s, to_cpp(*step));
-    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+    report_step(report, [&] { return it.find_force(dt_s, to_cpp(*step)); });
   });
 }
 
 bristle_result bristle_reset(bristle_batch* batch, bristle_id id, uint32_t seed, uint64_t key) {
-  if (batch == nullptr) return fail(BRISTLE_BAD_ARGUMENT, "batch is null");
-  if (!batch->it.reset({id}, seed, key)) return fail_no_patch("bristle_reset", id);
-  return BRISTLE_OK;
+  return with(batch, "batch", [&](auto& it) {
+    if (!it.reset({id}, seed, key)) refuse_patch("bristle_reset", id);
+  });
 }
 
 bristle_result bristle_warm_up(bristle_batch* batch) {
@@ -877,35 +871,25 @@ bristle_result bristle_warm_up(bristle_batch* batch) {
 bristle_result bristle_step(bristle_batch* batch, double dt_s, const bristle_motion* motions,
                             size_t motion_size, bristle_response* responses, size_t response_size,
                             size_t count, bristle_step_report* report) {
-  if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
-    return fail(BRISTLE_BAD_ARGUMENT, refusal);
-  if (report != nullptr &&
-      report->struct_size != sizeof *report)  // checks the size before the step, which cannot be undone
-    return guarded([&] { check_size(*report, "report"); });
-  const StepReport done = batch->it.step(dt_s, {reinterpret_cast<const Motion*>(motions), count},
-                                         {reinterpret_cast<Response*>(responses), count});
-  if (report != nullptr) {
-    *report = to_c<bristle_step_report>(done);
-    report->struct_size = sizeof *report;
-  }
-  return BRISTLE_OK;
+  if (const char* fault = fault_of_sizes(motion_size, response_size, count))
+    return fail(BRISTLE_BAD_ARGUMENT, fault);
+  return step_all(batch, "batch", motions, responses, count, report,
+                  [&](auto& it, auto in, auto out) { return it.step(dt_s, in, out); });
 }
 
 bristle_result bristle_find_force(bristle_batch* batch, double dt_s, const bristle_motion* motions,
                                   size_t motion_size, bristle_response* responses, size_t response_size,
                                   size_t count) {
-  if (const char* refusal = refusal_of(batch, motions, motion_size, responses, response_size, count))
-    return fail(BRISTLE_BAD_ARGUMENT, refusal);
-  try_each<Motion>(motions, responses, count,
-                   [&](const Motion& motion) { return batch->it.find_force(dt_s, motion); });
-  return BRISTLE_OK;
+  if (const char* fault = fault_of_sizes(motion_size, response_size, count))
+    return fail(BRISTLE_BAD_ARGUMENT, fault);
+  return try_all(batch, "batch", motions, responses, count,
+                 [&](auto& it, const auto& motion) { return it.find_force(dt_s, motion); });
 }
 
 bristle_result bristle_find_info(const bristle_batch* batch, bristle_id id, bristle_patch_info* info) {
   return with(batch, "batch", [&](auto& it) {
     const PatchInfo p = it.info({id});
-    if (p.representatives == 0)
-      throw Error("bristle_find_info: there is no patch with id " + std::to_string(id));
+    if (p.representatives == 0) refuse_patch("bristle_find_info", id);
     write_struct(to_c<bristle_patch_info>(p), info, "info");
   });
 }
@@ -979,8 +963,8 @@ GivenBed read_bed(const bristle_bed* bed) {
   copy_to_cpp<BedMirror<BedOptions>>(*bed, read.options);
   if (bed->list_count > 0) {
     need(bed->list, "bed.list");
-    const auto* first = reinterpret_cast<const BedCell*>(bed->list);
-    read.shape.list.assign(first, first + bed->list_count);
+    const auto list = as_cpp(bed->list, bed->list_count);
+    read.shape.list.assign(list.begin(), list.end());
   }
   return read;
 }
@@ -1015,22 +999,14 @@ bristle_result bristle_beds_remove(bristle_beds* beds, bristle_id id) {
 
 bristle_result bristle_beds_step(bristle_beds* beds, const bristle_bed_motion* motions,
                                  bristle_bed_response* responses, size_t count, bristle_step_report* report) {
-  return with(beds, "beds", [&](auto& it) {
-    need_columns(motions, "motions", responses, "responses", count);
-    report_step(report, [&] {
-      return it.step({reinterpret_cast<const BedMotion*>(motions), count},
-                     {reinterpret_cast<BedResponse*>(responses), count});
-    });
-  });
+  return step_all(beds, "beds", motions, responses, count, report,
+                  [](auto& it, auto in, auto out) { return it.step(in, out); });
 }
 
 bristle_result bristle_beds_find_force(bristle_beds* beds, const bristle_bed_motion* motions,
                                        bristle_bed_response* responses, size_t count) {
-  return with(beds, "beds", [&](auto& it) {
-    need_columns(motions, "motions", responses, "responses", count);
-    try_each<BedMotion>(motions, responses, count,
-                        [&](const BedMotion& motion) { return it.find_force(motion); });
-  });
+  return try_all(beds, "beds", motions, responses, count,
+                 [](auto& it, const auto& motion) { return it.find_force(motion); });
 }
 
 uint64_t bristle_beds_state_hash(const bristle_beds* beds, bristle_id id) { return hash_of(beds, id); }
@@ -1051,8 +1027,8 @@ bristle_result bristle_joints_create(size_t count, const bristle_joint_material*
                                      const bristle_batch_options* batch, bristle_joints** joints) {
   return create(joints, "joints", [&] {
     need(materials, "materials");
-    return JointFriction(count, {reinterpret_cast<const JointMaterial*>(materials), material_count},
-                         read_options(options, "options"), read_options(batch, "batch"));
+    return JointFriction(count, as_cpp(materials, material_count), read_options(options, "options"),
+                         read_options(batch, "batch"));
   });
 }
 
@@ -1069,7 +1045,6 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
     need(step, "step");
     check_size(*step, "step");
     need(step->angle, "step.angle");
-    if (report != nullptr) check_size(*report, "report");  // checked first, because a step cannot be undone
     const std::size_t n = it.joint_count();
     const auto in = [n](const double* column) {
       return Span<const double>(column, column != nullptr ? n : 0);
@@ -1077,18 +1052,20 @@ bristle_result step_joints(bristle_joints* joints, const bristle_joint_step* ste
     const auto out = [n](double* column, std::size_t rows = 1) {
       return Span<double>(column, column != nullptr ? rows * n : 0);
     };
-    const StepReport done =
-        (it.*go)({in(step->angle), in(step->speed), in(step->motor), in(step->outside)},
-                 {out(step->torque),
-                  out(step->mean),
-                  out(step->by_angle),
-                  out(step->by_speed),
-                  out(step->by_motor),
-                  out(step->by_outside),
-                  {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
-                  out(step->gradient, joint_parameters)});
-    if (done.tasks == 0) throw Error("step.gradient needs bristle_joint_options.gradients");
-    if (report != nullptr) write_struct(to_c<bristle_step_report>(done), report, "report");
+    report_step(report, [&] {
+      const StepReport done =
+          (it.*go)({in(step->angle), in(step->speed), in(step->motor), in(step->outside)},
+                   {out(step->torque),
+                    out(step->mean),
+                    out(step->by_angle),
+                    out(step->by_speed),
+                    out(step->by_motor),
+                    out(step->by_outside),
+                    {reinterpret_cast<Status*>(step->status), step->status != nullptr ? n : 0},
+                    out(step->gradient, joint_parameters)});
+      if (done.tasks == 0) throw Error("step.gradient needs bristle_joint_options.gradients");
+      return done;
+    });
   });
 }
 
@@ -1140,9 +1117,8 @@ bristle_result bristle_extended_add(bristle_extended* extended, const bristle_ma
   return with(extended, "extended", [&](auto& it) {
     need(id, "id");
     if (count > 0) need(cells, "cells");
-    const auto* first = reinterpret_cast<const PatchCell*>(cells);
     Outline outline;
-    outline.cells.assign(first, first + count);
+    outline.cells.assign(as_cpp(cells, count).begin(), as_cpp(cells, count).end());
     outline.full_size_load = full_size_load;
     *id = it.add(read_material(material), read_options(options, "options"), outline).value;
   });
@@ -1158,33 +1134,26 @@ bristle_result bristle_extended_set_material(bristle_extended* extended, bristle
 }
 
 bristle_result bristle_extended_set_scale(bristle_extended* extended, bristle_id id, double scale) {
-  if (extended == nullptr) return fail(BRISTLE_BAD_ARGUMENT, "extended is null");
-  if (extended->it.set_scale({id}, scale)) return BRISTLE_OK;
-  if (extended->it.cell_count({id}) == 0) return fail_no_patch("bristle_extended_set_scale", id);
-  return fail(BRISTLE_REFUSED, "bristle_extended_set_scale: scale; allowed is 0 to 1e6");
+  return with(extended, "extended", [&](auto& it) {
+    if (it.set_scale({id}, scale)) return;
+    if (it.cell_count({id}) == 0) refuse_patch("bristle_extended_set_scale", id);
+    detail::refuse("bristle_extended_set_scale", "scale", scale, "0 to 1e6");
+  });
 }
 
 bristle_result bristle_extended_step(bristle_extended* extended, double dt_s,
                                      const bristle_extended_motion* motions,
                                      bristle_extended_response* responses, size_t count,
                                      bristle_step_report* report) {
-  return with(extended, "extended", [&](auto& it) {
-    need_columns(motions, "motions", responses, "responses", count);
-    report_step(report, [&] {
-      return it.step(dt_s, {reinterpret_cast<const ExtendedMotion*>(motions), count},
-                     {reinterpret_cast<ExtendedResponse*>(responses), count});
-    });
-  });
+  return step_all(extended, "extended", motions, responses, count, report,
+                  [&](auto& it, auto in, auto out) { return it.step(dt_s, in, out); });
 }
 
 bristle_result bristle_extended_find_force(bristle_extended* extended, double dt_s,
                                            const bristle_extended_motion* motions,
                                            bristle_extended_response* responses, size_t count) {
-  return with(extended, "extended", [&](auto& it) {
-    need_columns(motions, "motions", responses, "responses", count);
-    try_each<ExtendedMotion>(motions, responses, count,
-                             [&](const ExtendedMotion& motion) { return it.find_force(dt_s, motion); });
-  });
+  return try_all(extended, "extended", motions, responses, count,
+                 [&](auto& it, const auto& motion) { return it.find_force(dt_s, motion); });
 }
 
 uint64_t bristle_extended_state_hash(const bristle_extended* extended, bristle_id id) {
@@ -1204,8 +1173,8 @@ bristle_result bristle_keyed_create(bristle_batch* batch, const bristle_material
                                     bristle_keyed** keyed) {
   return create(keyed, "keyed", [&] {
     need(batch, "batch");
-    return KeyedPool{KeyedPatches(batch->it, read_material(material), read_options(patch, "patch"),
-                                  read_options(options, "options"))};
+    return KeyedPatches(batch->it, read_material(material), read_options(patch, "patch"),
+                        read_options(options, "options"));
   });
 }
 
@@ -1215,8 +1184,7 @@ bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* 
   return create(keyed, "keyed", [&] {
     need(beds, "beds");
     const GivenBed given = read_bed(bed);
-    return KeyedPool{
-        KeyedBeds(beds->it, given.material, given.shape, given.options, read_options(options, "options"))};
+    return KeyedBeds(beds->it, given.material, given.shape, given.options, read_options(options, "options"));
   });
 }
 
@@ -1225,61 +1193,49 @@ bristle_result bristle_keyed_create_beds(bristle_beds* beds, const bristle_bed* 
 void bristle_keyed_destroy(bristle_keyed* keyed) { delete keyed; }
 
 bristle_result bristle_keyed_reserve(bristle_keyed* keyed, uint32_t capacity) {
-  return guarded([&] {
-    need(keyed, "keyed");
-    keyed->visit([&](auto& pool) { pool.reserve(capacity); });
-  });
+  return with(keyed, "keyed", [&](KeyedPool& it) { it.reserve(capacity); });
 }
 
 bristle_result bristle_keyed_find_or_add(bristle_keyed* keyed, const uint64_t* keys, bristle_id* ids,
                                          size_t count) {
-  return guarded([&] {
-    need(keyed, "keyed");
+  return with(keyed, "keyed", [&](KeyedPool&) {
     need_columns(keys, "keys", ids, "ids", count);
-    keyed->visit([&](auto& pool) {
+    const auto find = [&](auto& pool) {
       for (size_t i = 0; i < count; ++i) ids[i] = pool.find_or_add(keys[i]).value;
-    });
+    };
+    std::visit(find, keyed->pool);
   });
 }
 
 bristle_result bristle_keyed_find(const bristle_keyed* keyed, const uint64_t* keys, bristle_id* ids,
                                   size_t count) {
-  return guarded([&] {
-    need(keyed, "keyed");
+  return with(keyed, "keyed", [&](KeyedPool&) {
     need_columns(keys, "keys", ids, "ids", count);
-    keyed->visit([&](const auto& pool) {
+    const auto find = [&](const auto& pool) {
       for (size_t i = 0; i < count; ++i) ids[i] = pool.find(keys[i]).value;
-    });
+    };
+    std::visit(find, keyed->pool);
   });
 }
 
 uint32_t bristle_keyed_remove(bristle_keyed* keyed, uint64_t key) {
-  return keyed != nullptr && keyed->visit([&](auto& pool) { return pool.remove(key); }) ? 1 : 0;
+  return keyed != nullptr && keyed->it.remove(key) ? 1 : 0;
 }
 void bristle_keyed_clear(bristle_keyed* keyed) {
-  if (keyed != nullptr) keyed->visit([](auto& pool) { pool.clear(); });
+  if (keyed != nullptr) keyed->it.clear();
 }
-uint32_t bristle_keyed_end_step(bristle_keyed* keyed) {
-  return keyed != nullptr ? keyed->visit([](auto& pool) { return pool.end_step(); }) : 0;
-}
-uint32_t bristle_keyed_size(const bristle_keyed* keyed) {
-  return keyed != nullptr ? keyed->visit([](const auto& pool) { return pool.size(); }) : 0;
-}
+uint32_t bristle_keyed_end_step(bristle_keyed* keyed) { return keyed != nullptr ? keyed->it.end_step() : 0; }
+uint32_t bristle_keyed_size(const bristle_keyed* keyed) { return keyed != nullptr ? keyed->it.size() : 0; }
 size_t bristle_keyed_groups(const bristle_keyed* keyed, bristle_group* groups, size_t count) {
-  if (keyed == nullptr) return 0;
-  return keyed->visit([&](const auto& pool) -> size_t {
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(pool)>, KeyedPatches>) {
-      const Span<const PatchGroup> its = pool.groups();
-      for (size_t i = 0; groups != nullptr && i < std::min(count, its.size()); ++i)
-        groups[i] = {its[i].first.value, its[i].count};
-      return its.size();
-    } else {
-      return 0;
-    }
-  });
+  const auto* patches = keyed != nullptr ? std::get_if<KeyedPatches>(&keyed->pool) : nullptr;
+  if (patches == nullptr) return 0;
+  const Span<const PatchGroup> its = patches->groups();
+  for (size_t i = 0; groups != nullptr && i < std::min(count, its.size()); ++i)
+    groups[i] = {its[i].first.value, its[i].count};
+  return its.size();
 }
 uint64_t bristle_keyed_refused(const bristle_keyed* keyed) {
-  return keyed != nullptr ? keyed->visit([](const auto& pool) { return pool.refused(); }) : 0;
+  return keyed != nullptr ? keyed->it.refused() : 0;
 }
 
 BRISTLE_STATE_CALLS(bristle_keyed, keyed)
@@ -1298,7 +1254,7 @@ bristle_result bristle_matcher_match(bristle_matcher* matcher, const bristle_con
                                      uint64_t* keys, size_t count, size_t* found) {
   return with(matcher, "matcher", [&](auto& it) {
     need_columns(contacts, "contacts", keys, "keys", count);
-    const size_t seen = it.match({reinterpret_cast<const ContactPoint*>(contacts), count}, {keys, count});
+    const size_t seen = it.match(as_cpp(contacts, count), {keys, count});
     if (found != nullptr) *found = seen;
   });
 }

@@ -110,7 +110,9 @@ Owner owner_of(BedBatch& beds) {
 }
 #endif
 
-struct KeyedPool {
+}  // namespace
+
+struct BRISTLE_PRIVATE KeyedPool::Impl {
   /// Entry of a pool: a patch or bed, and the contact that uses it, if any. Entries in use form a list; at
   /// its head is the contact that has not been requested for longest, so expired contacts are found at once.
   struct PoolEntry {
@@ -122,10 +124,10 @@ struct KeyedPool {
   };
 
   /// Adds `count` patches or beds to the owner, and entries for them to the pool, which has room for them.
-  using Grow = std::function<void(KeyedPool&, std::uint32_t count)>;
+  using Grow = std::function<void(Impl&, std::uint32_t count)>;
 
-  KeyedPool(const char* its_name, const Owner& its_owner, std::uint32_t its_seed,
-            const KeyedOptions& its_options, Grow its_grow)
+  Impl(const char* its_name, const Owner& its_owner, std::uint32_t its_seed, const KeyedOptions& its_options,
+       Grow its_grow)
       : name(its_name),
         owner(its_owner),
         options(its_options),
@@ -135,9 +137,9 @@ struct KeyedPool {
     options.capacity = 0;
     reserve(its_options.capacity);
   }
-  ~KeyedPool() { remove_patches(0); }
-  KeyedPool(const KeyedPool&) = delete;
-  KeyedPool& operator=(const KeyedPool&) = delete;
+  ~Impl() { remove_patches(0); }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
 
   /// Removes all entries but the first `kept` from the pool, and their patches or beds from the owner.
   void remove_patches(std::size_t kept) noexcept {
@@ -237,7 +239,7 @@ struct KeyedPool {
   std::uint64_t refused = 0;
 };
 
-KeyedContact KeyedPool::find_or_add(std::uint64_t key, bool tells) noexcept {
+KeyedContact KeyedPool::Impl::find_or_add(std::uint64_t key, bool tells) noexcept {
   const SteppingCall call(stepping_side);
   std::uint32_t i = key == no_contact_key ? none : table.find(key);
   if (i != none) {
@@ -261,13 +263,13 @@ KeyedContact KeyedPool::find_or_add(std::uint64_t key, bool tells) noexcept {
   return {{pool[i].id}, i, is_new};
 }
 
-std::uint64_t KeyedPool::find(std::uint64_t key) const noexcept {
+std::uint64_t KeyedPool::Impl::find(std::uint64_t key) const noexcept {
   const SteppingCall call(stepping_side);
   const std::uint32_t i = key == no_contact_key ? none : table.find(key);
   return i == none ? 0 : pool[i].id;
 }
 
-bool KeyedPool::erase(std::uint64_t key) noexcept {
+bool KeyedPool::Impl::erase(std::uint64_t key) noexcept {
   const SteppingCall call(stepping_side);
   const std::uint32_t i = key == no_contact_key ? none : table.find(key);
   if (i == none) return false;
@@ -275,13 +277,13 @@ bool KeyedPool::erase(std::uint64_t key) noexcept {
   return true;
 }
 
-void KeyedPool::clear() noexcept {
+void KeyedPool::Impl::clear() noexcept {
   const SteppingCall call(stepping_side);
   while (last != none) give_back(last);
   refused = 0;
 }
 
-std::uint32_t KeyedPool::end_step() noexcept {
+std::uint32_t KeyedPool::Impl::end_step() noexcept {
   const SteppingCall call(stepping_side);
   std::uint32_t count = 0;
   for (; first != none && step - pool[first].seen > options.keep_steps; ++count) give_back(first);
@@ -289,12 +291,12 @@ std::uint32_t KeyedPool::end_step() noexcept {
   return count;
 }
 
-std::uint32_t KeyedPool::size() const noexcept {
+std::uint32_t KeyedPool::Impl::size() const noexcept {
   const SteppingCall call(stepping_side);
   return options.capacity - static_cast<std::uint32_t>(free.size());
 }
 
-std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
+std::size_t KeyedPool::Impl::save_state(Span<std::byte> to) const noexcept {
   const SteppingCall call(stepping_side);
   if (to.size() < state_size()) return 0;
   detail::ByteWriter write(to.data() + detail::saved_head_size);
@@ -308,7 +310,7 @@ std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept {
   return state_size();
 }
 
-void KeyedPool::restore_state(Span<const std::byte> from) {
+void KeyedPool::Impl::restore_state(Span<const std::byte> from) {
   const SteppingCall call(stepping_side);
   const auto fail = [this](const char* why) { detail::refuse_saved(name, why); };
   const std::uint64_t keyed = detail::open_sealed(name, detail::SavedKind::keys, from);
@@ -351,12 +353,12 @@ void KeyedPool::restore_state(Span<const std::byte> from) {
   refused = saved.refused;
 }
 
-}  // namespace
+namespace {
 
 /// Returns a function that adds objects to a pool, which have ids of their own, one by one.
 template <class Add>
-KeyedPool::Grow one_by_one(const Add& add) {
-  return [add](KeyedPool& to, std::uint32_t count) {
+auto one_by_one(const Add& add) {
+  return [add](auto& to, std::uint32_t count) {
     for (; count > 0; --count) {
       const std::uint64_t id = add();
       to.pool.emplace_back().id = id;
@@ -364,41 +366,47 @@ KeyedPool::Grow one_by_one(const Add& add) {
   };
 }
 
-struct BRISTLE_PRIVATE KeyedPatches::Impl : KeyedPool {
-  using KeyedPool::KeyedPool;
-};
+}  // namespace
+
+KeyedPool::KeyedPool(std::unique_ptr<Impl> impl) noexcept : impl_(std::move(impl)) {}
+KeyedPool::~KeyedPool() = default;
+KeyedPool::KeyedPool(KeyedPool&&) noexcept = default;
+KeyedPool& KeyedPool::operator=(KeyedPool&&) noexcept = default;
+void KeyedPool::reserve(std::uint32_t capacity) { impl_->reserve(capacity); }
+bool KeyedPool::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
+void KeyedPool::clear() noexcept { impl_->clear(); }
+std::uint32_t KeyedPool::end_step() noexcept { return impl_->end_step(); }
+std::size_t KeyedPool::state_size() const noexcept { return impl_->state_size(); }
+std::size_t KeyedPool::save_state(Span<std::byte> to) const noexcept { return impl_->save_state(to); }
+void KeyedPool::restore_state(Span<const std::byte> from) { impl_->restore_state(from); }
+std::uint32_t KeyedPool::size() const noexcept { return impl_->size(); }
+std::uint32_t KeyedPool::capacity() const noexcept { return impl_->options.capacity; }
+std::uint64_t KeyedPool::refused() const noexcept { return impl_->refused; }
 
 KeyedPatches::KeyedPatches(PatchBatch& batch, const Material& material, const PatchOptions& patch,
                            const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(batch), patch.seed, options,
-                                   [&batch, material, patch](KeyedPool& to, std::uint32_t count) {
-                                     to.groups.reserve(to.groups.size() + 1);
-                                     const PatchGroup group = batch.add_group(material, patch, count);
-                                     to.groups.push_back(group);
-                                     for (std::uint32_t i = 0; i < count; ++i)
-                                       to.pool.emplace_back().id = group[i].value;
-                                   })) {}
+    : KeyedPool(std::make_unique<Impl>("KeyedPatches", owner_of(batch), patch.seed, options,
+                                       [&batch, material, patch](Impl& to, std::uint32_t count) {
+                                         to.groups.reserve(to.groups.size() + 1);
+                                         const PatchGroup group = batch.add_group(material, patch, count);
+                                         to.groups.push_back(group);
+                                         for (std::uint32_t i = 0; i < count; ++i)
+                                           to.pool.emplace_back().id = group[i].value;
+                                       })) {}
 #if BRISTLE_WITH_OUTLINES
 KeyedPatches::KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                            const Outline& outline, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>("KeyedPatches", owner_of(patches), patch.seed, options,
-                                   one_by_one([&patches, material, patch, outline] {
-                                     return patches.add(material, patch, outline).value;
-                                   }))) {}
+    : KeyedPool(std::make_unique<Impl>("KeyedPatches", owner_of(patches), patch.seed, options,
+                                       one_by_one([&patches, material, patch, outline] {
+                                         return patches.add(material, patch, outline).value;
+                                       }))) {}
 #endif
-KeyedPatches::~KeyedPatches() = default;
-KeyedPatches::KeyedPatches(KeyedPatches&&) noexcept = default;
-KeyedPatches& KeyedPatches::operator=(KeyedPatches&&) noexcept = default;
 PatchId KeyedPatches::find_or_add(std::uint64_t key) noexcept { return impl_->find_or_add(key).id; }
 KeyedContact KeyedPatches::find_or_add_contact(std::uint64_t key) noexcept {
   return impl_->find_or_add(key, true);
 }
 PatchId KeyedPatches::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
 Span<const PatchGroup> KeyedPatches::groups() const noexcept { return impl_->groups; }
-void KeyedPatches::reserve(std::uint32_t patches) { impl_->reserve(patches); }
-bool KeyedPatches::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
-void KeyedPatches::clear() noexcept { impl_->clear(); }
-std::uint32_t KeyedPatches::end_step() noexcept { return impl_->end_step(); }
 std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
   const SteppingCall call(impl_->stepping_side);
   std::size_t k = 0;
@@ -406,38 +414,16 @@ std::size_t KeyedPatches::read_entries(Span<Entry> out) const noexcept {
     out[k++] = {impl_->pool[i].key, {impl_->pool[i].id}};
   return size();
 }
-std::size_t KeyedPatches::state_size() const noexcept { return impl_->state_size(); }
-std::size_t KeyedPatches::save_state(Span<std::byte> to) const noexcept { return impl_->save_state(to); }
-void KeyedPatches::restore_state(Span<const std::byte> from) { impl_->restore_state(from); }
-std::uint32_t KeyedPatches::size() const noexcept { return impl_->size(); }
-std::uint32_t KeyedPatches::capacity() const noexcept { return impl_->options.capacity; }
-std::uint64_t KeyedPatches::refused() const noexcept { return impl_->refused; }
 std::uint32_t KeyedPatches::seed_of(std::uint64_t key) const noexcept { return impl_->seed_of(key); }
 
 #if BRISTLE_WITH_BEDS
-struct BRISTLE_PRIVATE KeyedBeds::Impl : KeyedPool {
-  using KeyedPool::KeyedPool;
-};
-
 KeyedBeds::KeyedBeds(BedBatch& beds, const BedMaterial& material, const BedShape& shape,
                      const BedOptions& bed, const KeyedOptions& options)
-    : impl_(std::make_unique<Impl>(
+    : KeyedPool(std::make_unique<Impl>(
           "KeyedBeds", owner_of(beds), 0u, options,
           one_by_one([&beds, material, shape, bed] { return beds.add(material, shape, bed).value; }))) {}
-KeyedBeds::~KeyedBeds() = default;
-KeyedBeds::KeyedBeds(KeyedBeds&&) noexcept = default;
-KeyedBeds& KeyedBeds::operator=(KeyedBeds&&) noexcept = default;
 BedId KeyedBeds::find_or_add(std::uint64_t key) noexcept { return {impl_->find_or_add(key).id.value}; }
 BedId KeyedBeds::find(std::uint64_t key) const noexcept { return {impl_->find(key)}; }
-void KeyedBeds::reserve(std::uint32_t beds) { impl_->reserve(beds); }
-bool KeyedBeds::remove(std::uint64_t key) noexcept { return impl_->erase(key); }
-void KeyedBeds::clear() noexcept { impl_->clear(); }
-std::uint32_t KeyedBeds::end_step() noexcept { return impl_->end_step(); }
-std::size_t KeyedBeds::state_size() const noexcept { return impl_->state_size(); }
-std::size_t KeyedBeds::save_state(Span<std::byte> to) const noexcept { return impl_->save_state(to); }
-void KeyedBeds::restore_state(Span<const std::byte> from) { impl_->restore_state(from); }
-std::uint32_t KeyedBeds::size() const noexcept { return impl_->size(); }
-std::uint64_t KeyedBeds::refused() const noexcept { return impl_->refused; }
 #endif
 
 }  // namespace bristle

@@ -26,7 +26,6 @@ using namespace detail;
 namespace {
 
 constexpr double most_angle = 1e6, most_speed = 1e9, most_torque = 1e12;
-constexpr int most_tasks = 256;
 constexpr const char* where = "JointFriction";
 
 /// Time of a joint's bristle over that of a patch's bristle (`bristle_bench`, `joints/` and `in_cache/`).
@@ -139,11 +138,11 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
   std::vector<Column> columns;    ///< columns of all blocks of 16 joints, one block after the other
 
   // Input of the step in progress, stored here so that the threads which share the step can read it.
-  JointInput in;
-  JointOutput out;
+  Span<const double> in[in_writes];  ///< the caller's arrays, by rows of the kernel
+  Span<double> out[out_gradient], gradient;
+  Span<Status> status;
   bool stores = true;  ///< whether the step changes the state; false for a trial
   std::uint32_t kernel = 0;
-  int tasks = 0;
   std::atomic<std::uint32_t> bad{0};
 
   std::size_t blocks() const noexcept { return (count + lane_count - 1) / lane_count; }
@@ -204,10 +203,7 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
     const std::size_t first = b * lane_count;
     const std::size_t n = std::min<std::size_t>(count - first, lane_count);
     Column input[joint_inputs], output[joint_outputs];
-    take(in.angle, first, n, input[in_angle]);
-    take(in.speed, first, n, input[in_speed]);
-    take(in.motor, first, n, input[in_motor]);
-    take(in.outside, first, n, input[in_outside]);
+    for (std::uint32_t row = 0; row < in_writes; ++row) take(in[row], first, n, input[row]);
     std::fill_n(input[in_writes].lane, +lane_count, stores ? 1.0 : 0.0);
     const double* const before = &at(first, layout.before);
     // Counts in 64-bit integers, as wide as a double, so that the compiler vectorises the loop.
@@ -235,70 +231,54 @@ struct BRISTLE_PRIVATE JointFriction::Impl {
       ++faults;
       for (Column& row : output) row.lane[i] = 0.0;
     }
-    give(out.torque, first, n, output[out_torque]);
-    give(out.mean, first, n, output[out_mean]);
-    give(out.by_angle, first, n, output[out_by_angle]);
-    give(out.by_speed, first, n, output[out_by_speed]);
-    give(out.by_motor, first, n, output[out_by_motor]);
-    give(out.by_outside, first, n, output[out_by_outside]);
-    if (!out.gradient.empty())
+    for (std::uint32_t row = 0; row < out_gradient; ++row) give(out[row], first, n, output[row]);
+    if (!gradient.empty())
       for (std::uint32_t p = 0; p < joint_parameters; ++p)
-        give(out.gradient, p * count + first, n, output[out_gradient + p]);
-    if (!out.status.empty())
-      for (std::size_t i = 0; i < n; ++i) out.status[first + i] = odd.bad[i] ? Status::bad_input : Status::ok;
+        give(gradient, p * count + first, n, output[out_gradient + p]);
+    if (!status.empty())
+      for (std::size_t i = 0; i < n; ++i) status[first + i] = odd.bad[i] ? Status::bad_input : Status::ok;
     return faults;
   }
 
-  void run(int task) noexcept {
+  void run(std::size_t first, std::size_t last) noexcept {
     const FloatModeScope mode;
-    const std::size_t all = blocks();
-    const auto border = [&](int t) {
-      return all * static_cast<std::size_t>(t) / static_cast<std::size_t>(tasks);
-    };
     std::uint32_t faults = 0;
-    for (std::size_t b = border(task); b < border(task + 1); ++b) faults += step_block(b);
+    for (std::size_t b = first; b < last; ++b) faults += step_block(b);
     if (faults != 0) bad.fetch_add(faults, std::memory_order_relaxed);
-  }
-
-  bool fits(std::size_t size, std::size_t rows = 1) const noexcept {
-    return size == 0 || size == rows * count;
   }
 
   StepReport step(const JointInput& input, const JointOutput& output, bool its_stores) noexcept {
     StepReport report;
-    const bool arrays_fit = input.angle.size() == count && fits(input.speed.size()) &&
-                            fits(input.motor.size()) && fits(input.outside.size()) &&
-                            fits(output.torque.size()) && fits(output.mean.size()) &&
-                            fits(output.by_angle.size()) && fits(output.by_speed.size()) &&
-                            fits(output.by_motor.size()) && fits(output.by_outside.size()) &&
-                            fits(output.status.size()) && fits(output.gradient.size(), joint_parameters);
+    const Span<const double> ins[in_writes] = {input.angle, input.speed, input.motor, input.outside};
+    const Span<double> outs[out_gradient] = {output.torque,   output.mean,     output.by_angle,
+                                             output.by_speed, output.by_motor, output.by_outside};
+    const auto fits = [this](const auto& column) { return column.empty() || column.size() == count; };
     const bool keeps_gradients = (variant & joint_gradients) != 0;
-    if (!arrays_fit || (!output.gradient.empty() && !keeps_gradients)) {
-      for (Status& status : output.status) status = Status::bad_input;
+    const bool arrays_fit =
+        input.angle.size() == count && std::all_of(std::begin(ins), std::end(ins), fits) &&
+        std::all_of(std::begin(outs), std::end(outs), fits) && fits(output.status) &&
+        (output.gradient.empty() || (output.gradient.size() == joint_parameters * count && keeps_gradients));
+    if (!arrays_fit) {
+      for (Status& its : output.status) its = Status::bad_input;
       report.status = Status::bad_input;
       return report;
     }
-    in = input;
-    out = output;
+    std::copy_n(ins, +in_writes, in);
+    std::copy_n(outs, +out_gradient, out);
+    gradient = output.gradient;
+    status = output.status;
     stores = its_stores;
-    const bool wants_all = !out.mean.empty() || !out.by_angle.empty() || !out.by_speed.empty() ||
-                           !out.by_motor.empty() || !out.by_outside.empty();
+    const bool wants_all = std::any_of(std::begin(out) + 1, std::end(out),
+                                       [](const Span<double>& column) { return !column.empty(); });
     kernel = variant | (wants_all ? joint_all_outputs : 0u);
     bad.store(0, std::memory_order_relaxed);
-    const std::uint64_t cost = blocks() * lane_count * (bristles + 8u) * joint_bristle_cost;
-    tasks = 1;
-    const auto divide = [&] {
-      tasks = static_cast<int>(std::clamp<std::uint64_t>(cost / work.piece_of(cost), 1, most_tasks));
-      work.run(
-          tasks, [](void* self, int task) { static_cast<Impl*>(self)->run(task); }, this);
-    };
-    work.step(
-        cost, [&] { run(0); }, divide);
+    const std::uint64_t cost = lane_count * (bristles + 8u) * joint_bristle_cost;  // of a block
+    work.step_items(
+        blocks(), blocks() * cost, [cost](std::size_t) { return cost; },
+        [this](std::size_t first, std::size_t last) { run(first, last); }, report);
     const std::uint32_t faults = bad.load(std::memory_order_relaxed);
     report.status = faults == 0 ? Status::ok : Status::bad_input;
     report.patches_stepped = static_cast<std::uint32_t>(count) - faults;
-    report.tasks = static_cast<std::uint32_t>(tasks);
-    report.threads = static_cast<std::uint32_t>(std::min(tasks, work.workers.count()));
     report.bristles_visited = std::uint64_t{report.patches_stepped} * bristles;
     return report;
   }

@@ -357,7 +357,8 @@ struct VolterraProblem {
   Source deflections, bristles;
 };
 
-/// Sets up the equations of SnapRule::redraw, with the sources x S(x) (deflections) and S(x) (bristles).
+/// Sets up the equations of SnapRule::redraw, with the sources x S(x) (deflections) and S(x) (bristles). No
+/// `damping`: without shared renewal, where the number of bristles stays.
 VolterraProblem pose_redraw(const LawOnGrid& law, double renewal, const std::vector<double>& damping) {
   const std::size_t n = law.last();
   VolterraProblem problem;
@@ -401,20 +402,6 @@ void extrapolate_grids(const VirginGrid& coarse, VirginGrid& fine) {
   extrapolate(coarse.right, fine.right);
 }
 
-/// Solves for the virgin curve of SnapRule::redraw without shared renewal, on a grid with an even number of
-/// cells.
-VirginGrid solve_redraw_extrapolated(const UnitLaw& unit, const std::vector<Atom>& atoms, double step,
-                                     int cells) {
-  const auto solve = [](const LawOnGrid& law) {
-    const VolterraProblem problem = pose_redraw(law, 0.0, {});
-    return solve_volterra(problem.kernel, problem.deflections, law.step);
-  };
-  const LawOnGrid law = put_on_grid(unit, atoms, step, cells);
-  VirginGrid fine = solve(law);
-  extrapolate_grids(solve(every_other_node(law, atoms)), fine);
-  return fine;
-}
-
 /// Returns the largest grid step for an error below 1e-6: in proportion to the width of the law, and finer
 /// where its density jumps.
 double resolving_step(const SnapLength& law) noexcept {
@@ -451,40 +438,6 @@ double step_for_atoms(const std::vector<Atom>& atoms, double largest) noexcept {
 double paper_kinetic(const SnapLength& law, SnapRule rule) {
   if (rule == SnapRule::keep) return 0.5;
   return 0.5 * (1.0 + law.cv() * law.cv());
-}
-
-double redraw_deflection(const SnapLength& law, double x) {
-  if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
-  if (law.law() == SnapLaw::exponential)
-    // Returns the mean of min(r, x). The path r since the last snap is exponentially distributed, because
-    // this law has no memory.
-    return -detail::expm1(-x);
-
-  // Returns the friction of steady sliding at the end of a long path. Under a law without atoms or heavy tail
-  // the force swings around that value, and the swings decay as exp(-2 pi^2 cv^2 x): beyond the path tested
-  // here they are below 3e-9.
-  const bool light_tail = law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
-                          (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
-  if (light_tail && x > 40.0 + 1.0 / (law.cv() * law.cv())) return paper_kinetic(law, SnapRule::redraw);
-  const UnitLaw unit(law);
-  const std::vector<Atom> atoms = find_atoms(law);
-  // Largest number of operations: cells up to the path x times cells up to the longest length of the law.
-  // Beyond x of about 100 the grid step grows to bound the time (about a second), at the cost of accuracy for
-  // wide lognormal laws and tables.
-  constexpr double most_work = 2e9;
-  const double reach = std::min(law.longest() / law.mean(), x);
-  double step = std::max(resolving_step(law), detail::square_root(x * reach / most_work));
-  if (atoms.empty()) {
-    const int half_cells = static_cast<int>(x / (2.0 * step)) + 1;
-    step = x / (2.0 * half_cells);
-    return solve_redraw_extrapolated(unit, atoms, step, 2 * half_cells).left.back();
-  }
-  step = step_for_atoms(atoms, step);
-  const int cells = 2 * (static_cast<int>(x / (2.0 * step)) + 2);
-  const VirginGrid grid = solve_redraw_extrapolated(unit, atoms, step, cells);
-  const std::size_t i = static_cast<std::size_t>(x / step);
-  const double share = x / step - static_cast<double>(i);
-  return grid.right[i] * (1.0 - share) + grid.left[i + 1] * share;
 }
 
 // ----------------------------------------------------------------------------------------------- peaks
@@ -598,45 +551,7 @@ double grid_peak(const VirginGrid& grid, bool smooth) {
   return bend > 0.0 ? peak + detail::square(after - before) / (8.0 * bend) : peak;
 }
 
-double redraw_peak(const SnapLength& law) {
-  constexpr int most_cells = 8192;
-  const UnitLaw unit(law);
-  const std::vector<Atom> atoms = find_atoms(law);
-  const auto peak_up_to = [&](double end) {
-    double step = std::max(resolving_step(law), end / most_cells);
-    if (!atoms.empty()) step = step_for_atoms(atoms, step);
-    const int cells = 2 * (static_cast<int>(end / (2.0 * step)) + 2);
-    return grid_peak(solve_redraw_extrapolated(unit, atoms, step, cells), law.law() != SnapLaw::table);
-  };
-  // Searches the first two mean lengths. There all laws except tables have their only or highest hump.
-  double peak = peak_up_to(2.0);
-  const double longest = law.longest() / law.mean();
-  if (law.law() == SnapLaw::table && longest > 1.5) peak = std::max(peak, peak_up_to(1.5 * longest));
-  return peak;
-}
-
-double paper_peak(const SnapLength& law, SnapRule rule) {
-  if (law.law() == SnapLaw::single) return 1.0;
-  if (law.law() == SnapLaw::exponential && rule == SnapRule::redraw) return 1.0;  // 1 - exp(-x) has no peak
-  if (law.cv() < 0.25 || law.law() == SnapLaw::uniform) {
-    const UnitLaw unit(law);
-    double peak, position;
-    find_first_pass_peak(unit, 0.0, peak, position);
-    if (unit.partial_moment(0, 0.5 * position) < 1e-10) return peak;
-  }
-  // Returns at least the kinetic value, which a curve without a hump approaches from below.
-  const double peak = rule == SnapRule::keep ? keep_peak(law) : redraw_peak(law);
-  return std::max(peak, paper_kinetic(law, rule));
-}
-
 // --------------------------------------------------------------------------------------- shared renewal
-
-/// Returns exp(-growth x) at the nodes.
-std::vector<double> damping_at_nodes(double growth, double step, int cells) {
-  std::vector<double> damping(static_cast<std::size_t>(cells) + 1);
-  for (std::size_t i = 0; i < damping.size(); ++i) damping[i] = exp(-growth * step * static_cast<double>(i));
-  return damping;
-}
 
 /// Law of snap lengths, in cells of uniform density, for bristles that keep their lengths. Gives how often
 /// they snap up to a path x, and two sums over these snaps: of where on the path they happen, and of the
@@ -765,28 +680,37 @@ VolterraProblem pose_keep(const DividedLaw& divided, double renewal, double step
   return problem;
 }
 
-/// Data of a virgin curve under shared renewal, independent of the grid on which it is solved.
-struct RenewedCurve {
+/// Virgin curve that has no closed form, because bristles redraw their lengths or are renewed: data that do
+/// not depend on the grid on which it is solved.
+struct SolvedCurve {
   const SnapLength& law;
   SnapRule rule;
   double renewal;
   UnitLaw unit;
   std::vector<Atom> atoms;
-  SteadySliding steady;
+  double growth = 0.0;  ///< SteadySliding::growth
+  double kinetic;       ///< mean deflection of steady sliding
 
-  RenewedCurve(const SnapLength& snap_length, SnapRule snap_rule, double shared_renewal)
+  SolvedCurve(const SnapLength& snap_length, SnapRule snap_rule, double shared_renewal)
       : law(snap_length),
         rule(snap_rule),
         renewal(shared_renewal),
         unit(snap_length),
         atoms(find_atoms(snap_length)),
-        steady(find_steady_sliding(snap_length, snap_rule, shared_renewal)) {}
+        kinetic(paper_kinetic(snap_length, snap_rule)) {
+    if (!renews()) return;
+    const SteadySliding steady = find_steady_sliding(law, rule, renewal);
+    growth = steady.growth;
+    kinetic = steady.deflection;
+  }
+
+  bool renews() const noexcept { return renewal != 0.0; }
 
   /// Solves the curve on a grid of an even number of cells. Returns an empty grid if so many bristles snap
   /// within a cell that the curve has its kinetic value at once.
   VirginGrid solve_extrapolated(double step, int cells) const {
-    const std::vector<double> damping = damping_at_nodes(steady.growth, step, cells);
-    const std::vector<double> coarse_damping = damping_at_nodes(steady.growth, 2.0 * step, cells / 2);
+    const std::vector<double> damping = damping_at_nodes(step, cells);
+    const std::vector<double> coarse_damping = damping_at_nodes(2.0 * step, cells / 2);
     if (rule == SnapRule::redraw) {
       const LawOnGrid nodes = put_on_grid(unit, atoms, step, cells);
       return extrapolated(pose_redraw(every_other_node(nodes, atoms), renewal, coarse_damping),
@@ -798,33 +722,52 @@ struct RenewedCurve {
                         pose_keep(divided, renewal, step, damping), step);
   }
 
-  static VirginGrid extrapolated(const VolterraProblem& coarse, const VolterraProblem& fine, double step) {
-    if (coarse.kernel.too_coarse() || fine.kernel.too_coarse()) return {};
+  /// Returns the grid step for this law. With shared renewal and without atoms it is twice as large, because
+  /// extrapolation is more exact for smooth solutions.
+  double usual_step() const { return (renews() && atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
+  /// Returns a grid step with which the atoms or, under shared renewal, the shortest length of a uniform law
+  /// lie on nodes.
+  double fit_step(double largest) const {
+    if (!atoms.empty()) return step_for_atoms(atoms, largest);
+    if (!renews() || law.law() != SnapLaw::uniform) return largest;
+    const double shortest = 0.5 * law.first_parameter() / unit.mean;
+    return shortest > largest ? shortest / (whole_part(shortest / largest) + 1.0) : largest;
+  }
+  /// Whether the force has its steady value, to the last digit, after the path x. Before, it swings about
+  /// this value while bristles that began to slide together still snap in step. Without renewal and under a
+  /// law without atoms or heavy tail, the swings decay as exp(-2 pi^2 cv^2 x): beyond the path tested here
+  /// they are below 3e-9.
+  bool is_steady(double x) const {
+    if (!(x > 40.0 + 1.0 / square(law.cv()) + (renews() ? 40.0 / growth : 0.0))) return false;
+    if (renews())
+      return law.law() != SnapLaw::table || rule == SnapRule::keep || x * find_slow_wave(law).decay > 40.0;
+    return law.law() == SnapLaw::uniform || law.law() == SnapLaw::normal ||
+           (law.law() == SnapLaw::lognormal && law.cv() <= 0.5);
+  }
+
+ private:
+  /// Returns exp(-growth x) at the nodes; empty without shared renewal.
+  std::vector<double> damping_at_nodes(double step, int cells) const {
+    std::vector<double> damping(renews() ? static_cast<std::size_t>(cells) + 1 : 0);
+    for (std::size_t i = 0; i < damping.size(); ++i)
+      damping[i] = exp(-growth * step * static_cast<double>(i));
+    return damping;
+  }
+  VirginGrid extrapolated(const VolterraProblem& coarse, const VolterraProblem& fine, double step) const {
+    if (renews() && (coarse.kernel.too_coarse() || fine.kernel.too_coarse())) return {};
     VirginGrid grid = solve(fine, step);
     extrapolate_grids(solve(coarse, 2.0 * step), grid);
     return grid;
   }
-
-  static VirginGrid solve(const VolterraProblem& problem, double step) {
+  VirginGrid solve(const VolterraProblem& problem, double step) const {
     VirginGrid grid = solve_volterra(problem.kernel, problem.deflections, step);
+    if (!renews()) return grid;
     const VirginGrid bristles = solve_volterra(problem.kernel, problem.bristles, step);
     for (std::size_t i = 1; i < grid.left.size(); ++i) {
       grid.left[i] /= bristles.left[i];
       grid.right[i] /= bristles.right[i];
     }
     return grid;
-  }
-
-  /// Returns the grid step for this law: with atoms the step of curves without shared renewal, otherwise
-  /// twice that step, because extrapolation is more exact for smooth solutions.
-  double usual_step() const { return (atoms.empty() ? 2.0 : 1.0) * resolving_step(law); }
-  /// Returns a grid step with which the atoms, or otherwise the shortest length of a uniform law, lie on
-  /// nodes.
-  double fit_step(double largest) const {
-    if (!atoms.empty()) return step_for_atoms(atoms, largest);
-    if (law.law() != SnapLaw::uniform) return largest;
-    const double shortest = 0.5 * law.first_parameter() / unit.mean;
-    return shortest > largest ? shortest / (whole_part(shortest / largest) + 1.0) : largest;
   }
 };
 
@@ -849,52 +792,43 @@ double table_peak(const VirginGrid& grid) {
 }
 
 /// Returns the highest value of the curve up to the path `end`, solved with at most `most_cells` cells.
-double renewed_peak_up_to(const RenewedCurve& curve, double end, int most_cells) {
+double peak_up_to(const SolvedCurve& curve, double end, int most_cells) {
   const double step = curve.fit_step(std::max(curve.usual_step(), end / most_cells));
   const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(end / (2.0 * step)) + 2));
   const SnapLaw law = curve.law.law();
-  if (law == SnapLaw::table) return table_peak(grid);
-  return grid_peak(grid, law == SnapLaw::lognormal || law == SnapLaw::normal);
+  if (law == SnapLaw::table) return curve.renews() ? table_peak(grid) : grid_peak(grid, false);
+  return grid_peak(grid, !curve.renews() || law == SnapLaw::lognormal || law == SnapLaw::normal);
 }
 
-double renewed_peak(const SnapLength& law, SnapRule rule, double renewal) {
-  if (law.law() == SnapLaw::single) return 1.0;
-  const RenewedCurve curve(law, rule, renewal);
-  double peak = curve.steady.deflection, position = 0.0, first_pass = 0.0;
-  const bool narrow = law.cv() < 0.25 && law.law() != SnapLaw::table;
-  if (narrow || law.law() == SnapLaw::uniform) {
-    find_first_pass_peak(curve.unit, renewal, first_pass, position);
-    if (curve.unit.partial_moment(0, 0.5 * position) < 1e-10) peak = std::max(peak, first_pass);
-    if (narrow && peak == first_pass) return peak;
-  }
-  peak = std::max(peak, renewed_peak_up_to(curve, 2.0, 8192));
+double solved_peak(const SolvedCurve& curve) {
+  constexpr int most_cells = 8192;
+  const SnapLength& law = curve.law;
+  // Searches the first two mean lengths. There all laws except tables have their only or highest hump.
+  double peak = std::max(curve.kinetic, peak_up_to(curve, 2.0, most_cells));
   const double longest = law.longest() / law.mean();
   if (law.law() == SnapLaw::table && longest > 1.5)
-    peak = std::max(peak, renewed_peak_up_to(curve, 1.5 * longest, 8192));
+    peak = std::max(peak, peak_up_to(curve, 1.5 * longest, most_cells));
   // Searches a longer path on a coarser grid as well, because a wide law with SnapRule::keep has a distant,
   // flat peak.
-  if (law.law() == SnapLaw::lognormal && rule == SnapRule::keep && law.cv() > 0.6)
-    peak = std::max(peak, renewed_peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
+  if (law.law() == SnapLaw::lognormal && curve.rule == SnapRule::keep && law.cv() > 0.6)
+    peak = std::max(peak, peak_up_to(curve, law.cv() < 1.1 ? 8.0 : 20.0, 512));
   return peak;
 }
 
-/// Returns whether the force with SnapRule::redraw is steady to its last digit after the path x (in mean
-/// lengths), because bristles that began to slide together have ceased to snap in step.
-bool has_forgotten(const SnapLength& law, double x) { return x * find_slow_wave(law).decay > 40.0; }
-
-double renewed_deflection(const SnapLength& law, SnapRule rule, double renewal, double x) {
-  if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
-  const RenewedCurve curve(law, rule, renewal);
-  const double settled = 40.0 + 1.0 / square(law.cv()) + 40.0 / curve.steady.growth;
-  if (x > settled && (law.law() != SnapLaw::table || rule == SnapRule::keep || has_forgotten(law, x)))
-    return curve.steady.deflection;
+double solved_deflection(const SolvedCurve& curve, double x) {
+  if (curve.is_steady(x)) return curve.kinetic;
+  // Largest number of operations: cells up to the path x times cells up to the longest length of the law.
+  // Beyond x of about 100 the grid step grows to bound the time (about a second), at the cost of accuracy for
+  // wide lognormal laws and tables.
   constexpr double most_work = 2e9;
-  const double reach = rule == SnapRule::keep ? x : std::min(law.longest() / law.mean(), x);
+  const SnapLength& law = curve.law;
+  const double reach = curve.rule == SnapRule::keep ? x : std::min(law.longest() / law.mean(), x);
   double step = std::max(curve.usual_step(), square_root(x * reach / most_work));
-  const bool has_corners = law.law() == SnapLaw::uniform || law.law() == SnapLaw::table;
+  const bool has_corners = !curve.atoms.empty() ||
+                           (curve.renews() && (law.law() == SnapLaw::uniform || law.law() == SnapLaw::table));
   step = has_corners ? curve.fit_step(step) : x / (2.0 * (static_cast<int>(x / (2.0 * step)) + 1));
   const VirginGrid grid = curve.solve_extrapolated(step, 2 * (static_cast<int>(x / (2.0 * step)) + 2));
-  if (grid.left.empty()) return curve.steady.deflection;
+  if (grid.left.empty()) return curve.kinetic;
   const std::size_t i = static_cast<std::size_t>(x / step);
   const double share = x / step - static_cast<double>(i);
   return grid.right[i] * (1.0 - share) + grid.left[i + 1] * share;
@@ -908,13 +842,35 @@ double kinetic_deflection(const SnapLength& law, SnapRule rule, double shared_re
 }
 
 double peak_deflection(const SnapLength& law, SnapRule rule, double shared_renewal) {
-  if (shared_renewal == 0.0) return paper_peak(law, rule);
-  return renewed_peak(law, rule, shared_renewal);
+  if (law.law() == SnapLaw::single) return 1.0;
+  const bool renews = shared_renewal != 0.0;
+  if (!renews && law.law() == SnapLaw::exponential && rule == SnapRule::redraw)
+    return 1.0;  // 1 - exp(-x) has no peak
+  // Takes the peak of a narrow law from the part of the path where no bristle has snapped twice.
+  const bool narrow = law.cv() < 0.25 && !(renews && law.law() == SnapLaw::table);
+  double first = 0.0;
+  if (narrow || law.law() == SnapLaw::uniform) {
+    const UnitLaw unit(law);
+    double position;
+    find_first_pass_peak(unit, shared_renewal, first, position);
+    if (!(unit.partial_moment(0, 0.5 * position) < 1e-10)) first = 0.0;
+  }
+  if (!renews && first > 0.0) return first;
+  // Returns at least the kinetic value, which a curve without a hump approaches from below.
+  if (!renews && rule == SnapRule::keep) return std::max(keep_peak(law), paper_kinetic(law, rule));
+  const SolvedCurve curve(law, rule, shared_renewal);
+  if (narrow && first >= curve.kinetic) return first;
+  return std::max(first, solved_peak(curve));
 }
 
 double virgin_curve(const SnapLength& law, SnapRule rule, double shared_renewal, double x) {
-  if (shared_renewal != 0.0) return renewed_deflection(law, rule, shared_renewal, x);
-  return rule == SnapRule::keep ? keep_deflection(law, x, false) : redraw_deflection(law, x);
+  if (law.law() == SnapLaw::single) return uniform_remainder(1.0, 1.0, x, false);
+  if (shared_renewal == 0.0 && rule == SnapRule::keep) return keep_deflection(law, x, false);
+  if (shared_renewal == 0.0 && law.law() == SnapLaw::exponential)
+    // Returns the mean of min(r, x). The path r since the last snap is exponentially distributed, because
+    // this law has no memory.
+    return -expm1(-x);
+  return solved_deflection(SolvedCurve(law, rule, shared_renewal), x);
 }
 
 double slide_curve(const SnapLength& law, double drop, double growth, double x) {

@@ -31,12 +31,12 @@ struct ContactModel {
 
   /// Changes the normal load, N, >= 0: bristles come into contact or leave it. Returns the elastic energy
   /// that the patch loses by this, J (0 where the patch computes no energy).
-  double (*apply_load)(Patch&, double normal_load_n) noexcept;
+  double (*apply_load)(Patch&, double normal_load_n) noexcept = nullptr;
 
   /// Steps a patch that moves, on one thread, and fills the sums over the bristles. A trial step
   /// (PatchStep::kernel.stores is 0) must change no state; for patches where it would (changes_in_trials())
   /// the caller steps a copy instead.
-  void (*step_bristles)(Patch&, PatchStep&, StepSums&) noexcept;
+  void (*step_bristles)(Patch&, PatchStep&, StepSums&) noexcept = nullptr;
 
   /// Operations that divide a step among several threads; null: one thread takes the whole step.
   const SharedStep* shared = nullptr;
@@ -54,7 +54,7 @@ struct ContactModel {
   void (*take_over)(Patch& to, Patch& from) noexcept;
   /// Copies a patch into memory of at least PatchRecord::bytes, aligned to 64 bytes, so that find_force() can
   /// try a load on the copy. The copy owns nothing.
-  void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept;
+  void (*copy)(const Patch& from, Patch& to, std::byte* memory) noexcept = nullptr;
 
   // --- reading
   double (*stored_energy)(const Patch&) noexcept;  ///< elastic energy of the bristles in contact, J

@@ -56,6 +56,18 @@ inline void find_direction(Travel& t) noexcept {
   t.direction[1] = moved[1] / t.length;
 }
 
+/// Adds the bristles beyond full blocks (Patch::part) to the sum of deflections at the end of a step in which
+/// none of them snaps and, with `mean`, to twice its mean over the step.
+inline void add_last_block(const Patch& p, int axis, std::int64_t from, std::int64_t to, bool mean,
+                           Int128& end, Int128& twice_mean) noexcept {
+  if (!(p.part > 0.0)) return;
+  const Int128 after = weighted(p.part, difference(to, p.part_position[axis]));
+  end += p.part_sum[axis] + after;
+  if (mean)
+    twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
+                  weighted(p.part, difference(from, p.part_position[axis])) + after;
+}
+
 /// Calculates the sums of deflections of a step without snaps, in which all bristles bend alike; `mean`: also
 /// averaged over the step.
 template <bool mean>
@@ -65,13 +77,7 @@ inline void bend_all(Patch& p, const Travel& t, StepSums& sums) noexcept {
     const Int128 whole = p.sum[axis] + Int128{p.whole} * difference(t.to[axis], t.from[axis]);
     Int128 end = whole;
     Int128 twice_mean = p.sum[axis] + whole;
-    if (p.part > 0.0) {
-      const Int128 after = weighted(p.part, difference(t.to[axis], p.part_position[axis]));
-      end += p.part_sum[axis] + after;
-      if (mean)
-        twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
-                      weighted(p.part, difference(t.from[axis], p.part_position[axis])) + after;
-    }
+    add_last_block(p, axis, t.from[axis], t.to[axis], mean, end, twice_mean);
     sums.end[axis] = to_double(end);
     if (mean) sums.twice_mean[axis] = to_double(twice_mean);
     if (!t.stores) continue;

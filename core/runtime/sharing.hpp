@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "bristle/deadline_monitor.hpp"
+#include "bristle/patch.hpp"
 #include "core/runtime/workers.hpp"
 
 namespace bristle::detail {
@@ -106,6 +107,40 @@ class SharedWork {
     else
       alone();
     if (sizable) last_sizable_step_ = DeadlineMonitor::wall_now();  // workers are awake after such a step
+  }
+  /// Steps the items [0, count), whose costs add up to `cost`, by go(first, last), on any thread: all at once
+  /// or, if sharing them pays, in pieces of about equal cost. Writes tasks and threads into the report.
+  template <class CostOf, class Go>
+  void step_items(std::size_t count, std::uint64_t cost, const CostOf& cost_of, const Go& go,
+                  StepReport& report) noexcept {
+    constexpr int most_tasks = 256;
+    report.tasks = report.threads = 1;
+    const auto share = [&] {
+      struct {
+        const Go& go;
+        std::size_t ends[most_tasks + 1] = {0};
+      } pieces{go};
+      const std::uint64_t piece = std::max(piece_of(cost), cost / (most_tasks - 1) + 1);
+      std::uint64_t taken = 0;
+      int tasks = 0;
+      for (std::size_t i = 0; i < count; ++i) {
+        taken += cost_of(i);
+        if (taken < piece && i + 1 < count) continue;
+        pieces.ends[++tasks] = i + 1;
+        taken = 0;
+      }
+      run(
+          tasks,
+          [](void* context, int task) {
+            const auto& p = *static_cast<decltype(pieces)*>(context);
+            p.go(p.ends[task], p.ends[task + 1]);
+          },
+          &pieces);
+      report.tasks = static_cast<std::uint32_t>(tasks);
+      report.threads = static_cast<std::uint32_t>(std::min(tasks, workers.count()));
+    };
+    step(
+        cost, [&] { go(std::size_t{0}, count); }, share);
   }
   /// Returns the cost of the pieces into which a step of this cost is cut.
   std::uint64_t piece_of(std::uint64_t cost) const noexcept {

@@ -357,13 +357,12 @@ class MidpointSolver {
   /// Solves the midpoint equation; writes the midpoint velocity into `u`, the displacements into the motions.
   SolveReport solve(Vector& u) noexcept {
     u = start_;
+    const bool one_axis = contacts_.size() == 1 && contacts_[0].axes == 1;
     double residual = 0.0;
-    if constexpr (Dof == 1) {
-      residual = solve_rail(u);
-    } else {
-      const bool one_axis = contacts_.size() == 1 && contacts_[0].axes == 1;
-      residual = one_axis ? solve_along_contact(u) : solve_all(u);
-    }
+    if (Dof == 1)
+      residual = solve_on_line(u, Vector::Ones());
+    else
+      residual = one_axis ? solve_on_line(u, contacts_[0].jacobian.row(0).transpose()) : solve_all(u);
     move_contacts(u);
     SolveReport report = effort_.report(residual);
     if (lacks_mean_) report.residual = std::numeric_limits<double>::infinity();
@@ -413,54 +412,38 @@ class MidpointSolver {
   // deflection of a stuck bristle changes by half the displacement; dampers get the whole velocity.
   double steepest(const BodyContact<Dof>& c) const noexcept { return 0.5 * dt_s_ * c.stiffness + c.damping; }
 
-  // Solves for the velocity of a body on a rail, which is one number: each contact has one axis and slips at
-  // + or - that velocity.
-  double solve_rail(Vector& u) noexcept {
-    double best = std::numeric_limits<double>::infinity();
-    forget_damping();
-    const double weight = 1.0 / std::sqrt(0.5 * dt_s_ * inertia_(0, 0));
-    const auto steepest_of_all = [&] {
-      double sum = inertia_(0, 0);
-      for (const BodyContact<Dof>& c : contacts_) sum += steepest(c) * c.jacobian.col(0).squaredNorm();
-      return weight * sum;
-    };
-    const auto at = [&](double x) {
-      const double value = weight * residual(Vector::Constant(x))[0];
-      best = std::min(best, std::fabs(value));
-      return value;
-    };
-    u.setConstant(find_falling_root(at, u[0], steepest_of_all, effort_));
-    return best;
-  }
-
-  // Solves for a body with one contact of one axis as if on a rail. The unknown is the velocity at the
-  // contact, and the mass is the one that the contact feels.
-  double solve_along_contact(Vector& u) noexcept {
-    BodyContact<Dof>& c = contacts_[0];
-    const Vector along = c.jacobian.row(0).transpose();
-    const Vector per_force = mass_.solve(along);  // change of velocity per impulse along the contact
+  // Solves for one number: the velocity of a body on a rail, or, where the only contact has one axis, the
+  // velocity at the contact. `along`: its gradient by the body's velocity. The body then moves as if it had
+  // the mass that a force along this gradient feels.
+  double solve_on_line(Vector& u, const Vector& along) noexcept {
+    const Vector per_force = mass_.solve(along);  // change of velocity per impulse along the gradient
     const double mobility = along.dot(per_force);
     const Vector free = start_ + 0.5 * dt_s_ * mass_.solve(external_);
     if (!(mobility > 0.0)) {  // contact that cannot move the body: only the external force acts
       u = free;
       return 0.0;
     }
-    const double free_slip = along.dot(free);
-    const auto velocity_at = [&](double slip) -> Vector {
-      return free + per_force * ((slip - free_slip) / mobility);
+    const Vector direction = per_force / mobility;
+    const double free_velocity = along.dot(free), weight = std::sqrt(mobility);
+    const auto body_at = [&](double velocity) -> Vector {
+      return free + direction * (velocity - free_velocity);
     };
     forget_damping();
-    const double inertia = 2.0 / (dt_s_ * mobility);
-    const double weight = std::sqrt(mobility);
     double best = std::numeric_limits<double>::infinity();
-    const auto at = [&](double slip) {
-      friction(velocity_at(slip));
-      const double value = weight * (c.trial_force[0] - inertia * (slip - free_slip));
+    const auto at = [&](double velocity) {
+      const double value = weight * direction.dot(residual(body_at(velocity)));
       best = std::min(best, std::fabs(value));
       return value;
     };
-    const auto steepest_of_all = [&] { return weight * (inertia + steepest(c)); };
-    u = velocity_at(find_falling_root(at, along.dot(start_), steepest_of_all, effort_));
+    const auto steepest_of_all = [&] {
+      double sum = 2.0 / (dt_s_ * mobility);
+      for (const BodyContact<Dof>& c : contacts_) {
+        const double slip = c.jacobian.row(0).dot(direction);
+        sum += steepest(c) * slip * slip;
+      }
+      return weight * sum;
+    };
+    u = body_at(find_falling_root(at, along.dot(start_), steepest_of_all, effort_));
     return best;
   }
 

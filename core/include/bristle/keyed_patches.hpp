@@ -57,6 +57,50 @@ struct KeyedContact {
   bool is_new = false;
 };
 
+/// The calls that pools of patches (KeyedPatches) and of beds (KeyedBeds) have in common.
+class BRISTLE_API KeyedPool {
+ public:
+  /// Removes the patches or beds of the pool from the batch, which must still live.
+  ~KeyedPool();
+  KeyedPool(KeyedPool&&) noexcept;
+  KeyedPool& operator=(KeyedPool&&) noexcept;
+
+  /// Raises the capacity, between steps; contacts keep their patches, and a lower number changes nothing. It
+  /// adds to the batch and uses the pool at once, so no other thread may call either meanwhile. Throws
+  /// bristle::Error.
+  void reserve(std::uint32_t capacity);
+
+  /// Puts the patch of this contact back into the pool now. Returns false if the contact has no patch.
+  bool remove(std::uint64_t key) noexcept;
+  void clear() noexcept;  ///< gives all patches back to the pool; refused() becomes 0
+
+  /// Ends the step of the pool: takes the patches from contacts whose keys were missing for more than
+  /// keep_steps, and returns their number. Call it once per step, after the last find_or_add; without it no
+  /// contact ever ends.
+  std::uint32_t end_step() noexcept;
+
+  /// Returns the number of bytes that save_state writes: constant until reserve() raises the capacity.
+  std::size_t state_size() const noexcept;
+  /// Writes the record of which contact has which patch; returns the bytes written, 0 if `to` is too small.
+  /// The states of the bristles are not in it: save the batch (ExtendedPatches, BedBatch) too.
+  std::size_t save_state(Span<std::byte> to) const noexcept;
+  /// Restores what save_state wrote into a pool made with the same options at the same position among its
+  /// batch's pools. Call it after restore_state of the batch (or the extended patches). Allocates. Throws
+  /// bristle::Error, and changes nothing, if it does not fit the pool or the present state of its patches. A
+  /// bed does not know its key, so nothing checks that a pool of beds and its batch belong together.
+  void restore_state(Span<const std::byte> from);
+
+  std::uint32_t size() const noexcept;      ///< number of contacts that have a patch at present
+  std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
+  std::uint64_t refused() const noexcept;   ///< number of times that find_or_add had no patch, so far
+
+  struct Impl;
+
+ protected:
+  explicit KeyedPool(std::unique_ptr<Impl> impl) noexcept;
+  std::unique_ptr<Impl> impl_;
+};
+
 /// A pool of patches of one material, found by key. For several materials make several pools over one batch.
 ///
 /// The patch of a new key behaves to the bit like one newly added to the batch with PatchOptions::seed =
@@ -68,7 +112,7 @@ struct KeyedContact {
 /// Thread rule: that of PatchBatch.
 /// The batch (or the extended patches) must outlive it and must not be moved. Nothing allocates but making
 /// it, destroying it, reserve and restore_state.
-class BRISTLE_API KeyedPatches {
+class BRISTLE_API KeyedPatches : public KeyedPool {
  public:
   /// Makes a pool of options.capacity patches, which it adds to the batch as a group (groups()). `patch.seed`
   /// is mixed into the seeds of the contacts. Throws bristle::Error.
@@ -80,16 +124,6 @@ class BRISTLE_API KeyedPatches {
   KeyedPatches(ExtendedPatches& patches, const Material& material, const PatchOptions& patch,
                const Outline& outline, const KeyedOptions& options = {});
 #endif
-  /// Removes the patches of the pool from the batch, which must still live.
-  ~KeyedPatches();
-  KeyedPatches(KeyedPatches&&) noexcept;
-  KeyedPatches& operator=(KeyedPatches&&) noexcept;
-
-  /// Raises the capacity to `patches`, between steps; contacts keep their patches, and a lower number changes
-  /// nothing. It adds to the batch and uses the pool at once, so no other thread may call either meanwhile.
-  /// Throws bristle::Error.
-  void reserve(std::uint32_t patches);
-
   /// Returns the groups of the pool's patches, which the caller may step by arrays (GroupStep) that are
   /// indexed by KeyedContact::index, with those indices in GroupStep::which. The second and later groups,
   /// one for each reserve(), follow after the first. A pool of extended patches has none.
@@ -105,14 +139,6 @@ class BRISTLE_API KeyedPatches {
   /// Looks up the patch of this contact without keeping the contact alive: the key does not count as seen.
   /// Returns PatchId{} if there is none.
   PatchId find(std::uint64_t key) const noexcept;
-  /// Puts the patch of this contact back into the pool now. Returns false if the contact has no patch.
-  bool remove(std::uint64_t key) noexcept;
-  void clear() noexcept;  ///< gives all patches back to the pool; refused() becomes 0
-
-  /// Ends the step of the pool: takes the patches from contacts whose keys were missing for more than
-  /// keep_steps, and returns their number. Call it once per step, after the last find_or_add; without it no
-  /// contact ever ends.
-  std::uint32_t end_step() noexcept;
 
   struct Entry {
     std::uint64_t key;
@@ -122,27 +148,8 @@ class BRISTLE_API KeyedPatches {
   /// which depends on the calls alone. Returns the total number.
   std::size_t read_entries(Span<Entry> out) const noexcept;
 
-  /// Returns the number of bytes that save_state writes: constant until reserve() raises the capacity.
-  std::size_t state_size() const noexcept;
-  /// Writes the record of which contact has which patch; returns the bytes written, 0 if `to` is too small.
-  /// The states of the bristles are not in it: save the batch (or ExtendedPatches) too.
-  std::size_t save_state(Span<std::byte> to) const noexcept;
-  /// Restores what save_state wrote into a pool made with the same options at the same position among its
-  /// batch's pools. Call it after restore_state of the batch (or the extended patches). Allocates. Throws
-  /// bristle::Error, and changes nothing, if it does not fit the pool or the present state of its patches.
-  void restore_state(Span<const std::byte> from);
-
-  std::uint32_t size() const noexcept;      ///< number of contacts that have a patch at present
-  std::uint32_t capacity() const noexcept;  ///< number of patches of the pool
-  std::uint64_t refused() const noexcept;   ///< number of times that find_or_add had no patch, so far
-
   /// Returns the seed of the random numbers of a contact's patch.
   std::uint32_t seed_of(std::uint64_t key) const noexcept;
-
-  struct Impl;
-
- private:
-  std::unique_ptr<Impl> impl_;
 };
 
 /// A contact as an engine lists it, without an id that lasts; ContactMatcher makes a key from it.

@@ -251,12 +251,9 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
 template <class T>
 constexpr ContactModel slide_model = {
     .name = sizeof(T) == sizeof(double) ? "sliders, double" : "sliders, single",
-    .apply_load = nullptr,
-    .step_bristles = nullptr,
     .take_lane = &take_lane<T>,
     .reset = &reset_lane,
     .take_over = &take_over<T>,
-    .copy = nullptr,
     .stored_energy = &stored_energy<T>,
     .hash = &hash<T>,
     .describe = &describe<T>,

@@ -520,11 +520,8 @@ namespace {
 template <class T>
 double unsnapped_mean(const Patch& p, int axis) noexcept {
   const std::int64_t from = representatives<T>(p).shared->walked.from[axis];
-  Int128 twice_mean = 2 * p.sum[axis] - Int128{p.whole} * difference(p.position[axis], from);
-  if (p.part > 0.0)
-    twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
-                  weighted(p.part, difference(from, p.part_position[axis])) +
-                  weighted(p.part, difference(p.position[axis], p.part_position[axis]));
+  Int128 twice_mean = 2 * p.sum[axis] - Int128{p.whole} * difference(p.position[axis], from), end = 0;
+  add_last_block(p, axis, from, p.position[axis], true, end, twice_mean);
   return to_double(twice_mean);
 }
 

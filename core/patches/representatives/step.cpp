@@ -125,12 +125,8 @@ void finish_kernel(Patch& p, const KernelStep& a, const Totals& t, StepSums& sum
     if (p.part > 0.0 && t.tail_snapped) {
       end += t.tail_stored[axis];
       twice_mean += t.tail_twice_mean[axis];
-    } else if (p.part > 0.0) {
-      const Int128 after = weighted(p.part, difference(a.to[axis], p.part_position[axis]));
-      end += p.part_sum[axis] + after;
-      if (mean)
-        twice_mean += 2 * static_cast<Int128>(p.part_sum[axis]) +
-                      weighted(p.part, difference(a.from[axis], p.part_position[axis])) + after;
+    } else {
+      add_last_block(p, axis, a.from[axis], a.to[axis], mean, end, twice_mean);
     }
     sums.end[axis] = to_double(end);
     sums.twice_mean[axis] = to_double(twice_mean);
