@@ -122,6 +122,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   const Folder folder;
   const std::string csv = folder.at("beds.csv");
   const json report = run_report(folder, "run " + scene_path("wheel") + " --out '" + csv + "'");
+  CHECK(report["conditions"]["threads"] == 1);
   CHECK(report["schema"] == "bristle-beds-1");
   CHECK(report["steps"] == 2500);
   const json &tyre = report["beds"][0], &finger = report["beds"][1];
@@ -174,6 +175,7 @@ TEST_CASE("A scene of joints reports torques and work, and refuses what no joint
   const Folder folder;
   const std::string csv = folder.at("arm.csv");
   const json report = run_report(folder, "run " + scene_path("arm") + " --csv '" + csv + "'");
+  CHECK(report["conditions"]["threads"] == 1);
   CHECK(report["schema"] == "bristle-joints-1");
   CHECK(report["steps"] == 2500);
   const json &shoulder = report["joints"][0], &wrist = report["joints"][1];
@@ -208,6 +210,7 @@ TEST_CASE("A run reports what the documentation says it does", "[cli]") {
   for (const char* key : {"version", "commit", "flags", "cpu", "cores", "isa", "threads"}) {
     CHECK(report["conditions"].contains(key));
   }
+  CHECK(report["conditions"]["threads"] == 1);
   CHECK(report["steps"] == 3000);
   CHECK(report["simulated_s"] == Approx(3.0));
   for (const char* key : {"p50_s", "p99_s", "p999_s", "max_s", "mean_s"})

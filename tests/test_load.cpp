@@ -434,4 +434,23 @@ TEST_CASE("Every change of the load at rest closes the energy balance by contact
   }
 }
 
+TEST_CASE("A patch of each kind bears the load of its options, and reports an overload above it", "[load]") {
+  const Material material = Material{}.with_normal_stiffness(1000.0).with_asperity_height_deviation(1e-6);
+  const Material sliding = Material(material).with_snap_rule(SnapRule::slide);
+  const struct {
+    const char* name;
+    const Material& material;
+    PatchOptions options;
+  } kinds[] = {{"infinite", material, PatchOptions{}},
+               {"representatives", material, PatchOptions{}.with_bristles(500)},
+               {"slide", sliding, PatchOptions{}.with_bristles(8)}};
+  for (const auto& kind : kinds) {
+    INFO(kind.name);
+    OnePatch patch(kind.material, PatchOptions(kind.options).with_max_normal_load(3.0));
+    CHECK(patch.batch.info(patch.id).max_normal_load == Approx(3.0).epsilon(1e-12));
+    CHECK(patch.step(0.0, 0.0, 2.999).status == Status::ok);
+    CHECK(patch.step(0.0, 0.0, 3.001).status == Status::overload);
+  }
+}
+
 }  // namespace bristle_test::test_load
