@@ -221,7 +221,7 @@ TEST_CASE("A cell of an outline moves by the chord of its turn, however fast the
     const double turn = dt * (spin - 30.0);
     const Matrix2d rotation = Eigen::Rotation2Dd(turn).toRotationMatrix();
     for (std::size_t k = 0; k < cells.contacts.size(); ++k) {
-      const Vector2d at(cells.places[k].position[0], cells.places[k].position[1]);
+      const Vector2d at(cells.positions[k].position[0], cells.positions[k].position[1]);
       const Vector2d moved = dt * (cells.contacts[k].jacobian * u - cells.contacts[k].ground_velocity);
       CHECK((moved - (dt * Vector2d(0.3, 0.5) + rotation * at - at)).norm() < 1e-12);
     }
