@@ -181,7 +181,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
   constexpr double rounding = 1e-6;  // relative rounding error of the position of a bristle's tip
   const double farthest = most_root * (1.0 + widest);  // largest displacement of a bristle's root
   // Number of equal terms, in single precision, above which one more term does not change the sum. It
-  // bounds the rounding error of a saved sum.
+  // limits the rounding error of a saved sum.
   constexpr double most_added = 0x1p25;
   // Farthest tip of a cell out of contact, which may have left under any load and by one motion of any
   // length.
@@ -209,7 +209,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
     const double turned[2] = {0.0 - s.root[2] * at(bed_y), s.root[3] * at(bed_x)};
     for (int axis = 0; axis < 2; ++axis) {
       const double tip = at(axis == 0 ? bed_tip_x : bed_tip_y);
-      // Bounds the deflection of a cell in contact by twice the largest static limit plus the rounding error
+      // Limits the deflection of a cell in contact by twice the largest static limit plus the rounding error
       // of a far position. For a cell out of contact only the position of the tip is bounded.
       good = good && (k > 0.0 ? within(s.root[axis] + turned[axis] - tip, reach + rounding * farthest)
                               : within(tip, (bed.all_outputs ? 2.0 : most_added) * farthest_tip[axis]));
@@ -218,7 +218,7 @@ const char* find_bed_fault(const Bed& bed, const BedState& s, const float* colum
     sum += k * pressure;
     stiffness += k;
   }
-  // Bounds the saved force, which a bed at rest repeats, by twice the static limit plus what rounding adds.
+  // Limits the saved force, which a bed at rest repeats, by twice the static limit plus what rounding adds.
   for (int k = 0; k < 2; ++k) {
     const double dust = rounding * farthest * stiffness;
     const double limit = 2.0 * bed.static_over_kinetic * s.limit_of_pressure * sum + dust;

@@ -818,7 +818,7 @@ double solved_peak(const SolvedCurve& curve) {
 double solved_deflection(const SolvedCurve& curve, double x) {
   if (curve.is_steady(x)) return curve.kinetic;
   // Largest number of operations: cells up to the path x times cells up to the longest length of the law.
-  // Beyond x of about 100 the grid step grows to bound the time (about a second), at the cost of accuracy for
+  // Beyond x of about 100 the grid step grows to limit the time (about a second), at the cost of accuracy for
   // wide lognormal laws and tables.
   constexpr double most_work = 2e9;
   const SnapLength& law = curve.law;

@@ -164,7 +164,7 @@ struct BedMaterial {
   /// Coefficient of static friction; > 0, at most 100, not below kinetic_friction.
   double static_friction = 0.0;
   /// Coefficient of kinetic friction, > 0. A bristle that has begun to slide keeps to this limit, if static
-  /// friction is higher, until it has stuck for a step or the motion turns back.
+  /// friction is higher, until it has stuck for a step or the motion reverses.
   double kinetic_friction = 0.0;
 
   /// @name Elastic bodies under the bristles. Only sphere_row and disc accept them.

@@ -25,7 +25,7 @@ enum class SnapRule : unsigned char {
   /// Representatives take laws with a coefficient of variation up to widest_redraw_cv.
   redraw,
   keep,  ///< every bristle keeps its snap length for ever: "delta of bristle lambda"
-  /// Nothing snaps: a bristle slides, bent by its snap length, until the motion turns back (Maxwell slip,
+  /// Nothing snaps: a bristle slides, bent by its snap length, until the motion reverses (Maxwell slip,
   /// Iwan,
   /// Prandtl and Ishlinskii). Has no residual and no renewal; takes every law.
   slide

@@ -24,7 +24,7 @@ constexpr double least_apart = 0.05;
 /// Number of bristles of a patch at which the error of the longest pieces equals the random noise of its
 /// force. Patches with more bristles have less noise and take shorter pieces.
 constexpr double even_bristles = 6000.0;
-/// Number of snaps expected on that part of a long step along which bristles are stepped; along the rest of a
+/// Number of snaps expected on that part of a long step along which bristles are stepped; along the remaining
 /// steady slide they are dragged. With 8, at most one step in 3000 has no snap there.
 constexpr double snaps_followed = 8;
 
@@ -355,7 +355,7 @@ void drag_on(Patch& p, const PatchStep& step, bool after_corner, double path) no
   if (needed > 0.0) follow_apart<T>(p, step, needed, begin);
 }
 
-/// Returns the length of the part of a step's path along which every bristle must be stepped (along the rest
+/// Returns the length of the part of a step's path along which every bristle must be stepped (on what remains
 /// they are dragged): as much as the slide lacks to be steady. It is at least so long that its end does not
 /// depend on its start, and that several snaps are expected on it (snaps_followed), which matters in a patch
 /// of few bristles.

@@ -33,8 +33,7 @@ struct RepresentativeCount {
 /// State of shared renewal, the effect by which a snap makes other bristles start afresh. Saved and hashed.
 struct RenewalState {
   double due = 0.0;  ///< renewals still to be made: kappa for each snap so far, less the renewals made
-  std::uint64_t selections =
-      0;  ///< number of selections for renewal so far, which is the number of the next draw
+  std::uint64_t selections = 0;  ///< number of selections for renewal so far
 
   /// Length of the present slide so far, scaled, at most `forget`; 0 = none. A slide is straight or gently
   /// bent, and was last continued by a step with a snap. Steps without a snap do not change the length; a

@@ -39,7 +39,7 @@ SavedOffsets saved_offsets(const Representatives<T>& r) noexcept {
   return offsets;
 }
 
-/// Largest number of snaps of a bristle in a piece of path. It bounds a saved number: the renewals that
+/// Largest number of snaps of a bristle in a piece of path. It limits a saved number: the renewals that
 /// earlier snaps have caused and that are still to be made.
 constexpr double most_snaps_of_piece = 64.0;
 

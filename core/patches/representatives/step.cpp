@@ -13,7 +13,7 @@ namespace {
 /// Returns the fixed-point unit of energies: a power of two with which the sum of squared deflections over
 /// all snaps of a block fits into 62 bits.
 double energy_unit(double length, double longest) noexcept {
-  // Bounds the sum over a block's snaps, in which each bristle adds at most path x longest snap length.
+  // Limits the sum over a block's snaps, in which each bristle adds at most path x longest snap length.
   const double path = length + 2.0 * longest;
   const double most = 4.0 * block_size * path * longest;
   int exponent = 0;
