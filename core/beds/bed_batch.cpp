@@ -42,6 +42,15 @@ void for_each_block(float* columns, std::uint32_t count, Visit&& visit) {
     visit(block, std::uint32_t{bed_state_columns} * lane_count);
 }
 
+std::uint64_t hash_of(const Bed& bed) noexcept {
+  Hasher hasher;
+  bed_fields(bed.state, {}, [&](double x, const FieldRule&) { hasher.add(x); });
+  hasher.add(std::uint64_t{bed.state.rolled_last});
+  for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid, bed_along})
+    for (std::uint32_t i = 0; i < bed.bristles; ++i) hasher.add(bed.at(c, i));
+  return hasher.value();
+}
+
 }  // namespace
 
 struct BRISTLE_PRIVATE BedBatch::Impl {
@@ -51,7 +60,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   const KernelTable& table;
   const BedKernels& kernels = *table.beds;
   SharedWork work;
-  std::vector<Bed> beds;
+  SlotTable<Bed> beds;
   SlotList slots;
   BedMemory scratch;  ///< memory for a copy of any bed's columns, as large as the largest
   std::uint32_t scratch_count = 0;
@@ -59,12 +68,7 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   std::uint64_t step_number = 0;
   std::vector<std::uint32_t> moved;  ///< slots of the beds with a drop that the last step moved
 
-  Bed* find(BedId id) noexcept {
-    const std::uint32_t slot = slot_of(id);
-    if (slot >= beds.size()) return nullptr;
-    Bed& bed = beds[slot];
-    return bed.generation != 0 && bed.generation == generation_of(id) ? &bed : nullptr;
-  }
+  Bed* find(BedId id) noexcept { return beds.find(id); }
 
   void run(Span<const BedMotion> in, Span<BedResponse> out, std::size_t first, std::size_t last) noexcept {
     const FloatModeScope mode;
@@ -79,13 +83,13 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   /// refuses their motion. Records the beds that this step moves, for the next step.
   void rest_others(Span<const BedMotion> in, Span<const BedResponse> out) noexcept {
     for (const std::uint32_t slot : moved)
-      if (beds[slot].last_step != step_number) rest(beds[slot]);
+      if (beds.at[slot].last_step != step_number) rest(beds.at[slot]);
     moved.clear();
     for (std::size_t i = 0; i < in.size(); ++i) {
       Bed* bed = find(in[i].id);
       if (bed == nullptr || !bed->drops || out[i].status == Status::repeated_id) continue;
       if (out[i].status == Status::ok)
-        moved.push_back(static_cast<std::uint32_t>(bed - beds.data()));
+        moved.push_back(beds.slot(*bed));
       else
         rest(*bed);
     }
@@ -94,8 +98,8 @@ struct BRISTLE_PRIVATE BedBatch::Impl {
   /// Prefetches the struct of a bed that is stepped soon from memory.
   void fetch_record(BedId id) const noexcept {
     const std::uint32_t slot = slot_of(id);
-    if (slot >= beds.size()) return;
-    const char* record = reinterpret_cast<const char*>(&beds[slot]);
+    if (slot >= beds.at.size()) return;
+    const char* record = reinterpret_cast<const char*>(&beds.at[slot]);
     for (std::size_t at = 0; at < sizeof(Bed); at += cache_line) __builtin_prefetch(record + at);
   }
   void fetch_bristles(BedId id) noexcept {
@@ -142,10 +146,11 @@ BedId BedBatch::add(const BedMaterial& material, const BedShape& shape, const Be
     impl.scratch_count = bed.count;
   }
   const SlotList::Slot slot = impl.slots.take();
-  if (impl.beds.size() < impl.slots.size()) impl.beds.resize(impl.slots.size());
-  impl.moved.reserve(impl.beds.capacity());
+  std::vector<Bed>& beds = impl.beds.at;
+  if (beds.size() < impl.slots.size()) beds.resize(impl.slots.size());
+  impl.moved.reserve(beds.capacity());
   bed.generation = slot.generation;
-  impl.beds[slot.number] = std::move(bed);
+  beds[slot.number] = std::move(bed);
   ++impl.count;
   return make_id<BedId>(slot.number, slot.generation);
 }
@@ -153,9 +158,8 @@ BedId BedBatch::add(const BedMaterial& material, const BedShape& shape, const Be
 void BedBatch::remove(BedId id) {
   Bed* bed = impl_->find(id);
   if (bed == nullptr) throw Error("BedBatch::remove: there is no such bed");
-  const auto slot = static_cast<std::uint32_t>(bed - impl_->beds.data());
   *bed = Bed{};
-  impl_->slots.give_back(slot);
+  impl_->slots.give_back(impl_->beds.slot(*bed));
   --impl_->count;
 }
 
@@ -247,28 +251,18 @@ std::size_t BedBatch::read_bristles(BedId id, Span<BedBristle> out) const noexce
 
 std::uint64_t BedBatch::state_hash(BedId id) const noexcept {
   const Bed* bed = impl_->find(id);
-  if (bed == nullptr) return 0;
-  Hasher hasher;
-  bed_fields(bed->state, {}, [&](double x, const FieldRule&) { hasher.add(x); });
-  hasher.add(std::uint64_t{bed->state.rolled_last});
-  for (const BedColumn c : {bed_tip_x, bed_tip_y, bed_slid, bed_along})
-    for (std::uint32_t i = 0; i < bed->bristles; ++i) hasher.add(bed->at(c, i));
-  return hasher.value();
+  return bed != nullptr ? hash_of(*bed) : 0;
 }
 
 std::uint64_t BedBatch::state_hash() const noexcept {
   Hasher hasher;
-  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
-    const std::uint32_t generation = impl_->beds[slot].generation;
-    if (generation != 0) hasher.add(state_hash(make_id<BedId>(slot, generation)));
-  }
+  impl_->beds.for_each([&](const Bed& bed) { hasher.add(hash_of(bed)); });
   return hasher.value();
 }
 
 std::size_t BedBatch::state_size() const noexcept {
   std::size_t bytes = saved_head_size;
-  for (const Bed& bed : impl_->beds)
-    if (bed.generation != 0) bytes += saved_bytes(bed);
+  impl_->beds.for_each([&bytes](const Bed& bed) { bytes += saved_bytes(bed); });
   return bytes;
 }
 
@@ -276,16 +270,14 @@ std::size_t BedBatch::save_state(Span<std::byte> to) const noexcept {
   const std::size_t bytes = state_size();
   if (to.size() < bytes) return 0;
   ByteWriter write(to.data() + saved_head_size);
-  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
-    const Bed& bed = impl_->beds[slot];
-    if (bed.generation == 0) continue;
-    write(slot);
+  impl_->beds.for_each([&](const Bed& bed) {
+    write(impl_->beds.slot(bed));
     write(bed.count);
     write(std::uint64_t{bed.state.rolled_last});
     bed_fields(bed.state, {}, write);
     for_each_block(bed.columns.get(), bed.count,
                    [&](const float* block, std::uint32_t n) { write.column(block, n); });
-  }
+  });
   seal(SavedKind::beds, impl_->count, {to.data(), bytes});
   return bytes;
 }
@@ -298,15 +290,13 @@ void BedBatch::restore_state(Span<const std::byte> from) {
   // change nothing.
   for (const bool writes : {false, true}) {
     ByteReader read(from.data() + saved_head_size);
-    for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot) {
-      Bed& bed = impl_->beds[slot];
-      if (bed.generation == 0) continue;
+    impl_->beds.for_each([&](Bed& bed) {
       std::uint32_t its_slot = 0, its_count = 0;
       std::uint64_t rolled_last = 0;
       BedState state;
       read(its_slot);
       read(its_count);
-      if (its_slot != slot || its_count != bed.count)
+      if (its_slot != impl_->beds.slot(bed) || its_count != bed.count)
         refuse_saved(where, "is of other beds, or added in another order");
       read(rolled_last);
       bed_fields(state, {}, read);
@@ -315,18 +305,19 @@ void BedBatch::restore_state(Span<const std::byte> from) {
       for_each_block(columns, bed.count, [&](float* block, std::uint32_t n) { read.column(block, n); });
       if (writes) {
         bed.state = state;
-        continue;
+        return;
       }
       const char* fault = rolled_last > 1 ? "rolled_last" : find_bed_fault(bed, state, columns);
       if (fault != nullptr)
         refuse_saved(where, std::string("has a value that no bed can have (") + fault + ")");
-    }
+    });
   }
   // Lets a restored bed rest: if it slid just before it was saved, its bristles have kinetic limits, and get
   // their static ones here.
   impl_->moved.clear();
-  for (std::uint32_t slot = 0; slot < impl_->beds.size(); ++slot)
-    if (impl_->beds[slot].drops) impl_->moved.push_back(slot);
+  impl_->beds.for_each([this](const Bed& bed) {
+    if (bed.drops) impl_->moved.push_back(impl_->beds.slot(bed));
+  });
 }
 
 std::size_t BedBatch::bed_count() const noexcept { return impl_->count; }

@@ -268,6 +268,7 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   if (!presses && !bed.all_outputs) {
     straighten(bed);
     sums = BedSums{};
+    s.force[0] = s.force[1] = s.torque = 0.0;
     return;
   }
   const double most_motion = largest_of(piece.motion);
@@ -314,6 +315,8 @@ void run_kernel(Bed& bed, const BedKernels& kernels, const Piece& piece, BedSums
   const unsigned variant = (spins ? bed_spins : 0u) | (piece.reloaded || goes_far ? bed_reloaded : 0u) |
                            (bed.all_outputs || creeps ? bed_all_outputs : 0u) | (bed.drops ? bed_drops : 0u);
   kernels.step[variant](step, bed.columns.get(), sums);
+  for (int k = 0; k < 2; ++k) s.force[k] = sums.force[k];
+  s.torque = sums.torque;
   if (!presses) straighten(bed);
 }
 
@@ -330,9 +333,6 @@ void roll_piece(Bed& bed, const BedKernels& kernels, const Piece& piece, double 
   s.rolled_last = true;
   s.limit_of_pressure = limit_under(bed, s);
   run_kernel(bed, kernels, piece, sum.last);
-  s.force[0] = sum.last.force[0];
-  s.force[1] = sum.last.force[1];
-  s.torque = sum.last.torque;
   const BedSums& last = sum.last;
   const double half = 0.5 * (last.entered > 0.0 ? last.entered_stuck / last.entered : 1.0);
   for (int k = 0; k < 2; ++k) sum.mean[k] += share * (last.mean[k] + half * (before[k] - last.start[k]));
@@ -448,9 +448,6 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
       piece.reloaded = true;
       piece.falls_deep = falls_deep;
       run_kernel(bed, kernels, piece, sum.last);
-      s.force[0] = sum.last.force[0];
-      s.force[1] = sum.last.force[1];
-      s.torque = sum.last.torque;
     }
     roll(bed, kernels, scaled, sum);
   } else {
@@ -459,9 +456,6 @@ void step_bed(Bed& bed, const BedKernels& kernels, const BedMotion& motion, BedR
     piece.reloaded = reloaded;
     piece.falls_deep = falls_deep;
     run_kernel(bed, kernels, piece, sum.last);
-    s.force[0] = sum.last.force[0];
-    s.force[1] = sum.last.force[1];
-    s.torque = sum.last.torque;
     if (bed.all_outputs) {
       for (int k = 0; k < 2; ++k) sum.mean[k] = sum.last.mean[k];
       sum.mean_torque = sum.last.mean_torque;

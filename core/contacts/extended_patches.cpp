@@ -298,14 +298,7 @@ struct Room {
 struct Stepped : Room {
   explicit Stepped(PatchBatch& its_batch) : batch(&its_batch) {}
 
-  const ExtendedPatch* find(PatchId id) const noexcept {
-    const std::uint32_t slot = slot_of(id);
-    if (slot >= patches.size() || patches[slot].generation == 0) return nullptr;
-    return patches[slot].generation == generation_of(id) ? &patches[slot] : nullptr;
-  }
-  ExtendedPatch* find(PatchId id) noexcept {
-    return const_cast<ExtendedPatch*>(static_cast<const Stepped*>(this)->find(id));
-  }
+  ExtendedPatch* find(PatchId id) noexcept { return patches.find(id); }
 
   /// Writes the response of an outline from those of its cells, which were stepped along p.course, and stores
   /// its new angle and load.
@@ -331,7 +324,7 @@ struct Stepped : Room {
   }
 
   PatchBatch* batch;
-  std::vector<ExtendedPatch> patches;  ///< outlines by the number of their slot
+  SlotTable<ExtendedPatch> patches;
   std::size_t count = 0;
   std::uint64_t step_number = 0;
 };
@@ -340,12 +333,13 @@ struct Stepped : Room {
 // ExtendedPatches may be destroyed before the batch executes the command.
 struct AddOutline final : Change {
   void apply() noexcept override {
-    if (outlines.size() > to->patches.size()) {
-      std::swap_ranges(to->patches.begin(), to->patches.end(), outlines.begin());
-      outlines.swap(to->patches);
+    std::vector<ExtendedPatch>& present = to->patches.at;
+    if (outlines.size() > present.size()) {
+      std::swap_ranges(present.begin(), present.end(), outlines.begin());
+      outlines.swap(present);
     }
     if (room.motions.size() > to->motions.size()) std::swap(room, static_cast<Room&>(*to));
-    std::swap(made, to->patches[slot]);
+    std::swap(made, present[slot]);
     ++to->count;
   }
   std::shared_ptr<Stepped> to;
@@ -357,7 +351,7 @@ struct AddOutline final : Change {
 
 struct RemoveOutline final : Change {
   void apply() noexcept override {
-    std::swap(removed, to->patches[slot]);
+    std::swap(removed, to->patches.at[slot]);
     --to->count;
   }
   std::shared_ptr<Stepped> to;
@@ -688,10 +682,9 @@ std::uint64_t ExtendedPatches::state_hash(PatchId id) const noexcept {
 std::uint64_t ExtendedPatches::state_hash() const noexcept {
   const Impl::Call call(*impl_);
   Hasher hasher;
-  for (std::uint32_t slot = 0; slot < call.patches.patches.size(); ++slot) {
-    const std::uint32_t generation = call.patches.patches[slot].generation;
-    if (generation != 0) hasher.add(state_hash(make_id(slot, generation)));
-  }
+  call.patches.patches.for_each([&](const ExtendedPatch& p) {
+    hasher.add(state_hash(make_id(call.patches.patches.slot(p), p.generation)));
+  });
   return hasher.value();
 }
 
@@ -708,12 +701,10 @@ std::size_t ExtendedPatches::save_state(Span<std::byte> to) const noexcept {
       call.patches.batch->save_state(Span<std::byte>(to.data() + own, to.size() - own));
   if (of_batch == 0) return 0;
   ByteWriter write(to.data() + saved_head_size);
-  for (std::uint32_t slot = 0; slot < call.patches.patches.size(); ++slot) {
-    const ExtendedPatch& p = call.patches.patches[slot];
-    if (p.generation == 0) continue;
-    const SavedOutline saved = saved_outline(slot, p);
+  call.patches.patches.for_each([&](const ExtendedPatch& p) {
+    const SavedOutline saved = saved_outline(call.patches.patches.slot(p), p);
     outline_fields(saved, write);
-  }
+  });
   seal(SavedKind::outlines, call.patches.count, {to.data(), own});
   return own + of_batch;
 }
@@ -728,14 +719,12 @@ void ExtendedPatches::restore_state(Span<const std::byte> from) {
   ByteReader read(from.data() + saved_head_size);
   std::vector<SavedOutline> restored(impl.count);
   std::vector<ExtendedPatch*> present;
-  for (ExtendedPatch& p : impl.patches)
-    if (p.generation != 0) present.push_back(&p);
+  impl.patches.for_each([&present](ExtendedPatch& p) { present.push_back(&p); });
   for (std::size_t i = 0; i < impl.count; ++i) {
     SavedOutline& p = restored[i];
     FieldCheck check{read};
     outline_fields(p, check);
-    const SavedOutline now =
-        saved_outline(static_cast<std::uint32_t>(present[i] - impl.patches.data()), *present[i]);
+    const SavedOutline now = saved_outline(impl.patches.slot(*present[i]), *present[i]);
     if (p.slot != now.slot || p.generation != now.generation || p.cells != now.cells)
       refuse_saved(where, "is of patches with other outlines, or added in another order");
     const double length = square(p.pose.turn.cosine) + square(p.pose.turn.sine);

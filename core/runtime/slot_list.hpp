@@ -27,6 +27,29 @@ constexpr Id make_id(std::uint32_t slot, std::uint32_t generation) noexcept {
   return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
 }
 
+/// Objects by their slots, for the thread that steps them. A slot whose object has generation 0 is free.
+template <class T>
+struct SlotTable {
+  std::vector<T> at;
+
+  /// Looks up the object of an id; null if it was never added, or was removed.
+  template <class Id>
+  T* find(Id id) noexcept {
+    const std::uint32_t slot = slot_of(id);
+    if (slot >= at.size() || at[slot].generation == 0) return nullptr;
+    return at[slot].generation == generation_of(id) ? &at[slot] : nullptr;
+  }
+  std::uint32_t slot(const T& object) const noexcept {
+    return static_cast<std::uint32_t>(&object - at.data());
+  }
+  /// Calls visit(object) for each object, in the order of slots.
+  template <class Visit>
+  void for_each(Visit&& visit) {
+    for (T& object : at)
+      if (object.generation != 0) visit(object);
+  }
+};
+
 /// Generations of all slots, and the list of free slots. Only the thread that adds and removes uses it.
 class SlotList {
  public:
