@@ -395,9 +395,7 @@ class MidpointSolver {
       const Motion& motion = motions_[c.index];
       const Response response = batch_.find_force(dt_s_, motion);
       c.trial_force = {response.mean[0], c.axes == 2 ? response.mean[1] : 0.0};
-      const double mean = std::fabs(response.mean[0]) + std::fabs(response.mean[1]);
-      const double elastic = std::fabs(response.elastic[0]) + std::fabs(response.elastic[1]);
-      if (elastic > 0.0 && !(mean > 0.0)) lacks_mean_ = true;
+      lacks_mean_ = lacks_mean_ || lacks_mean(response);
       c.stiffness = response.stiffness;
       c.damping = std::max(c.damping, response.damping);
       sum.noalias() += c.jacobian.transpose() * c.trial_force;

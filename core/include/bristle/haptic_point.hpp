@@ -166,9 +166,9 @@ class HapticPoint {
           std::sqrt(std::max(0.0, options_.force_limit * options_.force_limit - wall_ * wall_));
       Eigen::Vector2d damper(response.damper[0], response.damper[1]);
       Eigen::Vector2d elastic(response.elastic[0], response.elastic[1]);
-      const Eigen::Vector2d mean(response.mean[0], response.mean[1]);
-      lacks_mean_ = options_.mean && mean.isZero(0.0) && !elastic.isZero(0.0);
-      if (options_.mean && !lacks_mean_) elastic = mean - damper;
+      lacks_mean_ = options_.mean && bristle::lacks_mean(response);
+      if (options_.mean && !lacks_mean_)
+        elastic = Eigen::Vector2d(response.mean[0], response.mean[1]) - damper;
       limit(elastic, damper, room);
       const double tangential[2] = {elastic[0] + damper[0], elastic[1] + damper[1]};
       friction_ = frame_.force(tangential);

@@ -1,6 +1,7 @@
 // Input and output of a step of one contact patch.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "bristle/export.hpp"
@@ -190,6 +191,13 @@ struct Response {
   /// their own.
   std::uint64_t snaps = 0;  ///< number of snaps (Outputs::energy), an estimate where a jump skips a path
 };
+/// Returns whether a response has a force but no mean force: its patch computes none (Outputs::mean).
+inline bool lacks_mean(const Response& r) noexcept {
+  const auto is_zero = [](const double(&force)[2]) {
+    return !(std::fabs(force[0]) + std::fabs(force[1]) > 0.0);
+  };
+  return is_zero(r.mean) && !is_zero(r.elastic);
+}
 
 /// Present state and memory use of a patch. See PatchBatch::info.
 struct PatchInfo {
