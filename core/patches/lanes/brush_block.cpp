@@ -141,11 +141,6 @@ LanePool::Block make_block(const LaneRecord& r) {
 }
 
 template <class T>
-void take_lane(Patch& p, LanePool& pool) {
-  assign_lane(p, pool, &make_block<T>);
-}
-
-template <class T>
 double stored_energy(const Patch& p) noexcept {
   const Lane<T> lane(p);
   double sum = static_cast<double>(lane.at(lane.columns.spread));
@@ -438,7 +433,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
 template <class T>
 constexpr ContactModel brush_model = {
     .name = sizeof(T) == sizeof(double) ? "infinite, double" : "infinite, single",
-    .take_lane = &take_lane<T>,
+    .take_lane = [](Patch& p, LanePool& pool) { assign_lane(p, pool, &make_block<T>); },
     .reset = &reset_lane,
     .take_over = &take_over<T>,
     .stored_energy = &stored_energy<T>,
@@ -468,13 +463,11 @@ template <class T>
 Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {
   LaneRecord made;
-  made.material = material.get();
   made.options = options;
   if (options.resolution == 0.0) made.options.resolution = default_resolution;
   if (!(weight > 0.0)) made.options.bristles = choose_cohorts(*material, made.options.resolution);
   made.endless = true;
-  fill_record(made, material->material, weight, kernels);
-  return make_lane_patch(*make_record(std::move(material), made), brush_model<T>);
+  return make_lane_patch(std::move(material), made, kernels, weight, brush_model<T>);
 }
 
 }  // namespace

@@ -8,14 +8,6 @@
 
 namespace bristle::detail {
 
-void fill_record(LaneRecord& r, const Material& material, double weight, const KernelTable& kernels) {
-  r.first_seed = r.options.seed;
-  r.largest_work = r.springs();
-  r.full_weight =
-      weight > 0.0 ? weight : material.bristles_in_contact(r.options.max_normal_load) / r.springs();
-  r.kernels = &kernels;
-}
-
 void fill_block(LaneBlock& b, const LaneRecord& like) {
   const CompiledMaterial& m = *like.material;
   b.kernels = like.kernels->lanes;
@@ -43,7 +35,10 @@ void assign_lane(Patch& p, LanePool& pool, LanePool::Block (*make)(const LaneRec
   pool.take(r, kind.value(), make);
 }
 
-Patch make_lane_patch(LaneRecord& r, const ContactModel& model) noexcept {
+namespace {
+
+/// Makes the part of a patch in a lane that all contact models share.
+Patch make_part(LaneRecord& r, const ContactModel& model) noexcept {
   Patch p = make_shared_part(r, model);
   p.in_lane = true;
   p.newtons_per_unit = 1.0;
@@ -51,12 +46,26 @@ Patch make_lane_patch(LaneRecord& r, const ContactModel& model) noexcept {
   return p;
 }
 
+}  // namespace
+
+Patch make_lane_patch(std::shared_ptr<const CompiledMaterial> material, LaneRecord& made,
+                      const KernelTable& kernels, double weight, const ContactModel& model) {
+  const Material& m = material->material;
+  made.material = material.get();
+  made.first_seed = made.options.seed;
+  made.largest_work = made.springs();
+  made.full_weight =
+      weight > 0.0 ? weight : m.bristles_in_contact(made.options.max_normal_load) / made.springs();
+  made.kernels = &kernels;
+  return make_part(*make_record(std::move(material), made), model);
+}
+
 void reset_lane(Patch& p, std::uint32_t seed, std::uint64_t key) noexcept {
   LaneRecord& r = lane_of(p);
   r.options.seed = seed;
   r.options.key = key;
   r.times_from = 0;
-  p = make_lane_patch(r, *p.model);
+  p = make_part(r, *p.model);
   clear_lane(*r.block, r.lane);
 }
 

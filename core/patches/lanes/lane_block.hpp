@@ -202,9 +202,6 @@ void run_kernel(const LaneBlock& block, const LaneInput& in, const LaneOutput& o
   b.kernel(b.law, b.columns, in, out);
 }
 
-/// Fills in those members of a record that are alike in all contact models. Its options are set already, the
-/// number of springs or cohorts included. `weight`: bristles for each of these; 0: what the options ask for.
-void fill_record(LaneRecord& record, const Material& material, double weight, const KernelTable& kernels);
 /// Fills in those members of a block that are alike in all contact models.
 void fill_block(LaneBlock& block, const LaneRecord& like);
 
@@ -233,8 +230,10 @@ void fill_law(Law& law, const CompiledMaterial& m, const LayMap& lay) noexcept {
 /// cohorts, axes, outputs and lay are equal. Contacts of a group share blocks only with each other.
 void assign_lane(Patch& patch, LanePool& pool, LanePool::Block (*make)(const LaneRecord&));
 
-/// Makes the part of a patch in a lane that all contact models share. The patch has no lane yet.
-Patch make_lane_patch(LaneRecord& record, const ContactModel& model) noexcept;
+/// Makes a patch in a lane, out of contact; it has no lane yet. `made`: a record whose options are set, the
+/// number of springs or cohorts included. `weight`: bristles for each of these; 0: what the options ask for.
+Patch make_lane_patch(std::shared_ptr<const CompiledMaterial> material, LaneRecord& made,
+                      const KernelTable& kernels, double weight, const ContactModel& model);
 /// ContactModel::reset and ContactModel::signature of patches in lanes.
 void reset_lane(Patch& patch, std::uint32_t seed, std::uint64_t key) noexcept;
 std::uint64_t signature_of_lane(const Patch& patch) noexcept;

@@ -103,11 +103,6 @@ LanePool::Block make_block(const LaneRecord& r) {
 }
 
 template <class T>
-void take_lane(Patch& p, LanePool& pool) {
-  assign_lane(p, pool, &make_block<T>);
-}
-
-template <class T>
 double stored_energy(const Patch& p) noexcept {
   const Lane<T> lane(p);
   if (!(lane.stiffness() > 0.0)) return 0.0;
@@ -251,7 +246,7 @@ void restore(Patch& p, std::uint32_t seed, ByteReader read) noexcept {
 template <class T>
 constexpr ContactModel slide_model = {
     .name = sizeof(T) == sizeof(double) ? "sliders, double" : "sliders, single",
-    .take_lane = &take_lane<T>,
+    .take_lane = [](Patch& p, LanePool& pool) { assign_lane(p, pool, &make_block<T>); },
     .reset = &reset_lane,
     .take_over = &take_over<T>,
     .stored_energy = &stored_energy<T>,
@@ -267,11 +262,9 @@ template <class T>
 Patch make_typed(std::shared_ptr<const CompiledMaterial> material, const PatchOptions& options,
                  const KernelTable& kernels, double weight) {
   LaneRecord made;
-  made.material = material.get();
   made.options = options;
   made.options.bristles = options.bristles == 0 ? default_sliders : std::min(options.bristles, most_sliders);
-  fill_record(made, material->material, weight, kernels);
-  return make_lane_patch(*make_record(std::move(material), made), slide_model<T>);
+  return make_lane_patch(std::move(material), made, kernels, weight, slide_model<T>);
 }
 
 }  // namespace
