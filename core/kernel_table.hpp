@@ -192,21 +192,13 @@ struct Totals {
 
 /// Input for the renewals of a piece of path. Every snap of the piece renews some bristles, which are
 /// selected at random before the blocks are stepped.
-struct Renewal {
-  std::int64_t from[2];  ///< patch position at the start of the piece
-  double direction[2];   ///< direction of the motion, a unit vector
-  double length;         ///< length of the piece, scaled
-  double residual;       ///< deflection of a bristle after a snap, as KernelStep::residual
-  std::uint64_t key;     ///< key of the patch's selections
+struct Renewal : KernelStep {
+  std::uint64_t key;  ///< key of the patch's selections
   /// Number of the first selection, counted over the life of the patch. Equal numbers
   /// select equal bristles.
   std::uint64_t first_selection;
   std::uint64_t selections;
   double unit;  ///< fixed-point units of RenewalTotals::twice_integral and squares per scaled length squared
-
-  // Copies of the fields of KernelStep:
-  double start, duration, ageing_rate, ageing_strength;
-  std::uint32_t ageing_form;
 };
 
 /// Corner in the path of a steady slide, round which bristles are dragged without being stepped

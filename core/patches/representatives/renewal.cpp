@@ -79,22 +79,8 @@ void select_and_renew(Patch& p, const PatchStep& step, double selections) noexce
   if (!(selections > 0.0)) return;
   const Representatives<T>& r = representatives<T>(p);
   const KernelStep& a = step.kernel;
-  Renewal renewal{};
-  for (int axis = 0; axis < 2; ++axis) {
-    renewal.from[axis] = a.from[axis];
-    renewal.direction[axis] = a.direction[axis];
-  }
-  renewal.length = a.length;
-  renewal.residual = a.residual;
-  renewal.key = renewal_key(r);
-  renewal.first_selection = r.shared->selections;
-  renewal.selections = static_cast<std::uint64_t>(selections);
-  renewal.unit = selection_unit(a);
-  renewal.start = a.start;
-  renewal.duration = a.duration;
-  renewal.ageing_rate = a.ageing_rate;
-  renewal.ageing_strength = a.ageing_strength;
-  renewal.ageing_form = a.ageing_form;
+  const Renewal renewal{a, renewal_key(r), r.shared->selections, static_cast<std::uint64_t>(selections),
+                        selection_unit(a)};
   const int redraw = r.redraws() ? 1 : 0;
   const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
@@ -214,15 +200,12 @@ void drag_round(Patch& p, const PatchStep& step, const double (&before)[2], doub
   const KernelStep& a = step.kernel;
   for (std::uint32_t b = begin; b < end; ++b)
     if (r.blocks[b].zero) write_down<T>(p, b);
-  Corner corner{};
-  for (int axis = 0; axis < 2; ++axis) {
-    corner.at[axis] = p.position[axis];
-    corner.direction[axis] = a.direction[axis];
-    corner.before[axis] = before[axis];
-  }
-  corner.length = length;
-  corner.residual = a.residual;
-  corner.unit = a.energy_unit;
+  const Corner corner{{p.position[0], p.position[1]},
+                      {a.direction[0], a.direction[1]},
+                      {before[0], before[1]},
+                      length,
+                      a.residual,
+                      a.energy_unit};
   const bool sums_lag = has(p.outputs, Outputs::mean) || has(p.outputs, Outputs::energy);
   const auto kernel = r.kernels->drag[sums_lag ? 1 : 0];
   const PatchView<T> view = r.view();
