@@ -117,28 +117,24 @@ void write_columns(const LaneBlock& b, const double* load, bool may_overload, co
     auto* const at = column.data() + first;
     for (std::uint32_t i = 0; i < lane_count; ++i) at[i] = value(i);
   };
-  const auto zero = [](std::uint32_t) { return 0.0; };
-  const bool mean = has(b.outputs, Outputs::mean);
+  const auto copy = [&write](const Span<double>& column, const LaneColumn<double>& from) {
+    write(column, [&from](std::uint32_t i) { return from.lane[i]; });
+  };
+  static constexpr LaneColumn<double> zeros{};
   for (int axis = 0; axis < 2; ++axis) {
-    if (axis < b.axes) {
-      const auto end = [&](std::uint32_t i) { return force[axis].lane[i]; };
-      write(to.end[axis], end);
-      write(to.elastic[axis], end);
-      if (mean) write(to.mean[axis], [&](std::uint32_t i) { return answers.mean[axis].lane[i]; });
-    } else {
-      write(to.end[axis], zero);
-      write(to.elastic[axis], zero);
-      if (mean) write(to.mean[axis], zero);
-    }
-    write(to.damper[axis], zero);
+    const bool moves = axis < b.axes;
+    copy(to.end[axis], moves ? force[axis] : zeros);
+    copy(to.elastic[axis], moves ? force[axis] : zeros);
+    if (has(b.outputs, Outputs::mean)) copy(to.mean[axis], moves ? answers.mean[axis] : zeros);
+    copy(to.damper[axis], zeros);
   }
   write(to.stiffness, [&](std::uint32_t i) { return answers.stiffness.lane[i] * b.stiffest; });
-  write(to.damping, zero);
+  copy(to.damping, zeros);
   write(to.force_limit, [&](std::uint32_t i) { return m.peak_coefficient * load[i] * b.strongest; });
   if (has(b.outputs, Outputs::energy)) {
-    write(to.dissipated, [&](std::uint32_t i) { return answers.dissipated.lane[i]; });
-    write(to.contact_loss, [&](std::uint32_t i) { return answers.contact_loss.lane[i]; });
-    write(to.damper_work, zero);
+    copy(to.dissipated, answers.dissipated);
+    copy(to.contact_loss, answers.contact_loss);
+    copy(to.damper_work, zeros);
     write(to.snaps, [&](std::uint32_t i) { return static_cast<std::uint64_t>(answers.slid.lane[i]); });
   }
   if (!may_overload) {
