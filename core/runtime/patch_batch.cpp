@@ -177,15 +177,8 @@ Response PatchBatch::Impl::find_force(double dt_s, const Motion& motion) noexcep
     try_step(*p, motion, dt_s, 0.0, response);
     return response;
   }
-  if (changes_in_trials(*p)) {  // steps a copy, because a trial would change the patch
-    Patch copy;
-    p->model->copy(*p, copy, scratch.memory.get());
-    trial.of = nullptr;
-    step_patch(copy, motion, dt_s, response);
-    return response;
-  }
-  // Copies the patch to try another load on, because applying a load moves bristles in and out of contact.
-  // The copy serves all trials under that load.
+  // Tries a copy, because applying a load moves bristles in and out of contact, and some trials change a
+  // patch. The copy serves all trials under that load up to the first that changes it.
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, scratch.memory.get());
     trial.contact_loss = trial.patch.model->apply_load(trial.patch, motion.normal_load);
