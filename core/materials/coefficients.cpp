@@ -157,10 +157,6 @@ struct Family {
   static constexpr double narrow_uniform = 0.249;
 };
 
-const char* rule_name(SnapRule rule) noexcept {
-  return rule == SnapRule::slide ? "slide" : rule == SnapRule::keep ? "keep" : "redraw";
-}
-
 /// Returns the least spread, at most `widest`, at which peak / kinetic is `wanted`. Every law wide enough for
 /// its force to have no peak has the ratio 1; of these, too, it returns the least.
 double solve_spread(const Family& family, double widest, double wanted) {
@@ -175,7 +171,8 @@ double solve_spread(const Family& family, double widest, double wanted) {
 
 /// Describes the family of laws, the rule, residual and renewal, for the text of errors about peak / kinetic.
 std::string describe(const Family& family, double residual_share) {
-  std::string text = std::string("law ") + to_string(family.law) + ", rule " + rule_name(family.rule);
+  std::string text = std::string("law ") + to_string(family.law) + ", rule " +
+                     snap_rule_names[static_cast<std::size_t>(family.rule)];
   if (family.residual == 0.0 && family.renewal == 0.0) return text;
   return text + ", residual_share " + detail::number_text(residual_share) + ", shared_renewal " +
          detail::number_text(family.renewal);

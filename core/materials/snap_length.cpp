@@ -2,8 +2,10 @@
 #include "bristle/snap_length.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 
+#include "bristle/fields.hpp"
 #include "core/common/assert.hpp"
 #include "core/common/range_check.hpp"
 #include "core/materials/elementary.hpp"
@@ -35,6 +37,11 @@ double uniform_partial_moment(int k, double a, double b, double x) noexcept {
   double sum = 0.0;
   for (int j = 0; j <= k; ++j) sum = sum * x + whole_power(a, j);
   return (x - a) / (b - a) * sum / (k + 1);
+}
+
+double uniform_mean(double a, double b) noexcept { return 0.5 * (a + b); }
+double uniform_cv(double a, double b) noexcept {
+  return (b - a) / (2.0 * root_of_three * uniform_mean(a, b));
 }
 
 /// Returns E[delta^k; delta < x] of one segment [a, b] of a table. A segment with a = b is an atom: one
@@ -146,53 +153,27 @@ double unit_exponential_partial_moment(int k, double x) noexcept {
 }  // namespace
 
 const char* to_string(SnapLaw law) noexcept {
-  switch (law) {
-    case SnapLaw::single:
-      return "single";
-    case SnapLaw::uniform:
-      return "uniform";
-    case SnapLaw::normal:
-      return "normal";
-    case SnapLaw::lognormal:
-      return "lognormal";
-    case SnapLaw::exponential:
-      return "exponential";
-    case SnapLaw::table:
-      return "table";
-  }
-  return "unknown";
+  const auto index = static_cast<std::size_t>(law);
+  return index < std::size(snap_law_names) ? snap_law_names[index] : "unknown";
 }
 
+SnapLength::SnapLength(SnapLaw law, double first, double second, double mean, double cv,
+                       double longest) noexcept
+    : law_(law), a_(first), b_(second), mean_(mean), cv_(cv), longest_(longest), table_{} {}
+
 SnapLength::SnapLength() noexcept
-    : law_(SnapLaw::uniform),
-      a_(5e-6),
-      b_(15e-6),
-      mean_(0.5 * (a_ + b_)),
-      cv_((b_ - a_) / (2.0 * root_of_three * mean_)),
-      longest_(b_),
-      table_{} {}
+    : SnapLength(SnapLaw::uniform, 5e-6, 15e-6, uniform_mean(5e-6, 15e-6), uniform_cv(5e-6, 15e-6), 15e-6) {}
 
 SnapLength SnapLength::single(double length_m) {
   require_within("SnapLength::single", "length_m", length_m, shortest_allowed_m, longest_allowed_m, "m");
-  SnapLength result;
-  result.law_ = SnapLaw::single;
-  result.a_ = result.mean_ = result.longest_ = length_m;
-  result.b_ = result.cv_ = 0.0;
-  return result;
+  return {SnapLaw::single, length_m, 0.0, length_m, 0.0, length_m};
 }
 
 SnapLength SnapLength::uniform(double min_m, double max_m) {
   require_within("SnapLength::uniform", "max_m", max_m, shortest_allowed_m, longest_allowed_m, "m");
   require_within("SnapLength::uniform", "min_m", min_m, 0.0, max_m, "m (max_m)");
   if (min_m == max_m) return single(max_m);
-  SnapLength result;
-  result.law_ = SnapLaw::uniform;
-  result.a_ = min_m;
-  result.b_ = max_m;
-  result.mean_ = 0.5 * (min_m + max_m);
-  result.cv_ = (max_m - min_m) / (2.0 * root_of_three * result.mean_);
-  result.longest_ = max_m;
-  return result;
+  return {SnapLaw::uniform, min_m, max_m, uniform_mean(min_m, max_m), uniform_cv(min_m, max_m), max_m};
 }
 
 SnapLength SnapLength::normal(double mean_m, double deviation_m) {
@@ -202,40 +183,25 @@ SnapLength SnapLength::normal(double mean_m, double deviation_m) {
   // double.
   if (mean_m + deviation_m == mean_m) return single(mean_m);
   const CutNormal law(mean_m, deviation_m);
-  SnapLength result;
-  result.law_ = SnapLaw::normal;
-  result.a_ = mean_m;
-  result.b_ = deviation_m;
-  result.mean_ = law.moment(1);
+  const double mean = law.moment(1), longest = law.quantile(longest_share);
   // The variance of the cut law, over deviation^2, is 1 + cut edge - edge^2.
-  result.cv_ = deviation_m * detail::square_root(1.0 + (law.cut - law.edge) * law.edge) / result.mean_;
-  result.longest_ = law.quantile(longest_share);
-  BRISTLE_ASSERT(0.0 < result.mean_ && result.mean_ < result.longest_ && result.cv_ > 0.0);
-  return result;
+  const double cv = deviation_m * detail::square_root(1.0 + (law.cut - law.edge) * law.edge) / mean;
+  BRISTLE_ASSERT(0.0 < mean && mean < longest && cv > 0.0);
+  return {SnapLaw::normal, mean_m, deviation_m, mean, cv, longest};
 }
 
 SnapLength SnapLength::lognormal(double mean_m, double cv) {
   require_within("SnapLength::lognormal", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
   require_within("SnapLength::lognormal", "cv", cv, 0.0, 3.0);
   if (1.0 + cv == 1.0) return single(mean_m);
-  SnapLength result;
-  result.law_ = SnapLaw::lognormal;
-  result.a_ = result.mean_ = mean_m;
-  result.b_ = result.cv_ = cv;
-  result.longest_ = Lognormal(mean_m, cv).quantile(longest_share);
-  BRISTLE_ASSERT(mean_m <= result.longest_);
-  return result;
+  const double longest = Lognormal(mean_m, cv).quantile(longest_share);
+  BRISTLE_ASSERT(mean_m <= longest);
+  return {SnapLaw::lognormal, mean_m, cv, mean_m, cv, longest};
 }
 
 SnapLength SnapLength::exponential(double mean_m) {
   require_within("SnapLength::exponential", "mean_m", mean_m, shortest_allowed_m, longest_allowed_m, "m");
-  SnapLength result;
-  result.law_ = SnapLaw::exponential;
-  result.a_ = result.mean_ = mean_m;
-  result.b_ = 0.0;
-  result.cv_ = 1.0;
-  result.longest_ = result.quantile(longest_share);
-  return result;
+  return {SnapLaw::exponential, mean_m, 0.0, mean_m, 1.0, -mean_m * detail::log1p(-longest_share)};
 }
 
 SnapLength SnapLength::table(Span<const double> quantiles_m) {

@@ -66,6 +66,8 @@ class BRISTLE_API SnapLength {
   SnapLength() noexcept;
 
  private:
+  SnapLength(SnapLaw law, double first, double second, double mean, double cv, double longest) noexcept;
+
   SnapLaw law_;
   double a_, b_;
   double mean_, cv_, longest_;
