@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -608,22 +609,11 @@ void write_cells(const Outline& outline, bristle_cell* cells, std::size_t capaci
 extern "C" {
 
 const char* bristle_result_name(bristle_result result) {
-  switch (result) {
-    case BRISTLE_OK:
-      return "BRISTLE_OK";
-    case BRISTLE_BAD_ARGUMENT:
-      return "BRISTLE_BAD_ARGUMENT";
-    case BRISTLE_REFUSED:
-      return "BRISTLE_REFUSED";
-    case BRISTLE_OUT_OF_MEMORY:
-      return "BRISTLE_OUT_OF_MEMORY";
-    case BRISTLE_WRONG_BUILD:
-      return "BRISTLE_WRONG_BUILD";
-    case BRISTLE_FAILED:
-      return "BRISTLE_FAILED";
-    default:
-      return "not a bristle_result";
-  }
+  static const char* const names[] = {"BRISTLE_OK",          "BRISTLE_BAD_ARGUMENT",
+                                      "BRISTLE_REFUSED",     "BRISTLE_OUT_OF_MEMORY",
+                                      "BRISTLE_WRONG_BUILD", "BRISTLE_FAILED"};
+  static_assert(std::size(names) == BRISTLE_FAILED + 1);
+  return static_cast<std::uint32_t>(result) < std::size(names) ? names[result] : "not a bristle_result";
 }
 
 const char* bristle_last_error(void) { return last_error; }
