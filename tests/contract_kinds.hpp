@@ -74,7 +74,7 @@ class Subject {
     std::vector<double> bad = {std::numeric_limits<double>::quiet_NaN(),
                                std::numeric_limits<double>::infinity(),
                                -std::numeric_limits<double>::infinity()};
-    if (number == 0) bad.insert(bad.end(), {-1e-301, 1e306});
+    if (number == 0) bad.insert(bad.end(), {-1e-301, 1.1e15, 1e306});
     return bad;
   }
 

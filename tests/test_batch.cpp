@@ -240,31 +240,6 @@ TEST_CASE("A batch that was moved keeps its patches", "[batch]") {
   CHECK(step_one(third, Motion{id, {3e-6, 0.0}, 0.6}).status == Status::ok);
 }
 
-TEST_CASE("Patches with other seeds have other snap lengths and the same law", "[batch]") {
-  PatchBatch batch;
-  const std::vector<PatchId> ids =
-      add_patches(batch, 3, plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::keep),
-                  plain_options(1000));
-  const std::vector<Motion> motions = same_motion(ids, 0.0, 0.0, 1000.0);
-  std::vector<Response> responses(3);
-  batch.step(tick, motions, responses);
-  const Bristles a = read(batch, ids[0], 1000);
-  const Bristles b = read(batch, ids[1], 1000);
-  CHECK(a.delta != b.delta);
-  for (const Bristles* s : {&a, &b}) {
-    // Checks that a patch's first n lengths are a stratified sample for every n: the error of their mean is a
-    // few 1/n, far below n^-1/2.
-    double sum = 0.0;
-    for (std::size_t i = 0; i < 1000; ++i) {
-      sum += s->delta[i] / dbar;
-      const double n = static_cast<double>(i + 1);
-      if (i + 1 == 10 || i + 1 == 37 || i + 1 == 100 || i + 1 == 512 || i + 1 == 1000) {
-        expect_near(sum / n, 1.0, 0.5 * (1.0 + std::log(n)) / n, "mean of a prefix");
-      }
-    }
-  }
-}
-
 TEST_CASE("Another thread may add, remove and change patches while one steps", "[batch][threads]") {
   PatchBatch batch(BatchOptions{}.with_threads(2));
   // Patches that the adding and removing thread leaves alone; their results must not change.

@@ -369,20 +369,6 @@ TEST_CASE("A rigid motion of the whole scene changes no force but its direction"
   }
 }
 
-TEST_CASE("Contacts that turn with the world alone see no slip", "[frame]") {
-  // Motion as a physics engine gives it to a ContactFrame: the velocities of two bodies at their contact,
-  // while the world turns with w about the origin.
-  const Vector3d w(0.4, -1.0, 2.0), a(0.1, 0.2, 0.0), b(-0.3, 0.1, 0.4), c(0.02, 0.11, 0.2);
-  const Vector3d slip = (w.cross(a) + w.cross(c - a)) - (w.cross(b) + w.cross(c - b));
-  CHECK(slip.norm() < 1e-15);
-  ContactFrame frame(Vector3d(1, 1, 1));
-  const Vector3d along = frame.along();
-  const double dt = 0.01;
-  const Matrix3d turn = Eigen::AngleAxisd(w.norm() * dt, w.normalized()).toRotationMatrix();
-  frame.carry(turn * Vector3d(1, 1, 1), dt * w, dt * w);
-  CHECK((frame.along() - turn * along).norm() < 1e-15);
-}
-
 TEST_CASE("Rotations by a vector are those of Eigen, without its cosine", "[frame]") {
   std::mt19937_64 random(5);
   for (double angle : {0.0, 1e-200, 1e-9, 0.01, 0.49, 0.51, 1.0, 3.0, 6.2, 40.0}) {

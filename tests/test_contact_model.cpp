@@ -223,55 +223,6 @@ TEST_CASE("Taking changes ends with those handed over before, however fast more 
   CHECK(commands.take(commands.pushed()) != nullptr);
 }
 
-TEST_CASE("A trial under another load is what a step then gives, whatever happened since the last trial",
-          "[contact model]") {
-  PatchBatch batch, twin;
-  const auto material = plain_material(uniform, SnapRule::redraw);
-  const auto stiffer = plain_material(uniform, SnapRule::redraw).with_bristle_stiffness(2.0);
-  const auto options = plain_options(700, 2);
-  const PatchId id = batch.add(material, options);
-  REQUIRE(twin.add(material, options) == id);
-  std::vector<std::byte> saved;
-  Motion trial{id, {0.3 * dbar, 0.0}, 511.3};
-
-  const auto step_both = [&](double dx, double load) {
-    const Motion in{id, {dx, 0.0}, load};
-    step_one(batch, in);
-    step_one(twin, in);
-  };
-  // Compares with a twin that makes no trials: from an equal state it takes as a step every motion that the
-  // other batch tried.
-  const auto answers_agree = [&] {
-    const Response tried = batch.find_force(tick, trial);
-    const std::vector<std::byte> before = saved_state(twin);
-    const Response stepped = step_one(twin, trial);
-    twin.restore_state(before);
-    return tried.end[0] == stepped.end[0] && tried.mean[0] == stepped.mean[0] &&
-           tried.contact_loss == stepped.contact_loss && tried.end[0] != 0.0;
-  };
-  step_both(0.7 * dbar, 700.0);
-  CHECK(answers_agree());
-  CHECK(answers_agree());
-  trial.displacement[0] = 0.1 * dbar;
-  CHECK(answers_agree());
-  trial.normal_load = 300.0;
-  CHECK(answers_agree());
-  step_both(0.9 * dbar, 700.0);  // a step that changes the states of both batches
-  CHECK(answers_agree());
-  saved = saved_state(batch);
-  step_both(0.4 * dbar, 650.0);
-  CHECK(answers_agree());
-  batch.restore_state(saved);
-  twin.restore_state(saved);
-  CHECK(answers_agree());
-  batch.set_material(id, stiffer);
-  twin.set_material(id, stiffer);
-  CHECK(answers_agree());
-  batch.reset(id);
-  twin.reset(id);
-  CHECK(answers_agree());
-}
-
 TEST_CASE("Every slot lies in one place of one chunk", "[contact model]") {
   std::uint32_t slot = 0;
   for (int chunk = 0; chunk < 12; ++chunk) {

@@ -164,8 +164,11 @@ TEST_CASE("A trial of every kind answers as the step and leaves no trace", "[con
     for (int k = 0; k < 25; ++k) {
       if (k == changing)
         for (Subject* subject : {tried.get(), untried.get()}) subject->change();
+      if (k == 15)
+        for (Subject* subject : {tried.get(), untried.get()}) subject->reset();
       const auto saved = tried->save();
       tried->find(k + 17);
+      if (k % 4 == 3) tried->restore(saved);  // forgets what the last trial prepared
       const Answers trial = tried->find(k);
       expect(tried->save() == saved, at_step(kind, k).c_str());
       check_same(tried->step(k), trial, "trial: " + at_step(kind, k));

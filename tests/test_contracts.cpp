@@ -66,16 +66,6 @@ std::size_t bytes_in_use() {
 
 }  // namespace
 
-TEST_CASE("A batch of one thread goes on with the same bits in a forked process and in its parent",
-          "[contracts][threads]") {
-  Shared parent(1, 20000);
-  Shared alone(1, 20000);
-  parent.step(3);
-  const std::uint64_t expected = alone.step(6);
-  CHECK(in_child([&] { return parent.step(3) == expected ? 0 : 1; }) == 0);
-  CHECK(parent.step(3) == expected);
-}
-
 TEST_CASE("Batches of more threads than there are cores give the bits of one thread",
           "[contracts][threads]") {
   const std::uint64_t expected = Shared(1).step(3);
@@ -116,20 +106,6 @@ TEST_CASE("A million patches added and removed leave no memory and no id behind"
   CHECK((after.value >> 32) >= (before.value >> 32) + static_cast<std::uint64_t>(rounds) / 200);
   CHECK(batch.info(before).representatives == 0);
   batch.remove(after);
-}
-
-TEST_CASE("One thread that steps and one that adds and removes are as the rule allows", "[contracts]") {
-  Shared scene(1, 2000);
-  std::atomic<bool> ends{false};
-  std::thread other([&] {
-    while (!ends)
-      scene.batch.remove(
-          scene.batch.add(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(300)));
-  });
-  scene.step(300);
-  ends = true;
-  other.join();
-  CHECK(scene.batch.patch_count() == 1);
 }
 
 namespace {
@@ -241,9 +217,10 @@ TEST_CASE("A forked process makes batches of its own, whatever its parent has", 
   CHECK(parent.step(1) == expected);
 }
 
-TEST_CASE("A forked process steps its parent's batch of several threads with the same bits",
+TEST_CASE("A forked process steps its parent's batch, of one thread or several, with the same bits",
           "[contracts][threads]") {
-  Shared parent(3);
+  const int threads = GENERATE(1, 3);
+  Shared parent(threads);
   parent.step(2);
   const std::uint64_t expected = Shared(1).step(5);
   CHECK(in_child([&] { return parent.step(3) == expected ? 0 : 1; }) == 0);
@@ -295,48 +272,27 @@ std::string text_of_abort(Act act) {
 
 }  // namespace
 
-TEST_CASE("Two threads that step one batch at once end the program with the rule that they break",
+TEST_CASE("Two threads that step, read or add at once end the program with the rule that they break",
           "[contracts][asserts]") {
-  const std::string text = text_of_abort([] {
+  const char* const call = GENERATE("step", "read outlines", "add");
+  INFO(call);
+  const std::string text = text_of_abort([&] {
     Shared scene(1, 2000);
-    std::thread other([&] {
+    bristle::ExtendedPatches pads(scene.batch);
+    const Material material = plain_material(SnapLength::single(dbar), SnapRule::keep);
+    const auto id =
+        pads.add(material, plain_options(300), bristle::Outline::disc(1e-3, bristle::Pressure::uniform));
+    const auto act = [&] {
       Motion motion = scene.motion;
       Response response;
-      for (;;) scene.batch.step(tick, {&motion, 1}, {&response, 1});
-    });
-    scene.step(1000000);
-    other.join();
-  });
-  CHECK(text.find("thread rule") != std::string::npos);
-}
-
-TEST_CASE("Two threads that read outlines of one batch at once end the program with the rule that they break",
-          "[contracts][asserts]") {
-  const std::string text = text_of_abort([] {
-    PatchBatch batch;
-    bristle::ExtendedPatches pads(batch);
-    const auto id = pads.add(plain_material(SnapLength::single(dbar), SnapRule::keep), plain_options(300),
-                             bristle::Outline::disc(1e-3, bristle::Pressure::uniform));
-    const auto read = [&] {
-      for (int k = 0; k < 1000000; ++k) pads.info(id);
+      for (int k = 0; k < 1000000; ++k) {
+        if (call[0] == 's') scene.batch.step(tick, {&motion, 1}, {&response, 1});
+        if (call[0] == 'r') pads.info(id);
+        if (call[0] == 'a') scene.batch.remove(scene.batch.add(material, plain_options(300)));
+      }
     };
-    std::thread other(read);
-    read();
-    other.join();
-  });
-  CHECK(text.find("thread rule") != std::string::npos);
-}
-
-TEST_CASE("Two threads that add to one batch at once end the program with the rule that they break",
-          "[contracts][asserts]") {
-  const std::string text = text_of_abort([] {
-    PatchBatch batch;
-    const Material material = plain_material(SnapLength::single(dbar), SnapRule::keep);
-    const auto add = [&] {
-      for (int k = 0; k < 1000000; ++k) batch.remove(batch.add(material, plain_options(300)));
-    };
-    std::thread other(add);
-    add();
+    std::thread other(act);
+    act();
     other.join();
   });
   CHECK(text.find("thread rule") != std::string::npos);

@@ -12,55 +12,6 @@
 
 namespace bristle_test::test_determinism {
 
-TEST_CASE("Skipping blocks that cannot snap gives the bits of visiting every bristle", "[determinism]") {
-  // Cases whose blocks can be skipped: an infinite brush has no blocks, and a contact in a lane is always
-  // visited.
-  std::vector<PatchCase> cases;
-  for (PatchCase& c : every_variant(test_size(1500)))
-    if (c.options.population != bristle::Population::infinite && c.material.snap_rule != SnapRule::slide)
-      cases.push_back(std::move(c));
-  // After sliding: tremor, creep and wandering, in which most blocks come close to a snap but do not snap in
-  // most steps.
-  std::uint64_t visited[2] = {0, 0};
-  std::vector<std::uint64_t> hashes[2];
-  std::vector<Response> last[2];
-  for (int lazy : {0, 1}) {
-    PatchBatch batch(stepped_eagerly({}, lazy == 0));
-    std::vector<PatchId> ids;
-    for (const PatchCase& c : cases) ids.push_back(batch.add(c.material, c.options));
-    batch.warm_up();
-    std::vector<Response> responses(cases.size());
-    for (int k = 0; k < 300; ++k) {
-      std::vector<Motion> motions(cases.size());
-      for (std::size_t i = 0; i < cases.size(); ++i) {
-        Motion& m = motions[i];
-        m.id = ids[i];
-        m.normal_load = k % 50 == 49 ? 1.9 : 1.7;
-        const double length = dbar * (k < 12 ? 0.6 : k % 97 == 0 ? 1.5 : 0.03);
-        const double angle = k < 12 ? 0.4 : 0.7 * k + 0.001 * static_cast<double>(i) * (k % 13);
-        m.displacement[0] = length * std::cos(angle) + 1e-3 * dbar;
-        m.displacement[1] = cases[i].options.axes == 1 ? 0.0 : length * std::sin(angle);
-      }
-      visited[lazy] += batch.step(tick, motions, responses).bristles_visited;
-      for (Response r : responses) {
-        r.id = PatchId{};
-        last[lazy].push_back(r);
-      }
-    }
-    for (PatchId id : ids) hashes[lazy].push_back(batch.state_hash(id));
-  }
-  int wrong = 0;
-  for (std::size_t i = 0; i < last[0].size() && wrong < 5; ++i) {
-    const std::string field = first_difference(last[0][i], last[1][i]);
-    if (field.empty()) continue;
-    ++wrong;
-    FAIL_CHECK(cases[i % cases.size()].name << ": " << field << " differs in step " << i / cases.size());
-  }
-  CHECK(hashes[0] == hashes[1]);
-  // Checks that blocks were skipped, since otherwise nothing was tested.
-  if (!is_scalar(PatchBatch())) CHECK(visited[1] < visited[0] / 2);
-}
-
 TEST_CASE("Outputs that a patch does not compute are left untouched and change no state", "[determinism]") {
   const std::vector<PatchCase> cases = every_variant(300);
   PatchBatch batch;

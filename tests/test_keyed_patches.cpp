@@ -793,19 +793,4 @@ TEST_CASE("Contacts listed again at their places keep keys, count as seen, and l
   CHECK(matcher.held()[0].contact.point[0] == 5e-8);
 }
 
-TEST_CASE("A pool with all of its patches taken still says which keys it has", "[keys]") {
-  // Fills pools of 16, 32 and 64 patches. In a hash table with no more places than that, a search for an
-  // unknown key would find no free place to end at.
-  for (const std::uint32_t capacity : {16u, 32u, 64u}) {
-    PatchBatch batch;
-    KeyedPatches pool(batch, surface, plain_options(4), KeyedOptions{}.with_capacity(capacity));
-    for (std::uint64_t key = 1; key <= capacity; ++key) CHECK(static_cast<bool>(pool.find_or_add(key)));
-    for (std::uint64_t key = 1; key <= capacity; ++key) CHECK(static_cast<bool>(pool.find(key)));
-    for (std::uint64_t key = capacity + 1; key < 5 * capacity; ++key) {
-      CHECK_FALSE(static_cast<bool>(pool.find(key)));
-      CHECK_FALSE(static_cast<bool>(pool.find_or_add(key)));
-    }
-  }
-}
-
 }  // namespace bristle_test::test_keyed_patches

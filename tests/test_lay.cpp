@@ -523,20 +523,4 @@ TEST_CASE("a lay that a patch cannot have is refused by name", "[lay]") {
               {"lay.to_over_fro", "drop"}));
 }
 
-TEST_CASE("the C interface has the lay", "[lay][c]") {
-  bristle_patch_options options;
-  bristle_init_patch_options(&options, sizeof options);
-  CHECK(options.lay.limit_ratio == 1.0);
-  CHECK(options.lay.to_over_fro == 1.0);
-  bristle_material material;
-  bristle_init_material(&material, sizeof material);
-  bristle_batch* batch = nullptr;
-  bristle_id id = 0;
-  REQUIRE(bristle_create(nullptr, &batch) == BRISTLE_OK);
-  options.lay.limit_ratio = -1.0;
-  CHECK(bristle_add(batch, &material, &options, &id) == BRISTLE_REFUSED);
-  CHECK(names(bristle_last_error(), {"lay.limit_ratio"}));
-  bristle_destroy(batch);
-}
-
 }  // namespace bristle_test::test_lay

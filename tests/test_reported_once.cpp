@@ -16,14 +16,6 @@ const Material surface = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * db
 
 }  // namespace
 
-TEST_CASE("A patch of one axis takes a velocity along it and refuses one aside", "[bad_input]") {
-  OnePatch patch(Material(surface).with_bristle_damping(0.1), plain_options(20, 1));
-  Motion motion{patch.id, {0.0, 0.0}, 20.0, true, {1e-3, 0.0}};
-  CHECK(patch.step(motion).status == Status::ok);
-  motion.velocity[1] = 1e-3;
-  CHECK(patch.step(motion).status == Status::bad_input);
-}
-
 TEST_CASE("A saved state with bytes behind its patches is refused", "[state]") {
   OnePatch patch(surface, plain_options(20));
   patch.step(0.3 * dbar, 0.0, 20.0);

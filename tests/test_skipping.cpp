@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <utility>
 
 #include "bristle/bristle.hpp"
 #include "scenes.hpp"
@@ -149,6 +150,51 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
       }
     }
   }
+}
+
+namespace {
+
+/// Slides to scatter the deflections, then takes small steps along `angle` and back, and turns by `turn` rad
+/// after each. Returns the number of steps whose results differ.
+int move_about(Twins& twins, double angle, double turn, int steps) {
+  std::mt19937 random(3);
+  const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
+  double there = 0.0;
+  int wrong = 0;
+  for (int k = 0; k < steps; ++k) {
+    if (k % 100 == 0) {
+      const double slide = 2.7 * mean_length;
+      wrong += !twins.step(slide * std::cos(angle + 1.0), slide * std::sin(angle + 1.0), 2.0);
+      there = 0.0;
+    }
+    const double way =
+        mean_length * std::pow(10.0, -6.0 + 4.0 * unit()) * (there > 0.0 && unit() < 0.3 ? -1.0 : 1.0);
+    there += way;
+    wrong += !twins.step(way * std::cos(angle), way * std::sin(angle), 2.0);
+    angle += turn;
+  }
+  return wrong;
+}
+
+}  // namespace
+
+TEST_CASE("Several groups of blocks are skipped with the same bits, whatever the direction", "[skipping]") {
+  // 50,000 bristles are 196 blocks in 4 groups, which were last visited at different places.
+  constexpr double half_turn = 3.141592653589793;
+  for (SnapRule rule : {SnapRule::keep, SnapRule::redraw})
+    for (const auto& [angle, turn] : {std::pair{0.0, 0.0},
+                                      {0.5 * half_turn, 0.0},
+                                      {half_turn, 0.0},
+                                      {-0.5 * half_turn, 0.0},
+                                      {0.8, 0.0},
+                                      {0.0, 0.05}}) {
+      INFO((rule == SnapRule::keep ? "keep" : "redraw") << ", along " << angle << ", turning by " << turn);
+      Twins twins(surface(rule, 1),
+                  plain_options(50000).with_outputs(Outputs::energy).with_max_normal_load(2.0));
+      CHECK(move_about(twins, angle, turn, turn == 0.0 ? 800 : 2000) == 0);
+      CHECK(twins.same_state());
+      if (!is_scalar(twins.lazy)) CHECK(twins.visited_lazy < twins.visited_eager / 2);
+    }
 }
 
 TEST_CASE("Tremor after sliding visits under a hundredth of the bristles once it has settled", "[skipping]") {

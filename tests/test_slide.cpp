@@ -720,31 +720,6 @@ TEST_CASE("bristles that slide do not fluctuate, however many they are", "[slide
   }
 }
 
-TEST_CASE("bristles that slide behind a key are those of a patch of that seed", "[slide]") {
-  PatchBatch batch;
-  const Material material = sliding(SnapLength::lognormal(dbar, 0.3)).with_drop(0.2);
-  const PatchOptions options = plain_options(32, 2).with_max_normal_load(load);
-  bristle::KeyedPatches keyed(batch, material, options, bristle::KeyedOptions{});
-  OnePatch alone(material, options);
-  // Uses a pool whose patch served another contact until it was reset for this key.
-  PatchId id = keyed.find_or_add(7);
-  const auto step = [&](double x, double y) {
-    return step_one(batch, Motion{id, {x, y}, load, false, {0.0, 0.0}});
-  };
-  step(3.0 * dbar, dbar);
-  for (int k = 0; k < 100; ++k) keyed.end_step();
-  id = keyed.find_or_add(8);
-  Winding path;
-  for (int k = 0; k < 50; ++k) {
-    const auto d = path.next(0.3 * dbar);
-    keyed.find_or_add(8);
-    const Response a = step(d[0], d[1]), b = alone.step(d[0], d[1], load);
-    CHECK(a.end[0] == b.end[0]);
-    CHECK(a.end[1] == b.end[1]);
-    keyed.end_step();
-  }
-}
-
 TEST_CASE("a disc of bristles that slide meets the limit surface, and balances its energy", "[slide]") {
   // Compares discs of 192 cells with 32 bristles each. The mean limit is 1/100 of the radius.
   for (const Row& row : read_table("spin_limit.csv")) {

@@ -290,23 +290,6 @@ TEST_CASE(
       }
 }
 
-TEST_CASE("An infinite brush that is carried through the air is taken back wherever it is",
-          "[state][cohorts]") {
-  OnePatch patch(redrawn(), infinite_options()), other(redrawn(), infinite_options());
-  for (OnePatch* p : {&patch, &other}) p->step(3.0 * dbar, 0.0, 1.0);
-  for (int k = 0; k < 12; ++k) {
-    const double way = (k < 8 ? 2e3 : 3e6) * dbar;
-    for (OnePatch* p : {&patch, &other}) p->step(-0.1 * way, way, 0.0);
-    expect_taken_back(patch);
-  }
-  // Checks that after contact is regained the restored patch slides, to the bit, as one that was never saved.
-  for (int k = 0; k < 5; ++k) {
-    for (OnePatch* p : {&patch, &other}) p->step(0.7 * dbar, 0.0, 0.8);
-    expect_taken_back(patch);
-    CHECK(patch.hash() == other.hash());
-  }
-}
-
 TEST_CASE(
     "An infinite brush restored at any moment of a random life goes on with the bits of the one that was "
     "saved",
@@ -544,16 +527,6 @@ TEST_CASE("A brush whose longest bristles are bent to residual and length is tak
                  infinite_options());
   patch.step(1.65 * dbar, 0.0, 1.0);
   expect_taken_back(patch);
-}
-
-TEST_CASE("A restored brush that sticks goes on with the force that it had", "[state][cohorts]") {
-  OnePatch patch(redrawn(), infinite_options()), restored(redrawn(), infinite_options());
-  patch.step(1.3 * dbar, 0.2 * dbar, 0.8);
-  for (const double back : {-0.2, 0.05, 0.05}) patch.step(back * dbar, 0.0, 0.8);
-  restored.batch.restore_state(saved_state(patch.batch));
-  const Response a = patch.step(0.01 * dbar, 0.0, 0.8), b = restored.step(0.01 * dbar, 0.0, 0.8);
-  CHECK(a.elastic[0] != 0.0);
-  for (int axis = 0; axis < 2; ++axis) CHECK(a.elastic[axis] == b.elastic[axis]);
 }
 
 TEST_CASE("A state of an infinite brush with other options is refused", "[state][cohorts]") {
