@@ -35,6 +35,20 @@ SnapRule reference_rule(const std::string& name) {
   return name == "fixed" ? SnapRule::keep : SnapRule::redraw;
 }
 
+/// Returns the material of a row of param_sets.csv.
+Material reference_material(const Row& set) {
+  const double dbar = number(set, "dbar_m");
+  return Material{}
+      .with_snap_length(SnapLength::uniform(0.5 * dbar, 1.5 * dbar))
+      .with_snap_rule(reference_rule(set.at("variant")))
+      .with_bristle_stiffness(number(set, "sigma0_N_per_m"))
+      .with_bristle_damping(number(set, "sigma1_Ns_per_m"))
+      .with_viscous_friction(number(set, "sigma2_Ns_per_m"))
+      .with_stribeck_velocity(number(set, "vs_m_per_s"))
+      .with_normal_stiffness(number(set, "sigma_perp_N_per_m"))
+      .with_asperity_height_deviation(number(set, "sigma_m"));
+}
+
 double peak_deflection(const SnapLength& law, SnapRule rule) {
   return reduced_material(law, rule).peak_coefficient();
 }
@@ -145,16 +159,7 @@ TEST_CASE("Kinetic and peak coefficient are those of the reference summary", "[v
 TEST_CASE("The parameter sets of the reference have the coefficients that they name", "[material]") {
   for (const Row& row : read_table("param_sets.csv")) {
     INFO(row.at("set") << ", " << row.at("variant"));
-    const double dbar = number(row, "dbar_m");
-    const Material material = Material{}
-                                  .with_snap_length(SnapLength::uniform(0.5 * dbar, 1.5 * dbar))
-                                  .with_snap_rule(reference_rule(row.at("variant")))
-                                  .with_bristle_stiffness(number(row, "sigma0_N_per_m"))
-                                  .with_bristle_damping(number(row, "sigma1_Ns_per_m"))
-                                  .with_viscous_friction(number(row, "sigma2_Ns_per_m"))
-                                  .with_stribeck_velocity(number(row, "vs_m_per_s"))
-                                  .with_normal_stiffness(number(row, "sigma_perp_N_per_m"))
-                                  .with_asperity_height_deviation(number(row, "sigma_m"));
+    const Material material = reference_material(row);
     CHECK(material.bristles_in_contact(number(row, "N_N")) == Approx(number(row, "zeta")).epsilon(1e-8));
     CHECK(material.kinetic_coefficient() == Approx(number(row, "mu_kinetic")).epsilon(1e-8));
     CHECK(material.peak_coefficient() == Approx(number(row, "mu_virgin_peak")).epsilon(1e-6));
@@ -167,17 +172,8 @@ TEST_CASE("Steady force over speed is that of the reference, in both readings of
   for (const Row& row : read_table("steady_force_velocity.csv")) {
     for (const Row& set : sets) {
       if (set.at("set") != row.at("set") || set.at("variant") != "fixed") continue;
-      const double dbar = number(set, "dbar_m"), load = number(set, "N_N");
-      Material material = Material{}
-                              .with_snap_length(SnapLength::uniform(0.5 * dbar, 1.5 * dbar))
-                              .with_snap_rule(SnapRule::keep)
-                              .with_bristle_stiffness(number(set, "sigma0_N_per_m"))
-                              .with_bristle_damping(number(set, "sigma1_Ns_per_m"))
-                              .with_viscous_friction(number(set, "sigma2_Ns_per_m"))
-                              .with_stribeck_velocity(number(set, "vs_m_per_s"))
-                              .with_normal_stiffness(number(set, "sigma_perp_N_per_m"))
-                              .with_asperity_height_deviation(number(set, "sigma_m"));
-      const double v = number(row, "v_m_per_s");
+      Material material = reference_material(set);
+      const double v = number(row, "v_m_per_s"), load = number(set, "N_N");
       INFO(row.at("set") << ", v = " << v);
       CHECK(material.steady_force(v, load) == Approx(number(row, "F_exp_abs_N")).epsilon(1e-8));
       CHECK(material.steady_force(-v, load) == material.steady_force(v, load));
@@ -256,6 +252,8 @@ TEST_CASE("Keep: the virgin curve is the mean of x mod delta over a population",
   const double x = 0.75, b = 2.0;
   CHECK(virgin_deflection(SnapLength::uniform(0.0, 2.0), SnapRule::keep, x) ==
         Approx(x - x * x / (2.0 * b) * M_PI * M_PI / 6.0).epsilon(1e-14));
+  CHECK(names(message_of([] { virgin_deflection(SnapLength(), SnapRule::keep, nan_value); }),
+              {"x_over_mean = nan"}));
   // Expected far from the start: half the mean length, as a deflection is uniform on its length.
   for (const SnapLength& law : {SnapLength::uniform(0.0, 2.0), SnapLength::normal(1.0, 0.3),
                                 SnapLength::lognormal(1.0, 0.3), SnapLength::exponential(1.0)}) {
@@ -621,25 +619,6 @@ TEST_CASE("A spread stands for the peak, or agrees with it", "[coefficients][bad
   CHECK(names(ask(table.coefficients()), {"law = table", "keep the Material"}));
 }
 
-TEST_CASE("Bad coefficients are refused by name, value and range", "[coefficients][bad_input]") {
-  const auto ask = [](const Coefficients& c) { return message_of([&] { Material::from_coefficients(c); }); };
-  for (double bad : {nan_value, inf, -inf, -1.0}) {
-    INFO(bad);
-    CHECK(names(ask(Coefficients{}.with_kinetic(bad)), {"kinetic = ", "1e-09 to 1e+06"}));
-    CHECK(names(ask(Coefficients{}.with_peak(bad)), {"peak = ", " to 2e+06"}));
-    CHECK(
-        names(ask(Coefficients{}.with_presliding_length(bad)), {"presliding_length = ", "1e-12 to 1000 m"}));
-    CHECK(names(ask(Coefficients{}.with_bristles_per_newton(bad)), {"bristles_per_newton = ", "1/N"}));
-    CHECK(names(ask(Coefficients{}.with_damping_per_newton(bad)), {"damping_per_newton = ", "s/m"}));
-    CHECK(names(ask(Coefficients{}.with_viscous_friction(bad)), {"viscous_friction = ", "N s/m"}));
-    CHECK(names(ask(Coefficients{}.with_stribeck_velocity(bad)), {"stribeck_velocity = ", "m/s"}));
-  }
-  CHECK(names(ask(Coefficients{}.with_kinetic(0.0)), {"kinetic = 0;"}));
-  CHECK(names(ask(Coefficients{}.with_bristles_per_newton(0.0)), {"bristles_per_newton = 0;"}));
-  CHECK(names(ask(Coefficients{}.with_damper_decay(static_cast<bristle::DamperDecay>(7))),
-              {"damper_decay = 7;", "gaussian (1)"}));
-}
-
 /// Checks that a number or enumeration of `Owner` just outside its range is refused by name.
 template <class Owner, class Ask>
 void check_refusals(const Ask& ask) {
@@ -663,7 +642,10 @@ void check_refusals(const Ask& ask) {
 }
 
 TEST_CASE("Every field outside its range is refused by name", "[material][coefficients][lay][bad_input]") {
-  check_refusals<Material>([](const Material& m) { return message_of([&] { m.validate(); }); });
+  const auto validate = [](const Material& m) { return message_of([&] { m.validate(); }); };
+  check_refusals<Material>(validate);
+  CHECK(validate(Material{}.with_bristle_stiffness(1e15).with_bristle_damping(0.0)) == "(no error)");
+  CHECK(validate(Material{}.with_bristle_stiffness(0.0)) == "(no error)");
   check_refusals<Coefficients>(
       [](const Coefficients& c) { return message_of([&] { Material::from_coefficients(c); }); });
   const auto add = [](const bristle::PatchOptions& options) {
@@ -701,31 +683,6 @@ TEST_CASE("The solvers of materials find roots, the first place of a flat one, a
   const Maximum top = find_maximum([](double x) { return 1.0 - (x - 0.7) * (x - 0.7); }, 0.0, 2.0, 40);
   CHECK(top.at == Approx(0.7).margin(1e-7));
   CHECK(top.value == 1.0);
-}
-
-TEST_CASE("Bad bristle parameters are refused by name, value and range", "[material][bad_input]") {
-  const auto ask = [](const Material& material) { return message_of([&] { material.validate(); }); };
-  for (double bad : {nan_value, inf, -inf, -1.0}) {
-    INFO(bad);
-    CHECK(names(ask(Material{}.with_bristle_stiffness(bad)),
-                {"Material: bristle_stiffness = ", "0 to 1e+15 N/m"}));
-    CHECK(names(ask(Material{}.with_bristle_damping(bad)), {"bristle_damping = ", "0 to 1e+15 N s/m"}));
-    CHECK(names(ask(Material{}.with_viscous_friction(bad)), {"viscous_friction = ", "0 to 1e+15 N s/m"}));
-    CHECK(names(ask(Material{}.with_stribeck_velocity(bad)), {"stribeck_velocity = ", "0 to 1e+15 m/s"}));
-    CHECK(names(ask(Material{}.with_normal_stiffness(bad)), {"normal_stiffness = ", "N/m"}));
-    CHECK(names(ask(Material{}.with_asperity_height_deviation(bad)), {"asperity_height_deviation = ", " m"}));
-  }
-  CHECK(names(ask(Material{}.with_bristle_stiffness(-0.5)), {"bristle_stiffness = -0.5;"}));
-  CHECK(names(ask(Material{}.with_normal_stiffness(0.0)), {"normal_stiffness = 0;"}));
-  CHECK(names(ask(Material{}.with_asperity_height_deviation(0.0)), {"asperity_height_deviation = 0;"}));
-  CHECK(names(ask(Material{}.with_snap_rule(static_cast<SnapRule>(7))),
-              {"snap_rule = 7", "keep (1), slide (2)"}));
-  CHECK(names(ask(Material{}.with_damper_decay(static_cast<DamperDecay>(7))),
-              {"damper_decay = 7", "gaussian"}));
-  CHECK(ask(Material{}.with_bristle_stiffness(1e15).with_bristle_damping(0.0)) == "(no error)");
-  CHECK(ask(Material{}.with_bristle_stiffness(0.0)) == "(no error)");
-  CHECK(names(message_of([] { virgin_deflection(SnapLength(), SnapRule::keep, nan_value); }),
-              {"x_over_mean = nan"}));
 }
 
 }  // namespace bristle_test::test_material
