@@ -18,7 +18,7 @@
 #include "suites.hpp"
 #ifdef BRISTLE_HAS_RIVALS
 #include "tools/libraries/rivals/coulomb_disc.hpp"
-#include "tools/libraries/rivals/lugre_grid.hpp"
+#include "tools/libraries/rivals/rival_grid.hpp"
 #endif
 
 namespace bristle_bench {

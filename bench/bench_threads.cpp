@@ -2,7 +2,6 @@
 // number of bristles from which sharing pays; the size of the pieces shared; the gain of two threads, in
 // steps that follow each other at once and in a paced 1 kHz loop. Each row has the same number of steps,
 // timed one by one; p50 and p99 are in its counters.
-#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 
@@ -10,6 +9,7 @@
 #include "core/runtime/workers.hpp"
 #include "measured_scene.hpp"
 #include "suites.hpp"
+#include "tools/libraries/reports/quantile.hpp"
 
 namespace bristle_bench {
 
@@ -34,13 +34,10 @@ void measure_steps(benchmark::State& state, Pacing pacing, std::uint64_t bristle
     seconds.push_back(bristle::DeadlineMonitor::wall_now() - start);
     state.SetIterationTime(seconds.back());
   }
-  std::sort(seconds.begin(), seconds.end());
-  const auto percentile = [&](double share) {
-    return seconds[static_cast<std::size_t>(share * static_cast<double>(seconds.size() - 1))];
-  };
-  state.counters["ns_per_bristle"] = bristles ? percentile(0.5) * 1e9 / static_cast<double>(bristles) : 0.0;
-  state.counters["p50_us"] = percentile(0.5) * 1e6;
-  state.counters["p99_us"] = percentile(0.99) * 1e6;
+  const double p50 = cli::quantile(seconds, 0.5);
+  state.counters["ns_per_bristle"] = bristles ? p50 * 1e9 / static_cast<double>(bristles) : 0.0;
+  state.counters["p50_us"] = p50 * 1e6;
+  state.counters["p99_us"] = cli::quantile(seconds, 0.99) * 1e6;
   state.counters["threads"] = threads / static_cast<double>(seconds.size());
 }
 

@@ -259,7 +259,7 @@ TEST_CASE("The slope through points of a power law is its exponent, with the err
   const std::vector<double> x = {30, 100, 300, 1000, 3000};
   std::vector<double> y;
   for (const double v : x) y.push_back(0.7 * std::pow(v, -0.5));
-  const cli::Slope exact = cli::fit_slope(x, y);
+  const cli::Line exact = cli::fit_power(x, y);
   CHECK(exact.points == 5);
   CHECK(exact.slope == Approx(-0.5).epsilon(1e-12));
   CHECK(exact.error < 1e-7);
@@ -271,7 +271,7 @@ TEST_CASE("The slope through points of a power law is its exponent, with the err
     px.push_back(std::exp(i));
     py.push_back(std::exp(2.0 * i + a * (i == 0 ? 0.0 : std::abs(i) == 2 ? 1.0 : -1.0)));
   }
-  const cli::Slope fit = cli::fit_slope(px, py);
+  const cli::Line fit = cli::fit_power(px, py);
   CHECK(fit.slope == Approx(2.0).epsilon(1e-12));
   CHECK(fit.error == Approx(a * std::sqrt(4.0 / 3.0 / 10.0)).epsilon(1e-9));
 }

@@ -846,7 +846,7 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
     CHECK(row["resolution"] == 8);
     CHECK((row["patches"] == 1 || row["patches"] == 100 || row["patches"] == 10'000));
     CHECK(row["p99_s"] > 0.0);
-    CHECK(row["kernel"] == "default material, 2 axes, infinite, end, double");
+    CHECK(row["kernel"] == "default material, 2 axes, infinite, end, single");
     CHECK(row["ns_per_patch"] > 0.0);
     CHECK(row["bytes_per_patch"] > 0);
   }

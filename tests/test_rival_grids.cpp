@@ -11,7 +11,6 @@
 #include "reference_table.hpp"
 #include "tools/libraries/rivals/coulomb_disc.hpp"
 #include "tools/libraries/rivals/lugre.hpp"
-#include "tools/libraries/rivals/lugre_grid.hpp"
 #include "tools/libraries/rivals/rival_grid.hpp"
 
 namespace bristle_test::test_rival_grids {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <bristle/deadline_monitor.hpp>
-
 namespace bullet_example {
 
 namespace {
@@ -35,15 +33,14 @@ class Stepper {
   Stepper(const Scene& scene, Friction kind)
       : scene_(scene), world_(kind, scene.gravity, scene.law, scene.options) {
     scene.build(world_);
-    result.friction = kind;
     sample();
   }
 
-  void step() {
+  double time_step() const { return scene_.dt_s; }
+  int step() {
     scene_.drive(world_);
     world_.step(scene_.dt_s);
-    contacts_ += world_.contact_points();
-    ++steps_;
+    return world_.contact_points();
   }
   void sample() {
     const btTransform& place = world_.body(scene_.body).getWorldTransform();
@@ -55,23 +52,16 @@ class Stepper {
     }
     result.samples.push_back(now);
   }
-  void finish() {
-    const auto& s = result.samples;
+  static double creep(const std::vector<Sample>& s) {
     const std::size_t from = s.size() * 3 / 4;
-    result.creep = (s.back().place[0] - s[from].place[0]) / (s.back().t - s[from].t);
-    result.contacts = static_cast<double>(contacts_) / static_cast<double>(steps_);
-    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-    std::nth_element(times.begin(), middle, times.end());
-    result.step_us = 1e6 * *middle;
+    return (s.back().place[0] - s[from].place[0]) / (s.back().t - s[from].t);
   }
 
   Run result;
-  std::vector<double> times;
 
  private:
   const Scene& scene_;
   World world_;
-  long contacts_ = 0, steps_ = 0;
 };
 
 }  // namespace
@@ -323,24 +313,7 @@ std::vector<Scene> all_scenes() {
 }
 
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds) {
-  std::vector<std::unique_ptr<Stepper>> steppers;
-  for (const Friction kind : kinds) steppers.push_back(std::make_unique<Stepper>(scene, kind));
-  const int block = std::max(1, static_cast<int>(std::lround(0.1 / scene.dt_s)));
-  const int blocks = static_cast<int>(std::lround(scene.seconds / (block * scene.dt_s)));
-  for (int b = 0; b < blocks; ++b) {
-    for (auto& stepper : steppers) {
-      const double before = bristle::DeadlineMonitor::cpu_now();
-      for (int i = 0; i < block; ++i) stepper->step();
-      stepper->times.push_back((bristle::DeadlineMonitor::cpu_now() - before) / block);
-      stepper->sample();
-    }
-  }
-  std::vector<Run> runs;
-  for (auto& stepper : steppers) {
-    stepper->finish();
-    runs.push_back(std::move(stepper->result));
-  }
-  return runs;
+  return bristle_example::run_scene<Stepper>(scene, kinds, 0.1);
 }
 
 }  // namespace bullet_example

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tools/examples/bullet_friction.hpp"
+#include "tools/examples/run_scenes.hpp"
 
 namespace bullet_example {
 
@@ -112,13 +113,7 @@ struct Sample {
   double turn;      ///< rotation of the body about z, rad
 };
 
-struct Run {
-  Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< states of the observed body, ten per simulated second
-  double creep = 0.0;           ///< mean speed of the body along x in the last quarter of the run, m/s
-  double step_us = 0.0;         ///< CPU time per step, us: median over blocks of steps
-  double contacts = 0.0;        ///< mean number of contact points per step
-};
+using Run = bristle_example::SceneRun<Friction, Sample>;
 
 /// Runs a scene with all kinds of friction from one start. The kinds take turns, a tenth of a simulated
 /// second each, so that their times compare.

@@ -55,18 +55,16 @@ class Stepper {
     }
     mj_forward(model_.get(), data_.get());
     find_place(start_);
-    result.friction = kind;
   }
 
-  void step() {
+  int step() {
     scene_.drive(*model_, *data_);
     if (friction_) {
       friction_->step(*model_, *data_);
     } else {
       mj_step(model_.get(), data_.get());
     }
-    contacts_ += data_->ncon;
-    ++steps_;
+    return data_->ncon;
   }
   void sample() {
     Sample now{
@@ -81,20 +79,13 @@ class Stepper {
       now.travel = std::hypot(now.place[0] + start_[0], now.place[1] + start_[1]) - start_[0];
     result.samples.push_back(now);
   }
-  double timestep() const { return model_->opt.timestep; }
-  void finish() {
-    const Sample& end = result.samples.back();
-    // State of the body when the last quarter of the run begins, from which on its creep is measured.
-    const Sample& from = result.samples[result.samples.size() * 3 / 4 - 1];
-    result.creep = (end.travel - from.travel) / (end.t - from.t);
-    result.contacts = contacts_ / static_cast<double>(steps_);
-    std::nth_element(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2),
-                     times.end());
-    result.step_us = 1e6 * times[times.size() / 2];
+  double time_step() const { return model_->opt.timestep; }
+  static double creep(const std::vector<Sample>& samples) {
+    const Sample &end = samples.back(), &from = samples[samples.size() * 3 / 4 - 1];
+    return (end.travel - from.travel) / (end.t - from.t);
   }
 
   Run result;
-  std::vector<double> times;  ///< CPU time per step in each block of steps, s
 
  private:
   void find_place(double (&place)[3]) const {
@@ -108,8 +99,6 @@ class Stepper {
   int body_;
   std::unique_ptr<BristleFriction> friction_;
   double start_[3] = {};
-  double contacts_ = 0.0;
-  long steps_ = 0;
 };
 
 }  // namespace
@@ -426,25 +415,7 @@ std::vector<Scene> all_scenes() {
 }
 
 std::vector<Run> run(const Scene& scene, const std::vector<Friction>& kinds, double sample_s) {
-  std::vector<Stepper> steppers;
-  for (const Friction kind : kinds) steppers.emplace_back(scene, kind);
-  const double timestep = steppers.front().timestep();
-  const int block = std::max(1, static_cast<int>(std::lround(sample_s / timestep)));
-  const int blocks = static_cast<int>(std::lround(scene.seconds / (block * timestep)));
-  for (int b = 0; b < blocks; ++b) {
-    for (Stepper& stepper : steppers) {
-      const double before = bristle::DeadlineMonitor::cpu_now();
-      for (int i = 0; i < block; ++i) stepper.step();
-      stepper.times.push_back((bristle::DeadlineMonitor::cpu_now() - before) / block);
-      stepper.sample();
-    }
-  }
-  std::vector<Run> runs;
-  for (Stepper& stepper : steppers) {
-    stepper.finish();
-    runs.push_back(std::move(stepper.result));
-  }
-  return runs;
+  return bristle_example::run_scene<Stepper>(scene, kinds, sample_s);
 }
 
 }  // namespace mujoco_example

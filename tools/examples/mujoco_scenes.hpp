@@ -10,6 +10,8 @@
 
 #include <mujoco/mujoco.h>
 
+#include "tools/examples/run_scenes.hpp"
+
 namespace mujoco_example {
 
 /// Kind of friction in a scene. stock: MuJoCo's own, with the scene's options. noslip: MuJoCo's with ten
@@ -79,13 +81,7 @@ struct Sample {
   double place[3];  ///< displacement of the observed point, m
 };
 
-struct Run {
-  Friction friction = Friction::stock;
-  std::vector<Sample> samples;  ///< states of the observed body, at least ten per simulated second
-  double creep = 0.0;           ///< mean speed in the last quarter of the run, m/s
-  double step_us = 0.0;         ///< CPU time per step, us: median over blocks of steps
-  double contacts = 0.0;        ///< mean number of contact points per step
-};
+using Run = bristle_example::SceneRun<Friction, Sample>;
 
 /// Runs a scene with all kinds of friction from one start. The kinds take turns, a block of steps each, so
 /// that their times compare. Throws std::runtime_error on a bad scene.

@@ -10,6 +10,7 @@
 
 #include "tools/libraries/accuracy/error.hpp"
 #include "tools/libraries/accuracy/run.hpp"
+#include "tools/libraries/reports/line_fit.hpp"
 
 namespace cli {
 
@@ -62,7 +63,7 @@ struct SettingResult {
 
 struct SlopeResult {
   std::string patch, sweep;
-  Slope fit;
+  Line fit;  ///< line on log-log axes, whose slope is the order of the error
   std::string theory;
 };
 

@@ -179,27 +179,4 @@ std::vector<std::optional<double>> ClosedForm::compare(const ForceRecord& record
   return errors;
 }
 
-Slope fit_slope(const std::vector<double>& x, const std::vector<double>& y) {
-  Slope fit;
-  fit.points = static_cast<int>(x.size());
-  if (x.size() < 2) return fit;
-  const auto n = static_cast<double>(x.size());
-  double sx = 0.0, sy = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    sx += std::log(x[i]) / n;
-    sy += std::log(y[i]) / n;
-  }
-  double sxx = 0.0, sxy = 0.0, syy = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double dx = std::log(x[i]) - sx, dy = std::log(y[i]) - sy;
-    sxx += dx * dx;
-    sxy += dx * dy;
-    syy += dy * dy;
-  }
-  if (!(sxx > 0.0)) return fit;
-  fit.slope = sxy / sxx;
-  if (x.size() > 2) fit.error = std::sqrt(std::max(0.0, syy - fit.slope * sxy) / (n - 2.0) / sxx);
-  return fit;
-}
-
 }  // namespace cli

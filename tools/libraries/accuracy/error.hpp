@@ -67,12 +67,4 @@ class ClosedForm {
   std::vector<Point> points_;
 };
 
-/// Straight line fitted through points on log-log axes, whose slope is the order of an error.
-struct Slope {
-  int points = 0;
-  double slope = 0.0;
-  double error = 0.0;  ///< standard error of the line's slope; 0 for two points
-};
-Slope fit_slope(const std::vector<double>& x, const std::vector<double>& y);
-
 }  // namespace cli

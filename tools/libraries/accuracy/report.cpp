@@ -35,10 +35,11 @@ struct Shown {
 };
 Shown shown(const Scene& scene, const Setting& s) {
   const bristle::PatchOptions o = apply(scene, s, scene.dt, 0).patches.front().options;
-  if (o.population == bristle::Population::infinite)
-    return {"infinite", "exact", "double", o.resolution > 0.0 ? o.resolution : default_resolution};
   if (s.paper_loop) return {"the paper's loop", "paper", "double", 0.0};
-  return {"representatives", "exact", o.precision == bristle::Precision::single ? "single" : "double", 0.0};
+  const char* const precision = o.precision == bristle::Precision::single ? "single" : "double";
+  if (o.population == bristle::Population::infinite)
+    return {"infinite", "exact", precision, o.resolution > 0.0 ? o.resolution : default_resolution};
+  return {"representatives", "exact", precision, 0.0};
 }
 
 // Returns the time of a step divided by the number of representatives, ns; unset if all patches are infinite.
@@ -281,14 +282,11 @@ std::string scene_fragment(const Scene& scene, const AccuracyResult& r) {
                         scene.deadline * best.parts / r.scene_parts);
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
     const bristle::PatchOptions o = apply(scene, best, scene.dt, 0).patches[p].options;
-    if (o.population == bristle::Population::infinite) {
-      text += fmt::format("[[patch]]\nname = \"{}\"\npopulation = \"infinite\"\nresolution = {}\n",
-                          scene.patches[p].name, o.resolution);
-    } else {
-      text +=
-          fmt::format("[[patch]]\nname = \"{}\"\nbristles = {}\nprecision = \"{}\"\n", scene.patches[p].name,
-                      o.bristles, o.precision == bristle::Precision::single ? "single" : "double");
-    }
+    text += fmt::format("[[patch]]\nname = \"{}\"\n{}\nprecision = \"{}\"\n", scene.patches[p].name,
+                        o.population == bristle::Population::infinite
+                            ? fmt::format("population = \"infinite\"\nresolution = {}", o.resolution)
+                            : fmt::format("bristles = {}", o.bristles),
+                        o.precision == bristle::Precision::single ? "single" : "double");
     if (p + 1 < scene.patches.size()) text += '\n';
   }
   return text;
@@ -334,7 +332,7 @@ std::string accuracy_table(const Scene& scene, const AccuracyOptions& options, c
 }
 
 std::string accuracy_json(const Scene& scene, const AccuracyOptions& options, const AccuracyResult& r) {
-  return report_of(scene, options, r).dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return json_text(report_of(scene, options, r));
 }
 
 std::string accuracy_csv(const Scene& scene, const AccuracyResult& r) {

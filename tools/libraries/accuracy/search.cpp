@@ -58,7 +58,7 @@ struct Points {
 void add_slope(AccuracyStudy& study, std::size_t p, std::string sweep, const Points& points,
                std::string theory) {
   study.result.slopes.push_back(
-      {study.scene.patches[p].name, std::move(sweep), fit_slope(points.x, points.y), std::move(theory)});
+      {study.scene.patches[p].name, std::move(sweep), fit_power(points.x, points.y), std::move(theory)});
 }
 
 void find_count_slopes(AccuracyStudy& study, std::size_t p) {

@@ -111,7 +111,7 @@ std::string CapacityCase::kernel_name() const {
                      axes == 1 ? "axis" : "axes", is_infinite() ? "infinite" : to_string(rule),
                      has(outputs, Outputs::mean) ? " + mean" : "",
                      has(outputs, Outputs::energy) ? " + energy" : "",
-                     is_infinite() || precision == Precision::double_ ? "double" : "single");
+                     precision == Precision::double_ ? "double" : "single");
 }
 
 std::string CapacityCase::layout_name() const {

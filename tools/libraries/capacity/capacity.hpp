@@ -11,6 +11,8 @@
 #include <bristle/material.hpp>
 #include <bristle/patch.hpp>
 
+#include "tools/libraries/reports/quantile.hpp"
+
 namespace cli {
 
 struct CapacityOptions {
@@ -103,24 +105,21 @@ struct CapacityRow {
 struct ComparisonRow {
   std::string regime, what;
   std::uint64_t bristles = 0;
-  /// Time of this loop per bristle and step, ns: median and quartiles.
-  double ns_per_bristle = 0.0, ns_low = 0.0, ns_high = 0.0;
-  /// Time of this loop over that of the library: median and quartiles.
-  double ratio = 1.0, ratio_low = 1.0, ratio_high = 1.0;
+  Quartiles ns;     ///< time of this loop per bristle and step, ns
+  Quartiles ratio;  ///< time of this loop over that of the library
 };
 
 /// Speed target of the library, and the value measured on this machine.
 struct TargetRow {
   std::string name, what;
-  /// Value measured on this machine: median and quartiles (a 99th percentile has no quartiles).
-  double measured = 0.0, low = 0.0, high = 0.0;
+  Quartiles measured;  ///< value measured on this machine; of a 99th percentile `low` is the median
   double limit = 0.0;
   bool at_least = false;  ///< whether the target is reached at `limit` or above; if not, at `limit` or below
   std::string unit;
-  bool met() const noexcept { return at_least ? measured >= limit : measured <= limit; }
+  bool met() const noexcept { return at_least ? measured.median >= limit : measured.median <= limit; }
   /// Returns by what share of its limit the measured value misses a target; 0 if the target is met.
   double missed_by() const noexcept {
-    return met() ? 0.0 : at_least ? 1.0 - measured / limit : measured / limit - 1.0;
+    return met() ? 0.0 : at_least ? 1.0 - measured.median / limit : measured.median / limit - 1.0;
   }
 };
 /// Returns what bounds the time of a speed target (instructions, latency, memory), for the report; "" if
@@ -133,7 +132,7 @@ struct InfiniteRow {
   std::uint32_t resolution = 0;  ///< pieces of path per mean snap length of an infinite patch
   std::uint64_t patches = 0;
   std::uint64_t bytes_per_patch = 0;
-  double ns_per_patch = 0.0, ns_low = 0.0, ns_high = 0.0;  ///< time of a patch's step: median and quartiles
+  Quartiles ns_per_patch;  ///< time of a patch's step, ns
   double p99_s = 0.0;  ///< 99th percentile of the time of a step of all patches, reading the clock included
 };
 
@@ -178,6 +177,14 @@ Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
 /// 2>.
 template <class Real, int Dimensions>
 Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
+
+/// Makes a disc of infinite brushes in 6 rings; its force and torque are within 1 % of a continuous disc's.
+/// In a step its rim moves `path` mean snap lengths and its centre half as far; with `there_and_back` the
+/// direction alternates from step to step. Throws bristle::Error if the machine lacks the instruction set.
+Contestant brush_disc(double path, bool there_and_back, const std::string& isa);
+/// Makes a disc of 21 x 21 elements of the LuGre friction model (tools/libraries/rivals/rival_grid.hpp), with
+/// equal friction and the motion of brush_disc().
+Contestant lugre_disc(double path, bool there_and_back);
 
 /// Function that shows, in a progress line, the name of what is measured next.
 using Report = std::function<void(const std::string& what)>;

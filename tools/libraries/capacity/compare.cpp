@@ -45,8 +45,7 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
     std::vector<double> ratios;
     for (std::uint64_t round = 0; round < rounds; ++round)
       ratios.push_back(c.ns[round] / contestants[0].ns[round]);
-    rows.push_back({regime, c.name, bristles, quantile(c.ns, 0.5), quantile(c.ns, 0.25), quantile(c.ns, 0.75),
-                    quantile(ratios, 0.5), quantile(ratios, 0.25), quantile(ratios, 0.75)});
+    rows.push_back({regime, c.name, bristles, quartiles(c.ns), quartiles(ratios)});
   }
   return rows;
 }

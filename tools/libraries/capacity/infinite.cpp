@@ -6,7 +6,6 @@
 
 #include "tools/libraries/capacity/capacity.hpp"
 #include "tools/libraries/capacity/subject.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 
 namespace cli {
 namespace {
@@ -16,13 +15,10 @@ constexpr double right_angle = std::numbers::pi / 2.0;
 constexpr double default_resolution = 8.0;
 
 InfiniteRow one_patch(const CapacityCase& what, const CapacityOptions& options) {
-  const ComparisonRow time =
-      compare({bristle_kernel(what, 1, options.isa)}, "", 1, options.quick ? 15 : 61).front();
   InfiniteRow row;
   row.patches = 1;
-  row.ns_per_patch = time.ns_per_bristle;
-  row.ns_low = time.ns_low;
-  row.ns_high = time.ns_high;
+  row.ns_per_patch =
+      compare({bristle_kernel(what, 1, options.isa)}, "", 1, options.quick ? 15 : 61).front().ns;
   CapacitySubject subject(what, 1, options.isa);
   row.p99_s = time_steps(subject, options.quick ? 20'000 : 200'000).p99_s;
   return row;
@@ -36,9 +32,7 @@ InfiniteRow many_patches(const CapacityCase& what, std::uint64_t patches, const 
   const double to_ns = 1e9 / static_cast<double>(patches);
   std::vector<double> ns;
   for (int i = 0; i < (options.quick ? 15 : 61); ++i) ns.push_back(to_ns * time_steps(subject, 1).p50_s);
-  row.ns_per_patch = quantile(ns, 0.5);
-  row.ns_low = quantile(ns, 0.25);
-  row.ns_high = quantile(ns, 0.75);
+  row.ns_per_patch = quartiles(ns);
   return row;
 }
 

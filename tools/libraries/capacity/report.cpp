@@ -60,8 +60,8 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
   for (const TargetRow& row : result.targets) {
     report["targets"].push_back({{"name", row.name},
                                  {"what", row.what},
-                                 {"measured", row.measured},
-                                 {"spread", {row.low, row.high}},
+                                 {"measured", row.measured.median},
+                                 {"spread", {row.measured.low, row.measured.high}},
                                  {"limit", row.limit},
                                  {"at_least", row.at_least},
                                  {"unit", row.unit},
@@ -76,8 +76,8 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
                   {"resolution", row.resolution},
                   {"patches", row.patches},
                   {"bytes_per_patch", row.bytes_per_patch},
-                  {"ns_per_patch", row.ns_per_patch},
-                  {"quartiles", {row.ns_low, row.ns_high}},
+                  {"ns_per_patch", row.ns_per_patch.median},
+                  {"quartiles", {row.ns_per_patch.low, row.ns_per_patch.high}},
                   {"p99_s", row.p99_s}});
     report["infinite"].push_back(std::move(entry));
   }
@@ -106,9 +106,9 @@ Json report_of(const CapacityOptions& options, const CapacityResult& result) {
     report["comparisons"].push_back({{"bristles", row.bristles},
                                      {"motion", row.regime},
                                      {"loop", row.what},
-                                     {"ns_per_bristle", row.ns_per_bristle},
-                                     {"time_over_bristle", row.ratio},
-                                     {"quartiles", {row.ratio_low, row.ratio_high}}});
+                                     {"ns_per_bristle", row.ns.median},
+                                     {"time_over_bristle", row.ratio.median},
+                                     {"quartiles", {row.ratio.low, row.ratio.high}}});
   }
   report["capacities"] = Json::array();
   for (const CapacityRow& row : result.rows) {
@@ -190,7 +190,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
 }
 
 std::string capacity_json(const CapacityOptions& options, const CapacityResult& result) {
-  return report_of(options, result).dump(2) + '\n';
+  return json_text(report_of(options, result));
 }
 
 std::string capacity_csv(const CapacityOptions& options, const CapacityResult& result) {

@@ -37,8 +37,8 @@ SnapshotRow measure(const char* what, const bristle::PatchOptions& contact, cons
   row.memory_bytes = batch.info(motions.front().id).memory_bytes;
   row.state_bytes = (state.size() - empty) / contact_count;
   row.batch_bytes = empty;
-  row.save_ns = times[0].ns_per_bristle;
-  row.restore_ns = times[1].ns_per_bristle;
+  row.save_ns = times[0].ns.median;
+  row.restore_ns = times[1].ns.median;
   return row;
 }
 

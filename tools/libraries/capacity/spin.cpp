@@ -1,11 +1,11 @@
-#include "tools/libraries/capacity/spin.hpp"
-
+// Makes discs that slide and spin, of infinite brushes and of LuGre elements, to compare their times
+// (`bristle capacity --targets`).
 #include <memory>
 
 #include <bristle/extended_patches.hpp>
 
 #include "tools/libraries/capacity/subject.hpp"
-#include "tools/libraries/rivals/lugre_grid.hpp"
+#include "tools/libraries/rivals/rival_grid.hpp"
 
 namespace cli {
 namespace {

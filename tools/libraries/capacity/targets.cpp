@@ -14,7 +14,6 @@
 #include "bench/timing.hpp"
 
 #include "tools/libraries/capacity/capacity.hpp"
-#include "tools/libraries/capacity/spin.hpp"
 #include "tools/libraries/capacity/subject.hpp"
 #include "tools/libraries/platform/platform.hpp"
 #include "tools/libraries/run/paced_clock.hpp"
@@ -53,7 +52,6 @@ class Targets {
     if (std::thread::hardware_concurrency() >= 2) {
       lanes_tick();
       two_threads();
-      paced();
       whole_ticks();
     }
 #endif
@@ -78,8 +76,8 @@ class Targets {
         compare({bristle_kernel(what, bristles, options_.isa)}, name, bristles, rounds()).front();
     const bool per_bristle = std::string_view(unit) == "ns";
     const double scale = per_bristle ? 1.0 : 1e-3 * static_cast<double>(bristles);
-    rows_.push_back({name, std::move(text), row.ns_per_bristle * scale, row.ns_low * scale,
-                     row.ns_high * scale, limit, false, per_bristle ? "ns per bristle" : "us a step"});
+    rows_.push_back(
+        {name, std::move(text), scale * row.ns, limit, false, per_bristle ? "ns per bristle" : "us a step"});
   }
 
   /// Adds the ratio of the first loop's time to the second's to the list of speed targets.
@@ -87,7 +85,7 @@ class Targets {
                  bool at_least, std::string text) {
     report_(name);
     const ComparisonRow row = compare({std::move(second), std::move(first)}, name, bristles, rounds()).back();
-    rows_.push_back({name, std::move(text), row.ratio, row.ratio_low, row.ratio_high, limit, at_least, "x"});
+    rows_.push_back({name, std::move(text), row.ratio, limit, at_least, "x"});
   }
 
   void in_cache_times() {
@@ -194,24 +192,19 @@ class Targets {
   /// Measures the 99th percentile of the time of a group's steps in a loop of 1 kHz.
   void lanes_tick() {
     using namespace bristle_bench;
-    const char* name = "tick/lanes/10000";
-    report_(name);
     LaneGroup group(16, LanePath::ripple, batch_options(2));
-    std::vector<double> p50, p99;
-    for (int round = 0; round < 3; ++round) {
-      PacedClock pace(1e-3, 0.0);
-      pace.start();
-      std::vector<double> ms;
-      for (int k = 0; k < (options_.quick ? 200 : 600); ++k) {
-        pace.wait();
-        ms.push_back(1e3 * time_of([&] { group.step(); }, 1));
-      }
-      p50.push_back(quantile(ms, 0.5));
-      p99.push_back(quantile(ms, 0.99));
-    }
-    rows_.push_back({name,
-                     "a group of 10,000 contacts of 16 springs on a bend under a rippling load, two threads",
-                     quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 0.25, false, "ms at p99"});
+    add_tick("tick/lanes/10000",
+             "a group of 10,000 contacts of 16 springs on a bend under a rippling load, two threads", 0.25,
+             [&] {
+               PacedClock pace(1e-3, 0.0);
+               pace.start();
+               std::vector<double> ms;
+               for (int k = 0; k < (options_.quick ? 200 : 600); ++k) {
+                 pace.wait();
+                 ms.push_back(1e3 * time_of([&] { group.step(); }, 1));
+               }
+               return std::pair(quantile(ms, 0.5), quantile(ms, 0.99));
+             });
   }
 
   /// Compares a step of one infinite patch with one of 900 representatives: with few snaps, and in sliding at
@@ -229,16 +222,15 @@ class Targets {
     rows_.push_back({"infinite/sticking",
                      "infinite brush of uniform lengths, to and fro by 0.05: time over 900 bristles, keep, "
                      "end, presliding",
-                     stuck.ratio, stuck.ratio_low, stuck.ratio_high, 1.0 / 6.0, false, "x"});
+                     stuck.ratio, 1.0 / 6.0, false, "x"});
     const auto dearest_slide = [&](const char* name, bool default_material, auto is_meant) {
       ComparisonRow worst;
-      worst.ratio = 0.0;
       CapacityCase dearest;
       for (CapacityCase slide : infinite_sliding()) {
         if (!is_meant(*slide.step)) continue;
         if (!default_material) slide = of_uniform_lengths(slide);
         const ComparisonRow row = against_900(name, slide);
-        if (row.ratio < worst.ratio) continue;
+        if (row.ratio.median < worst.ratio.median) continue;
         worst = row;
         dearest = slide;
       }
@@ -248,7 +240,7 @@ class Targets {
                        "the same 900",
                        default_material ? "the default material" : "uniform lengths", dearest.motion_name(),
                        *dearest.step, dearest.turn > 0.0 ? fmt::format(" and {:g} rad", dearest.turn) : ""),
-           worst.ratio, worst.ratio_low, worst.ratio_high, 1.7, false, "x"});
+           worst.ratio, 1.7, false, "x"});
     };
     for (const bool usual : {false, true}) {
       dearest_slide(usual ? "infinite/default/sliding" : "infinite/sliding", usual,
@@ -298,13 +290,13 @@ class Targets {
       what.law = law;
       const ComparisonRow row =
           compare({bristle_kernel(what, in_cache, options_.isa)}, name, in_cache, 7).front();
-      if (row.ns_per_bristle < worst.ns_per_bristle) continue;
+      if (row.ns.median < worst.ns.median) continue;
       worst = row;
       worst_step = step;
     }
     rows_.push_back(
         {name, fmt::format("14,400 bristles, end + mean, dearest step: {:g} mean snap lengths", worst_step),
-         worst.ns_per_bristle, worst.ns_low, worst.ns_high, 3.5, false, "ns per bristle"});
+         worst.ns, 3.5, false, "ns per bristle"});
   }
 
   /// Measures the default material on recorded paths of hands. Takes the ratio of its time to that on a
@@ -316,14 +308,12 @@ class Targets {
     Material keep = Material::from_coefficients(bristle::Coefficients::paper());
     keep.snap_rule = SnapRule::keep;
     const auto scene = [this](const Material& material, const HandPath& path, double mm_per_s) {
-      bristle::BatchOptions batch;
-      batch.isa = options_.isa.empty() ? nullptr : options_.isa.c_str();
-      auto made = std::make_shared<HandScene>(material, path, mm_per_s, batch);
+      auto made = std::make_shared<HandScene>(material, path, mm_per_s, batch_options());
       return Contestant{path.name, [made] { return static_cast<double>(made->step().bristles_visited); }, {}};
     };
     const auto add = [&](const std::string& name, double limit, const std::string& over, auto is_meant,
                          auto other) {
-      TargetRow worst{name, "", 0.0, 0.0, 0.0, limit, false, "x"};
+      TargetRow worst{name, "", {}, limit, false, "x"};
       for (const HandPath& path : bristle_bench::hand_paths)
         for (const double mm_per_s : {1.0, 3.0, 10.0, 30.0, 100.0}) {
           if (!is_meant(path)) continue;
@@ -331,10 +321,8 @@ class Targets {
           const ComparisonRow row =
               compare({other(path, mm_per_s), scene(usual, path, mm_per_s)}, name, HandScene::bristles, 7)
                   .back();
-          if (row.ratio < worst.measured) continue;
+          if (row.ratio.median < worst.measured.median) continue;
           worst.measured = row.ratio;
-          worst.low = row.ratio_low;
-          worst.high = row.ratio_high;
           worst.what = fmt::format(
               "10,000 bristles of the default material, dearest path ({}, {:g} mm/s): time over {}",
               path.name, mm_per_s, over);
@@ -369,10 +357,10 @@ class Targets {
       std::replace(name.begin(), name.end(), ' ', '_');
       const auto same =
           std::find_if(rows.begin(), rows.end(), [&](const TargetRow& row) { return row.name == name; });
-      if (same != rows.end() && same->measured <= loop.ratio) continue;
+      if (same != rows.end() && same->measured.median <= loop.ratio.median) continue;
       if (same != rows.end()) rows.erase(same);
       rows.push_back({name, fmt::format("the better plain loop ({}): its time over ours", loop.what),
-                      loop.ratio, loop.ratio_low, loop.ratio_high, 1.0, true, "x"});
+                      loop.ratio, 1.0, true, "x"});
     }
     rows_.insert(rows_.end(), rows.begin(), rows.end());
   }
@@ -387,71 +375,66 @@ class Targets {
               stream_loop(what, out_of_cache), out_of_cache, 1.3, false, "the same, every bristle visited");
   }
 
-  /// Adds the speed-up by a second thread: the step time with one thread over the step time with two.
-  void add_sharing(const std::string& name, CapacityCase what, std::uint64_t bristles, double limit,
-                   std::string text) {
+  /// Adds the speed-up by a second thread to the speed targets: the step time with one thread over that with
+  /// two, of steps back to back or `paced`, one a millisecond.
+  void add_sharing(std::uint64_t bristles, double limit, bool paced) {
+    const std::string name = fmt::format("threads/{}/{}", paced ? "paced" : "back_to_back", bristles);
     report_(name);
+    CapacityCase what = make(Regime::sliding, SnapRule::keep, Outputs::mean);
     CapacitySubject one(what, bristles, options_.isa);
     what.threads = 2;
     CapacitySubject two(what, bristles, options_.isa);
+    const auto median = [&](CapacitySubject& subject) {
+      const auto step = [&] { subject.step(); };
+      if (!paced) return bristle_bench::median_time(step, 4, 11, [] {});
+      PacedClock pace(1e-3, 0.0);
+      pace.start();
+      return bristle_bench::median_time(step, 10, 50, [&] { pace.wait(); });
+    };
     std::vector<double> ratios;
-    for (std::uint64_t round = 0; round < rounds(); ++round)
-      ratios.push_back(median_in_a_row(one) / median_in_a_row(two));
-    rows_.push_back({name, std::move(text), quantile(ratios, 0.5), quantile(ratios, 0.25),
-                     quantile(ratios, 0.75), limit, true, "x"});
-  }
-
-  /// Returns the median time of steps that follow each other without a pause, s.
-  static double median_in_a_row(CapacitySubject& subject) {
-    return bristle_bench::median_time([&] { subject.step(); }, 4, 11, [] {});
+    for (std::uint64_t round = paced ? rounds() * 3 / 4 : 0; round < rounds(); ++round)
+      ratios.push_back(median(one) / median(two));
+    rows_.push_back({name,
+                     fmt::format("{} bristles, keep, end + mean, all snap, {}: one thread over two", bristles,
+                                 paced ? "1 kHz loop" : "back to back"),
+                     quartiles(ratios), limit, true, "x"});
   }
 
   void two_threads() {
-    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million})
-      add_sharing(
-          fmt::format("threads/back_to_back/{}", n), make(Regime::sliding, SnapRule::keep, Outputs::mean), n,
-          1.8, fmt::format("{} bristles, keep, end + mean, all snap, back to back: one thread over two", n));
+    for (const std::uint64_t n : {std::uint64_t{200'000}, a_million}) add_sharing(n, 1.8, false);
+    add_sharing(200'000, 1.5, true);
+    add_sharing(a_million, 1.8, true);
   }
 
-  /// Measures the speed-up by a second thread in paced steps, one a millisecond.
-  void paced() {
-    for (const auto& [n, limit] : {std::pair{std::uint64_t{200'000}, 1.5}, {a_million, 1.8}}) {
-      const std::string name = fmt::format("threads/paced/{}", n);
-      report_(name);
-      CapacityCase what = make(Regime::sliding, SnapRule::keep, Outputs::mean);
-      CapacitySubject one(what, n, options_.isa);
-      what.threads = 2;
-      CapacitySubject two(what, n, options_.isa);
-      std::vector<double> ratios;
-      for (std::uint64_t round = 0; round < (options_.quick ? 7 : 15); ++round)
-        ratios.push_back(paced_median(one) / paced_median(two));
-      rows_.push_back(
-          {name, fmt::format("{} bristles, keep, end + mean, all snap, 1 kHz loop: one thread over two", n),
-           quantile(ratios, 0.5), quantile(ratios, 0.25), quantile(ratios, 0.75), limit, true, "x"});
+  /// Adds the 99th percentile of the time of steps that must fit a tick to the speed targets. `times` returns
+  /// median and 99th percentile of a run, ms.
+  template <class Times>
+  void add_tick(const char* name, const char* text, double limit_ms, const Times& times) {
+    report_(name);
+    std::vector<double> p50, p99;
+    for (int round = 0; round < 3; ++round) {
+      const auto [median, late] = times();
+      p50.push_back(median);
+      p99.push_back(late);
     }
-  }
-
-  static double paced_median(CapacitySubject& subject) {
-    PacedClock pace(1e-3, 0.0);
-    pace.start();
-    return bristle_bench::median_time([&] { subject.step(); }, 10, 50, [&] { pace.wait(); });
+    // Takes the best of the runs, because other programs disturbed the others.
+    rows_.push_back({name,
+                     text,
+                     {quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0)},
+                     limit_ms,
+                     false,
+                     "ms at p99"});
   }
 
   /// Measures the 99th percentile of the time of steps that must fit a tick of 1 ms on two cores.
   void whole_ticks() {
     const auto add = [&](const char* name, CapacityCase what, std::uint64_t bristles, const char* text) {
-      report_(name);
       what.threads = 2;
       CapacitySubject subject(what, bristles, options_.isa);
-      std::vector<double> p50, p99;
-      for (int round = 0; round < 3; ++round) {
+      add_tick(name, text, 1.0, [&] {
         const StepTimes times = time_steps(subject, options_.quick ? 200 : 600);
-        p50.push_back(1e3 * times.p50_s);
-        p99.push_back(1e3 * times.p99_s);
-      }
-      // Takes the best of the runs, because other programs disturbed the others.
-      rows_.push_back(
-          {name, text, quantile(p99, 0.0), quantile(p50, 0.0), quantile(p99, 1.0), 1.0, false, "ms at p99"});
+        return std::pair(1e3 * times.p50_s, 1e3 * times.p99_s);
+      });
     };
     add("tick/all_snap/2000000", make(Regime::sliding, SnapRule::keep, Outputs::mean), 2'000'000,
         "2,000,000 bristles, keep, end + mean, all snap, two threads");

@@ -8,6 +8,7 @@
 #include "tools/libraries/experiments/body.hpp"
 #include "tools/libraries/experiments/experiment.hpp"
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/reports/line_fit.hpp"
 
 namespace cli {
 namespace {
@@ -52,20 +53,6 @@ double after_rest(const std::string& model, const Settings& s, double rest_s) {
   return move(3.0 * dbar, 1e-5);
 }
 
-// Returns the exponent of a power law y(x): the least-squares slope of log y over log x.
-double exponent(const std::vector<double>& x, const std::vector<double>& y) {
-  double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
-  const auto n = static_cast<double>(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    const double a = std::log(x[i]), b = std::log(std::max(y[i], 1e-300));
-    sx += a;
-    sy += b;
-    sxx += a * a;
-    sxy += a * b;
-  }
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-}
-
 void over_rates(ExperimentRun& run) {
   const Settings& s = run.settings;
   const double load = s.number("load");
@@ -93,7 +80,7 @@ void over_loads(ExperimentRun& run) {
     friction.push_back(found.friction);
     run.add("load", {rate, load, 0.0, found.friction, found.applied});
   }
-  const double power = exponent(loads, friction);
+  const double power = fit_power(loads, friction).slope;
   run.add("break_away_load", power, std::fabs(power - 1.0) < 0.1);
 }
 

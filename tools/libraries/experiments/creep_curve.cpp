@@ -2,10 +2,12 @@
 // of the contact, the relaxation length, and whether a standing wheel creeps under a side force.
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <fmt/format.h>
 
-#include "tools/libraries/experiments/bed_wheel.hpp"
+#include <bristle/bed.hpp>
+
 #include "tools/libraries/experiments/experiment.hpp"
 #include "tools/libraries/rivals/wheels.hpp"
 
@@ -14,6 +16,59 @@ namespace {
 
 using rivals::Wheel;
 using Answer = rivals::WheelForce;
+
+/// Wheel whose contact is a bed (a row of bristles under a pressure).
+struct BedWheel : Wheel {
+  bristle::BedBatch beds;
+  bristle::BedMotion motion;
+  explicit BedWheel(const Wheel& wheel) : Wheel(wheel) {
+    bristle::BedOptions options;
+    options.max_normal_load = motion.normal_load = load;
+    motion.id = beds.add(bristle::BedMaterial(limit / load).with_slip_stiffness(stiffness, stiffness),
+                         bristle::BedShape::wheel_row(half, bristle::BedPressure::parabolic, cells), options);
+  }
+  void move(double aside, double rolled) {
+    motion.displacement[1] = aside;
+    motion.rolled[0] = rolled;
+  }
+  Answer step(double aside, double rolled, double) {
+    move(aside, rolled);
+    bristle::BedResponse out;
+    beds.step({&motion, 1}, {&out, 1});
+    return {-out.force[1], out.torque};
+  }
+};
+
+template <class Model>
+Answer attempt(const Model& model, double aside, double rolled, double dt) {
+  Model copy = model;
+  return copy.step(aside, rolled, dt);
+}
+Answer attempt(BedWheel& model, double aside, double rolled, double) {
+  model.move(aside, rolled);
+  const bristle::BedResponse out = model.beds.find_force(model.motion);
+  return {-out.force[1], out.torque};
+}
+
+std::vector<rivals::Traction> tractions_of(const BedWheel& model) {
+  std::vector<bristle::BedBristle> bristles(model.beds.info(model.motion.id).bristles);
+  model.beds.read_bristles(model.motion.id, {bristles.data(), bristles.size()});
+  std::sort(bristles.begin(), bristles.end(),
+            [](const auto& a, const auto& b) { return a.position[0] > b.position[0]; });
+  // Deflection (m) at the contact's highest traction. Dividing by it turns tractions into shares of that
+  // maximum.
+  const double largest = 1.5 * model.limit / model.stiffness * model.half;
+  std::vector<rivals::Traction> rows;
+  for (const bristle::BedBristle& b : bristles)
+    if (b.stiffness > 0.0)
+      rows.push_back({b.position[0] / model.half, b.deflection[1] / largest, b.limit / largest});
+  return rows;
+}
+const std::vector<rivals::Traction>& tractions_of(const rivals::Fastsim& model) { return model.tractions; }
+template <class Model>
+std::vector<rivals::Traction> tractions_of(const Model&) {
+  return {};
+}
 
 /// Returns the relaxation length: the distance rolled, in half contact lengths, after which the force of a
 /// small creepage reaches 1 - 1/e of its steady value.

@@ -2,21 +2,60 @@
 // together, at every ratio of the two.
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <variant>
+
+#include <bristle/extended_patches.hpp>
 
 #include "tools/libraries/experiments/experiment.hpp"
-#include "tools/libraries/experiments/spin_subject.hpp"
+#include "tools/libraries/experiments/subject.hpp"
 #include "tools/libraries/rivals/coulomb_disc.hpp"
+#include "tools/libraries/rivals/rival_grid.hpp"
 
 namespace cli {
 namespace {
 
+using rivals::SpinForce;
 using rivals::Wrench;
+
+/// Disc of infinite or other brushes with an outline.
+struct BrushDisc {
+  // Batch behind a pointer. `patches` refers to it, and must still find it when this object is moved.
+  std::unique_ptr<bristle::PatchBatch> batch = std::make_unique<bristle::PatchBatch>();
+  bristle::ExtendedPatches patches{*batch};
+  bristle::ExtendedMotion motion;
+
+  BrushDisc(std::string_view model, const Settings& s, double radius_m) {
+    const auto rings = static_cast<int>(s.number("rings"));
+    motion.id = patches.add(brush_material(model, s), brush_options(model, s),
+                            bristle::Outline::disc(radius_m, bristle::Pressure::uniform, rings));
+    batch->warm_up();
+  }
+  SpinForce step(rivals::Pair displacement, double angle, double dt_s, double load_n) {
+    motion.displacement[0] = displacement.x;
+    motion.displacement[1] = displacement.y;
+    motion.displacement[2] = angle;
+    motion.normal_load = load_n;
+    bristle::ExtendedResponse r;
+    patches.step(dt_s, {&motion, 1}, {&r, 1});
+    return {{{r.end[0], r.end[1]}, r.end[2]}, {{r.mean[0], r.mean[1]}, r.mean[2]}};
+  }
+};
+
+/// Disc under uniform pressure: a rival model in every cell of a grid, or a brush.
+using Disc = std::variant<rivals::RivalGrid, BrushDisc>;
+
+Disc disc_of(std::string_view model, const Settings& s, double radius_m) {
+  if (is_brush(model)) return BrushDisc(model, s, radius_m);
+  return rivals::RivalGrid(rival_for(model, s),
+                           rivals::disc_cells(static_cast<int>(s.number("cells_across")), radius_m));
+}
 
 /// Returns mean force and torque of a disc in steady motion at the ratio eps = v / (omega R) of sliding to
 /// spinning speed.
 Wrench steady(const std::string& model, const Settings& s, double eps) {
   const double radius = s.number("radius"), load = s.number("load");
-  SpinSubject subject(model, s, radius);
+  Disc disc = disc_of(model, s, radius);
   // Path (m) of the disc's fastest point in a step. The odd factor keeps the snaps of the bristles from
   // coinciding with the steps.
   const double step = 0.37 * s.number("presliding");
@@ -28,7 +67,11 @@ Wrench steady(const std::string& model, const Settings& s, double eps) {
              measure = std::lround(s.number("path") / 0.37);
   Wrench mean;
   for (long k = -settle; k < measure; ++k) {
-    const Wrench w = subject.step({slide, 0.0}, turn, dt, load).mean;
+    const Wrench w = std::visit(
+        [&](auto& contact) {
+          return contact.step({slide, 0.0}, turn, dt, load).mean;
+        },
+        disc);
     if (k < 0) continue;
     const double share = 1.0 / static_cast<double>(measure);
     mean.force = mean.force - share * w.force;
@@ -65,8 +108,10 @@ Experiment limit_surface_experiment() {
   return {"limit-surface",
           "a disc that slides and spins steadily, at every ratio of the two",
           "Force and torque of all models but rate and state lie on one closed surface",
-          common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) + spin_parameters() +
+          common_parameters({{"damping", 0.0}, {"viscous", 0.0}, {"bristles", 14400}}) +
               std::vector<Parameter>{
+                  whole_parameter("cells_across", 21, "cells along a diameter: rivals", 1, 1000),
+                  whole_parameter("rings", 6, "rings of cells: brush", 1, 32),
                   number_parameter("radius", 0.02, "m", "of the disc", 1e-6, 10.0),
                   number_parameter("velocity", 0.1, "m/s", "of the disc's fastest point", 1e-9, 1e3),
                   list_parameter("ratios", {0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 5.0}, "",

@@ -9,17 +9,14 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/libraries/experiments/command.hpp"
 #include "tools/libraries/reports/conditions.hpp"
-#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/reports/report_tables.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
 
 namespace cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // Formats a measured value with three digits. A value below 5e-7 is a rounding error and printed as 0.
 std::string value_text(double value) {
@@ -222,7 +219,7 @@ std::string experiment_json(const std::vector<ExperimentReport>& reports) {
     }
     json["experiments"].push_back(std::move(one));
   }
-  return json.dump(2) + "\n";
+  return json_text(json);
 }
 
 std::string experiment_page(std::span<const ExperimentReport> reports) {

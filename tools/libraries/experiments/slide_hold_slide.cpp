@@ -7,6 +7,7 @@
 #include "tools/libraries/experiments/experiment.hpp"
 #include "tools/libraries/experiments/sliding.hpp"
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/reports/line_fit.hpp"
 
 namespace cli {
 namespace {
@@ -46,27 +47,6 @@ Hold hold(ExperimentRun& run, double duration) {
     }
   });
   return found;
-}
-
-struct Line {
-  double slope = 0.0, worst = 0.0;  // slope of the line; largest distance of a measured point from it
-};
-
-Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
-  const auto n = static_cast<double>(x.size());
-  double mx = 0.0, my = 0.0, sxx = 0.0, sxy = 0.0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    mx += x[i] / n;
-    my += y[i] / n;
-  }
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    sxx += (x[i] - mx) * (x[i] - mx);
-    sxy += (x[i] - mx) * (y[i] - my);
-  }
-  Line line{sxy / sxx, 0.0};
-  for (std::size_t i = 0; i < x.size(); ++i)
-    line.worst = std::max(line.worst, std::fabs(y[i] - my - line.slope * (x[i] - mx)));
-  return line;
 }
 
 void run_slide_hold_slide(ExperimentRun& run) {

@@ -1,8 +1,9 @@
 #include "tools/libraries/files/gnuplot.hpp"
 
+#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <optional>
 
 #include <fmt/format.h>
 
@@ -44,10 +45,15 @@ std::string gnuplot_file(const std::string& path) {
 }
 
 void run_gnuplot(std::string_view script, const char* option) {
-  const std::optional<int> status = platform::feed_program("gnuplot", script);
+  std::FILE* const gnuplot = ::popen("command -v gnuplot >/dev/null || exit 127; exec gnuplot", "we");
+  // Ignores SIGPIPE, so that a write to a gnuplot that has ended fails instead of ending this program.
+  const auto before = std::signal(SIGPIPE, SIG_IGN);
+  if (gnuplot != nullptr) std::fwrite(script.data(), 1, script.size(), gnuplot);
+  const int status = gnuplot != nullptr ? ::pclose(gnuplot) : -1;
+  std::signal(SIGPIPE, before);
   if (status == 0) return;
   throw UserError(
-      status == 127
+      WIFEXITED(status) && WEXITSTATUS(status) == 127
           ? fmt::format("{}: gnuplot is not installed (Debian: gnuplot-nox); --csv works without", option)
           : fmt::format("{}: gnuplot failed", option));
 }

@@ -80,7 +80,7 @@ void OutputFile::open_beside() {
     fail();
   }
   note_unfinished(beside_.c_str());
-  if (there) platform::copy_permissions(target, file_);
+  if (there) fs::permissions(beside_, fs::status(target, error).permissions(), error);
   path_ = target;
 }
 
@@ -123,7 +123,7 @@ void OutputFile::finish() {
   if (!beside_.empty() && !platform::flush_to_disk(file_)) fail();
   if (std::fclose(std::exchange(file_, nullptr)) != 0) fail();
   if (beside_.empty()) return;
-  if (!platform::replace_file(beside_, path_)) fail();
+  if (std::rename(beside_.c_str(), path_.c_str()) != 0) fail();
   forget_unfinished(beside_.c_str());
   beside_.clear();
 }

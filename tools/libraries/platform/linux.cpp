@@ -1,19 +1,13 @@
 // The services of Linux beyond POSIX.
 #include <fcntl.h>
-#include <sched.h>
-#include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <fstream>
 #include <limits>
-
-#include <fmt/format.h>
 
 #include "tools/libraries/platform/platform.hpp"
 
@@ -90,60 +84,5 @@ double QueueClock::now() const noexcept {
   if (space != end) std::from_chars(space + 1, end, ns);
   return 1e-9 * static_cast<double>(ns);
 }
-
-int use_exact_timers() noexcept {
-  const int slack_ns = ::prctl(PR_GET_TIMERSLACK, 0, 0, 0, 0);
-  ::prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);
-  return slack_ns;
-}
-
-void use_timers(int before) noexcept {
-  if (before > 0) ::prctl(PR_SET_TIMERSLACK, before, 0, 0, 0);
-}
-
-std::string bind_thread(int core, std::vector<int>& before) {
-  cpu_set_t cores;
-  CPU_ZERO(&cores);
-  ::sched_getaffinity(0, sizeof cores, &cores);
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  if (core < CPU_SETSIZE) CPU_SET(core, &one);
-  if (::sched_setaffinity(0, sizeof one, &one) != 0)
-    return fmt::format("{}; any core instead (this process may use {})", std::strerror(errno),
-                       CPU_COUNT(&cores));
-  for (int i = 0; i < CPU_SETSIZE; ++i)
-    if (CPU_ISSET(i, &cores)) before.push_back(i);
-  return {};
-}
-
-void use_cores(const std::vector<int>& cores) noexcept {
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  for (int core : cores) CPU_SET(core, &set);
-  ::sched_setaffinity(0, sizeof set, &set);
-}
-
-std::string take_fifo(int priority) {
-  sched_param wanted{};
-  wanted.sched_priority = priority;
-  if (::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &wanted) == 0) return {};
-  return fmt::format("{}; usual scheduling instead (needs root, CAP_SYS_NICE or ulimit -r {})",
-                     std::strerror(errno), priority);
-}
-
-void use_usual_scheduling() noexcept {
-  sched_param usual{};
-  ::sched_setscheduler(0, SCHED_OTHER, &usual);
-}
-
-std::string lock_memory() {
-  // Locks only memory that is in use. If future memory were locked too, an allocation beyond the system's
-  // limit would fail.
-  if (::mlockall(MCL_CURRENT) == 0) return {};
-  return fmt::format("{}; pages may be taken away (needs root, CAP_IPC_LOCK or a larger ulimit -l)",
-                     std::strerror(errno));
-}
-
-void unlock_memory() noexcept { ::munlockall(); }
 
 }  // namespace cli::platform

@@ -3,15 +3,12 @@
 // why, unless the function returns a text.
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
-#include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace cli::platform {
 
@@ -30,16 +27,11 @@ bool shows_colours() noexcept;
 std::filesystem::path program_folder();
 /// Returns the number of this process, which no other living process has.
 unsigned process_number() noexcept;
-std::tm utc(std::time_t time) noexcept;
 
 std::string cpu_model();
 /// Returns the bytes of free memory, or what a limit of this process leaves if that is less; the largest
 /// number if neither is known.
 std::uint64_t free_memory();
-
-/// Runs a program found by PATH, without a shell and without arguments, and writes `input` to its stdin.
-/// Returns its exit code, 127 if it is not installed; empty if it could not be started or was killed.
-std::optional<int> feed_program(const char* name, std::string_view input);
 
 // Functions for signals.
 
@@ -59,8 +51,7 @@ class HeldSignals {
   HeldSignals& operator=(const HeldSignals&) = delete;
 
  private:
-  struct Mask;
-  std::unique_ptr<Mask> before_;
+  sigset_t before_;
 };
 
 // Functions for files.
@@ -81,12 +72,8 @@ bool is_writable(const std::string& path) noexcept;
 /// Returns whether two names mean the same file. Devices may be named twice, so they count as different.
 bool is_same(const std::string& a, const std::string& b);
 
-void copy_permissions(const std::string& from, std::FILE* to) noexcept;
 /// Writes the buffered bytes of a file and forces them onto the disk.
 bool flush_to_disk(std::FILE* file) noexcept;
-/// Replaces the file `to` by the file `from` in one moment: a reader of `to` finds the whole old file or the
-/// whole new one.
-bool replace_file(const std::string& from, const std::string& to) noexcept;
 /// Deletes a file. Allocates nothing, so that a signal handler may call it.
 void remove_file(const char* path) noexcept;
 
@@ -140,25 +127,5 @@ class QueueClock {
  private:
   int file_;
 };
-
-/// Makes the timers of the calling thread exact, for paced loops. Returns the number by which use_timers()
-/// restores them.
-int use_exact_timers() noexcept;
-void use_timers(int before) noexcept;
-
-/// Binds the calling thread to a core, so that the system does not move it. Sets `before` to the cores on
-/// which it might run. Returns the reason if the system refuses; otherwise an empty text.
-std::string bind_thread(int core, std::vector<int>& before);
-void use_cores(const std::vector<int>& cores) noexcept;
-
-/// Gives the calling thread the real-time priority SCHED_FIFO, 1 to 99. If the system refuses, returns the
-/// reason and what is used instead; otherwise an empty text.
-std::string take_fifo(int priority);
-void use_usual_scheduling() noexcept;
-
-/// Keeps pages that are in use in memory, so that a step never waits for the disk. Returns the reason if the
-/// system refuses; otherwise an empty text.
-std::string lock_memory();
-void unlock_memory() noexcept;
 
 }  // namespace cli::platform

@@ -2,10 +2,8 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -90,39 +88,6 @@ bool shows_colours() noexcept {
 
 unsigned process_number() noexcept { return static_cast<unsigned>(::getpid()); }
 
-std::tm utc(std::time_t time) noexcept {
-  std::tm utc{};
-  ::gmtime_r(&time, &utc);
-  return utc;
-}
-
-std::optional<int> feed_program(const char* name, std::string_view input) {
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) return {};
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-  std::string word = name;
-  char* const words[] = {word.data(), nullptr};
-  pid_t child = 0;
-  const int error = ::posix_spawnp(&child, name, &actions, nullptr, words, environ);
-  ::posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[0]);
-  if (error != 0) {
-    ::close(ends[1]);
-    return error == ENOENT ? std::optional(127) : std::nullopt;
-  }
-  // Ignores SIGPIPE, so that a write to a pipe without reader fails instead of ending this program.
-  const auto before = std::signal(SIGPIPE, SIG_IGN);
-  write_all(ends[1], input);
-  std::signal(SIGPIPE, before);
-  ::close(ends[1]);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt;
-}
-
 void on_ending_signals(void (*handler)(int)) {
   for (const int number : ending) {
     struct sigaction now;
@@ -137,18 +102,14 @@ void on_stop_signals(void (*handler)(int)) noexcept {
   ::sigaction(SIGTERM, &action, nullptr);
 }
 
-struct HeldSignals::Mask {
-  sigset_t signals;
-};
-
-HeldSignals::HeldSignals() : before_(std::make_unique<Mask>()) {
+HeldSignals::HeldSignals() {
   sigset_t held;
   sigemptyset(&held);  // called without ::, because it may be a macro, like sigaddset
   for (const int number : ending) sigaddset(&held, number);
-  ::pthread_sigmask(SIG_BLOCK, &held, &before_->signals);
+  ::pthread_sigmask(SIG_BLOCK, &held, &before_);
 }
 
-HeldSignals::~HeldSignals() { ::pthread_sigmask(SIG_SETMASK, &before_->signals, nullptr); }
+HeldSignals::~HeldSignals() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
 
 std::FILE* open_to_read(const std::string& path) noexcept {
   if (is_cut(path)) return nullptr;
@@ -207,24 +168,13 @@ Kind kind_of(const std::string& path) noexcept {
 bool is_writable(const std::string& path) noexcept { return ::access(path.c_str(), W_OK) == 0; }
 
 bool is_same(const std::string& a, const std::string& b) {
-  struct stat first, second;
-  const bool there = ::stat(a.c_str(), &first) == 0;
-  if (there != (::stat(b.c_str(), &second) == 0)) return false;
-  if (there) return first.st_dev == second.st_dev && first.st_ino == second.st_ino && !S_ISCHR(first.st_mode);
   std::error_code error;
+  if (fs::exists(a, error) || fs::exists(b, error))
+    return fs::equivalent(a, b, error) && !fs::is_character_file(a, error);
   return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
 }
 
-void copy_permissions(const std::string& from, std::FILE* to) noexcept {
-  struct stat old;
-  if (::stat(from.c_str(), &old) == 0) static_cast<void>(::fchmod(::fileno(to), old.st_mode & 07777));
-}
-
 bool flush_to_disk(std::FILE* file) noexcept { return ::fsync(::fileno(file)) == 0; }
-
-bool replace_file(const std::string& from, const std::string& to) noexcept {
-  return std::rename(from.c_str(), to.c_str()) == 0;
-}
 
 void remove_file(const char* path) noexcept { ::unlink(path); }
 

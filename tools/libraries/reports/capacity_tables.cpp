@@ -63,9 +63,9 @@ std::string bristles_that_fit(const Json& row) {
 
 Table targets_table(const Json& capacity) {
   const std::vector<JsonColumn> columns = {
-      text_column("<target", "name"),
-      number_column("measured", "measured"),
-      text_column("<", "unit"),
+      column("<target", "/name"),
+      column("measured", "/measured"),
+      column("<", "/unit"),
       {"limit",
        [](const Json& row) {
          return Cell((row.at("at_least").get<bool>() ? ">= " : "<= ") + number_text(row.at("limit")));
@@ -74,9 +74,9 @@ Table targets_table(const Json& capacity) {
        [](const Json& row) {
          return row.at("met").get<bool>() ? Cell("met", CellStyle::good) : Cell("MISSED", CellStyle::bad);
        }},
-      only_wide({"spread", [](const Json& row) { return Cell(range_text(row.at("spread"))); }}),
-      only_wide(text_column("<what", "what")),
-      only_wide({"<bound by", [](const Json& row) { return Cell(row.value("bound", "")); }})};
+      only_wide(column("spread", "/spread", "range")),
+      only_wide(column("<what", "/what")),
+      only_wide(column("<bound by", "/bound"))};
   return tabulate(capacity.at("targets"), columns);
 }
 
@@ -131,13 +131,13 @@ Table capacities_table(const Json& capacity) {
   const double papers = capacity.at("paper").at("bristles").get<double>();
   const double deadline_s = capacity.at("deadline_s").get<double>();
   const std::vector<JsonColumn> columns = {
-      text_column("<motion", "motion"),
+      column("<motion", "/motion"),
       {"<kernel and layout",
        [](const Json& row) {
          const std::string layout = text_of(row, "layout");
          return Cell(text_of(row, "kernel") + (layout == "one patch" ? "" : ", " + layout));
        }},
-      number_column("threads", "threads"),
+      column("threads", "/threads"),
       {"bristles that fit",
        [deadline_s](const Json& row) {
          if (!was_busy(row, deadline_s)) return Cell(bristles_that_fit(row));
@@ -172,10 +172,9 @@ Table capacities_table(const Json& capacity) {
 
 Table comparisons_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
-      {"bristles",
-       [](const Json& row) { return Cell(count_text(row.at("bristles").get<unsigned long long>())); }},
-      text_column("<motion", "motion"),
-      text_column("<loop", "loop"),
+      column("bristles", "/bristles", "count"),
+      column("<motion", "/motion"),
+      column("<loop", "/loop"),
       {"ns per bristle", [](const Json& row) { return Cell(ns_text(row.at("ns_per_bristle"))); }},
       {"a step us",
        [](const Json& row) {
@@ -188,28 +187,26 @@ Table comparisons_table(const Json& capacity) {
 }
 
 Table infinite_table(const Json& capacity) {
-  static const std::vector<JsonColumn> columns = {
-      text_column("<motion", "motion"),
-      number_column("step / mean length", "step_over_mean_snap_length"),
-      number_column("turn rad", "turn_rad"),
-      only_wide(text_column("<kernel", "kernel")),
-      only_wide(number_column("resolution", "resolution")),
-      {"patches",
-       [](const Json& row) { return Cell(count_text(row.at("patches").get<unsigned long long>())); }},
-      only_wide(number_column("bytes per patch", "bytes_per_patch")),
-      number_column("ns per patch", "ns_per_patch"),
-      only_wide({"quartiles", [](const Json& row) { return Cell(range_text(row.at("quartiles"))); }}),
-      {"p99 of a step", [](const Json& row) { return Cell(time_text(row.at("p99_s").get<double>())); }}};
-  return tabulate(capacity.at("infinite"), columns, 0);
+  static const std::vector<JsonColumn> columns = {column("<motion", "/motion"),
+                                                  column("step / mean length", "/step_over_mean_snap_length"),
+                                                  column("turn rad", "/turn_rad"),
+                                                  only_wide(column("<kernel", "/kernel")),
+                                                  only_wide(column("resolution", "/resolution")),
+                                                  column("patches", "/patches", "count"),
+                                                  only_wide(column("bytes per patch", "/bytes_per_patch")),
+                                                  column("ns per patch", "/ns_per_patch"),
+                                                  only_wide(column("quartiles", "/quartiles", "range")),
+                                                  column("p99 of a step", "/p99_s", "time")};
+  return tabulate(capacity.at("infinite"), columns);
 }
 
 Table contacts_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
-      text_column("<motion", "motion"),
-      number_column("step / mean length", "step_over_mean_snap_length"),
-      only_wide(number_column("turn rad", "turn_rad")),
-      number_column("resolution", "resolution"),
-      number_column("threads", "threads"),
+      column("<motion", "/motion"),
+      column("step / mean length", "/step_over_mean_snap_length"),
+      only_wide(column("turn rad", "/turn_rad")),
+      column("resolution", "/resolution"),
+      column("threads", "/threads"),
       {"contacts that fit", [](const Json& row) { return Cell(bristles_that_fit(row)); }},
       fit_column("ns per contact",
                  [](const Json& row) { return ns_text(row.at("at_capacity").at("ns_per_bristle")); }),
@@ -221,11 +218,9 @@ Table contacts_table(const Json& capacity) {
 
 Table snapshots_table(const Json& capacity) {
   static const std::vector<JsonColumn> columns = {
-      text_column("<contact", "contact"),
-      number_column("memory bytes", "memory_bytes"),
-      number_column("state bytes", "state_bytes"),
-      {"save", [](const Json& row) { return Cell(time_text(row.at("save_s").get<double>())); }},
-      {"restore", [](const Json& row) { return Cell(time_text(row.at("restore_s").get<double>())); }}};
+      column("<contact", "/contact"), column("memory bytes", "/memory_bytes"),
+      column("state bytes", "/state_bytes"), column("save", "/save_s", "time"),
+      column("restore", "/restore_s", "time")};
   return tabulate(capacity.at("snapshots"), columns);
 }
 

@@ -3,6 +3,7 @@
 #include <ctime>
 #include <thread>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <bristle/version.hpp>
@@ -10,16 +11,6 @@
 #include "tools/libraries/platform/platform.hpp"
 
 namespace cli {
-namespace {
-
-std::string utc_now() {
-  const std::tm utc = platform::utc(std::time(nullptr));
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
-}  // namespace
 
 Conditions conditions() {
   return {bristle::library_version(),
@@ -27,7 +18,7 @@ Conditions conditions() {
           BRISTLE_BUILD_FLAGS,
           platform::cpu_model(),
           static_cast<int>(std::thread::hardware_concurrency()),
-          utc_now()};
+          fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))};
 }
 
 nlohmann::ordered_json to_json(const Conditions& c) {

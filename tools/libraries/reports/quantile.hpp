@@ -17,4 +17,15 @@ inline double quantile(std::vector<double> values, double share) {
   return values[i] + (place - static_cast<double>(i)) * (next - values[i]);
 }
 
+/// Median and quartiles of measured values.
+struct Quartiles {
+  double median = 0.0, low = 0.0, high = 0.0;
+};
+inline Quartiles quartiles(const std::vector<double>& values) {
+  return {quantile(values, 0.5), quantile(values, 0.25), quantile(values, 0.75)};
+}
+inline Quartiles operator*(double scale, const Quartiles& q) {
+  return {scale * q.median, scale * q.low, scale * q.high};
+}
+
 }  // namespace cli

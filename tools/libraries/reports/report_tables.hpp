@@ -15,12 +15,16 @@ using Json = nlohmann::ordered_json;
 using JsonColumn = Column<Json>;
 
 std::string text_of(const Json& json, const char* key);
-/// Make a column of a table from a key of the report's rows: of texts, or of numbers (times `scale`, three
-/// digits).
-JsonColumn text_column(std::string header, const char* key);
-JsonColumn number_column(std::string header, const char* key, double scale = 1.0);
+/// Makes a column of a table from the value at a JSON pointer ("/error/rms") in each row of a report. Texts
+/// stay as they are, null becomes "-". `form`: how a number is written: "" with three digits, "count" with
+/// commas, "time" (s) with a unit, "percent" of a share, "range" of a pair, or a format of fmt ("{:.2f}").
+JsonColumn column(std::string header, const char* pointer, const char* form = "", double scale = 1.0);
 /// Returns a column that is shown only with --wide, when lines may have any length.
 JsonColumn only_wide(JsonColumn column);
+
+/// Returns a report as the text of its file. Bytes that are no UTF-8, which names of files may have, are
+/// replaced.
+std::string json_text(const Json& report);
 
 /// Column of a CSV file of a report's rows: its header, the JSON pointer to its value ("/error/rms"), and a
 /// factor.

@@ -20,51 +20,41 @@ JsonColumn cells_column(const char* header, const char* key, Json value) {
           }};
 }
 
-const std::vector<JsonColumn>& map_columns() {
-  static const std::vector<JsonColumn> columns = {
-      text_column("<scheme", "scheme"),
-      text_column("<linear theory: stable", "linear_condition"),
-      cells_column("stable", "linear_stable", true),
-      cells_column("settle", "verdict", "settles"),
-      cells_column("ring", "verdict", "rings"),
-      cells_column("grow", "verdict", "grows"),
-      {"agree %",
-       [](const Json& map) {
-         return Cell(fmt::format("{:.1f}", 100.0 * map.at("agreeing").get<double>() /
-                                               static_cast<double>(map.at("cells").size())));
-       }},
-      only_wide(cells_column("without bound", "unbounded", true))};
-  return columns;
-}
-
 // Makes a column "part of group" that counts the cells of a group in a stability map, and how many of them
 // behave as expected.
-JsonColumn share_column(const char* header, const char* map, const char* group, const char* part) {
-  return {header, [=](const Json& row) {
-            const Json& of = *group ? row.at(map).at(group) : row.at(map);
+JsonColumn share_column(const char* header, const char* group, const char* part) {
+  return {header, [part, at = Json::json_pointer(group)](const Json& row) {
+            const Json& of = row.at(at);
             return Cell(number_text(of.at(part)) + " of " + number_text(of.at("cells")));
           }};
-}
-
-const std::vector<JsonColumn>& varied_columns() {
-  static const std::vector<JsonColumn> columns = {
-      text_column("<scheme", "scheme"), share_column("turned: as theory says", "turned", "", "agreeing"),
-      share_column("settle: stable at all loads", "swinging_load", "stable_at_all_loads", "settle"),
-      share_column("stable at some", "swinging_load", "stable_at_some", "settle"),
-      share_column("stable at none", "swinging_load", "stable_at_none", "settle")};
-  return columns;
 }
 
 }  // namespace
 
 Table maps_table(const Json& stability) {
-  return tabulate(stability.at("maps"), map_columns(), 0, [](Table& table, const Json& map) {
+  static const std::vector<JsonColumn> columns = {
+      column("<scheme", "/scheme"),
+      column("<linear theory: stable", "/linear_condition"),
+      cells_column("stable", "linear_stable", true),
+      cells_column("settle", "verdict", "settles"),
+      cells_column("ring", "verdict", "rings"),
+      cells_column("grow", "verdict", "grows"),
+      column("agree %", "/fraction_agreeing", "{:.1f}", 100.0),
+      only_wide(cells_column("without bound", "unbounded", true))};
+  return tabulate(stability.at("maps"), columns, 0, [](Table& table, const Json& map) {
     for (const auto& [why, count] : map.at("why_not").items())
       table.add_note(fmt::format("    {} not: {}", number_text(count), why));
   });
 }
 
-Table varied_table(const Json& stability) { return tabulate(stability.at("varied"), varied_columns()); }
+Table varied_table(const Json& stability) {
+  static const std::vector<JsonColumn> columns = {
+      column("<scheme", "/scheme"), share_column("turned: as theory says", "/turned", "agreeing"),
+      share_column("settle: stable at all loads", "/swinging_load/stable_at_all_loads", "settle"),
+      share_column("stable at some", "/swinging_load/stable_at_some", "settle"),
+      share_column("stable at none", "/swinging_load/stable_at_none", "settle")};
+  return tabulate(stability.at("varied"), columns);
+}
 
 Table stops_table(const Json& stability) {
   std::vector<std::string> schemes, headers = {"k", "way / mean snap length"};

@@ -13,17 +13,45 @@
 // every length (explicit Euler needs |v| dt < 2 zss), and the mean of dz/dt is exactly (z1 - z0)/dt. The
 // model drifts under a varying force below break-away; it shows friction lag, and a break-away force that
 // falls with the force rate.
+//
+// `StepRule::euler` is cheaper by an exponential, unstable where |v| dt >= 2 zss; its mean is that of both
+// ends.
 #pragma once
 
-#include "tools/libraries/rivals/pair.hpp"
+#include <cmath>
+#include <cstdint>
+
+#include "tools/libraries/rivals/relaxation.hpp"
 
 namespace rivals {
 
 struct LuGre {
+  enum class StepRule : std::uint8_t { exact, euler };
+
   Surface surface;
   Pair z;  ///< deflection of the bristle, m
+  StepRule rule = StepRule::exact;
 
-  Force step(Pair displacement, double dt_s, double load_n) noexcept;
+  Force step(Pair displacement, double dt_s, double load_n) noexcept {
+    if (!(load_n > 0.0)) {
+      z = {};
+      return {};
+    }
+    const Pair v = (1.0 / dt_s) * displacement;
+    const double path = std::sqrt(dot(displacement, displacement)), speed = path / dt_s;
+    const double zss = surface.stribeck_force(speed, load_n) / surface.stiffness;
+    Relaxed r{z, z};
+    if (rule == StepRule::euler) {
+      r.end = z + displacement - (path / zss) * z;
+      r.mean = 0.5 * (z + r.end);
+    } else if (path > 0.0) {
+      r = relax(z, (zss / path) * displacement, path / zss);
+    }
+    const Pair mean_rate = (1.0 / dt_s) * (r.end - z);
+    const Pair end_rate = v - (speed / zss) * r.end;
+    z = r.end;
+    return {surface.bristle_force(r.end, end_rate, v), surface.bristle_force(r.mean, mean_rate, v)};
+  }
 };
 
 }  // namespace rivals

@@ -36,6 +36,7 @@ struct Surface {
 
   /// Returns the steady friction without its viscous part, N: Fc + (Fs - Fc) exp(-(v/vs)^2).
   double stribeck_force(double speed_m_per_s, double load_n) const noexcept {
+    if (static_coefficient == kinetic_coefficient) return load_n * kinetic_coefficient;
     const double u = speed_m_per_s / stribeck_velocity;
     return load_n * (kinetic_coefficient + (static_coefficient - kinetic_coefficient) * std::exp(-u * u));
   }

@@ -31,22 +31,6 @@ Force Dahl::step(Pair displacement, double /*dt_s*/, double load_n) noexcept {
   return {-surface.stiffness * r.end, -surface.stiffness * r.mean};
 }
 
-Force LuGre::step(Pair displacement, double dt_s, double load_n) noexcept {
-  if (!(load_n > 0.0)) {
-    z = {};
-    return {};
-  }
-  const Pair v = (1.0 / dt_s) * displacement;
-  const double path = length(displacement);
-  const double zss = surface.stribeck_force(path / dt_s, load_n) / surface.stiffness;
-  Relaxed r{z, z};
-  if (path > 0.0) r = relax(z, (zss / path) * displacement, path / zss);
-  const Pair mean_rate = (1.0 / dt_s) * (r.end - z);
-  const Pair end_rate = v - (path / dt_s / zss) * r.end;
-  z = r.end;
-  return {surface.bristle_force(r.end, end_rate, v), surface.bristle_force(r.mean, mean_rate, v)};
-}
-
 Rival make_rival(std::string_view name, const Surface& surface) {
   if (name == "coulomb") return Coulomb{.surface = surface};
   if (name == "dahl") return Dahl{.surface = surface, .z = {}};

@@ -1,5 +1,4 @@
-#include "tools/libraries/run/bed_run.hpp"
-
+// Runs scenes with beds, for `bristle run`.
 #include <algorithm>
 #include <optional>
 #include <vector>
@@ -170,9 +169,9 @@ Json report_json(const PartScene<SceneBed>& given, const std::vector<BedResult>&
     report["beds"].push_back(
         {{"name", given.parts[b].name},
          {"bristles", beds.info(motions[b].id).bristles},
-         {"load", json_of(r.load)},
-         {"force", {{"x", json_of(r.force[0])}, {"y", json_of(r.force[1])}}},
-         {"torque", json_of(r.torque)},
+         {"load", r.load},
+         {"force", {{"x", r.force[0]}, {"y", r.force[1]}}},
+         {"torque", r.torque},
          {"energy", {{"work", r.work}, {"dissipated", r.dissipated}, {"stored", r.stored}}},
          {"most_slipping", r.most_slipping},
          {"bad_input", r.refused}});
@@ -251,7 +250,7 @@ bool run_bed_scene(const RunOptions& options, const std::string& text) {
   }
   if (out_file) out_file.finish();
   if (!on_stdout) print_report(report_text(given, results, steps, beds.state_hash()));
-  if (json) json.write(text_of(report_json(given, results, beds, motions, steps)));
+  if (json) json.write(json_text(report_json(given, results, beds, motions, steps)));
   return true;
 }
 

@@ -1,5 +1,4 @@
-#include "tools/libraries/run/joint_run.hpp"
-
+// Runs scenes with joints, for `bristle run`.
 #include <cstring>
 
 #include <bristle/error.hpp>
@@ -62,7 +61,7 @@ Json report_json(const PartScene<SceneJoint>& given, const std::vector<JointResu
   Json report = begin_report("joints", given.scene, steps);
   for (std::size_t j = 0; j < results.size(); ++j)
     report["joints"].push_back({{"name", given.parts[j].name},
-                                {"torque", json_of(results[j].torque)},
+                                {"torque", results[j].torque},
                                 {"work", results[j].work},
                                 {"bad_input", results[j].refused}});
   end_report(report, joints);
@@ -140,7 +139,7 @@ bool run_joint_scene(const RunOptions& options, const std::string& text) {
   }
   if (out_file) out_file.finish();
   if (!on_stdout) print_report(report_text(given, results, steps, joints.state_hash()));
-  if (json) json.write(text_of(report_json(given, results, joints, steps)));
+  if (json) json.write(json_text(report_json(given, results, joints, steps)));
   return true;
 }
 

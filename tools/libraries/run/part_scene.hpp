@@ -12,19 +12,23 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/libraries/files/toml_table.hpp"
 #include "tools/libraries/files/toml_text.hpp"
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/reports/conditions.hpp"
+#include "tools/libraries/reports/report_tables.hpp"
 #include "tools/libraries/run/run.hpp"
 #include "tools/libraries/scene/scene_stepper.hpp"
 #include "tools/libraries/scene/scene_table.hpp"
 
 namespace cli {
 
-using Json = nlohmann::ordered_json;
+/// Run a scene with beds (contacts of elastic bodies), or with joints, on prescribed paths, given by its
+/// text, and write the reports. Return false, without running, if the scene has no table [[bed]], or
+/// [[joint]]. Throw UserError. tools/scenes/README.md describes beds, tools/scenes/arm.toml joints.
+bool run_bed_scene(const RunOptions& options, const std::string& text);
+bool run_joint_scene(const RunOptions& options, const std::string& text);
 
 /// Row of a path: numbers at a time t, s. Between rows they are linear.
 template <std::size_t n>
@@ -121,13 +125,6 @@ void end_report(Json& report, const Batch& batch) {
   report["state_hash"] = fmt::format("{:016x}", batch.state_hash());
   report["conditions"]["isa"] = batch.isa();
   report["conditions"]["threads"] = batch.threads();
-}
-inline std::string text_of(const Json& report) {
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
-}
-
-inline Json json_of(const ForceStatistics& f) {
-  return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
 }
 
 }  // namespace cli

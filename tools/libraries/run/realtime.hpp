@@ -12,8 +12,8 @@
 #include <bristle/deadline_monitor.hpp>
 
 #include "tools/libraries/platform/platform.hpp"
+#include "tools/libraries/platform/realtime_thread.hpp"
 #include "tools/libraries/run/paced_clock.hpp"
-#include "tools/libraries/run/realtime_thread.hpp"
 
 namespace cli {
 

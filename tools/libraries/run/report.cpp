@@ -1,27 +1,19 @@
 // Writes the reports of `bristle run`: a table for people and JSON for programs.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "tools/libraries/files/one_line.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/numbers.hpp"
-#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/reports/report_tables.hpp"
 #include "tools/libraries/run/run.hpp"
 
 namespace cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-std::string force_text(double newtons) { return fmt::format("{:.4f}", newtons); }
-
-std::string ratio_text(double numerator, double denominator) {
-  return denominator > 0.0 ? fmt::format("{:.4f}", numerator / denominator) : "-";
-}
 
 std::string joined(const std::vector<std::string>& texts) {
   std::string all;
@@ -108,45 +100,42 @@ std::string head(const Scene& scene, const RunOptions& options, const RunResult&
   return text;
 }
 
-std::string force_table(const Scene& scene, const RunResult& r) {
-  Table table({"<force on the body", "load N", "<along", "mean N", "rms", "min", "max"});
-  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
-    const PatchResult& patch = r.patches[p];
-    for (int axis = 0; axis < scene.patches[p].options.axes; ++axis) {
-      const ForceStatistics& f = patch.force[axis];
-      table.add({axis == 0 ? name_of(scene.patches[p]) : "", axis == 0 ? force_text(patch.load.mean()) : "",
-                 axis == 0 ? "x" : "y", force_text(f.mean()), force_text(f.rms()), force_text(f.min),
-                 force_text(f.max)});
+/// Returns tables of forces, friction and energies of the first patches, from the results of the run.
+std::string patch_tables(const Scene& scene, const Json& run) {
+  static const std::vector<JsonColumn> of_forces = {column("<force on the body", "/title"),
+                                                    column("load N", "/load", "{:.4f}"),
+                                                    column("<along", "/axis"),
+                                                    column("mean N", "/mean", "{:.4f}"),
+                                                    column("rms", "/rms", "{:.4f}"),
+                                                    column("min", "/min", "{:.4f}"),
+                                                    column("max", "/max", "{:.4f}")};
+  static const std::vector<JsonColumn> of_friction = {
+      column("<friction / load", "/title"),
+      column("sliding", "/coefficient/sliding", "{:.4f}"),
+      column("in theory", "/coefficient/kinetic_theory", "{:.4f}"),
+      column("highest", "/coefficient/highest", "{:.4f}"),
+      column("in theory at first loading", "/coefficient/peak_theory", "{:.4f}"),
+      column("steps overloaded", "/status/overload", "count"),
+      column("bad input", "/status/bad_input", "count")};
+  static const std::vector<JsonColumn> of_energies = {
+      column("<energy", "/title"), column("snaps", "/energy/snaps", "count"),
+      column("lost in snaps J", "/energy/dissipated", "{:.4g}"),
+      column("with contacts J", "/energy/contact_loss", "{:.4g}"),
+      column("in dampers J", "/energy/damper_work", "{:.4g}")};
+  Json forces, patches, energies;
+  for (std::size_t p = 0; p < std::min(scene.patches.size(), rows_shown); ++p) {
+    Json& patch = patches.emplace_back(run.at("patches").at(p));
+    patch["title"] = name_of(scene.patches[p]);
+    for (const auto& [axis, force] : patch["force"].items()) {
+      forces.push_back({{"title", ""}, {"load", ""}, {"axis", axis}});
+      if (axis == "x") forces.back().update({{"title", patch["title"]}, {"load", patch["load"]["mean"]}});
+      forces.back().update(force);
     }
+    if (patch.contains("energy")) energies.push_back(patch);
   }
-  return table.text() + more_rows(r.patches.size());
-}
-
-std::string friction_table(const Scene& scene, const RunResult& r) {
-  Table table({"<friction / load", "sliding", "in theory", "highest", "in theory at first loading",
-               "steps overloaded", "bad input"});
-  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
-    const PatchResult& patch = r.patches[p];
-    const bristle::Material& m = scene.materials[scene.patches[p].material].material;
-    table.add({name_of(scene.patches[p]), ratio_text(patch.sliding_force, patch.sliding_load),
-               fmt::format("{:.4f}", m.kinetic_coefficient()),
-               fmt::format("{:.4f}", patch.highest_coefficient), fmt::format("{:.4f}", m.peak_coefficient()),
-               count_text(patch.overload_steps), count_text(patch.bad_steps)});
-  }
-  return table.text() + more_rows(r.patches.size());
-}
-
-/// Returns a table of the patches' energies. It is empty if no patch computes energies.
-std::string energy_table(const Scene& scene, const RunResult& r) {
-  Table table({"<energy", "snaps", "lost in snaps J", "with contacts J", "in dampers J"});
-  for (std::size_t p = 0; p < std::min(r.patches.size(), rows_shown); ++p) {
-    if (!has(scene.patches[p].options.outputs, bristle::Outputs::energy)) continue;
-    const PatchResult& patch = r.patches[p];
-    const auto joules = [](double value) { return fmt::format("{:.4g}", value); };
-    table.add({name_of(scene.patches[p]), count_text(patch.snaps), joules(patch.dissipated),
-               joules(patch.contact_loss), joules(patch.damper_work)});
-  }
-  return table.empty() ? std::string() : table.text() + more_rows(r.patches.size()) + '\n';
+  const std::string more = more_rows(scene.patches.size()) + '\n';
+  return tabulate(forces, of_forces).text() + more + tabulate(patches, of_friction).text() + more +
+         (energies.empty() ? std::string() : tabulate(energies, of_energies).text() + more);
 }
 
 /// Returns sentences on loads above those for which patches were made. There are none if no load was.
@@ -304,23 +293,21 @@ std::string feature_table(const Scene& scene, const RunResult& r) {
   return text;
 }
 
-std::string body_table(const Scene& scene, const RunResult& r) {
-  Table table(
-      {"<body", "x m", "y m", "speed m/s", "highest", "solver calls", "most in a step", "worst residual"});
-  for (std::size_t b = 0; b < r.bodies.size(); ++b) {
-    const BodyResult& body = r.bodies[b];
-    const double speed = std::sqrt(body.velocity[0] * body.velocity[0] + body.velocity[1] * body.velocity[1]);
-    table.add({scene.bodies[b].name, fmt::format("{:.6g}", body.position[0]),
-               fmt::format("{:.6g}", body.position[1]), fmt::format("{:.3g}", speed),
-               fmt::format("{:.3g}", body.highest_speed), count_text(body.solve.iterations),
-               fmt::format("{}", body.solve.worst_iterations),
-               fmt::format("{:.1e}", body.solve.worst_residual)});
-  }
-  return table.text();
-}
-
-Json statistics_json(const ForceStatistics& f) {
-  return {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
+std::string body_table(const Json& run) {
+  static const std::vector<JsonColumn> columns = {
+      column("<body", "/name"),
+      column("x m", "/position/0", "{:.6g}"),
+      column("y m", "/position/1", "{:.6g}"),
+      {"speed m/s",
+       [](const Json& row) {
+         const auto v = row.at("velocity").get<std::array<double, 2>>();
+         return Cell(fmt::format("{:.3g}", std::sqrt(v[0] * v[0] + v[1] * v[1])));
+       }},
+      column("highest", "/highest_speed", "{:.3g}"),
+      column("solver calls", "/solver/evaluations", "count"),
+      column("most in a step", "/solver/worst_evaluations", "count"),
+      column("worst residual", "/solver/worst_residual", "{:.1e}")};
+  return tabulate(run.at("bodies"), columns).text();
 }
 
 Json patch_json(const Scene& scene, const PatchResult& r, std::size_t p) {
@@ -339,13 +326,13 @@ Json patch_json(const Scene& scene, const PatchResult& r, std::size_t p) {
                 {"weight", infinite ? Json(nullptr) : Json(r.info.weight)},
                 {"bytes_per_bristle", infinite ? Json(nullptr) : Json(r.info.bytes_per_representative)},
                 {"memory_bytes", r.memory_bytes},
-                {"load", statistics_json(r.load)}};
-  Json force = {{"x", statistics_json(r.force[0])}};
-  if (scene_patch.options.axes == 2) force["y"] = statistics_json(r.force[1]);
+                {"load", r.load}};
+  Json force = {{"x", r.force[0]}};
+  if (scene_patch.options.axes == 2) force["y"] = r.force[1];
   patch["force"] = force;
   if (has(outputs, bristle::Outputs::mean)) {
-    Json mean_force = {{"x", statistics_json(r.mean_force[0])}};
-    if (scene_patch.options.axes == 2) mean_force["y"] = statistics_json(r.mean_force[1]);
+    Json mean_force = {{"x", r.mean_force[0]}};
+    if (scene_patch.options.axes == 2) mean_force["y"] = r.mean_force[1];
     patch["mean_force"] = mean_force;
   }
   patch["coefficient"] = {
@@ -374,6 +361,10 @@ Json patch_json(const Scene& scene, const PatchResult& r, std::size_t p) {
 
 }  // namespace
 
+void to_json(Json& json, const ForceStatistics& f) {
+  json = {{"mean", f.mean()}, {"rms", f.rms()}, {"min", f.min}, {"max", f.max}};
+}
+
 std::string missed_peak(const Scene& scene, const PatchResult& result, std::size_t p) {
   const ScenePatch& patch = scene.patches[p];
   const bristle::Material& m = scene.materials[patch.material].material;
@@ -388,36 +379,26 @@ std::string missed_peak(const Scene& scene, const PatchResult& result, std::size
 }
 
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  const Json run = run_results(scene, r);
   std::string text = run_answer(scene, r) + '\n' + head(scene, options, r) + '\n' +
                      (r.realtime ? realtime_table(*r.realtime, r.threads) + '\n' : "") +
-                     force_table(scene, r) + '\n' + friction_table(scene, r) + '\n' + energy_table(scene, r);
-  if (!r.bodies.empty()) text += body_table(scene, r) + '\n';
+                     patch_tables(scene, run);
+  if (!r.bodies.empty()) text += body_table(run) + '\n';
   text += feature_table(scene, r);
   text += fmt::format("\nstate hash  {:016x}\n", r.state_hash);
   return text;
 }
 
-std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& r) {
+Json run_results(const Scene& scene, const RunResult& r) {
   const bristle::DeadlineMonitor& m = r.monitor;
-  Json report = {{"schema", "bristle-run-1"}};
-  report["conditions"] = to_json(conditions());
-  report["conditions"]["isa"] = r.isa;
-  report["conditions"]["threads"] = r.threads;
-  report["scene"] = {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}};
-  report["steps"] = r.steps;
-  report["steps_before"] = r.steps_before;
-  report["simulated_s"] = static_cast<double>(r.steps) * scene.dt;
-  report["wall_s"] = r.seconds;
-  report["step_time"] = {
-      {"p50_s", m.p50()}, {"p99_s", m.p99()}, {"p999_s", m.p999()}, {"max_s", m.max()}, {"mean_s", m.mean()}};
-  report["deadline"] = {{"deadline_s", m.deadline()},
-                        {"misses", m.misses()},
-                        {"misses_ours", m.misses_ours()},
-                        {"misses_machine", m.misses_machine()}};
-  if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
-  report["bristles"] = r.bristles;
-  report["patch_count"] = scene.patch_count();
-  report["memory_bytes"] = r.memory_bytes;
+  Json report = {{"steps", r.steps},
+                 {"wall_s", r.seconds},
+                 {"step_time",
+                  {{"p50_s", m.p50()},
+                   {"p99_s", m.p99()},
+                   {"p999_s", m.p999()},
+                   {"max_s", m.max()},
+                   {"mean_s", m.mean()}}}};
   report["patches"] = Json::array();
   for (std::size_t p = 0; p < scene.patches.size(); ++p)
     report["patches"].push_back(patch_json(scene, r.patches[p], p));
@@ -426,8 +407,8 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
     const BodyResult& body = r.bodies[b];
     report["bodies"].push_back(
         {{"name", scene.bodies[b].name},
-         {"position", {body.position[0], body.position[1]}},
-         {"velocity", {body.velocity[0], body.velocity[1]}},
+         {"position", body.position},
+         {"velocity", body.velocity},
          {"highest_speed", body.highest_speed},
          {"broke_away_s", body.sticking.broke_away ? Json(body.sticking.time) : Json(nullptr)},
          {"broke_away_n", body.sticking.broke_away ? Json(body.sticking.applied) : Json(nullptr)},
@@ -437,6 +418,28 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
            {"worst_evaluations", body.solve.worst_iterations},
            {"worst_residual", body.solve.worst_residual}}}});
   }
+  report["state_hash"] = fmt::format("{:016x}", r.state_hash);
+  return report;
+}
+
+std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& r) {
+  const bristle::DeadlineMonitor& m = r.monitor;
+  Json report = {{"schema", "bristle-run-1"}};
+  report["conditions"] = to_json(conditions());
+  report["conditions"]["isa"] = r.isa;
+  report["conditions"]["threads"] = r.threads;
+  report["scene"] = {{"name", scene.name}, {"file", scene.file}, {"dt", scene.dt}};
+  report["steps_before"] = r.steps_before;
+  report["simulated_s"] = static_cast<double>(r.steps) * scene.dt;
+  report["deadline"] = {{"deadline_s", m.deadline()},
+                        {"misses", m.misses()},
+                        {"misses_ours", m.misses_ours()},
+                        {"misses_machine", m.misses_machine()}};
+  if (r.realtime) report["realtime"] = to_json(*r.realtime, r.threads);
+  report["bristles"] = r.bristles;
+  report["patch_count"] = scene.patch_count();
+  report["memory_bytes"] = r.memory_bytes;
+  report.update(run_results(scene, r));
   report["traces"] = Json::array();
   for (const ScenePatch& patch : scene.patches) {
     if (!patch.motion || patch.motion->type != MotionType::trace) continue;
@@ -448,8 +451,7 @@ std::string run_json(const Scene& scene, const RunOptions& options, const RunRes
                                 {"ignored_columns", trace.ignored_columns}});
   }
   if (!options.out.empty()) report["forces"] = {{"file", options.out}, {"patches", r.patches_written}};
-  report["state_hash"] = fmt::format("{:016x}", r.state_hash);
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return json_text(report);
 }
 
 }  // namespace cli

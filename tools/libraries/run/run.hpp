@@ -56,6 +56,7 @@ struct ForceStatistics {
   double mean() const noexcept { return count ? sum / static_cast<double>(count) : 0.0; }
   double rms() const noexcept;
 };
+void to_json(nlohmann::ordered_json& json, const ForceStatistics& statistics);
 
 /// First loading of a patch: its motion from straight bristles on, until it turns back or passes its peak.
 struct FirstLoading {
@@ -146,6 +147,8 @@ std::vector<std::string> left_out(const ScenePatch& patch, const bristle::Materi
 /// reason if they differ by more than 2 %, otherwise an empty text.
 std::string missed_peak(const Scene& scene, const PatchResult& result, std::size_t patch);
 
+/// Returns the results of a run as the part of its JSON report that does not name the machine.
+nlohmann::ordered_json run_results(const Scene& scene, const RunResult& result);
 std::string run_table(const Scene& scene, const RunOptions& options, const RunResult& result);
 std::string run_json(const Scene& scene, const RunOptions& options, const RunResult& result);
 

@@ -277,7 +277,7 @@ std::string stability_table(const StabilityOptions& options, const StabilityResu
 }
 
 std::string stability_json(const StabilityOptions& options, const StabilityResult& result) {
-  return report_of(options, result).dump(2) + '\n';
+  return json_text(report_of(options, result));
 }
 
 std::string stability_csv(const StabilityResult& result) {

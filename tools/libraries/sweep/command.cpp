@@ -15,15 +15,13 @@
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/numbers.hpp"
 #include "tools/libraries/reports/progress.hpp"
-#include "tools/libraries/reports/table.hpp"
+#include "tools/libraries/reports/report_tables.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
 #include "tools/libraries/run/paced_clock.hpp"
 #include "tools/libraries/sweep/sweep.hpp"
 
 namespace cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string left_text(double seconds) {
   if (seconds < 100.0) return fmt::format("{:.0f} s", std::ceil(seconds));
@@ -181,7 +179,7 @@ std::string report_json(const SweepRows& rows, const std::string& out, double se
     }
     report["columns"].push_back(column);
   }
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return json_text(report);
 }
 
 std::string refusal_of(const Overview& overview, std::size_t rows) {

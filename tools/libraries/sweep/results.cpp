@@ -12,157 +12,87 @@ namespace cli {
 namespace {
 
 using Json = nlohmann::json;
-using Reader = Json (*)(const SweepRun&, std::size_t);
 
 constexpr const char* type_names[] = {"number", "whole", "hash", "text"};
 
-Json finite(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-Json ratio(double numerator, double denominator) {
-  return denominator > 0.0 ? finite(numerator / denominator) : Json();
-}
-
-const PatchResult& patch(const SweepRun& run, std::size_t p) { return run.result.patches[p]; }
-const BodyResult& body(const SweepRun& run, std::size_t b) { return run.result.bodies[b]; }
-const bristle::Material& material(const SweepRun& run, std::size_t p) {
-  return run.scene.materials[run.scene.patches[p].material].material;
-}
-
-template <int axis, double ForceStatistics::*field>
-Json force(const SweepRun& run, std::size_t p) {
-  return run.scene.patches[p].options.axes > axis ? finite(patch(run, p).force[axis].*field) : Json();
-}
-template <int axis, double (ForceStatistics::*get)() const noexcept>
-Json force(const SweepRun& run, std::size_t p) {
-  return run.scene.patches[p].options.axes > axis ? finite((patch(run, p).force[axis].*get)()) : Json();
-}
-/// Returns one of the energies of a patch, J. It is JSON null if the patch does not compute energies.
-template <auto field>
-Json energy(const SweepRun& run, std::size_t p) {
-  if (!has(run.scene.patches[p].options.outputs, bristle::Outputs::energy)) return {};
-  return Json(patch(run, p).*field);
-}
-template <std::uint64_t PatchResult::*field>
-Json steps(const SweepRun& run, std::size_t p) {
-  return patch(run, p).*field;
-}
-
+/// Kind of result, and the pointer to its value in the part of the run's report on its patch or body.
 struct Kind {
   const char* name;
   const char* unit;
-  ColumnType type;
-  enum Default { never, always, second_axis, energies } shown;
-  Reader read;
+  const char* pointer;
+  enum Default { never, always, second_axis, energies } shown = always;
+  ColumnType type = ColumnType::number;
 };
 
-constexpr ColumnType number = ColumnType::number, whole = ColumnType::whole;
+constexpr ColumnType whole = ColumnType::whole;
 
-const Kind patch_kinds[] = {
-    {"kinetic", "", number, Kind::always,
-     [](const SweepRun& r, std::size_t p) {
-       return ratio(patch(r, p).sliding_force, patch(r, p).sliding_load);
-     }},
-    {"peak", "", number, Kind::always,
-     [](const SweepRun& r, std::size_t p) { return finite(patch(r, p).highest_coefficient); }},
-    {"kinetic_in_theory", "", number, Kind::never,
-     [](const SweepRun& r, std::size_t p) { return finite(material(r, p).kinetic_coefficient()); }},
-    {"peak_in_theory", "", number, Kind::never,
-     [](const SweepRun& r, std::size_t p) { return finite(material(r, p).peak_coefficient()); }},
-    {"missed_peak", "", ColumnType::text, Kind::always,
-     [](const SweepRun& r, std::size_t p) {
-       const std::string missed = missed_peak(r.scene, patch(r, p), p);
-       return missed.empty() ? Json() : Json(missed);
-     }},
-    {"fx_mean", "N", number, Kind::always, force<0, &ForceStatistics::mean>},
-    {"fx_rms", "N", number, Kind::always, force<0, &ForceStatistics::rms>},
-    {"fx_min", "N", number, Kind::always, force<0, &ForceStatistics::min>},
-    {"fx_max", "N", number, Kind::always, force<0, &ForceStatistics::max>},
-    {"fy_mean", "N", number, Kind::second_axis, force<1, &ForceStatistics::mean>},
-    {"fy_rms", "N", number, Kind::second_axis, force<1, &ForceStatistics::rms>},
-    {"fy_min", "N", number, Kind::second_axis, force<1, &ForceStatistics::min>},
-    {"fy_max", "N", number, Kind::second_axis, force<1, &ForceStatistics::max>},
-    {"load_mean", "N", number, Kind::always,
-     [](const SweepRun& r, std::size_t p) { return finite(patch(r, p).load.mean()); }},
-    {"x", "m", number, Kind::always,
-     [](const SweepRun& r, std::size_t p) { return finite(r.windows[p].way[0]); }},
-    {"y", "m", number, Kind::second_axis,
-     [](const SweepRun& r, std::size_t p) { return finite(r.windows[p].way[1]); }},
-    {"snaps", "", whole, Kind::energies, energy<&PatchResult::snaps>},
-    {"dissipated", "J", number, Kind::energies, energy<&PatchResult::dissipated>},
-    {"contact_loss", "J", number, Kind::energies, energy<&PatchResult::contact_loss>},
-    {"damper_work", "J", number, Kind::energies, energy<&PatchResult::damper_work>},
-    {"stored", "J", number, Kind::energies,
-     [](const SweepRun& r, std::size_t p) { return finite(patch(r, p).stored); }},
-    {"bristles", "", whole, Kind::never,
-     [](const SweepRun& r, std::size_t p) { return Json(patch(r, p).info.representatives); }},
-    {"sliding_steps", "", whole, Kind::never, steps<&PatchResult::sliding_steps>},
-    {"contact_steps", "", whole, Kind::never, steps<&PatchResult::steps_in_contact>},
-    {"overload_steps", "", whole, Kind::never, steps<&PatchResult::overload_steps>},
-    {"bad_steps", "", whole, Kind::never, steps<&PatchResult::bad_steps>},
-};
+constexpr Kind patch_kinds[] = {
+    {"kinetic", "", "/coefficient/sliding"},
+    {"peak", "", "/coefficient/highest"},
+    {"kinetic_in_theory", "", "/coefficient/kinetic_theory", Kind::never},
+    {"peak_in_theory", "", "/coefficient/peak_theory", Kind::never},
+    {"missed_peak", "", "/coefficient/missed_peak", Kind::always, ColumnType::text},
+    {"fx_mean", "N", "/force/x/mean"},
+    {"fx_rms", "N", "/force/x/rms"},
+    {"fx_min", "N", "/force/x/min"},
+    {"fx_max", "N", "/force/x/max"},
+    {"fy_mean", "N", "/force/y/mean", Kind::second_axis},
+    {"fy_rms", "N", "/force/y/rms", Kind::second_axis},
+    {"fy_min", "N", "/force/y/min", Kind::second_axis},
+    {"fy_max", "N", "/force/y/max", Kind::second_axis},
+    {"load_mean", "N", "/load/mean"},
+    {"x", "m", "/path/0"},
+    {"y", "m", "/path/1", Kind::second_axis},
+    {"snaps", "", "/energy/snaps", Kind::energies, whole},
+    {"dissipated", "J", "/energy/dissipated", Kind::energies},
+    {"contact_loss", "J", "/energy/contact_loss", Kind::energies},
+    {"damper_work", "J", "/energy/damper_work", Kind::energies},
+    {"stored", "J", "/energy/stored", Kind::energies},
+    {"bristles", "", "/bristles", Kind::never, whole},
+    {"sliding_steps", "", "/coefficient/sliding_steps", Kind::never, whole},
+    {"contact_steps", "", "/status/steps_in_contact", Kind::never, whole},
+    {"overload_steps", "", "/status/overload", Kind::never, whole},
+    {"bad_steps", "", "/status/bad_input", Kind::never, whole}};
 
-const Kind window_kinds[] = {
-    {"window_peak", "", number, Kind::always,
-     [](const SweepRun& r, std::size_t p) {
-       return r.windows[p].count ? finite(r.windows[p].highest_coefficient) : Json();
-     }},
-    {"window_mean", "", number, Kind::always,
-     [](const SweepRun& r, std::size_t p) {
-       return ratio(r.windows[p].coefficient_sum, static_cast<double>(r.windows[p].count));
-     }},
-};
+constexpr Kind window_kinds[] = {{"window_peak", "", "/window/peak"}, {"window_mean", "", "/window/mean"}};
 
-const Kind error_kind = {"error", "", number, Kind::always, [](const SweepRun& r, std::size_t p) {
-                           const WindowSums& w = r.windows[p];
-                           return w.reference_square_sum > 0.0
-                                      ? finite(std::sqrt(w.error_square_sum / w.reference_square_sum))
-                                      : Json();
-                         }};
+constexpr Kind error_kind = {"error", "", "/window/error"};
 
-const Kind body_kinds[] = {
-    {"x", "m", number, Kind::always,
-     [](const SweepRun& r, std::size_t b) { return finite(body(r, b).position[0]); }},
-    {"y", "m", number, Kind::second_axis,
-     [](const SweepRun& r, std::size_t b) { return finite(body(r, b).position[1]); }},
-    {"vx", "m/s", number, Kind::always,
-     [](const SweepRun& r, std::size_t b) { return finite(body(r, b).velocity[0]); }},
-    {"vy", "m/s", number, Kind::second_axis,
-     [](const SweepRun& r, std::size_t b) { return finite(body(r, b).velocity[1]); }},
-    {"highest_speed", "m/s", number, Kind::always,
-     [](const SweepRun& r, std::size_t b) { return finite(body(r, b).highest_speed); }},
-};
+constexpr Kind body_kinds[] = {{"x", "m", "/position/0"},
+                               {"y", "m", "/position/1", Kind::second_axis},
+                               {"vx", "m/s", "/velocity/0"},
+                               {"vy", "m/s", "/velocity/1", Kind::second_axis},
+                               {"highest_speed", "m/s", "/highest_speed"}};
 
-const Kind run_kinds[] = {
-    {"steps", "", whole, Kind::never, [](const SweepRun& r, std::size_t) { return Json(r.result.steps); }},
-    {"state_hash", "", ColumnType::hash, Kind::always,
-     [](const SweepRun& r, std::size_t) { return Json(fmt::format("{:016x}", r.result.state_hash)); }},
-};
+constexpr Kind run_kinds[] = {{"steps", "", "/steps", Kind::never, whole},
+                              {"state_hash", "", "/state_hash", Kind::always, ColumnType::hash}};
 
-const Kind time_kinds[] = {
-    {"time.step_p50", "s", number, Kind::never,
-     [](const SweepRun& r, std::size_t) { return finite(r.result.monitor.p50()); }},
-    {"time.step_p99", "s", number, Kind::never,
-     [](const SweepRun& r, std::size_t) { return finite(r.result.monitor.p99()); }},
-    {"time.wall", "s", number, Kind::never,
-     [](const SweepRun& r, std::size_t) { return finite(r.result.seconds); }},
-    {"time.cpu", "s", number, Kind::never, [](const SweepRun& r, std::size_t) { return finite(r.cpu_s); }},
-};
+constexpr Kind time_kinds[] = {{"time.step_p50", "s", "/step_time/p50_s", Kind::never},
+                               {"time.step_p99", "s", "/step_time/p99_s", Kind::never},
+                               {"time.wall", "s", "/wall_s", Kind::never},
+                               {"time.cpu", "s", "/cpu_s", Kind::never}};
 
 /// Largest number of patches, and of bodies, whose results a study reports if its options name none: the
 /// first ones of the scene.
 constexpr std::size_t most_by_default = 12;
 
-class Results {
- public:
-  void add(const Kind& kind, const std::string& owner, std::size_t index, int axes, bool energies,
-           bool measured) {
-    const bool shown = kind.shown == Kind::always || (kind.shown == Kind::second_axis && axes > 1) ||
-                       (kind.shown == Kind::energies && energies);
-    const std::string name = owner.empty() ? kind.name : owner + '.' + kind.name;
-    all.push_back(
-        {{name, kind.unit, kind.type, measured}, shown && index < most_by_default, kind.read, index});
-  }
-  std::vector<SweepResult> all;
+/// Owner of results: a patch or a body, or the run itself without a name.
+struct Owner {
+  std::string name;
+  const char* list = "";  ///< list in the run's report that has the owner
+  std::size_t index = 0;  ///< index of the owner in this list
+  int axes = 1;
+  bool energies = false;
 };
+
+SweepResult result_of(const Kind& kind, const Owner& owner, bool measured = false) {
+  const bool shown = kind.shown == Kind::always || (kind.shown == Kind::second_axis && owner.axes > 1) ||
+                     (kind.shown == Kind::energies && owner.energies);
+  const std::string place = *owner.list ? fmt::format("/{}/{}", owner.list, owner.index) : "";
+  return {{owner.name.empty() ? kind.name : owner.name + '.' + kind.name, kind.unit, kind.type, measured},
+          shown && owner.index < most_by_default,
+          place + kind.pointer};
+}
 
 std::string owner_of(const std::string& name) { return name.substr(0, name.find('.')); }
 std::string leaf_of(const std::string& name) {
@@ -187,29 +117,44 @@ Json to_json(const SweepColumn& column) {
           {"measured", column.measured}};
 }
 
+void WindowSums::write(nlohmann::ordered_json& patch) const {
+  patch["path"] = path;
+  if (count > 0) {
+    patch["window"]["peak"] = highest_coefficient;
+    patch["window"]["mean"] = coefficient_sum / static_cast<double>(count);
+  }
+  if (reference_square_sum > 0.0)
+    patch["window"]["error"] = std::sqrt(error_square_sum / reference_square_sum);
+}
+
+Json SweepResult::read(const nlohmann::ordered_json& run) const {
+  const nlohmann::ordered_json::json_pointer at(pointer);
+  if (!run.contains(at)) return {};
+  const auto& value = run.at(at);
+  return value.is_number_float() && !std::isfinite(value.get<double>()) ? Json() : Json(value);
+}
+
 std::vector<SweepResult> all_results(const Scene& scene, bool with_error, bool with_window) {
-  Results results;
+  std::vector<SweepResult> all;
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
-    const ScenePatch& patch = scene.patches[p];
-    const bool energies = has(patch.options.outputs, bristle::Outputs::energy);
-    const auto add = [&](const Kind& kind) {
-      results.add(kind, patch.name, p, patch.options.axes, energies, false);
-    };
-    if (with_error) add(error_kind);
+    const bristle::PatchOptions& options = scene.patches[p].options;
+    const Owner owner{scene.patches[p].name, "patches", p, options.axes,
+                      has(options.outputs, bristle::Outputs::energy)};
+    if (with_error) all.push_back(result_of(error_kind, owner));
     if (with_window)
-      for (const Kind& kind : window_kinds) add(kind);
-    for (const Kind& kind : patch_kinds) add(kind);
+      for (const Kind& kind : window_kinds) all.push_back(result_of(kind, owner));
+    for (const Kind& kind : patch_kinds) all.push_back(result_of(kind, owner));
   }
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const SceneBody& body = scene.bodies[b];
     const bool taken = std::any_of(scene.patches.begin(), scene.patches.end(),
                                    [&](const ScenePatch& patch) { return patch.name == body.name; });
-    for (const Kind& kind : body_kinds)
-      results.add(kind, taken ? "body." + body.name : body.name, b, body.axes, false, false);
+    const Owner owner{taken ? "body." + body.name : body.name, "bodies", b, body.axes};
+    for (const Kind& kind : body_kinds) all.push_back(result_of(kind, owner));
   }
-  for (const Kind& kind : run_kinds) results.add(kind, "", 0, 1, false, false);
-  for (const Kind& kind : time_kinds) results.add(kind, "", 0, 1, false, true);
-  return std::move(results.all);
+  for (const Kind& kind : run_kinds) all.push_back(result_of(kind, {}));
+  for (const Kind& kind : time_kinds) all.push_back(result_of(kind, {}, true));
+  return all;
 }
 
 std::vector<SweepResult> chosen_results(const Scene& scene, const std::vector<std::string>& report,

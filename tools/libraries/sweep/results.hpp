@@ -38,24 +38,20 @@ struct WindowSums {
   /// Sums of squares of the force's error, and of the reference run's force, N^2.
   double error_square_sum = 0.0, reference_square_sum = 0.0;
   /// Path of the patch's first copy along x and y, over the whole run, m.
-  double way[2] = {0.0, 0.0};
-};
+  double path[2] = {0.0, 0.0};
 
-/// Finished run of one row's scene, from which the row's results are computed.
-struct SweepRun {
-  const Scene& scene;
-  const RunResult& result;
-  std::vector<WindowSums> windows;  ///< sums over the time window, by the patch's index
-  double cpu_s = 0.0;
+  /// Adds path, coefficients and error to the results of the patch.
+  void write(nlohmann::ordered_json& patch) const;
 };
 
 /// Result that a row can report: "state_hash", "tip.kinetic" (of patch `tip`), "block.x" (body `block`).
 struct SweepResult {
   SweepColumn column;
   bool by_default = false;
-  /// Computes the result from a finished run. It is JSON null if the run does not have it.
-  nlohmann::json (*read)(const SweepRun&, std::size_t index) = nullptr;
-  std::size_t index = 0;  ///< index of the result's patch or body in the scene
+  std::string pointer;  ///< JSON pointer to the value in the run's results
+
+  /// Reads the result from the results of a run. It is JSON null if the run does not have it.
+  nlohmann::json read(const nlohmann::ordered_json& run) const;
 };
 
 /// Lists all results that the scene can give. With `with_error` they include those that compare with a

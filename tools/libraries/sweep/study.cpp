@@ -160,8 +160,8 @@ class Gatherer {
       const bristle::Motion& motion = stepper.motions()[c];
       WindowSums& sums = windows_[p];
       if (p != last) {
-        sums.way[0] += motion.displacement[0];
-        sums.way[1] += motion.displacement[1];
+        sums.path[0] += motion.displacement[0];
+        sums.path[1] += motion.displacement[1];
       }
       last = p;
       if (inside)
@@ -528,13 +528,12 @@ std::vector<Json> Study::results_of(std::uint64_t index, const std::string& isa,
     gatherer(stepper);
     if (check) check();
   });
-  const SweepRun run{scene, result, gatherer.windows(), bristle::DeadlineMonitor::cpu_now() - cpu};
+  nlohmann::ordered_json run = run_results(scene, result);
+  run["cpu_s"] = bristle::DeadlineMonitor::cpu_now() - cpu;
+  for (std::size_t p = 0; p < scene.patches.size(); ++p) gatherer.windows()[p].write(run["patches"][p]);
   check_files();
   std::vector<Json> cells;
-  for (const SweepResult& r : results_) {
-    const bool there = r.index < std::max<std::size_t>({scene.patches.size(), scene.bodies.size(), 1});
-    cells.push_back(there ? r.read(run, r.index) : Json());
-  }
+  for (const SweepResult& r : results_) cells.push_back(r.read(run));
   return cells;
 }
 

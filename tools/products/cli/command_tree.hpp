@@ -36,6 +36,9 @@ std::vector<const CLI::App*> subcommands_of(const CLI::App& command);
 /// replaced.
 std::string complaint_of(const CLI::App& command, const CLI::ParseError& error);
 
+/// Returns a script by which bash completes commands, options, and values that are words or files.
+std::string completion_script(const CLI::App& program);
+
 /// Type name of options whose value is a file; shell completion then offers file names.
 constexpr const char* file_value = "FILE";
 

@@ -1,5 +1,4 @@
-#include "tools/products/cli/completion.hpp"
-
+// Makes the completion script of bash from the definition of the command line.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -41,7 +41,6 @@
 #include "tools/libraries/stability/stability.hpp"
 #include "tools/libraries/sweep/sweep.hpp"
 #include "tools/products/cli/command_tree.hpp"
-#include "tools/products/cli/completion.hpp"
 #include "tools/products/cli/help_text.hpp"
 #include "tools/products/cli/option_checks.hpp"
 

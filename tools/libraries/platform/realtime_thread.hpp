@@ -2,6 +2,8 @@
 // refuses.
 #pragma once
 
+#include <sched.h>
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,8 +40,8 @@ class RealtimeThread {
   void lock_memory();
 
   bool has_fifo_ = false, has_locked_memory_ = false;
-  std::optional<std::vector<int>> before_;  // cores on which the thread might run before
-  int timers_;                              // setting of the timers before, by which it is restored
+  std::optional<cpu_set_t> before_;  // cores on which the thread might run before
+  int timer_slack_ns_;               // slack of the thread's timers before
   std::vector<std::string> refused_;
 };
 
