@@ -26,7 +26,6 @@
 #include "tools/products/virtual_room/haptic_loop.hpp"
 #include "tools/products/virtual_room/motion_axis.hpp"
 #include "tools/products/virtual_room/mouse_device.hpp"
-#include "tools/products/virtual_room/moved.hpp"
 #include "tools/products/virtual_room/parameters.hpp"
 #include "tools/products/virtual_room/presets.hpp"
 #include "tools/products/virtual_room/script.hpp"
@@ -1561,15 +1560,18 @@ class Sender {
   void send(const void* bytes, std::size_t size) {
     sendto(socket_, bytes, size, 0, reinterpret_cast<const sockaddr*>(&to_), sizeof to_);
   }
-  void send(const HandPacket& packet) {
-    unsigned char bytes[hand_packet_size];
-    encode(packet, bytes);
-    send(bytes, sizeof bytes);
+  void send(std::uint32_t sequence, bool holds, double x, double z = 0.0, double force_z = 0.0) {
+    HandPacket packet;
+    packet.sequence = sequence;
+    packet.holds = holds;
+    packet.position[0] = x;
+    packet.position[2] = z;
+    packet.force[2] = force_z;
+    send(&packet, sizeof packet);
   }
   bool receive(ForcePacket& packet) {
-    unsigned char bytes[200];
-    const ssize_t got = recv(socket_, bytes, sizeof bytes, 0);
-    return got > 0 && decode(bytes, static_cast<std::size_t>(got), packet);
+    return recv(socket_, &packet, sizeof packet, 0) == sizeof packet &&
+           std::memcmp(packet.magic, "BRFC", 4) == 0 && packet.version == 2;
   }
 
  private:
@@ -1594,7 +1596,7 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
     }
     return false;
   };
-  sender.send({7, {true, {0.01, 0.02, 0.03}, {0, 0, -1.0}}});
+  sender.send(7, true, 0.01, 0.03, -1.0);
   REQUIRE(read(0.01));
   CHECK(hand.holds);
   CHECK(hand.position[2] == 0.03);
@@ -1606,11 +1608,11 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   CHECK(force.force[1] == -2.0);
 
   sender.send("hello", 5);
-  unsigned char long_packet[hand_packet_size + 8] = {};
+  const HandPacket long_packet[2];
   sender.send(long_packet, sizeof long_packet);
-  sender.send({6, {true, {0.5, 0, 0}, {0, 0, 0}}});  // packet with an older number than the last one's
-  sender.send({8, {true, {NAN, 0, 0}, {0, 0, 0}}});
-  sender.send({9, {false, {0.04, 0, 0}, {0, 0, 0}}});
+  sender.send(6, true, 0.5);  // packet with an older number than the last one's
+  sender.send(8, true, NAN);
+  sender.send(9, false, 0.04);
   REQUIRE(read(0.04));
   CHECK(device.refused() == 4);
   CHECK_FALSE(hand.holds);
@@ -1627,18 +1629,15 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
     }
     return hand.position[0];
   };
-  const auto packet = [](std::uint32_t sequence, double x) {
-    return HandPacket{sequence, {true, {x, 0, 0}, {0, 0, 0}}};
-  };
   // Sends a number far ahead, under which all later packets of the true device would count as old.
-  sender.send(packet(1, 0.1));
-  sender.send(packet(1 + 65537, 0.9));
+  sender.send(1, true, 0.1);
+  sender.send(1 + 65537, true, 0.9);
   CHECK(wait_for(1) == 0.1);
-  sender.send(packet(2, 0.2));
-  sender.send(packet(2, 0.9));
+  sender.send(2, true, 0.2);
+  sender.send(2, true, 0.9);
   CHECK(wait_for(2) == 0.2);
-  sender.send(packet(2 + 65536, 0.3));  // not too far ahead, hence accepted
-  sender.send(packet(3, 0.9));
+  sender.send(2 + 65536, true, 0.3);  // not too far ahead, hence accepted
+  sender.send(3, true, 0.9);
   CHECK(wait_for(3) == 0.3);
 }
 
@@ -1653,12 +1652,12 @@ TEST_CASE("The network device is lost after a silence, and comes back with any p
     }
     return false;
   };
-  sender.send({7, {true, {0.01, 0, 0}, {0, 0, 0}}});
+  sender.send(7, true, 0.01);
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
   CHECK_FALSE(device.read(0.0, hand));
   // Simulates a restart of the device server, whose packet numbers begin at 1 again.
-  sender.send({1, {true, {0.05, 0, 0}, {0, 0, 0}}});
+  sender.send(1, true, 0.05);
   CHECK(read());
   CHECK(hand.position[0] == 0.05);
 }

@@ -21,7 +21,6 @@
 #include "tools/products/virtual_room/offscreen.hpp"
 #include "tools/products/virtual_room/panels.hpp"
 #include "tools/products/virtual_room/plots.hpp"
-#include "tools/products/virtual_room/png_file.hpp"
 #include "tools/products/virtual_room/presets.hpp"
 #include "tools/products/virtual_room/quantity_text.hpp"
 
@@ -669,8 +668,6 @@ TEST_CASE("Quantities are written with the prefix that fits", "[room]") {
   CHECK(room::with_unit(1234.0, "N/m") == "1.23 kN/m");
   CHECK(room::with_unit(0.0, "N") == "0 N");
   CHECK(room::with_unit(std::nan(""), "N") == "– N");
-  CHECK(room::with_commas(1234567) == "1,234,567");
-  CHECK(room::with_commas(999) == "999");
 }
 
 TEST_CASE("A picture shows the block where perspective puts it, its arrows, and bristles by their bending",

@@ -41,14 +41,16 @@ void check_clean(const Sighting& seen) {
 
 /// Sends one packet, as a device server would: a hand that holds still.
 void send_hand(int port) {
-  unsigned char bytes[room::hand_packet_size];
-  room::encode({1, {true, {-0.07, 0.0, 0.03}, {0, 0, 0}}}, bytes);
+  room::HandPacket packet;
+  packet.sequence = packet.holds = 1;
+  packet.position[0] = -0.07;
+  packet.position[2] = 0.03;
   sockaddr_in to{};
   to.sin_family = AF_INET;
   to.sin_port = htons(static_cast<std::uint16_t>(port));
   to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   const int from = socket(AF_INET, SOCK_DGRAM, 0);
-  sendto(from, bytes, sizeof bytes, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  sendto(from, &packet, sizeof packet, 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
   close(from);
 }
 

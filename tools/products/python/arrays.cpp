@@ -2,69 +2,24 @@
 // package/_arrays.py.
 #include <cstddef>
 #include <limits>
-#include <type_traits>
 
-#include "tools/products/python/module.hpp"
+#include "tools/products/python/owned.hpp"
 
 namespace bristle_python {
 
 using bristle::Motion;
 using bristle::Response;
 
-namespace {
-
-static_assert(std::is_standard_layout_v<Motion> && std::is_trivially_copyable_v<Motion>);
-static_assert(std::is_standard_layout_v<Response> && std::is_trivially_copyable_v<Response>);
-
-class DtypeBuilder {
- public:
-  DtypeBuilder& add(const char* name, const char* format, std::size_t offset) {
-    names_.append(name);
-    formats_.append(format);
-    offsets_.append(offset);
-    return *this;
-  }
-  py::dtype build(std::size_t size) const {
-    return py::dtype(names_, formats_, offsets_, static_cast<py::ssize_t>(size));
-  }
-
- private:
-  py::list names_, formats_, offsets_;
-};
-
-}  // namespace
-
 // Makes the dtype once, at import, and never frees it. The interpreter ends before static objects are
 // destroyed.
 const py::dtype& motion_dtype() {
-  static const py::dtype& dtype =
-      *new py::dtype(DtypeBuilder()
-                         .add("id", "u8", offsetof(Motion, id))
-                         .add("displacement", "(2,)f8", offsetof(Motion, displacement))
-                         .add("normal_load", "f8", offsetof(Motion, normal_load))
-                         .add("has_velocity", "?", offsetof(Motion, has_velocity))
-                         .add("velocity", "(2,)f8", offsetof(Motion, velocity))
-                         .build(sizeof(Motion)));
-  return dtype;
-}
-
-const py::dtype& response_dtype() {
-  static const py::dtype& dtype =
-      *new py::dtype(DtypeBuilder()
-                         .add("id", "u8", offsetof(Response, id))
-                         .add("status", "u4", offsetof(Response, status))
-                         .add("end", "(2,)f8", offsetof(Response, end))
-                         .add("elastic", "(2,)f8", offsetof(Response, elastic))
-                         .add("damper", "(2,)f8", offsetof(Response, damper))
-                         .add("mean", "(2,)f8", offsetof(Response, mean))
-                         .add("stiffness", "f8", offsetof(Response, stiffness))
-                         .add("damping", "f8", offsetof(Response, damping))
-                         .add("force_limit", "f8", offsetof(Response, force_limit))
-                         .add("dissipated", "f8", offsetof(Response, dissipated))
-                         .add("contact_loss", "f8", offsetof(Response, contact_loss))
-                         .add("damper_work", "f8", offsetof(Response, damper_work))
-                         .add("snaps", "u8", offsetof(Response, snaps))
-                         .build(sizeof(Response)));
+  static const py::dtype& dtype = *new py::dtype(
+      py::list(py::make_tuple("id", "displacement", "normal_load", "has_velocity", "velocity")),
+      py::list(py::make_tuple("u8", "(2,)f8", "f8", "?", "(2,)f8")),
+      py::list(py::make_tuple(offsetof(Motion, id), offsetof(Motion, displacement),
+                              offsetof(Motion, normal_load), offsetof(Motion, has_velocity),
+                              offsetof(Motion, velocity))),
+      sizeof(Motion));
   return dtype;
 }
 
@@ -92,16 +47,13 @@ void forget_what_was_not_asked_for(Response& response, bristle::Outputs outputs)
 }
 
 void define_arrays(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(Response, id, status, end, elastic, damper, mean, stiffness, damping, force_limit,
+                       dissipated, contact_loss, damper_work, snaps);
   module.attr("motion_dtype") = motion_dtype();
-  module.attr("response_dtype") = response_dtype();
+  module.attr("response_dtype") = py::dtype::of<Response>();
   const py::object flags = py::module_::import("enum").attr("IntFlag");
-  py::dict values;
-  values["ok"] = 0;
-  values["unknown_id"] = 1;
-  values["repeated_id"] = 2;
-  values["bad_input"] = 4;
-  values["overload"] = 8;
-  values["no_capacity"] = 16;
+  const py::dict values("ok"_a = 0, "unknown_id"_a = 1, "repeated_id"_a = 2, "bad_input"_a = 4,
+                        "overload"_a = 8, "no_capacity"_a = 16);
   module.attr("Status") = flags("Status", values, py::arg("module") = "bristle");
 }
 

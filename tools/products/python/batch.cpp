@@ -12,6 +12,8 @@
 namespace bristle_python {
 
 using bristle::Motion;
+using bristle::PatchBatch;
+using bristle::PatchId;
 using bristle::Response;
 
 namespace {
@@ -39,7 +41,7 @@ struct Step {
   bristle::Span<Response> out;
   Step(const py::array& motions, const py::array& responses)
       : in(elements<const Motion>(motions, motion_dtype(), "motions", false)),
-        out(elements<Response>(responses, response_dtype(), "responses", true)) {
+        out(elements<Response>(responses, py::dtype::of<Response>(), "responses", true)) {
     if (in.size() != out.size())
       throw bristle::Error("responses: as many as motions are needed: " + std::to_string(in.size()) +
                            ", not " + std::to_string(out.size()));
@@ -70,35 +72,26 @@ ResponseArray try_arrays(Batch& self, double dt, const py::array& motions,
   return ResponseArray(array);
 }
 
-py::dict info_of(Batch& self, std::uint64_t id) {
-  const Batch::Turn turn(self);
-  const bristle::PatchInfo info = self.batch.info({id});
-  static_assert(bristle::detail::field_count<bristle::PatchInfo> == 9, "each field gets a key below");
-  py::dict result;
-  result["key"] = info.key;
-  result["representatives"] = info.representatives;
-  result["weight"] = info.weight;
-  result["active"] = info.active;
-  result["normal_load"] = info.normal_load;
-  result["max_normal_load"] = info.max_normal_load;
-  result["memory_bytes"] = info.memory_bytes;
-  result["bytes_per_representative"] = info.bytes_per_representative;
-  result["kernel"] = info.kernel;
-  return result;
+py::dict info_of(Batch& self, PatchId id) {
+  const bristle::PatchInfo info = in_turn<Batch>(&PatchBatch::info)(self, id);
+  static_assert(bristle::detail::field_count<bristle::PatchInfo> == 9, "each field has a key below");
+  return py::dict("key"_a = info.key, "representatives"_a = info.representatives, "weight"_a = info.weight,
+                  "active"_a = info.active, "normal_load"_a = info.normal_load,
+                  "max_normal_load"_a = info.max_normal_load, "memory_bytes"_a = info.memory_bytes,
+                  "bytes_per_representative"_a = info.bytes_per_representative, "kernel"_a = info.kernel);
 }
 
-py::tuple read_bristles(Batch& self, std::uint64_t id) {
+py::tuple read_bristles(Batch& self, PatchId id) {
   const Batch::Turn turn(self);
-  const std::size_t size = self.batch.info({id}).representatives;
+  const std::size_t size = self.batch.info(id).representatives;
   const auto column = [&] { return py::array_t<double>(static_cast<py::ssize_t>(size)); };
   py::array_t<double> x = column(), y = column(), delta = column();
-  self.batch.read_bristles({id}, {x.mutable_data(), size}, {y.mutable_data(), size},
+  self.batch.read_bristles(id, {x.mutable_data(), size}, {y.mutable_data(), size},
                            {delta.mutable_data(), size});
   return py::make_tuple(x, y, delta);
 }
 
-void reset_patches(Batch& self,
-                   const py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>& ids) {
+void reset_patches(Batch& self, const Ids& ids) {
   const Batch::Turn turn(self);
   for (py::ssize_t i = 0; i < ids.size(); ++i)
     if (!self.batch.reset({ids.data()[i]}))
@@ -140,16 +133,13 @@ void define_batch(py::module_& module) {
       "another one may add, remove and change materials meanwhile: the change takes effect at the next "
       "step. A second thread that steps gets bristle.Error. step, find_force and warm_up let "
       "go of the interpreter's lock. save_state and restore_state carry on with the same bits elsewhere.");
-  type.def(py::init([](int threads, const char* isa) {
-             return std::make_unique<Batch>(bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
-           }),
-           py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(),
-           "threads: that may step, the caller included; 0 = one per core. isa: \"scalar\", \"sse2\", ...; "
-           "None = the best here.")
-      .def(
+  define_constructor(type,
+                     "threads: that may step, the caller included; 0 = one per core. isa: \"scalar\", "
+                     "\"sse2\", ...; None = the best here.");
+  type.def(
           "add",
           [](Batch& self, const Material& material, const PatchOptions& options) {
-            return self.batch.add(material, options).value;
+            return self.batch.add(material, options);
           },
           py::arg("material"), py::arg("options") = PatchOptions{},
           "A new patch, out of contact, deflections zero: its id. Raises bristle.Error.")
@@ -166,13 +156,11 @@ void define_batch(py::module_& module) {
           py::arg("count"), py::arg("material"), py::arg("options") = PatchOptions{},
           "`count` patches with the seeds options.seed, options.seed + 1, ...: an array of ids.")
       .def(
-          "remove", [](Batch& self, std::uint64_t id) { self.batch.remove({id}); }, py::arg("id"),
+          "remove", [](Batch& self, PatchId id) { self.batch.remove(id); }, py::arg("id"),
           "Raises bristle.Error when there is no such patch.")
       .def(
           "set_material",
-          [](Batch& self, std::uint64_t id, const Material& material) {
-            self.batch.set_material({id}, material);
-          },
+          [](Batch& self, PatchId id, const Material& material) { self.batch.set_material(id, material); },
           py::arg("id"), py::arg("material"), "Changes the material from the next step on; deflections stay.")
       .def(
           "reset", &reset_patches, py::arg("ids"),
@@ -191,27 +179,20 @@ void define_batch(py::module_& module) {
            "Moves patches over dt (s); responses[i] answers motions[i], in place. Arrays of bristle.motions "
            "and bristle.responses, which no other thread may touch meanwhile. Bad input sets a status, never "
            "raises.")
-      .def("find_force", &try_arrays, py::arg("dt"), py::arg("motions"), py::arg("responses") = py::none(),
+      .def("find_force", &try_arrays, py::arg("dt"), py::arg("motions"), optional("responses"),
            "The responses to trial motions, each from the state as it is, which does not change.")
       .def("info", &info_of, py::arg("id"),
            "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros "
            "for an unknown id.")
-      .def(
-          "stored_energy",
-          [](Batch& self, std::uint64_t id) {
-            const Batch::Turn turn(self);
-            return self.batch.stored_energy({id});
-          },
-          py::arg("id"), "Elastic energy of the bristles in contact, J.")
+      .def("stored_energy", in_turn<Batch>(&PatchBatch::stored_energy), py::arg("id"),
+           "Elastic energy of the bristles in contact, J.")
       .def("read_bristles", &read_bristles, py::arg("id"),
            "Deflections along x and y and snap lengths of all bristles, three arrays in m.")
       .def_property_readonly("threads", [](const Batch& self) { return self.batch.threads(); })
       .def_property_readonly(
           "isa", [](const Batch& self) { return self.batch.isa(); }, "Instruction set in use.");
   define_groups(module, type);
-  define_state(
-      type, "id", [](std::uint64_t id) { return bristle::PatchId{id}; },
-      [](const bristle::PatchBatch& batch) { return batch.patch_count(); });
+  define_state<PatchId>(type, "id", &PatchBatch::patch_count);
 }
 
 }  // namespace bristle_python

@@ -23,88 +23,49 @@ using bristle::BedBatch;
 using bristle::BedMaterial;
 using bristle::BedMotion;
 using bristle::BedOptions;
+using bristle::BedPressure;
 using bristle::BedResponse;
 using bristle::BedShape;
 
 namespace {
 
-const auto pressures = in_order<bristle::BedPressure>(bristle::bed_pressure_names, 3);
-const auto growths = in_order<bristle::BedGrowth>(bristle::bed_growth_names, 3);
-
 using Beds = Owned<BedBatch>;
 
-std::vector<BedMotion> read_motions(const Ids& ids, const Numbers& motions) {
-  if (ids.ndim() != 1 || motions.ndim() != 2 || motions.shape(0) != ids.shape(0) || motions.shape(1) != 6)
-    throw bristle::Error(
-        "motions: shape (n, 6) is needed for n ids: displacement x, y (m), spin (rad), rolled x, y (m), "
-        "normal load (N)");
-  std::vector<BedMotion> in(static_cast<std::size_t>(ids.shape(0)));
-  for (py::ssize_t i = 0; i < ids.shape(0); ++i) {
-    BedMotion& motion = in[static_cast<std::size_t>(i)];
-    motion.id = {ids.at(i)};
-    for (py::ssize_t k = 0; k < 2; ++k) {
-      motion.displacement[k] = motions.at(i, k);
-      motion.rolled[k] = motions.at(i, 3 + k);
-    }
-    motion.spin = motions.at(i, 2);
-    motion.normal_load = motions.at(i, 5);
+/// Motion of a bed as a row of numbers.
+struct BedRow {
+  using Motion = BedMotion;
+  using Response = BedResponse;
+  static constexpr py::ssize_t size = 6;
+  static constexpr const char* numbers =
+      "displacement x, y (m), spin (rad), rolled x, y (m), normal load (N)";
+  static BedMotion motion(bristle::BedId id, const double* row) {
+    return {id, {row[0], row[1]}, row[2], {row[3], row[4]}, row[5]};
   }
-  return in;
-}
-
-py::dict write_responses(const std::vector<BedResponse>& responses) {
-  Columns<BedResponse> to(responses);
-  to.add("force", &BedResponse::force);
-  to.add("torque", &BedResponse::torque);
-  to.add("mean", &BedResponse::mean);
-  to.add("mean_torque", &BedResponse::mean_torque);
-  to.add("dissipated", &BedResponse::dissipated);
-  to.add("stored", &BedResponse::stored);
-  to.add("tangent", &BedResponse::tangent);
-  to.add("slipping_share", &BedResponse::slipping_share);
-  return to.columns;
-}
+};
 
 py::dict step(Beds& self, const Ids& ids, const Numbers& motions) {
-  const std::vector<BedMotion> in = read_motions(ids, motions);
-  std::vector<BedResponse> out(in.size());
-  {
-    const Beds::Turn turn(self);
-    const WithoutLock unlocked;
-    self.batch.step({in.data(), in.size()}, {out.data(), out.size()});
-  }
-  return write_responses(out);
+  return step_rows<BedRow>(self, ids, motions, [](BedBatch& beds, auto in, auto out) { beds.step(in, out); });
 }
 
 py::dict find_force(Beds& self, const Ids& ids, const Numbers& motions) {
-  const std::vector<BedMotion> in = read_motions(ids, motions);
-  std::vector<BedResponse> out(in.size());
-  {
-    const Beds::Turn turn(self);
-    const WithoutLock unlocked;
-    for (std::size_t i = 0; i < in.size(); ++i) out[i] = self.batch.find_force(in[i]);
-  }
-  return write_responses(out);
+  return step_rows<BedRow>(self, ids, motions, [](BedBatch& beds, auto in, auto out) {
+    for (std::size_t i = 0; i < in.size(); ++i) out[i] = beds.find_force(in[i]);
+  });
 }
 
-py::dict bristles_of(Beds& self, std::uint64_t id) {
+py::dict bristles_of(Beds& self, bristle::BedId id) {
   const Beds::Turn turn(self);
-  std::vector<bristle::BedBristle> bristles(self.batch.info({id}).bristles);
-  self.batch.read_bristles({id}, {bristles.data(), bristles.size()});
-  const auto n = static_cast<py::ssize_t>(bristles.size());
-  Numbers position({n, py::ssize_t{2}}), deflection({n, py::ssize_t{2}}), stiffness(n), limit(n);
-  for (std::size_t i = 0; i < bristles.size(); ++i) {
-    std::copy_n(bristles[i].position, 2, position.mutable_data() + 2 * i);
-    std::copy_n(bristles[i].deflection, 2, deflection.mutable_data() + 2 * i);
-    stiffness.mutable_data()[i] = bristles[i].stiffness;
-    limit.mutable_data()[i] = bristles[i].limit;
-  }
-  py::dict result;
-  result["position"] = position;
-  result["deflection"] = deflection;
-  result["stiffness"] = stiffness;
-  result["limit"] = limit;
-  return result;
+  const std::size_t size = self.batch.info(id).bristles;
+  py::array_t<bristle::BedBristle> bristles(static_cast<py::ssize_t>(size));
+  self.batch.read_bristles(id, {bristles.mutable_data(), size});
+  return columns_of(bristles);
+}
+
+py::dict info_of(Beds& self, bristle::BedId id) {
+  const bristle::BedInfo info = in_turn<Beds>(&BedBatch::info)(self, id);
+  return py::dict("bristles"_a = info.bristles, "half"_a = py::make_tuple(info.half[0], info.half[1]),
+                  "normal_load"_a = info.normal_load, "stiffness"_a = info.stiffness,
+                  "longest_deflection"_a = info.longest_deflection, "memory_bytes"_a = info.memory_bytes);
 }
 
 double pressure_at(const py::function& pressure, double x, double y) {
@@ -164,7 +125,6 @@ void set_cells(BedShape& shape, const std::vector<Row>& rows) {
 }
 
 void define_shape(py::module_& module) {
-  const auto pressure = [](const std::string& name) { return value_of(pressures, "pressure", name); };
   KeywordClass<BedShape> type(module, "BedShape",
                               "Outline, pressure and grid of a bed, made by its static methods.");
   type.listed_fields()
@@ -173,36 +133,18 @@ void define_shape(py::module_& module) {
   type.type
       .def_static("sphere_row", &BedShape::sphere_row, py::arg("cells") = 32, py::kw_only(),
                   py::arg("radius_of_contact") = 0.0, "Sphere on a plane by dimensional reduction.")
-      .def_static(
-          "wheel_row",
-          [pressure](double half_length, const std::string& name, int cells) {
-            return BedShape::wheel_row(half_length, pressure(name), cells);
-          },
-          py::arg("half_length"), py::kw_only(), py::arg("pressure") = "parabolic", py::arg("cells") = 32,
-          "One row that rolls along x.")
+      .def_static("wheel_row", &BedShape::wheel_row, py::arg("half_length"), py::kw_only(),
+                  py::arg("pressure") = BedPressure::parabolic, py::arg("cells") = 32,
+                  "One row that rolls along x.")
       .def_static("cylinder_row", &BedShape::cylinder_row, py::arg("half_length"), py::kw_only(),
                   py::arg("cells") = 32, "Hertz's cylinder, rolling.")
-      .def_static(
-          "ellipse",
-          [pressure](double x, double y, const std::string& name, int rings, int around) {
-            return BedShape::ellipse(x, y, pressure(name), rings, around);
-          },
-          py::arg("half_x"), py::arg("half_y"), py::kw_only(), py::arg("pressure") = "hertz",
-          py::arg("rings") = 7, py::arg("around") = 0, "around = 0: three times the rings.")
-      .def_static(
-          "disc",
-          [pressure](double radius, const std::string& name, int rings, int around) {
-            return BedShape::disc(radius, pressure(name), rings, around);
-          },
-          py::arg("radius"), py::kw_only(), py::arg("pressure") = "hertz", py::arg("rings") = 7,
-          py::arg("around") = 0)
-      .def_static(
-          "rectangle",
-          [pressure](double x, double y, const std::string& name, int nx, int ny) {
-            return BedShape::rectangle(x, y, pressure(name), nx, ny);
-          },
-          py::arg("half_x"), py::arg("half_y"), py::kw_only(), py::arg("pressure") = "parabolic",
-          py::arg("nx") = 16, py::arg("ny") = 8)
+      .def_static("ellipse", &BedShape::ellipse, py::arg("half_x"), py::arg("half_y"), py::kw_only(),
+                  py::arg("pressure") = BedPressure::hertz, py::arg("rings") = 7, py::arg("around") = 0,
+                  "around = 0: three times the rings.")
+      .def_static("disc", &BedShape::disc, py::arg("radius"), py::kw_only(),
+                  py::arg("pressure") = BedPressure::hertz, py::arg("rings") = 7, py::arg("around") = 0)
+      .def_static("rectangle", &BedShape::rectangle, py::arg("half_x"), py::arg("half_y"), py::kw_only(),
+                  py::arg("pressure") = BedPressure::parabolic, py::arg("nx") = 16, py::arg("ny") = 8)
       .def_static(
           "from_pressure",
           [](double half_x, double half_y, int nx, int ny, const PressureFunction& function) {
@@ -229,69 +171,45 @@ void define_shape(py::module_& module) {
           "rolling", [](BedShape shape, int along, int rows) { return shape.rolling(along, rows); },
           py::arg("along"), py::arg("rows"), "A copy whose bristles are carried through the contact.")
       .def(
-          "grown",
-          [](BedShape shape, const std::string& law) { return shape.grown(value_of(growths, "law", law)); },
-          py::arg("law"), "A copy whose size follows the load: fixed, cube_root, square_root.");
+          "grown", [](BedShape shape, bristle::BedGrowth law) { return shape.grown(law); }, py::arg("law"),
+          "A copy whose size follows the load: fixed, cube_root, square_root.");
 }
 
 }  // namespace
 
 void define_beds(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(BedResponse, status, force, torque, mean, mean_torque, dissipated, stored, tangent,
+                       slipping_share);
+  PYBIND11_NUMPY_DTYPE(bristle::BedBristle, position, deflection, stiffness, limit);
   define_material(module);
   define_shape(module);
   py::class_<Beds> type(
       module, "BedBatch",
       "Elastic bodies in contact that slip from the rim, spin and roll. Named by ids (int), stepped "
       "together; step and find_force let go of the interpreter's lock.");
-  type.def(py::init([](int threads, const char* isa) {
-             return std::make_unique<Beds>(bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
-           }),
-           py::kw_only(), py::arg("threads") = 1, py::arg("isa") = py::none(), "As PatchBatch.")
-      .def(
+  define_constructor(type, "As PatchBatch.");
+  type.def(
           "add",
           [](Beds& self, const BedMaterial& material, const BedShape& shape, double max_normal_load,
              bool all_outputs, double longest_piece) {
             const Beds::Turn turn(self);
-            BedOptions options;
-            options.max_normal_load = max_normal_load;
-            options.all_outputs = all_outputs;
-            options.longest_piece = longest_piece;
-            return self.batch.add(material, shape, options).value;
+            return self.batch.add(material, shape, {max_normal_load, all_outputs, longest_piece});
           },
           py::arg("material"), py::arg("shape"), py::kw_only(), py::arg("max_normal_load"),
           py::arg("all_outputs") = true, py::arg("longest_piece") = BedOptions{}.longest_piece,
           "A new bed, out of contact: its id. Raises bristle.Error.")
-      .def(
-          "remove",
-          [](Beds& self, std::uint64_t id) {
-            const Beds::Turn turn(self);
-            self.batch.remove({id});
-          },
-          py::arg("id"), "Raises bristle.Error when there is no such bed.")
+      .def("remove", in_turn<Beds>(&BedBatch::remove), py::arg("id"),
+           "Raises bristle.Error when there is no such bed.")
       .def(
           "reset",
-          [](Beds& self, std::uint64_t id) {
+          [](Beds& self, bristle::BedId id) {
             const Beds::Turn turn(self);
-            if (!self.batch.reset({id})) throw bristle::Error("BedBatch.reset: there is no such bed");
+            if (!self.batch.reset(id)) throw bristle::Error("BedBatch.reset: there is no such bed");
           },
           py::arg("id"), "Unbends all bristles and takes the bed out of contact.")
-      .def(
-          "info",
-          [](Beds& self, std::uint64_t id) {
-            const Beds::Turn turn(self);
-            const bristle::BedInfo info = self.batch.info({id});
-            py::dict result;
-            result["bristles"] = info.bristles;
-            result["half"] = py::make_tuple(info.half[0], info.half[1]);
-            result["normal_load"] = info.normal_load;
-            result["stiffness"] = info.stiffness;
-            result["longest_deflection"] = info.longest_deflection;
-            result["memory_bytes"] = info.memory_bytes;
-            return result;
-          },
-          py::arg("id"),
-          "A dict: bristles, half widths (m) and load (N) of the last step, stiffness (N/m), longest "
-          "deflection (m), memory. Zeros for an unknown id.")
+      .def("info", &info_of, py::arg("id"),
+           "A dict: bristles, half widths (m) and load (N) of the last step, stiffness (N/m), longest "
+           "deflection (m), memory. Zeros for an unknown id.")
       .def("step", &step, py::arg("ids"), py::arg("motions"),
            "Moves n beds. motions: shape (n, 6): displacement x, y (m), spin (rad), rolled x, y (m), normal "
            "load (N). A dict of arrays: status, force (n, 2), torque, mean (n, 2), mean_torque, dissipated, "
@@ -300,9 +218,7 @@ void define_beds(py::module_& module) {
            "The responses to trial motions, each from the state as it is, which does not change.")
       .def("bristles", &bristles_of, py::arg("id"),
            "A dict of arrays: position and deflection (n, 2) in m, stiffness in N/m, limit in m.");
-  define_state(
-      type, "id", [](std::uint64_t id) { return bristle::BedId{id}; },
-      [](const BedBatch& batch) { return batch.bed_count(); });
+  define_state<bristle::BedId>(type, "id", &BedBatch::bed_count);
 }
 
 }  // namespace bristle_python

@@ -65,7 +65,7 @@ py::dict experiment(const std::string& name, const std::optional<std::vector<std
 
 void define_experiments(py::module_& module) {
   module.def(
-      "experiment", &experiment, py::arg("name"), py::kw_only(), py::arg("models") = py::none(),
+      "experiment", &experiment, py::arg("name"), py::kw_only(), optional("models"),
       "A classic friction experiment (tools/EXPERIMENTS.md) on the brush and its rivals, all or those in "
       "`models`; other keywords set its parameters (`bristle experiment list`). Returns a dict: name, title, "
       "parameters, findings (a list of dicts: phenomenon, model, value, unit, shown, ...), columns, and "

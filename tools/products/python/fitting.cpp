@@ -13,7 +13,7 @@
 #include "tools/libraries/files/csv_columns.hpp"
 #include "tools/libraries/fitting/fit.hpp"
 #include "tools/libraries/reports/text_layout.hpp"
-#include "tools/products/python/material_names.hpp"
+#include "tools/products/python/owned.hpp"
 #include "tools/products/python/tools.hpp"
 
 namespace bristle_python {
@@ -22,7 +22,6 @@ inline constexpr bool is_module_class<cli::FitEstimate> = true;
 
 namespace {
 
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using bristle::SnapLaw;
 using cli::FitEstimate;
 using cli::ForceSign;
@@ -41,12 +40,12 @@ inline constexpr bool is_module_class<Fit> = true;
 
 namespace {
 
-struct FitNames {
-  std::string sign, law, rule, damper_decay;
-};
-/// Residual length and shared renewal, where the user fixes them instead of fitting them.
-struct Held {
-  std::optional<double> residual, renewal;
+/// Options that the fit of a file and of arrays share, as Python gives them.
+struct Given {
+  const std::string &sign, &law, &rule;
+  bristle::DamperDecay damper_decay;
+  const std::optional<double>&residual, &renewal;  ///< fixed where given, else fitted
+  double mass;  ///< mass that the force sensor accelerates, whose inertial force is in the record
 };
 
 void require_between(const char* name, const std::optional<double>& value, double low, double high,
@@ -57,39 +56,35 @@ void require_between(const char* name, const std::optional<double>& value, doubl
                        text(high) + " " + unit);
 }
 
-cli::FitOptions make_options(const FitNames& names, const std::optional<double>& load, const Held& held) {
-  const Names<ForceSign> signs = {
-      {"auto", ForceSign::automatic}, {"on", ForceSign::on_body}, {"by", ForceSign::by_body}};
-  const Names<SnapLaw> fitted_laws = {{"lognormal", SnapLaw::lognormal},
-                                      {"normal", SnapLaw::normal},
-                                      {"uniform", SnapLaw::uniform},
-                                      {"exponential", SnapLaw::exponential},
-                                      {"free", SnapLaw::table}};
+/// Returns the options of a fit, with the facts that the data do not contain.
+cli::FitOptions make_options(const Given& given, const std::optional<double>& load,
+                             const cli::FitReading& reading) {
+  constexpr const char* signs[] = {"auto", "on", "by"};
+  constexpr const char* laws[] = {"lognormal", "normal", "uniform", "exponential", "free"};
+  constexpr SnapLaw fitted[] = {SnapLaw::lognormal, SnapLaw::normal, SnapLaw::uniform, SnapLaw::exponential,
+                                SnapLaw::table};
   require_between("load", load, 1e-9, cli::most_force, "N");
-  require_between("residual", held.residual, 0.0, cli::widest_residual, "or None to fit it");
-  require_between("renewal", held.renewal, 0.0, cli::most_renewed, "or None to fit it");
-  cli::FitOptions options;
-  options.load = load;
-  options.residual = held.residual;
-  options.renewal = held.renewal;
-  options.sign = value_of(signs, "sign", names.sign);
-  options.law = value_of(fitted_laws, "law", names.law);
-  options.choose_rule = names.rule == "auto";
-  if (!options.choose_rule) options.rule = value_of(rule_names, "rule", names.rule);
-  options.decay = value_of(decay_names, "damper_decay", names.damper_decay);
-  options.quiet = true;
-  return options;
-}
-
-/// Sets the mass that the force sensor accelerates, whose inertial force is in the record. Checks it, and the
-/// facts that the data do not contain.
-void set_measurement(cli::FitOptions& options, double mass) {
-  options.mass = mass;
-  const cli::FitReading& reading = options.reading;
+  require_between("residual", given.residual, 0.0, cli::widest_residual, "or None to fit it");
+  require_between("renewal", given.renewal, 0.0, cli::most_renewed, "or None to fit it");
   require_between("rate", reading.rate, 1e-9, 1e12, "Hz");
   require_between(reading.disc ? "disc" : "radius", reading.radius, 1e-9, 1e3, "m");
-  require_between("mass", options.mass, 0.0, 1e6, "kg");
+  require_between("mass", given.mass, 0.0, 1e6, "kg");
   require_between("clip_load", reading.clip_load, 0.0, 1e9, "N");
+  cli::FitOptions options;
+  options.load = load;
+  options.residual = given.residual;
+  options.renewal = given.renewal;
+  options.mass = given.mass;
+  options.reading = reading;
+  options.sign = static_cast<ForceSign>(index_of(spelled("sign", signs), given.sign));
+  options.law = fitted[index_of(spelled("law", laws), given.law)];
+  options.choose_rule = given.rule == "auto";
+  if (!options.choose_rule)
+    options.rule =
+        static_cast<bristle::SnapRule>(index_of(spelled("rule", bristle::snap_rule_names), given.rule));
+  options.decay = given.damper_decay;
+  options.quiet = true;
+  return options;
 }
 
 using Words = std::map<std::string, std::string>;
@@ -105,18 +100,21 @@ Fit fit_columns(cli::FitColumns columns, cli::FitOptions options) {
 using Files = std::variant<std::filesystem::path, std::vector<std::filesystem::path>>;
 
 Fit fit_files(const Files& files, const std::optional<double>& load, const std::string& sign,
-              const std::string& law, const std::string& rule, const std::string& damper_decay,
+              const std::string& law, const std::string& rule, bristle::DamperDecay damper_decay,
               const std::optional<double>& residual, const std::optional<double>& renewal,
               const Words& columns, const Words& units, const std::optional<double>& rate, double clip_load,
               const std::optional<double>& radius, const std::optional<double>& disc, double mass) {
-  cli::FitOptions options = make_options({sign, law, rule, damper_decay}, load, {residual, renewal});
   if (radius && disc)
     throw bristle::Error("radius and disc together: a ring has the one, a full disc the other");
-  options.reading.rate = rate;
-  options.reading.radius = disc ? disc : radius;
-  options.reading.disc = disc.has_value();
-  options.reading.clip_load = clip_load;
-  set_measurement(options, mass);
+  cli::FitReading reading;
+  reading.rate = rate;
+  reading.radius = disc ? disc : radius;
+  reading.disc = disc.has_value();
+  reading.clip_load = clip_load;
+  reading.columns.assign(columns.begin(), columns.end());
+  reading.units.assign(units.begin(), units.end());
+  cli::FitOptions options =
+      make_options({sign, law, rule, damper_decay, residual, renewal, mass}, load, reading);
   if (const auto* const one = std::get_if<std::filesystem::path>(&files)) {
     options.data = {one->string()};
   } else {
@@ -124,20 +122,18 @@ Fit fit_files(const Files& files, const std::optional<double>& load, const std::
       options.data.push_back(file.string());
     if (options.data.empty()) throw bristle::Error("file is an empty list; allowed: one file or several");
   }
-  for (const auto& word : columns) options.reading.columns.push_back(word);
-  for (const auto& word : units) options.reading.units.push_back(word);
   const WithoutLock unlocked;
   return fit_columns(cli::read_fit_columns(options.data, options.reading), options);
 }
 
-std::vector<double> column_of(const Doubles& array, const char* name) {
+std::vector<double> column_of(const Numbers& array, const char* name) {
   if (array.ndim() != 1) throw bristle::Error(std::string(name) + ": one dimension is needed");
   return {array.data(), array.data() + array.size()};
 }
 
-Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const Doubles& load,
+Fit fit_arrays(const Numbers& t, const Numbers& x, const Numbers& force, const Numbers& load,
                const std::string& sign, const std::string& law, const std::string& rule,
-               const std::string& damper_decay, const std::optional<double>& residual,
+               bristle::DamperDecay damper_decay, const std::optional<double>& residual,
                const std::optional<double>& renewal, double mass) {
   cli::FitColumns columns;
   columns.name = "bristle.fit";
@@ -147,10 +143,9 @@ Fit fit_arrays(const Doubles& t, const Doubles& x, const Doubles& force, const D
   columns.has_x = true;
   columns.has_load = load.ndim() > 0;
   if (columns.has_load) columns.load = column_of(load, "load");
-  cli::FitOptions options = make_options(
-      {sign, law, rule, damper_decay}, columns.has_load ? std::nullopt : std::optional<double>(*load.data()),
-      {residual, renewal});
-  set_measurement(options, mass);
+  const cli::FitOptions options =
+      make_options({sign, law, rule, damper_decay, residual, renewal, mass},
+                   columns.has_load ? std::nullopt : std::optional<double>(*load.data()), {});
   const WithoutLock unlocked;
   cli::check_fit_columns(columns);
   return fit_columns(std::move(columns), options);
@@ -253,36 +248,28 @@ void define_result(py::module_& module) {
 void define_fitting(py::module_& module) {
   define_estimate(module);
   define_result(module);
+  const py::arg_v sign = py::arg("sign") = "auto", law = py::arg("law") = "lognormal",
+                  rule = py::arg("rule") = "auto", none_left = optional("residual"),
+                  none_renewed = optional("renewal"), mass = py::arg("mass") = 0.0,
+                  decay = py::arg("damper_decay") = bristle::DamperDecay::exponential;
   module.def(
-      "fit", &fit_files, py::arg("file"), py::kw_only(), py::arg("load") = py::none(),
-      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
-      py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
-      py::arg("renewal") = py::none(), py::arg("columns") = Words(), py::arg("units") = Words(),
-      py::arg("rate") = py::none(), py::arg("clip_load") = 0.0, py::arg("radius") = py::none(),
-      py::arg("disc") = py::none(), py::arg("mass") = 0.0,
+      "fit", &fit_files, py::arg("file"), py::kw_only(), optional("load"), sign, law, rule, decay, none_left,
+      none_renewed, py::arg("columns") = Words(), py::arg("units") = Words(), optional("rate"),
+      py::arg("clip_load") = 0.0, optional("radius"), optional("disc"), mass,
       "A material from measured friction in a CSV file with the columns t,x,load,force "
       "(tools/libraries/fitting/README.md), or in several that are one record. load: N, in place of a "
-      "column. columns: "
-      "the file's names of them ({\"x\": \"Position\", \"force\": \"Fx\"}); units: of them ({\"x\": "
-      "\"um\"}). rate: samples per second of a file without time. clip_load: N, loads from minus this to 0 "
-      "count "
-      "as 0. radius: m, at which columns angle and torque act; disc: instead, that of a full disc. mass: kg "
-      "that "
-      "the force sensor accelerates. sign: whose force, \"on\" the body or \"by\" it; \"auto\" finds it. "
-      "law: "
-      "\"lognormal\", \"normal\", \"uniform\", \"exponential\" or, where bristles slide, \"free\". rule: "
-      "\"redraw\", \"slide\", or \"auto\" for what predicts better. residual (a share of the presliding "
-      "length, 0 "
-      "to 0.95) and renewal (0 to 8) hold these; None fits them, residual=0, renewal=0 is the paper's brush; "
-      "the "
-      "rule slide has neither. Takes seconds and lets go of the interpreter's lock. Raises bristle.Error on "
-      "data "
-      "that nothing can be learnt from.");
+      "column. columns: the file's names of them ({\"x\": \"Position\", \"force\": \"Fx\"}); units: of "
+      "them ({\"x\": \"um\"}). rate: samples per second of a file without time. clip_load: N, loads from "
+      "minus this to 0 count as 0. radius: m, at which columns angle and torque act; disc: instead, that of "
+      "a full disc. mass: kg that the force sensor accelerates. sign: whose force, \"on\" the body or "
+      "\"by\" it; \"auto\" finds it. law: \"lognormal\", \"normal\", \"uniform\", \"exponential\" or, "
+      "where bristles slide, \"free\". rule: \"redraw\", \"slide\", or \"auto\" for what predicts better. "
+      "residual (a share of the presliding length, 0 to 0.95) and renewal (0 to 8) hold these; None fits "
+      "them, residual=0, renewal=0 is the paper's brush; the rule slide has neither. Takes seconds and lets "
+      "go of the interpreter's lock. Raises bristle.Error on data that nothing can be learnt from.");
   module.def(
-      "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(),
-      py::arg("sign") = "auto", py::arg("law") = "lognormal", py::arg("rule") = "auto",
-      py::arg("damper_decay") = "exponential", py::arg("residual") = py::none(),
-      py::arg("renewal") = py::none(), py::arg("mass") = 0.0,
+      "fit", &fit_arrays, py::arg("t"), py::arg("x"), py::arg("force"), py::arg("load"), py::kw_only(), sign,
+      law, rule, decay, none_left, none_renewed, mass,
       "The same of arrays: times (s), positions (m), forces and loads (N; one number or one a sample).");
 }
 

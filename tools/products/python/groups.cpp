@@ -101,13 +101,10 @@ void define_groups(py::module_& module, py::class_<Batch>& batch) {
           "Changes the material from the next step on; deflections stay.");
   const auto define_step = [&](const char* name, const auto& function, const char* doc) {
     batch.def(name, function, py::arg("dt"), py::arg("group"), py::arg("displacement"),
-              py::arg("normal_load"), py::kw_only(), py::arg("velocity") = py::none(),
-              py::arg("which") = py::none(), py::arg("end") = py::none(), py::arg("elastic") = py::none(),
-              py::arg("damper") = py::none(), py::arg("mean") = py::none(), py::arg("stiffness") = py::none(),
-              py::arg("damping") = py::none(), py::arg("force_limit") = py::none(),
-              py::arg("dissipated") = py::none(), py::arg("contact_loss") = py::none(),
-              py::arg("damper_work") = py::none(), py::arg("snaps") = py::none(),
-              py::arg("status") = py::none(), doc);
+              py::arg("normal_load"), py::kw_only(), optional("velocity"), optional("which"), optional("end"),
+              optional("elastic"), optional("damper"), optional("mean"), optional("stiffness"),
+              optional("damping"), optional("force_limit"), optional("dissipated"), optional("contact_loss"),
+              optional("damper_work"), optional("snaps"), optional("status"), doc);
   };
   define_step(
       "step_group", &step<false>,

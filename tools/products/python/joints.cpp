@@ -101,18 +101,16 @@ void define_joints(py::module_& module) {
       }),
       py::arg("joints"), py::arg("materials"), py::kw_only(), py::arg("bristles") = JointOptions{}.bristles,
       py::arg("spread") = JointOptions{}.spread, py::arg("gradients") = false, py::arg("threads") = 1,
-      py::arg("isa") = py::none(),
+      optional("isa"),
       "Joint i is of materials[i % len(materials)]. Raises bristle.Error for values out of range.");
   joints.def("__repr__", [](const Joints& self) {
     return "<bristle.JointFriction of " + std::to_string(self.batch.joint_count()) + " joints>";
   });
   const auto define_step = [&](const char* name, const auto& function, const char* doc) {
-    joints.def(name, function, py::arg("angle"), py::arg("speed") = py::none(), py::arg("motor") = py::none(),
-               py::arg("outside") = py::none(), py::kw_only(), py::arg("torque") = py::none(),
-               py::arg("mean") = py::none(), py::arg("by_angle") = py::none(),
-               py::arg("by_speed") = py::none(), py::arg("by_motor") = py::none(),
-               py::arg("by_outside") = py::none(), py::arg("gradient") = py::none(),
-               py::arg("status") = py::none(), doc);
+    joints.def(name, function, py::arg("angle"), optional("speed"), optional("motor"), optional("outside"),
+               py::kw_only(), optional("torque"), optional("mean"), optional("by_angle"),
+               optional("by_speed"), optional("by_motor"), optional("by_outside"), optional("gradient"),
+               optional("status"), doc);
   };
   define_step("step", &step<&JointFriction::step>,
               "Moves all joints to their angles (rad, not wrapped), with their speeds (rad/s) and torques (N "
@@ -129,10 +127,8 @@ void define_joints(py::module_& module) {
         else if (!self.batch.reset(*joint))
           throw bristle::Error("JointFriction.reset: there is no such joint");
       },
-      py::arg("joint") = py::none(), "Straightens one joint, or all.");
-  define_state(
-      joints, "joint", [](std::uint64_t joint) { return static_cast<std::size_t>(joint); },
-      [](const JointFriction& batch) { return batch.joint_count(); });
+      optional("joint"), "Straightens one joint, or all.");
+  define_state<std::size_t>(joints, "joint", &JointFriction::joint_count);
   py::list names;
   cli::for_each_joint_field([&](const std::string& name, const bristle::AboutField&, std::size_t count) {
     if (count == 1)

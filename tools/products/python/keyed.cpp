@@ -37,7 +37,7 @@ class Pool {
 
   /// Returns call(keys), made in the batch's turn.
   template <class Call>
-  auto use(const Call& call) {
+  decltype(auto) use(const Call& call) {
     const Turn turn(owner_);
     return call(*keys_);
   }
@@ -55,72 +55,37 @@ inline constexpr bool is_module_class<Pool<Batch, Keys>> = true;
 
 namespace {
 
-template <class Self>
-void define_pool(py::class_<Self>& type) {
+template <class Batch, class Keys>
+void define_pool(py::class_<Pool<Batch, Keys>>& type) {
+  using Self = Pool<Batch, Keys>;
   const auto look_up = [](auto find) {
     return [find](Self& self, const Ids& keys) {
       if (keys.ndim() != 1) throw bristle::Error("keys: an array of one dimension is needed");
       Ids ids(keys.shape(0));
-      self.use([&](auto& pool) {
-        for (py::ssize_t i = 0; i < keys.shape(0); ++i) ids.mutable_at(i) = find(pool, keys.at(i));
+      self.use([&](Keys& pool) {
+        for (py::ssize_t i = 0; i < keys.shape(0); ++i) ids.mutable_at(i) = (pool.*find)(keys.at(i)).value;
       });
       return ids;
     };
   };
-  type.def("find_or_add", look_up([](auto& pool, std::uint64_t key) { return pool.find_or_add(key).value; }),
-           py::arg("keys"),
+  type.def("find_or_add", look_up(&Keys::find_or_add), py::arg("keys"),
            "The ids of contacts (uint64 keys), fresh ones for new keys. 2^64 - 1 when the pool is full: it "
            "steps with status 16 and no force.")
-      .def("find", look_up([](auto& pool, std::uint64_t key) { return pool.find(key).value; }),
-           py::arg("keys"), "The ids of contacts, 0 for unknown keys; does not count as seen.")
-      .def(
-          "end_step", [](Self& self) { return self.use([](auto& pool) { return pool.end_step(); }); },
-          "Ends contacts whose keys were missing for more than keep_steps; returns their number. Call it "
-          "once "
-          "a step.")
-      .def(
-          "remove",
-          [](Self& self, std::uint64_t key) {
-            return self.use([&](auto& pool) { return pool.remove(key); });
-          },
-          py::arg("key"), "Ends a contact now; False if there is none.")
-      .def(
-          "clear", [](Self& self) { self.use([](auto& pool) { pool.clear(); }); }, "Ends all contacts.")
-      .def(
-          "reserve",
-          [](Self& self, std::uint32_t capacity) { self.use([&](auto& pool) { pool.reserve(capacity); }); },
-          py::arg("capacity"), "Raises the capacity; contacts stay.")
-      .def_property_readonly(
-          "refused", [](Self& self) { return self.use([](auto& pool) { return pool.refused(); }); },
-          "How often find_or_add had no room.")
-      .def(
-          "save_state",
-          [](Self& self) {
-            const auto state = self.use([](auto& pool) {
-              std::vector<std::byte> bytes(pool.state_size());
-              pool.save_state({bytes.data(), bytes.size()});
-              return bytes;
-            });
-            return py::bytes(reinterpret_cast<const char*>(state.data()), state.size());
-          },
-          "Which contact has which id, as bytes. Save the batch beside it.")
-      .def(
-          "restore_state",
-          [](Self& self, const py::bytes& state) {
-            const std::string bytes = state;
-            self.use([&](auto& pool) {
-              pool.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
-            });
-          },
-          py::arg("state"), "After restore_state of the batch. Raises bristle.Error where it does not fit.")
-      .def("__len__", [](Self& self) { return self.use([](auto& pool) { return pool.size(); }); })
-      .def(
-          "__reduce__",
-          [](const py::object& self) -> py::object {
-            throw py::type_error(std::string(Py_TYPE(self.ptr())->tp_name) +
-                                 " is not copied or pickled: save its state and that of its batch");
-          },
-          "Raises TypeError.");
+      .def("find", look_up(&Keys::find), py::arg("keys"),
+           "The ids of contacts, 0 for unknown keys; does not count as seen.")
+      .def("end_step", in_turn<Self>(&Keys::end_step),
+           "Ends contacts whose keys were missing for more than keep_steps; returns their number. Call it "
+           "once a step.")
+      .def("remove", in_turn<Self>(&Keys::remove), py::arg("key"),
+           "Ends a contact now; False if there is none.")
+      .def("clear", in_turn<Self>(&Keys::clear), "Ends all contacts.")
+      .def("reserve", in_turn<Self>(&Keys::reserve), py::arg("capacity"),
+           "Raises the capacity; contacts stay.")
+      .def_property_readonly("refused", in_turn<Self>(&Keys::refused), "How often find_or_add had no room.")
+      .def("__len__", in_turn<Self>(&Keys::size));
+  define_saved_state(type, "Which contact has which id, as bytes. Save the batch beside it.",
+                     "After restore_state of the batch. Raises bristle.Error where it does not fit.",
+                     " is not copied or pickled: save its state and that of its batch");
 }
 
 }  // namespace

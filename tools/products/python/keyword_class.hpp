@@ -24,39 +24,6 @@ inline std::string help_of(const bristle::AboutField& about) {
   return (*about.unit != '\0' ? std::string(about.unit) + ". " : "") + about.text;
 }
 
-/// Names by which Python spells the values of a C++ enumeration.
-template <class E>
-using Names = std::vector<std::pair<const char*, E>>;
-
-/// Pairs names with values, for names that are listed in the order of the values.
-template <class E>
-Names<E> in_order(const char* const* names, unsigned count) {
-  Names<E> all;
-  for (unsigned i = 0; i < count; ++i) all.emplace_back(names[i], static_cast<E>(i));
-  return all;
-}
-
-template <class E>
-std::string name_of(const Names<E>& names, E value) {
-  for (const auto& [name, named] : names) {
-    if (named == value) return name;
-  }
-  return "?";
-}
-/// Returns the value of an enumeration with this Python name. Throws bristle::Error that lists the allowed
-/// names.
-template <class E>
-E value_of(const Names<E>& names, const std::string& parameter, const std::string& name) {
-  std::string known;
-  cli::NameList all;
-  for (const auto& [candidate, value] : names) {
-    if (name == candidate) return value;
-    known += (known.empty() ? "\"" : ", \"") + std::string(candidate) + "\"";
-    all.emplace_back(candidate);
-  }
-  throw bristle::Error(parameter + ": \"" + name + "\" is not one of " + known + cli::meant(name, all));
-}
-
 /// Returns a value as Python code. A number within four rounding errors of one with at most twelve digits is
 /// written as the short one: 2e-06, not 2.0000000000000003e-06.
 inline std::string code_of(const py::object& value) {
@@ -104,12 +71,6 @@ class KeywordClass {
         [=](T& self, const std::array<Number, n>& value) { std::copy_n(value.data(), n, self.*member); },
         doc);
   }
-  template <class E>
-  KeywordClass& named_field(const char* name, E T::*member, const Names<E>& names, const char* doc) {
-    return property(
-        name, [=](const T& self) { return name_of(names, self.*member); },
-        [=](T& self, const std::string& value) { self.*member = value_of(names, name, value); }, doc);
-  }
   /// Adds to the Python class all fields that bristle/fields.hpp lists for the struct, but for a bed's list.
   KeywordClass& listed_fields() {
     bristle::for_each_field<T>([&](const auto& listed) {
@@ -123,7 +84,7 @@ class KeywordClass {
                                              : " or \"") +
                  std::string(about.names[i]) + "\"";
         doc += std::string(": ") + about.text + ".";
-        named_field(listed.name, listed.member, in_order<Value>(about.names, about.name_count), doc.c_str());
+        field(listed.name, listed.member, doc.c_str());
       } else if constexpr (!std::is_same_v<Value, std::vector<bristle::BedCell>>) {
         field(listed.name, listed.member, help_of(about).c_str());
       }

@@ -1,7 +1,7 @@
 // Binds SnapLength, Coefficients and Material.
 #include <optional>
 
-#include "tools/products/python/material_names.hpp"
+#include "tools/products/python/keyword_class.hpp"
 
 namespace bristle_python {
 
@@ -65,8 +65,7 @@ void define_snap_length(py::module_& module) {
             return SnapLength::table({quantiles.data(), static_cast<std::size_t>(quantiles.size())});
           },
           py::arg("quantiles"), "Quantiles at the probabilities 0, 1/(n-1), ..., 1, ascending; 2 to 257.")
-      .def_property_readonly(
-          "law", [](const SnapLength& s) { return to_string(s.law()); }, "Name of the law.")
+      .def_property_readonly("law", &SnapLength::law, "Name of the law.")
       .def_property_readonly("mean", &SnapLength::mean, "E[delta], m.")
       .def_property_readonly("cv", &SnapLength::cv, "Standard deviation over mean.")
       .def_property_readonly("longest", &SnapLength::longest, "Largest length that is drawn, m.")
@@ -130,7 +129,7 @@ void define_from_coefficients(py::class_<Material>& type, const std::string& key
         return material_of(coefficients ? *coefficients
                                         : py::cast<Coefficients>(py::type::of<Coefficients>()(**given)));
       },
-      py::arg("coefficients") = py::none(), doc.c_str());
+      optional("coefficients"), doc.c_str());
 }
 
 void define_material(py::module_& module, const std::string& keywords_of_coefficients) {
@@ -180,9 +179,8 @@ void define_materials(py::module_& module) {
       "come from.");
   module.def(
       "virgin_deflection",
-      [](const SnapLength& law, const std::string& rule, const Doubles& x_over_mean) {
-        const bristle::SnapRule value = value_of(rule_names, "rule", rule);
-        return map(x_over_mean, [&](double x) { return bristle::virgin_deflection(law, value, x); });
+      [](const SnapLength& law, bristle::SnapRule rule, const Doubles& x_over_mean) {
+        return map(x_over_mean, [&](double x) { return bristle::virgin_deflection(law, rule, x); });
       },
       py::arg("law"), py::arg("rule"), py::arg("x_over_mean"),
       "Mean deflection at displacement x from straight bristles, both in units of the mean snap length. "

@@ -1,9 +1,22 @@
 // Defines the extension module `_bristle`, which `import bristle` loads.
 #include <cstring>
 
+#include "tools/libraries/files/nearest_name.hpp"
 #include "tools/products/python/module.hpp"
 
 namespace bristle_python {
+
+unsigned index_of(const Spelling& spelling, const std::string& name) {
+  std::string known;
+  cli::NameList names(spelling.names, spelling.names + spelling.count);
+  for (unsigned i = 0; i < spelling.count; ++i) {
+    if (name == names[i]) return i;
+    known += (known.empty() ? "\"" : ", \"") + names[i] + "\"";
+  }
+  throw bristle::Error(std::string(spelling.what) + ": \"" + name + "\" is not one of " + known +
+                       cli::meant(name, names));
+}
+
 namespace {
 
 /// pybind11's C function through which every function of the module is called; this file calls it and
@@ -144,7 +157,9 @@ PYBIND11_MODULE(_bristle, module) {
   define_joints(module);
   define_keyed(module);
   define_monitor(module);
+#if BRISTLE_PYTHON_TOOLS
   define_tools(module);
+#endif
   module.def(
       "instruction_sets",
       [] {

@@ -16,44 +16,61 @@
 #include <pybind11/pybind11.h>
 
 #include <bristle/bristle.hpp>
+#include <bristle/fields.hpp>
 
 namespace bristle_python {
 
 namespace py = pybind11;
 
-/// Whether Python's `T.__new__(T)` can make an object of T that has no C++ object in it, which calls must
-/// refuse. Set it before the py::class_ of T.
-template <class T>
-inline constexpr bool is_module_class = false;
-template <>
-inline constexpr bool is_module_class<bristle::BedMaterial> = true;
-template <>
-inline constexpr bool is_module_class<bristle::BedShape> = true;
-template <>
-inline constexpr bool is_module_class<bristle::Coefficients> = true;
-template <>
-inline constexpr bool is_module_class<bristle::DeadlineMonitor> = true;
-template <>
-inline constexpr bool is_module_class<bristle::JointMaterial> = true;
-template <>
-inline constexpr bool is_module_class<bristle::Lay> = true;
-template <>
-inline constexpr bool is_module_class<bristle::Material> = true;
-template <>
-inline constexpr bool is_module_class<bristle::Outline> = true;
-template <>
-inline constexpr bool is_module_class<bristle::PatchOptions> = true;
-template <>
-inline constexpr bool is_module_class<bristle::SnapLength> = true;
-template <>
-inline constexpr bool is_module_class<bristle::PatchGroup> = true;
-template <>
-inline constexpr bool is_module_class<bristle::StepReport> = true;
+template <class T, class... Listed>
+inline constexpr bool is_one_of = (std::is_same_v<T, Listed> || ...);
 
-/// Return numpy dtypes with the memory layout of bristle::Motion and bristle::Response, so that a step reads
-/// and writes arrays without a copy.
+/// Whether Python's `T.__new__(T)` can make an object of T that has no C++ object in it, which calls must
+/// refuse. For a class that this list lacks, set it before the py::class_ of T.
+template <class T>
+inline constexpr bool is_module_class =
+    is_one_of<T, bristle::BedMaterial, bristle::BedShape, bristle::Coefficients, bristle::DeadlineMonitor,
+              bristle::JointMaterial, bristle::Lay, bristle::Material, bristle::Outline, bristle::PatchGroup,
+              bristle::PatchOptions, bristle::SnapLength, bristle::StepReport>;
+
+/// Returns an argument that is None where it is left out.
+inline py::arg_v optional(const char* name) { return py::arg(name) = py::none(); }
+
+/// Names of the values of an enumeration, in their order, and the word for them in errors.
+struct Spelling {
+  const char* what;
+  const char* const* names;
+  unsigned count;
+};
+template <unsigned count>
+constexpr Spelling spelled(const char* what, const char* const (&names)[count]) {
+  return {what, names, count};
+}
+inline constexpr const char* outline_pressure_names[] = {"uniform", "hertz"};
+
+/// Returns how Python spells an enumeration: its values are strings there.
+constexpr Spelling spelling(bristle::SnapLaw) { return spelled("law", bristle::snap_law_names); }
+constexpr Spelling spelling(bristle::SnapRule) { return spelled("snap_rule", bristle::snap_rule_names); }
+constexpr Spelling spelling(bristle::DamperDecay) {
+  return spelled("damper_decay", bristle::damper_decay_names);
+}
+constexpr Spelling spelling(bristle::AgeingForm) {
+  return spelled("ageing_form", bristle::ageing_form_names);
+}
+constexpr Spelling spelling(bristle::Outputs) { return spelled("outputs", bristle::outputs_names); }
+constexpr Spelling spelling(bristle::Precision) { return spelled("precision", bristle::precision_names); }
+constexpr Spelling spelling(bristle::Population) { return spelled("population", bristle::population_names); }
+constexpr Spelling spelling(bristle::Pressure) { return spelled("pressure", outline_pressure_names); }
+constexpr Spelling spelling(bristle::BedShape::Kind) { return spelled("kind", bristle::bed_kind_names); }
+constexpr Spelling spelling(bristle::BedPressure) { return spelled("pressure", bristle::bed_pressure_names); }
+constexpr Spelling spelling(bristle::BedGrowth) { return spelled("law", bristle::bed_growth_names); }
+
+/// Returns the index of a name. Throws bristle::Error that lists the allowed names.
+unsigned index_of(const Spelling& spelling, const std::string& name);
+
+/// Returns the numpy dtype with the memory layout of bristle::Motion, so that a step reads arrays without a
+/// copy. That of bristle::Response is py::dtype::of<bristle::Response>().
 const py::dtype& motion_dtype();
-const py::dtype& response_dtype();
 
 /// Return numpy record arrays of `size` elements, whose columns can be read by name or attribute.
 py::array new_motions(py::ssize_t size);
@@ -115,22 +132,6 @@ class WithoutLock {
 void refuse_overlap(const char* written, const py::array& array, const char* other,
                     const py::array& other_array);
 
-/// Marks an object as in use while this guard lives, because only one Python thread at a time may use it (a
-/// step releases the interpreter's lock). Throws bristle::Error with the text `refusal` if another thread is
-/// using it.
-class OneThread {
- public:
-  OneThread(std::atomic<bool>& busy, const char* refusal) : busy_(busy) {
-    if (busy_.exchange(true)) throw bristle::Error(refusal);
-  }
-  ~OneThread() { busy_.store(false); }
-  OneThread(const OneThread&) = delete;
-  OneThread& operator=(const OneThread&) = delete;
-
- private:
-  std::atomic<bool>& busy_;
-};
-
 void define_materials(py::module_& module);
 void define_options(py::module_& module);
 void define_arrays(py::module_& module);
@@ -140,8 +141,7 @@ void define_extended(py::module_& module);
 void define_joints(py::module_& module);
 void define_keyed(py::module_& module);
 void define_monitor(py::module_& module);
-/// Adds scenes, fitting and experiments to the module, if the build has their libraries; otherwise their
-/// names, which raise an error with the reason.
+/// Adds scenes, fitting and experiments to the module, if the build has their libraries.
 void define_tools(py::module_& module);
 
 }  // namespace bristle_python
@@ -172,4 +172,42 @@ class type_caster<T, std::enable_if_t<bristle_python::is_module_class<T>>> : pub
   }
 };
 
+/// Converts ids to int and back.
+template <class Id>
+struct type_caster<Id, std::enable_if_t<bristle_python::is_one_of<Id, bristle::PatchId, bristle::BedId>>> {
+  PYBIND11_TYPE_CASTER(Id, const_name("int"));
+  bool load(handle source, bool convert) {
+    make_caster<std::uint64_t> number;
+    if (!number.load(source, convert)) return false;
+    value = {cast_op<std::uint64_t>(number)};
+    return true;
+  }
+  static handle cast(const Id& id, return_value_policy policy, handle parent) {
+    return make_caster<std::uint64_t>::cast(id.value, policy, parent);
+  }
+};
+
+/// Converts enumerations to str and back.
+template <class E>
+struct type_caster<E, std::enable_if_t<std::is_same_v<decltype(bristle_python::spelling(std::declval<E>())),
+                                                      bristle_python::Spelling>>> {
+  PYBIND11_TYPE_CASTER(E, const_name("str"));
+  bool load(handle source, bool) {
+    if (!isinstance<str>(source)) return false;
+    value = static_cast<E>(
+        bristle_python::index_of(bristle_python::spelling(E{}), pybind11::cast<std::string>(source)));
+    return true;
+  }
+  static handle cast(E value, return_value_policy, handle) {
+    return str(bristle_python::spelling(value).names[static_cast<unsigned>(value)]).release();
+  }
+};
+
+/// Lets structs with ids and flags be columns of numpy arrays.
+template <>
+struct npy_format_descriptor<bristle::PatchId> : npy_format_descriptor<std::uint64_t> {};
+
 }  // namespace pybind11::detail
+
+template <>
+struct pybind11::format_descriptor<bristle::PatchId> : pybind11::format_descriptor<std::uint64_t> {};

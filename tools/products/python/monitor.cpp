@@ -1,5 +1,5 @@
 // Binds DeadlineMonitor.
-#include "tools/products/python/module.hpp"
+#include "tools/products/python/owned.hpp"
 
 namespace bristle_python {
 
@@ -8,25 +8,16 @@ using bristle::DeadlineMonitor;
 namespace {
 
 py::dict events_of(const bristle::ThreadEvents& events) {
-  py::dict result;
-  result["involuntary_switches"] = events.involuntary_switches;
-  result["other_switches"] = events.other_switches;
-  result["minor_faults"] = events.minor_faults;
-  result["major_faults"] = events.major_faults;
-  return result;
+  return py::dict("involuntary_switches"_a = events.involuntary_switches,
+                  "other_switches"_a = events.other_switches, "minor_faults"_a = events.minor_faults,
+                  "major_faults"_a = events.major_faults);
 }
 
 py::dict worst_of(const DeadlineMonitor& monitor) {
   const DeadlineMonitor::WorstTick worst = monitor.worst();
-  py::dict result;
-  result["number"] = worst.number;
-  result["end_after_due"] = worst.end_after_due;
-  result["started_late"] = worst.started_late;
-  result["step"] = worst.step;
-  result["cpu"] = worst.cpu;
-  result["late"] = worst.late;
-  result["events"] = events_of(worst.events);
-  return result;
+  return py::dict("number"_a = worst.number, "end_after_due"_a = worst.end_after_due,
+                  "started_late"_a = worst.started_late, "step"_a = worst.step, "cpu"_a = worst.cpu,
+                  "late"_a = worst.late, "events"_a = events_of(worst.events));
 }
 
 DeadlineMonitor snapshot_of(const DeadlineMonitor& monitor) {

@@ -1,8 +1,9 @@
-// Code that PatchBatch, BedBatch, ExtendedPatches and JointFriction share in Python: use by one thread at a
-// time, columns of responses and of the caller, the state as bytes.
+// Code that PatchBatch, BedBatch, ExtendedPatches, JointFriction and the pools of keys share in Python: use
+// by one thread at a time, columns of responses and of the caller, the state as bytes.
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -15,6 +16,8 @@
 
 namespace bristle_python {
 
+using namespace pybind11::literals;
+
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Ids = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>;
 
@@ -26,11 +29,27 @@ class Owned {
   template <class... Arguments>
   explicit Owned(const Arguments&... arguments) : batch(arguments...) {}
 
-  struct Turn : OneThread {
-    explicit Turn(Owned& owner)
-        : OneThread(owner.busy_,
-                    "another thread is using this object; one thread at a time steps and reads") {}
+  /// Marks the object as in use. Throws bristle::Error if another thread is using it.
+  class Turn {
+   public:
+    explicit Turn(Owned& owner) : busy_(owner.busy_) {
+      if (busy_.exchange(true))
+        throw bristle::Error("another thread is using this object; one thread at a time steps and reads");
+    }
+    ~Turn() { busy_.store(false); }
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+
+   private:
+    std::atomic<bool>& busy_;
   };
+
+  /// Returns call(batch), made in a turn.
+  template <class Call>
+  decltype(auto) use(const Call& call) {
+    const Turn turn(*this);
+    return call(batch);
+  }
 
   Batch batch;
 
@@ -41,43 +60,50 @@ class Owned {
 template <class Batch>
 inline constexpr bool is_module_class<Owned<Batch>> = true;
 
-/// Makes arrays, by name of the column, from responses. Each array has an entry per response.
-template <class Response>
-class Columns {
- public:
-  explicit Columns(const std::vector<Response>& responses) : responses_(responses) {
-    py::array_t<std::uint32_t> status(static_cast<py::ssize_t>(responses.size()));
-    for (std::size_t i = 0; i < responses.size(); ++i)
-      status.mutable_data()[i] = static_cast<std::uint32_t>(responses[i].status);
-    columns["status"] = status;
-  }
-  void add(const char* name, double Response::*field) {
-    columns[name] = column({}, [=](const Response& r) { return &(r.*field); });
-  }
-  template <std::size_t n>
-  void add(const char* name, double (Response::*field)[n]) {
-    columns[name] = column({n}, [=](const Response& r) { return r.*field; });
-  }
-  template <std::size_t n>
-  void add(const char* name, double (Response::*field)[n][n]) {
-    columns[name] = column({n, n}, [=](const Response& r) { return (r.*field)[0]; });
-  }
+/// Makes a method of the library's object a function of its owner in Python, called in the owner's turn.
+template <class Self, class Object, class Result, class... Arguments>
+auto in_turn(Result (Object::*method)(Arguments...)) {
+  return [method](Self& self, Arguments... arguments) -> Result {
+    return self.use([&](auto& object) -> Result { return (object.*method)(arguments...); });
+  };
+}
+template <class Self, class Object, class Result, class... Arguments>
+auto in_turn(Result (Object::*method)(Arguments...) const) {
+  return [method](Self& self, Arguments... arguments) -> Result {
+    return self.use([&](auto& object) -> Result { return (object.*method)(arguments...); });
+  };
+}
 
+/// Returns the columns of an array of structs, each as an array of its own, by name.
+inline py::dict columns_of(const py::array& rows) {
   py::dict columns;
+  for (const py::handle name : rows.dtype().attr("names")) columns[name] = rows[name].attr("copy")();
+  return columns;
+}
 
- private:
-  template <class Read>
-  Numbers column(std::vector<std::size_t> shape, const Read& read) const {
-    std::size_t width = 1;
-    for (const std::size_t size : shape) width *= size;
-    shape.insert(shape.begin(), responses_.size());
-    Numbers values(shape);
-    double* to = values.mutable_data();
-    for (const Response& response : responses_) to = std::copy_n(read(response), width, to);
-    return values;
-  }
-  const std::vector<Response>& responses_;
-};
+/// Steps the members of a batch that `ids` names, by go(batch, motions, responses), without the interpreter's
+/// lock. Row i of `numbers` becomes the motion of member i, as Row::motion says. Returns the responses by
+/// column.
+template <class Row, class Self, class Go>
+py::dict step_rows(Self& self, const Ids& ids, const Numbers& numbers, const Go& go) {
+  using Motion = typename Row::Motion;
+  using Response = typename Row::Response;
+  if (ids.ndim() != 1 || numbers.ndim() != 2 || numbers.shape(0) != ids.shape(0) ||
+      numbers.shape(1) != Row::size)
+    throw bristle::Error("motions: shape (n, " + std::to_string(Row::size) +
+                         ") is needed for n ids: " + Row::numbers);
+  std::vector<Motion> in;
+  for (py::ssize_t i = 0; i < ids.shape(0); ++i)
+    in.push_back(Row::motion({ids.at(i)}, numbers.data() + i * Row::size));
+  py::array_t<Response> rows(ids.shape(0));
+  const bristle::Span<Response> out{rows.mutable_data(), in.size()};
+  std::fill_n(out.data(), out.size(), Response{});
+  self.use([&](auto& batch) {
+    const WithoutLock unlocked;
+    go(batch, bristle::Span<const Motion>{in.data(), in.size()}, out);
+  });
+  return columns_of(rows);
+}
 
 using Room = std::optional<py::array>;  // array of the caller that a step writes
 
@@ -124,50 +150,66 @@ bristle::StepReport step_columns(std::size_t count, const Step& step) {
   return step();
 }
 
-/// Adds the methods state_hash, save_state, restore_state and len() to a Python class. `id` converts an int
-/// to the library's id of a member of the batch; `argument` names that int in Python's signatures.
-template <class Batch, class Id, class Count>
-void define_state(py::class_<Owned<Batch>>& type, const char* argument, const Id& id, const Count& count) {
-  using Self = Owned<Batch>;
-  using Turn = typename Self::Turn;
+/// Adds the constructor of a batch, with the keywords threads and isa.
+template <class Batch>
+void define_constructor(py::class_<Owned<Batch>>& type, const char* doc) {
   type.def(
-          "state_hash",
-          [id](Self& self, const std::optional<std::uint64_t>& of) {
-            const Turn turn(self);
-            return of ? self.batch.state_hash(id(*of)) : self.batch.state_hash();
-          },
-          py::arg(argument) = py::none(), "Of one, or of all: equal on every machine.")
-      .def(
+      py::init([](int threads, const char* isa) {
+        return std::make_unique<Owned<Batch>>(bristle::BatchOptions{}.with_threads(threads).with_isa(isa));
+      }),
+      py::kw_only(), py::arg("threads") = 1, optional("isa"), doc);
+}
+
+/// Adds the methods save_state and restore_state, which hold the state as bytes. `refusal` follows the name
+/// of the class in the error of a copy or pickle.
+template <class Self>
+void define_saved_state(py::class_<Self>& type, const char* saves, const char* restores,
+                        const char* refusal) {
+  type.def(
           "save_state",
           [](Self& self) {
-            const Turn turn(self);
-            std::vector<std::byte> state(self.batch.state_size());
-            self.batch.save_state({state.data(), state.size()});
+            const auto state = self.use([](auto& object) {
+              std::vector<std::byte> bytes(object.state_size());
+              object.save_state({bytes.data(), bytes.size()});
+              return bytes;
+            });
             return py::bytes(reinterpret_cast<const char*>(state.data()), state.size());
           },
-          "The state of all as bytes.")
+          saves)
       .def(
           "restore_state",
           [](Self& self, const py::bytes& state) {
-            const Turn turn(self);
             const std::string bytes = state;
-            self.batch.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
+            self.use([&](auto& object) {
+              object.restore_state({reinterpret_cast<const std::byte*>(bytes.data()), bytes.size()});
+            });
           },
-          py::arg("state"),
-          "Restores what save_state gave, in an object made in the same way. Raises bristle.Error, state "
-          "unchanged, where it does not fit.")
+          py::arg("state"), restores)
       .def(
           "__reduce__",
-          [](const py::object& self) -> py::object {
-            throw py::type_error(std::string(Py_TYPE(self.ptr())->tp_name) +
-                                 " is not copied or pickled as a whole: make another in the same way, and "
-                                 "give its restore_state() the bytes of save_state()");
+          [refusal](const py::object& self) -> py::object {
+            throw py::type_error(std::string(Py_TYPE(self.ptr())->tp_name) + refusal);
           },
-          "Raises TypeError, which says what to do instead.")
-      .def("__len__", [count](Self& self) {
-        const Turn turn(self);
-        return count(self.batch);
-      });
+          "Raises TypeError, which says what to do instead.");
+}
+
+/// Adds the methods state_hash, save_state, restore_state and len() to a class of a batch. `argument` is the
+/// name of a member's id in Python.
+template <class Id, class Batch, class Count>
+void define_state(py::class_<Owned<Batch>>& type, const char* argument, const Count& count) {
+  using Self = Owned<Batch>;
+  type.def(
+      "state_hash",
+      [](Self& self, const std::optional<Id>& of) {
+        return self.use([&](auto& batch) { return of ? batch.state_hash(*of) : batch.state_hash(); });
+      },
+      optional(argument), "Of one, or of all: equal on every machine.");
+  type.def("__len__", in_turn<Self>(count));
+  define_saved_state(type, "The state of all as bytes.",
+                     "Restores what save_state gave, in an object made in the same way. Raises "
+                     "bristle.Error, state unchanged, where it does not fit.",
+                     " is not copied or pickled as a whole: make another in the same way, and give its "
+                     "restore_state() the bytes of save_state()");
 }
 
 }  // namespace bristle_python

@@ -138,9 +138,8 @@ constexpr const char* run_doc =
 /// Binds run(), which takes its scene or the scene's file as `first` of its arguments.
 template <class Owner, class Run, class... First>
 void define_run(Owner& owner, const char* name, const Run& run, const First&... first) {
-  owner.def(name, run, first..., py::kw_only(), py::arg("steps") = py::none(),
-            py::arg("threads") = py::none(), py::arg("isa") = py::none(), py::arg("bristles") = py::none(),
-            py::arg("trace") = py::none(), py::arg("clip_load") = 0.0, py::arg("out_patches") = py::none(),
+  owner.def(name, run, first..., py::kw_only(), optional("steps"), optional("threads"), optional("isa"),
+            optional("bristles"), optional("trace"), py::arg("clip_load") = 0.0, optional("out_patches"),
             run_doc);
 }
 /// Returns a function for Python that reads the scene from a file and calls run() with it.

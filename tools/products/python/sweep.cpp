@@ -61,7 +61,7 @@ void run_on_threads(Rows& rows, const Study& study, int threads, const std::stri
       study, indices, threads, isa, [&](const std::string& row) { rows.add(row); }, [&] { interrupted(); });
 }
 
-py::object columns_of(const Study& study) { return report_of(study.header().at("columns").dump()); }
+py::object study_columns(const Study& study) { return report_of(study.header().at("columns").dump()); }
 
 }  // namespace
 
@@ -77,7 +77,7 @@ void define_sweep(py::module_& module) {
       .def("recipe", &Study::recipe)
       .def_property_readonly("hash", &Study::hash)
       .def_property_readonly("rows", &Study::rows)
-      .def_property_readonly("columns", &columns_of)
+      .def_property_readonly("columns", &study_columns)
       .def("run_row", &run_row, py::arg("index"), py::arg("isa"));
   py::class_<Rows>(module, "_SweepRows")
       .def(py::init([](const Study& study, const std::string& out) {

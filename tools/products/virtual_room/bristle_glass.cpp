@@ -22,6 +22,15 @@ void place_root(std::size_t i, std::size_t count, float (&root)[2]) {
   root[1] = radius * std::sin(angle);
 }
 
+// Sets the lean with which a hair is drawn, by its deflection and the mean snap length (m). Limits it,
+// because a hair bent beyond two mean snap lengths would lie on the floor.
+void lean(Hair& hair, float zx, float zy, float mean) {
+  const float scale = BristleGlass::lean_per_length / mean *
+                      std::min(1.0f, 2.2f * mean / std::max(std::hypot(zx, zy), 1e-12f));
+  hair.lean[0] = scale * zx;
+  hair.lean[1] = scale * zy;
+}
+
 float bent(const BristleView& view, std::size_t i) {
   return view.snap_length[i] > 0 ? std::hypot(view.zx[i], view.zy[i]) / view.snap_length[i] : 0.0f;
 }
@@ -131,12 +140,8 @@ void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
     hair.root[1] = 0;
     hair.half[0] = std::max(0.40f * wide, 0.4f * Hair::thin);
     hair.half[1] = 0.8f * std::sqrt(std::max(0.9f * reach * reach - x * x, 0.04f));
-    const auto z = std::hypot(cohort.zx, cohort.zy);
-    const float scale = lean_per_length / static_cast<float>(mean) *
-                        std::min(1.0f, 2.2f * static_cast<float>(mean) / std::max(z, 1e-12f));
-    hair.lean[0] = scale * cohort.zx;
-    hair.lean[1] = scale * cohort.zy;
-    hair.bent = z / static_cast<float>(mean);
+    lean(hair, cohort.zx, cohort.zy, static_cast<float>(mean));
+    hair.bent = std::hypot(cohort.zx, cohort.zy) / static_cast<float>(mean);
     hair.flash = 0;
     hair.age = cohort.age;
   }
@@ -157,12 +162,7 @@ void BristleGlass::update_hairs(const Snapshot& room, float elapsed, float simul
   find_snaps(now);
   const float mean = static_cast<float>(std::max(room.presliding_length, 1e-12));
   for (std::size_t i = 0; i < count; ++i) {
-    const float z = std::hypot(now.zx[i], now.zy[i]);
-    // Limits the lean with which a hair is drawn. Bent beyond two mean snap lengths it would lie on the
-    // floor.
-    const float scale = lean_per_length / mean * std::min(1.0f, 2.2f * mean / std::max(z, 1e-12f));
-    hairs_[i].lean[0] = scale * now.zx[i];
-    hairs_[i].lean[1] = scale * now.zy[i];
+    lean(hairs_[i], now.zx[i], now.zy[i], mean);
     hairs_[i].bent = bent(now, i);
     if (hairs_[i].bent > 2 * bent_after_flash) hairs_[i].flash = 0.0f;
   }

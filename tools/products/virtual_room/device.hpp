@@ -23,15 +23,13 @@ class Device {
  public:
   virtual ~Device() = default;
   virtual const char* name() const noexcept = 0;
-  virtual DeviceLimits limits() const noexcept = 0;
+  virtual DeviceLimits limits() const noexcept { return {}; }
   /// Reads the hand at the simulated time `time_s`. Returns false, without changing `hand`, if the device is
   /// lost or not connected yet.
   virtual bool read(double time_s, Hand& hand) noexcept = 0;
   /// Sends a force to the hand, N. The force is zero while the room pauses, and in the last call before the
   /// room ends or changes the device.
   virtual void write(const double (&force)[3]) noexcept = 0;
-  /// Tells the device that the simulated time starts again at 0.
-  virtual void restart() noexcept {}
 };
 
 }  // namespace room

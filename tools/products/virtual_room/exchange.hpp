@@ -20,6 +20,9 @@ inline constexpr std::size_t cache_line = 64;
 template <class T>
 class TripleBuffer {
  public:
+  /// @name Writing thread
+  ///@{
+
   /// Returns the slot to fill before publish(). Set every member, because the slot has an old value in it.
   T& draft() noexcept { return slots_[writing_].value; }
   void publish() noexcept {

@@ -59,6 +59,21 @@ void set_colours(ImGuiStyle& style) {
 
 }  // namespace
 
+void Pen::write(float x, float y, float anchor, ImU32 colour, const std::string& text,
+                const ImFont* font) const {
+  const float left = std::round(x - anchor * size(font, text).x);
+  draw.AddText(font, font->FontSize, {left, std::round(y)}, colour, text.c_str());
+}
+
+void Pen::tag(float x, float y, float anchor, ImU32 colour, const std::string& text, const ImFont* font,
+              float wrap) const {
+  const ImVec2 s = size(font, text, wrap);
+  const float pad = 5 * scale, left = std::round(x - anchor * s.x), top = std::round(y - 0.5f * s.y);
+  draw.AddRectFilled({left - pad, top - 0.5f * pad}, {left + s.x + pad, top + s.y + 0.5f * pad},
+                     colours::plate, 4 * scale);
+  draw.AddText(font, font->FontSize, {left, top}, colour, text.c_str(), nullptr, wrap);
+}
+
 Fonts set_style(float scale) {
   ImGuiStyle style;
   style.WindowRounding = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 
 #include <imgui.h>
 
@@ -17,6 +18,7 @@ inline constexpr ImU32 good = IM_COL32(36, 190, 145, 255), warning = IM_COL32(24
 inline constexpr ImU32 bad = IM_COL32(236, 92, 52, 255), accent = IM_COL32(70, 178, 255, 255);
 // Colours of the curves of compared blocks. The curve of the first block has the colour `friction`.
 inline constexpr ImU32 beside[] = {IM_COL32(86, 180, 233, 255), IM_COL32(190, 196, 206, 255)};
+inline constexpr ImU32 plate = IM_COL32(14, 16, 20, 205);  ///< ground behind text on the picture
 inline constexpr ImU32 snaps = IM_COL32(240, 228, 66, 255);
 }  // namespace colours
 inline ImU32 compared_colour(std::size_t i) { return colours::beside[i == 0 ? 0 : 1]; }
@@ -25,6 +27,28 @@ struct Fonts {
   ImFont* text = nullptr;
   ImFont* small = nullptr;
   ImFont* bold = nullptr;
+};
+
+/// Draws text in the panels' fonts over a list of shapes.
+struct Pen {
+  ImDrawList& draw;
+  const Fonts& fonts;
+  float scale = 1;  ///< display scale
+
+  ImVec2 size(const ImFont* font, const std::string& text, float wrap = 0) const {
+    return font->CalcTextSizeA(font->FontSize, 1e4f, wrap, text.c_str());
+  }
+  float small_width(const std::string& text) const { return size(fonts.small, text).x; }
+  /// Draws text with its upper edge at y. `anchor` says which part of it is at x: 0 left end, 0.5 middle, 1
+  /// right end.
+  void write(float x, float y, float anchor, ImU32 colour, const std::string& text, const ImFont* font) const;
+  void write_small(float x, float y, float anchor, ImU32 colour, const std::string& text) const {
+    write(x, y, anchor, colour, text, fonts.small);
+  }
+  /// Draws text on a dark plate. y is the middle of the text's height. A text wider than `wrap` takes several
+  /// lines; 0: one line.
+  void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, const ImFont* font,
+           float wrap = 0) const;
 };
 
 /// Sets the style of the current ImGui context for a display scale (1 = 96 dots an inch) and loads its fonts:

@@ -35,7 +35,6 @@ class PlayedHand final : public Device {
   PlayedHand(const char* name, HandMotion motion, double lost_at = 1e300, double back_at = 1e300)
       : name_(name), motion_(std::move(motion)), lost_at_(lost_at), back_at_(back_at) {}
   const char* name() const noexcept override { return name_; }
-  DeviceLimits limits() const noexcept override { return {}; }
   bool read(double time_s, Hand& hand) noexcept override {
     if (time_s >= lost_at_ && time_s < back_at_) return false;
     hand = motion_.at(time_s);

@@ -26,7 +26,6 @@
 #include "tools/products/virtual_room/compared.hpp"
 #include "tools/products/virtual_room/hand_motion.hpp"
 #include "tools/products/virtual_room/mouse_device.hpp"
-#include "tools/products/virtual_room/moved.hpp"
 #include "tools/products/virtual_room/parameters.hpp"
 #include "tools/products/virtual_room/recorder.hpp"
 #include "tools/products/virtual_room/script.hpp"
@@ -50,27 +49,18 @@ constexpr double speeds[] = {1.0, 0.3, 0.1, 0.03, 0.01};
 constexpr std::size_t speed_count = sizeof speeds / sizeof speeds[0];
 constexpr std::uint64_t ticks_between_statistics = 64, ticks_between_bristles = 16;
 
-struct Message {
-  char text[128] = {};
-};
-
-Message to_message(const std::string& line) {
-  Message m;
-  line.copy(m.text, sizeof m.text - 1);
-  return m;
-}
-
 enum class Recording : unsigned char { as_it_is, begin, end };
 
-/// Order from the desk (the thread that may allocate) to the haptic thread. The desk waits until it is taken.
+/// Order from the desk (the thread that may allocate) to the haptic thread, which reads it in place. The desk
+/// waits until it is carried out.
 struct Order {
   bool has_parameters = false;
-  Parameters parameters, beside[most_compared];
+  std::array<Parameters, 1 + most_compared> parameters;  ///< parameters of each block
   std::uint64_t revision = 0;
   bool reset = false;
   Device* device = nullptr;  ///< new device; null: no change of device
   Recording recording = Recording::as_it_is;
-  Message message;
+  std::string message;
 };
 
 Hand within_reach(const Hand& hand, bool& sane) {
@@ -101,24 +91,44 @@ std::string free_name(const std::string& wanted) {
 }  // namespace
 
 struct HapticLoop::Impl {
-  /// Compared block in a room of its own beside that of the first block. It is stepped only while it is
-  /// shown.
-  struct Beside {
-    explicit Beside(const RoomMeasures& measures)
+  /// A block in a room of its own: the first block, or one that is compared with it and stepped only while it
+  /// is shown.
+  struct Block {
+    explicit Block(const RoomMeasures& measures)
         : batch(bristle::BatchOptions{}.with_threads(1)), world(measures, batch), maker(batch) {
       batch.warm_up();
     }
+    void begin_figures() noexcept {
+      moved.begin();
+      strength.begin();
+    }
+    void note_figures(Comparison scene, double time) noexcept {
+      moved.take(time, world.block_position().x());
+      strength.take(scene, time, world.friction().x());
+    }
+    void show_figures(Comparison scene, Figures& to) const noexcept {
+      to = {moved.metres(), strength.newton(), strength.beside(scene)};
+    }
+
     bristle::PatchBatch batch;
     World world;
     PatchMaker maker;
+    Moved moved;
+    Strength strength;
     bool has_patches = false;  // whether `world` uses the patches of `maker`; only the desk reads this
   };
+  using Blocks = std::array<std::unique_ptr<Block>, 1 + most_compared>;
+  static Blocks make_blocks(const RoomMeasures& measures) {
+    Blocks made;
+    for (auto& block : made) block = std::make_unique<Block>(measures);
+    return made;
+  }
 
   Impl(const LoopOptions& given, std::unique_ptr<Device> given_device)
       : options(given),
         dt(1.0 / given.rate_hz),
-        world(given.measures, batch),
-        maker(batch),
+        blocks(make_blocks(given.measures)),
+        world(blocks[0]->world),
         own_device(std::move(given_device)),
         computing(dt),
         ending(dt),
@@ -128,14 +138,12 @@ struct HapticLoop::Impl {
     if (!own_device) own_device = std::make_unique<MouseDevice>(exchange);
     device = own_device.get();
     changes.assign(given.changes.begin(), given.changes.end());
-    for (auto& other : beside) other = std::make_unique<Beside>(given.measures);
-    const Order first_order = parameters_order(given.settings, true);
-    const Parameters& first = first_order.parameters;
-    batch.warm_up();
-    take_parameters(first_order);
+    const Order first = parameters_order(given.settings, true);
+    blocks[0]->batch.warm_up();
+    take_parameters(first);
     revision = revisions = 0;
     reset_worlds();
-    remember(first.message);
+    remember(first.message.c_str());
     if (!given.forces_csv.empty()) recorder.start_forces(given.forces_csv);
     recording = recorder.is_open();
   }
@@ -208,61 +216,47 @@ struct HapticLoop::Impl {
   }
 
   void take_parameters(const Order& order) noexcept {
-    const bool begins = order.parameters.settings.compare != world.settings().compare;
-    world.take(order.parameters);
-    for (std::size_t i = 0; i < most_compared; ++i) beside[i]->world.take(order.beside[i]);
+    const bool begins = order.parameters[0].settings.compare != world.settings().compare;
+    for (std::size_t i = 0; i < blocks.size(); ++i) blocks[i]->world.take(order.parameters[i]);
     // Resets the worlds for a new scene. Bristles that were bent in the old one would push its block.
     if (begins) reset_worlds();
   }
 
-  void begin_comparison() noexcept {
-    for (Moved& m : moved) m.begin();
-    for (Strength& s : strength) s.begin();
-  }
-
   void reset_worlds() noexcept {
-    world.reset();
-    for (const auto& other : beside) other->world.reset();
-    begin_comparison();
+    for (const auto& block : blocks) {
+      block->world.reset();
+      block->begin_figures();
+    }
   }
 
   std::size_t compared() const noexcept { return scene_of(world.settings().compare).beside; }
 
   void step_beside() noexcept {
+    const Comparison scene = world.settings().compare;
+    const double time = world.time();
     if (world.applied().norm() > 0.0 || hand.turns)
-      for (Moved& m : moved) m.begin(world.time());
-    const auto note = [&](std::size_t i, const World& each) {
-      moved[i].take(world.time(), each.block_position().x());
-      strength[i].take(world.settings().compare, world.time(), each.friction().x());
-    };
-    note(0, world);
+      for (const auto& block : blocks) block->moved.begin(time);
+    blocks[0]->note_figures(scene, time);
     Hand nobody;
     nobody.holds = false;
-    for (std::size_t i = 0; i < compared(); ++i) {
-      World& other = beside[i]->world;
+    for (std::size_t i = 1; i <= compared(); ++i) {
+      World& other = blocks[i]->world;
       other.step(dt, nobody, 0.0, 1.0);
       if (!other.is_sound()) other.reset();
-      note(i + 1, other);
+      blocks[i]->note_figures(scene, time);
     }
   }
 
-  void show_beside(Snapshot& s) const noexcept {
+  void show_blocks(Snapshot& s) const noexcept {
     const Comparison scene = world.settings().compare;
-    s.moved = moved[0].metres();
-    s.strength = strength[0].newton();
-    s.strength_beside = strength[0].beside(scene);
+    world.show(s);
+    blocks[0]->show_figures(scene, s);
     s.compared = compared();
     for (std::size_t i = 0; i < s.compared; ++i) {
-      const World& other = beside[i]->world;
-      ComparedBlock& to = s.beside[i];
-      to.model = other.settings().model;
-      const Rotation& q = other.block_orientation();
-      const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
-      std::copy(wxyz, wxyz + 4, to.orientation);
-      for (int axis = 0; axis < 3; ++axis) to.position[axis] = other.block_position()[axis];
-      to.moved = moved[i + 1].metres();
-      to.strength = strength[i + 1].newton();
-      to.strength_beside = strength[i + 1].beside(scene);
+      const Block& other = *blocks[i + 1];
+      other.world.show_pose(s.beside[i].position, s.beside[i].orientation);
+      s.beside[i].model = other.world.settings().model;
+      other.show_figures(scene, s.beside[i]);
     }
   }
 
@@ -302,7 +296,7 @@ struct HapticLoop::Impl {
   void note_device(bool there) noexcept {
     if (there == device_there) return;
     device_there = there;
-    char line[sizeof message.text];
+    char line[sizeof message];
     const char* what = there         ? "is there"
                        : device_seen ? "lost: its force fades to zero"
                                      : "is not there yet";
@@ -311,8 +305,9 @@ struct HapticLoop::Impl {
   }
 
   void take_order() noexcept {
-    Order& order = order_taken;
-    if (!orders.pop(order)) return;
+    const Order* const given = given_order.load(std::memory_order_acquire);
+    if (given == nullptr) return;
+    const Order& order = *given;
     if (order.has_parameters) {
       take_parameters(order);
       revision = order.revision;
@@ -325,15 +320,14 @@ struct HapticLoop::Impl {
     }
     if (order.reset) {
       reset_worlds();
-      device->restart();
       grip = 0.0;
       presence = 1.0;
       simulated.store(0.0, std::memory_order_release);
     }
     if (order.recording != Recording::as_it_is)
       recording = hand_recorded = order.recording == Recording::begin;
-    if (order.message.text[0]) remember(order.message.text);
-    orders_taken.fetch_add(1, std::memory_order_release);
+    remember(order.message.c_str());
+    given_order.store(nullptr, std::memory_order_release);
   }
 
   void take_acts() noexcept {
@@ -391,16 +385,13 @@ struct HapticLoop::Impl {
   PlotPoint plot_point(double step_time) noexcept {
     finish_row();
     PlotPoint p;
-    p.time = static_cast<float>(world.time());
-    p.displacement = static_cast<float>(world.path_along());
-    p.friction = static_cast<float>(world.friction_along());
-    p.applied = static_cast<float>(world.applied_along());
+    world.plot(p);
     p.step_time = static_cast<float>(step_time);
-    p.snaps = static_cast<float>(world.snaps());
-    p.holds = static_cast<float>(world.holds());
     for (std::size_t i = 0; i < compared(); ++i) {
-      p.beside_displacement[i] = static_cast<float>(beside[i]->world.path_along());
-      p.beside_friction[i] = static_cast<float>(beside[i]->world.friction_along());
+      PlotPoint other;
+      blocks[i + 1]->world.plot(other);
+      p.beside_displacement[i] = other.displacement;
+      p.beside_friction[i] = other.friction;
     }
     return p;
   }
@@ -408,8 +399,7 @@ struct HapticLoop::Impl {
   void publish() noexcept {
     if (ticks % ticks_between_bristles == 0) world.show_bristles(bristles);
     Snapshot& s = exchange.room.draft();
-    world.show(s);
-    show_beside(s);
+    show_blocks(s);
     s.tick = ticks;
     s.paused = paused;
     s.recording = recording;
@@ -420,17 +410,17 @@ struct HapticLoop::Impl {
     s.bristles = bristles;
     const bool stands = !device_there || message_left > 0;
     if (message_left > 0) --message_left;
-    std::memcpy(s.message, stands ? message.text : Message{}.text, sizeof s.message);
+    std::memcpy(s.message, message, sizeof s.message);
+    if (!stands) s.message[0] = '\0';
     s.loop = statistics;
     exchange.room.publish();
   }
 
   void remember(const char* line) noexcept {
     if (!line[0]) return;
-    std::snprintf(message.text, sizeof message.text, "%s", line);
+    std::snprintf(message, sizeof message, "%s", line);
     message_left = static_cast<long>(message_time / dt);
   }
-  void remember(const std::string& line) noexcept { remember(line.c_str()); }
 
   void refresh_statistics() noexcept {
     statistics = {ticks,           ending.misses_ours(), ending.misses_machine(), dt,
@@ -451,29 +441,36 @@ struct HapticLoop::Impl {
 
   // Functions of the desk, the thread that may allocate.
 
-  bool order_waits() const noexcept { return orders_taken.load(std::memory_order_acquire) != orders_given; }
+  bool order_waits() const noexcept { return given_order.load(std::memory_order_acquire) != nullptr; }
 
-  void give(const Order& order) {
-    ++orders_given;
-    orders.push(order);
+  // Hands over an order. None may be waiting.
+  void give(Order order) {
+    own_order = std::move(order);
+    given_order.store(&own_order, std::memory_order_release);
+  }
+  void say(const std::string& line) {
+    Order order;
+    order.message = line;
+    give(std::move(order));
   }
 
   Order parameters_order(const Settings& wanted, bool anew) {
     Order order;
-    order.parameters = maker.make(wanted, anew);
+    Block& first = *blocks[0];
+    order.parameters[0] = first.maker.make(wanted, anew);
     order.has_parameters = true;
+    settings = order.parameters[0].settings;
     for (std::size_t i = 0; i < most_compared; ++i)
-      order.beside[i] = beside_parameters(*beside[i], order.parameters, i, anew);
+      order.parameters[i + 1] = beside_parameters(*blocks[i + 1], order.parameters[0], i, anew);
     order.revision = ++revisions;
-    order.message = to_message(order.parameters.message);
-    recorder.know(revisions, order.parameters.settings);
-    settings = order.parameters.settings;
+    order.message = first.maker.message();
+    recorder.know(revisions, settings);
     return order;
   }
 
   // Makes the parameters of compared block number i. Only a block with a brush gets patches, in a batch of
   // its own.
-  Parameters beside_parameters(Beside& other, const Parameters& main, std::size_t i, bool anew) {
+  Parameters beside_parameters(Block& other, const Parameters& main, std::size_t i, bool anew) {
     Parameters p = main;
     p.settings = settings_beside(main.settings, i);
     p.settings.pad_radius = 0.0;
@@ -492,16 +489,15 @@ struct HapticLoop::Impl {
   // Frees the objects that the last order replaced. Call it after the haptic thread has taken that order,
   // because it may use them until then.
   void clear_up() {
-    maker.remove_old();
-    for (const auto& other : beside) other->maker.remove_old();
+    for (const auto& block : blocks) block->maker.remove_old();
     leaving_device.reset();
     if (closing) close_recording();
     if (failed) {
       failed = false;
       Order order;
       order.recording = Recording::end;
-      order.message = to_message(failure);
-      give(order);
+      order.message = failure;
+      give(std::move(order));
     }
   }
 
@@ -511,11 +507,8 @@ struct HapticLoop::Impl {
       recorder.drain();
       const std::uint64_t rows = recorder.rows_written(), lost = recorder.lost();
       recorder.finish();
-      Order order;
-      order.message = to_message(
-          lost == 0 ? fmt::format("recorded {} ticks", rows)
+      say(lost == 0 ? fmt::format("recorded {} ticks", rows)
                     : fmt::format("recorded {} ticks; {} were lost: the disk is slow", rows, lost));
-      give(order);
     } catch (const cli::UserError& error) {
       give_up_recording(error.what());
     }
@@ -571,7 +564,7 @@ struct HapticLoop::Impl {
           recorder.start_all(recorded, settings, revisions + 1);
           order = begin_anew();
           order.recording = Recording::begin;
-          order.message = to_message(fmt::format("recording to {}.csv", recorded));
+          order.message = fmt::format("recording to {}.csv", recorded);
           break;
         case Act::stop_recording:
           order.recording = Recording::end;
@@ -582,9 +575,8 @@ struct HapticLoop::Impl {
           break;
         case Act::slow_pull:
           order = begin_own_hand("slow pull", &slow_pull);
-          order.message =
-              to_message(fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
-                                     order.parameters.peak * load_at_rest(settings)));
+          order.message = fmt::format("slow pull: the peak of {:.2f} N comes after about two seconds",
+                                      order.parameters[0].peak_coefficient * load_at_rest(settings));
           break;
         case Act::tour:
           order = begin_own_hand("tour", &tour_hand);
@@ -595,15 +587,15 @@ struct HapticLoop::Impl {
     } catch (const std::exception& error) {  // drops the request if a file cannot be read or written
       if (act == Act::record) recorder.abandon();
       order = {};
-      order.message = to_message(error.what());
+      order.message = error.what();
     }
-    give(order);
+    give(std::move(order));
   }
 
   Order begin_anew() {
     Order order = parameters_order(settings, true);
     order.reset = true;
-    if (pulling) leave_slow_pull(order);
+    if (pulling) end_hand(order);
     if (!replay_device) changes.assign(options.changes.begin(), options.changes.end());
     return order;
   }
@@ -612,57 +604,48 @@ struct HapticLoop::Impl {
   Order begin_own_hand(const char* name, HandMotion (*motion)(const Settings&, double, const RoomMeasures&)) {
     Order order = parameters_order(settings, true);
     order.reset = true;
-    auto hand_of_room =
-        std::make_unique<PlayedHand>(name, motion(settings, order.parameters.peak, options.measures));
-    replay_end = hand_of_room->end();
-    leaving_device = std::move(replay_device);
-    replay_device = std::move(hand_of_room);
-    order.device = replay_device.get();
+    HandMotion of_room = motion(settings, order.parameters[0].peak_coefficient, options.measures);
+    replay_end = of_room.end();
+    begin_hand(order, name, std::move(of_room));
     pulling = true;
     changes.clear();
     return order;
   }
 
-  void leave_slow_pull(Order& order) {
-    pulling = false;
-    order.device = own_device.get();
+  void begin_hand(Order& order, const char* name, HandMotion motion) {
     leaving_device = std::move(replay_device);
+    replay_device = std::make_unique<PlayedHand>(name, std::move(motion));
+    order.device = replay_device.get();
+  }
+  void end_hand(Order& order) {
+    leaving_device = std::move(replay_device);
+    order.device = own_device.get();
+    pulling = false;
   }
 
   Order begin_replay() {
     const std::string& name = recorded.empty() ? options.record_to : recorded;
     Script script = read_script(name + ".toml", options.measures);
-    auto player = std::make_unique<PlayedHand>("replay", std::move(script.hand));
     if (!replay_device || pulling) settings_before_replay = settings;
     pulling = false;
     Order order = parameters_order(script.settings, true);
     order.reset = true;
-    leaving_device = std::move(replay_device);
-    replay_device = std::move(player);
-    order.device = replay_device.get();
+    begin_hand(order, "replay", std::move(script.hand));
     replay_end = script.seconds;
     changes.assign(script.changes.begin(), script.changes.end());
-    order.message = to_message(fmt::format("replay of {}.toml, {:.3g} s", name, replay_end));
+    order.message = fmt::format("replay of {}.toml, {:.3g} s", name, replay_end);
     return order;
   }
 
-  void end_slow_pull() {
-    Order order;
-    leave_slow_pull(order);
-    order.message = to_message("the hand is yours");
-    give(order);
-  }
-
   void end_replay() {
-    if (pulling) return end_slow_pull();
-    Order order = parameters_order(settings_before_replay, false);
-    order.device = own_device.get();
-    leaving_device = std::move(replay_device);
-    // Continues the script that ran before the replay, at the present time: its changes up to now are applied
+    const bool own = pulling;
+    Order order = own ? Order{} : parameters_order(settings_before_replay, false);
+    end_hand(order);
+    order.message = own ? "the hand is yours" : "replay has ended";
+    // Continues the script that ran before a replay, at the present time: its changes up to now are applied
     // at once.
-    changes.assign(options.changes.begin(), options.changes.end());
-    order.message = to_message("replay has ended");
-    give(order);
+    if (!own) changes.assign(options.changes.begin(), options.changes.end());
+    give(std::move(order));
   }
 
   void run_desk() {
@@ -679,10 +662,8 @@ struct HapticLoop::Impl {
   LoopOptions options;
   double dt;
   Exchange exchange;
-  bristle::PatchBatch batch;
-  World world;
-  PatchMaker maker;
-  std::array<std::unique_ptr<Beside>, most_compared> beside;
+  Blocks blocks;
+  World& world;  // that of the first block
 
   std::unique_ptr<Device> own_device, replay_device, leaving_device;
 
@@ -695,29 +676,26 @@ struct HapticLoop::Impl {
   double grip = 0.0, presence = 1.0, last_begin = 0.0;
   double feedback = 1.0;  // share of the computed force sent to the device
   double last_force[3] = {0, 0, 0};
-  Moved moved[1 + most_compared];
-  Strength strength[1 + most_compared];
   std::size_t speed = 0;  // index in `speeds` (of slow motion) of the present speed
   double progress = 0.0;  // slow motion: sum of speeds since the last step; at 1, steps
   std::uint64_t ticks = 0, revision = 0;
   long steps_wanted = 0, message_left = 0;
-  Message message;
+  char message[sizeof Snapshot{}.message] = {};
   BristleView bristles;
   RecordRow row;
-  Order order_taken;
   bristle::DeadlineMonitor computing, ending, period;
   LoopStatistics statistics;
 
   // Members that the haptic thread and the desk share; they are safe without a lock.
-  SpscRing<Order, 4> orders;
+  std::atomic<const Order*> given_order{nullptr};
   SpscRing<Act, 64> requests;
-  std::atomic<std::uint64_t> orders_taken{0};
   std::atomic<double> simulated{0.0};
   std::atomic<bool> running{false};
   Recorder recorder;
 
   // Members that only the desk reads and writes, which is the thread that allocates and reads files.
-  std::uint64_t orders_given = 0, revisions = 0;
+  Order own_order;
+  std::uint64_t revisions = 0;
   Settings settings, settings_before_replay;
   std::deque<Change> changes;
   double replay_end = 0.0;

@@ -1,4 +1,4 @@
-#include "tools/products/virtual_room/headless.hpp"
+#include "tools/products/virtual_room/run.hpp"
 
 #include <algorithm>
 #include <chrono>

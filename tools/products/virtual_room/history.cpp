@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 namespace room {
 
@@ -19,17 +20,9 @@ void History::clear() { next_ = size_ = 0; }
 
 std::size_t History::first_of_last(float seconds) const {
   if (size_ == 0) return 0;
+  const auto indices = std::views::iota(std::size_t{0}, size_);
   const float begin = newest().time - seconds;
-  std::size_t low = 0, high = size_;
-  while (low < high) {
-    const std::size_t middle = (low + high) / 2;
-    if ((*this)[middle].time < begin) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  return low;
+  return *std::ranges::lower_bound(indices, begin, {}, [&](std::size_t i) { return (*this)[i].time; });
 }
 
 void FirstBending::set_length(double presliding_length) {

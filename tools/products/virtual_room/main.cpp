@@ -15,10 +15,8 @@
 #include "tools/products/cli/help_text.hpp"
 #include "tools/products/cli/option_checks.hpp"
 #include "tools/products/virtual_room/haptic_loop.hpp"
-#include "tools/products/virtual_room/headless.hpp"
 #include "tools/products/virtual_room/presets.hpp"
-#include "tools/products/virtual_room/run_options.hpp"
-#include "tools/products/virtual_room/screen.hpp"
+#include "tools/products/virtual_room/run.hpp"
 #include "tools/products/virtual_room/script.hpp"
 #include "tools/products/virtual_room/udp_device.hpp"
 

@@ -1,5 +1,6 @@
 #include "tools/products/virtual_room/mesh.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -11,20 +12,24 @@ constexpr float pi = 3.14159265f;
 
 using Eigen::Vector3f;
 
-void add_quad(Triangles& shape, std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
-  shape.indices.insert(shape.indices.end(), {a, b, c, a, c, d});
-}
-
-// Joins each ring of vertices to the next one by triangles, which makes the skin of a tube.
-void join_rings(Triangles& shape, std::uint32_t first, int rings, int around) {
+// Adds the skin of a tube: vertex(ring, i) is vertex i of a ring, which goes round from 0 to `around`. Quads
+// of two triangles join each ring to the next one.
+template <class MakeVertex>
+void add_skin(Triangles& shape, int rings, int around, const MakeVertex& vertex) {
+  const auto first = static_cast<std::uint32_t>(shape.vertices.size());
   const auto per_ring = static_cast<std::uint32_t>(around + 1);
+  for (int ring = 0; ring < rings; ++ring) {
+    for (int i = 0; i <= around; ++i) shape.vertices.push_back(vertex(ring, i));
+  }
   for (std::uint32_t ring = 0; ring + 1 < static_cast<std::uint32_t>(rings); ++ring) {
     for (std::uint32_t i = 0; i + 1 < per_ring; ++i) {
-      const std::uint32_t a = first + ring * per_ring + i;
-      add_quad(shape, a, a + 1, a + per_ring + 1, a + per_ring);
+      const std::uint32_t a = first + ring * per_ring + i, above = a + per_ring;
+      shape.indices.insert(shape.indices.end(), {a, a + 1, above + 1, a, above + 1, above});
     }
   }
 }
+
+float share(int i, int of) { return static_cast<float>(i) / static_cast<float>(of); }
 
 // Returns the positions of vertices across a face of the rounded box. They are dense at the rims, which are
 // curved.
@@ -46,29 +51,16 @@ Triangles make_rounded_box(const Vector3f& half, float radius) {
     const int u = (axis + 1) % 3, v = (axis + 2) % 3;
     const auto across = rounded_stations(half[u], radius), up = rounded_stations(half[v], radius);
     for (const float side : {-1.0f, 1.0f}) {
-      const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      for (const float y : up) {
-        for (const float x : across) {
-          Vector3f point;
-          point[axis] = side * half[axis];
-          point[u] = x;
-          point[v] = y;
-          const Vector3f inner = point.cwiseMax(-core).cwiseMin(core);
-          const Vector3f normal = (point - inner).normalized();
-          shape.vertices.push_back({inner + radius * normal, normal});
-        }
-      }
-      const auto row = static_cast<std::uint32_t>(across.size());
-      for (std::uint32_t j = 0; j + 1 < up.size(); ++j) {
-        for (std::uint32_t i = 0; i + 1 < row; ++i) {
-          const std::uint32_t a = first + j * row + i;
-          if (side > 0) {
-            add_quad(shape, a, a + 1, a + row + 1, a + row);
-          } else {
-            add_quad(shape, a, a + row, a + row + 1, a + 1);
-          }
-        }
-      }
+      const auto vertex = [&](int row, int i) -> Vertex {
+        Vector3f point;
+        point[axis] = side * half[axis];
+        point[u] = across[static_cast<std::size_t>(i)];
+        point[v] = up[static_cast<std::size_t>(row)];
+        const Vector3f inner = point.cwiseMax(-core).cwiseMin(core);
+        const Vector3f normal = (point - inner).normalized();
+        return {inner + radius * normal, normal};
+      };
+      add_skin(shape, static_cast<int>(up.size()), static_cast<int>(across.size()) - 1, vertex);
     }
   }
   return shape;
@@ -77,54 +69,39 @@ Triangles make_rounded_box(const Vector3f& half, float radius) {
 Triangles make_sphere(int around) {
   Triangles shape;
   const int rings = around / 2 + 1;
-  for (int j = 0; j < rings; ++j) {
-    const float latitude = pi * (static_cast<float>(j) / static_cast<float>(rings - 1) - 0.5f);
-    for (int i = 0; i <= around; ++i) {
-      const float longitude = 2 * pi * static_cast<float>(i) / static_cast<float>(around);
-      const Vector3f out(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
-                         std::sin(latitude));
-      shape.vertices.push_back({out, out});
-    }
-  }
-  join_rings(shape, 0, rings, around);
+  add_skin(shape, rings, around, [&](int ring, int i) -> Vertex {
+    const float latitude = pi * (share(ring, rings - 1) - 0.5f), longitude = 2 * pi * share(i, around);
+    const Vector3f out(std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude),
+                       std::sin(latitude));
+    return {out, out};
+  });
   return shape;
 }
 
-Triangles make_rod(int around, float end_radius) {
+Triangles make_rod(int around, float end_radius, int pieces) {
   Triangles shape;
-  const float lean = 1 - end_radius;
-  for (int j = 0; j < 2; ++j) {
-    const float radius = j == 0 ? 1.0f : end_radius;
-    for (int i = 0; i <= around; ++i) {
-      const float angle = 2 * pi * static_cast<float>(i) / static_cast<float>(around);
-      const Vector3f out(std::cos(angle), std::sin(angle), 0);
-      shape.vertices.push_back({radius * out + static_cast<float>(j) * Vector3f::UnitZ(),
-                                Vector3f(out.x(), out.y(), lean).normalized()});
-    }
-  }
-  join_rings(shape, 0, 2, around);
-  for (int j = 0; j < 2; ++j) {  // adds discs that close both ends of the rod
-    const auto centre = static_cast<std::uint32_t>(shape.vertices.size());
-    const Vector3f normal(0, 0, j == 0 ? -1.0f : 1.0f);
-    const float radius = j == 0 ? 1.0f : end_radius;
-    shape.vertices.push_back({static_cast<float>(j) * Vector3f::UnitZ(), normal});
-    for (int i = 0; i <= around; ++i) {
-      const float angle = (j == 0 ? -2 : 2) * pi * static_cast<float>(i) / static_cast<float>(around);
-      shape.vertices.push_back(
-          {Vector3f(radius * std::cos(angle), radius * std::sin(angle), static_cast<float>(j)), normal});
-    }
-    for (std::uint32_t i = 1; i <= static_cast<std::uint32_t>(around); ++i)
-      shape.indices.insert(shape.indices.end(), {centre, centre + i, centre + i + 1});
+  const auto place = [&](float z, float narrower, int i) {
+    const float angle = 2 * pi * share(i, around), radius = narrower * (1 + z * (end_radius - 1));
+    return Vector3f(radius * std::cos(angle), radius * std::sin(angle), z);
+  };
+  add_skin(shape, pieces + 1, around, [&](int ring, int i) -> Vertex {
+    const float angle = 2 * pi * share(i, around);
+    return {place(share(ring, pieces), 1, i),
+            Vector3f(std::cos(angle), std::sin(angle), 1 - end_radius).normalized()};
+  });
+  for (const float end : {0.0f, 1.0f}) {  // adds discs that close both ends of the rod
+    add_skin(shape, 2, around, [&](int ring, int i) -> Vertex {
+      return {place(end, static_cast<float>(ring), i), Vector3f(0, 0, 2 * end - 1)};
+    });
   }
   return shape;
 }
 
 Triangles make_rectangle() {
   Triangles shape;
-  for (const float y : {-1.0f, 1.0f}) {
-    for (const float x : {-1.0f, 1.0f}) shape.vertices.push_back({Vector3f(x, y, 0), Vector3f::UnitZ()});
-  }
-  add_quad(shape, 0, 1, 3, 2);
+  add_skin(shape, 2, 1, [](int row, int i) -> Vertex {
+    return {Vector3f(2 * share(i, 1) - 1, 2 * share(row, 1) - 1, 0), Vector3f::UnitZ()};
+  });
   return shape;
 }
 
@@ -137,23 +114,18 @@ Triangles make_coil(const Vector3f& from, const Vector3f& to, int turns, float r
   const Vector3f ahead = way / length;
   const Vector3f side = ahead.unitOrthogonal(), third = ahead.cross(side);
   const int rings = turns * per_turn + 1;
-  for (int j = 0; j < rings; ++j) {
-    const float t = static_cast<float>(j) / static_cast<float>(rings - 1);
-    const float angle = 2 * pi * static_cast<float>(turns) * t;
+  add_skin(shape, rings, around, [&](int ring, int i) -> Vertex {
+    const float t = share(ring, rings - 1), angle = 2 * pi * static_cast<float>(turns) * t;
     // Narrows the coil spring to its axis at both ends, where it is attached to tool and hand.
     const float open = std::min(1.0f, 6 * std::min(t, 1 - t));
     const Vector3f out = std::cos(angle) * side + std::sin(angle) * third;
     const Vector3f turn = -std::sin(angle) * side + std::cos(angle) * third;
     const Vector3f tangent =
         (ahead * length / (2 * pi * static_cast<float>(turns)) + turn * radius * open).normalized();
-    const Vector3f across = tangent.cross(out).normalized();
-    for (int i = 0; i <= around; ++i) {
-      const float a = 2 * pi * static_cast<float>(i) / around;
-      const Vector3f normal = std::cos(a) * out + std::sin(a) * across;
-      shape.vertices.push_back({from + way * t + out * radius * open + thickness * normal, normal});
-    }
-  }
-  join_rings(shape, 0, rings, around);
+    const float a = 2 * pi * share(i, around);
+    const Vector3f normal = std::cos(a) * out + std::sin(a) * tangent.cross(out).normalized();
+    return {from + way * t + out * radius * open + thickness * normal, normal};
+  });
   return shape;
 }
 

@@ -16,7 +16,7 @@ struct Vertex {
 
 struct Triangles {
   std::vector<Vertex> vertices;
-  /// Indices of the vertices of the triangles, three each, anticlockwise as seen from outside.
+  /// Indices of the vertices of the triangles, three each.
   std::vector<std::uint32_t> indices;
 };
 
@@ -24,8 +24,8 @@ struct Triangles {
 Triangles make_rounded_box(const Eigen::Vector3f& half, float radius);
 Triangles make_sphere(int around);  ///< makes a sphere of radius 1; `around` vertices per ring
 
-/// Makes a rod along z, with radius 1 at z = 0 and end_radius at z = 1.
-Triangles make_rod(int around, float end_radius);
+/// Makes a rod along z, with radius 1 at z = 0 and end_radius at z = 1, of `pieces` along its length.
+Triangles make_rod(int around, float end_radius, int pieces = 1);
 Triangles make_rectangle();  ///< makes a square in x and y from -1 to 1, with its normal along z
 Triangles make_coil(const Eigen::Vector3f& from, const Eigen::Vector3f& to, int turns, float radius,
                     float thickness);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/libraries/reports/numbers.hpp"
 #include "tools/products/virtual_room/compared.hpp"
 #include "tools/products/virtual_room/quantity_text.hpp"
 
@@ -13,28 +14,6 @@ namespace room {
 namespace {
 
 using Eigen::Vector3f;
-
-constexpr ImU32 plate = IM_COL32(14, 16, 20, 205);
-
-struct Pen {
-  ImDrawList& draw;
-  const Fonts& fonts;
-  float scale;
-
-  ImVec2 size(ImFont* font, const std::string& text, float wrap = 0) const {
-    return font->CalcTextSizeA(font->FontSize, 1e4f, wrap, text.c_str());
-  }
-  // Draws text on a dark plate. `anchor` says which part of the text is at x: 0 left end, 0.5 middle, 1 right
-  // end. y is the middle of the text's height. A text wider than `wrap` takes several lines; 0: one line.
-  void tag(float x, float y, float anchor, ImU32 colour, const std::string& text, ImFont* font,
-           float wrap = 0) const {
-    const ImVec2 s = size(font, text, wrap);
-    const float pad = 5 * scale, left = std::round(x - anchor * s.x), top = std::round(y - 0.5f * s.y);
-    draw.AddRectFilled({left - pad, top - 0.5f * pad}, {left + s.x + pad, top + s.y + 0.5f * pad}, plate,
-                       4 * scale);
-    draw.AddText(font, font->FontSize, {left, top}, colour, text.c_str(), nullptr, wrap);
-  }
-};
 
 void label_arrows(const Pen& pen, const Layout& layout, const Snapshot& room, const Camera& camera,
                   const RoomMeasures& measures, const Eigen::Matrix3f& tilt) {
@@ -78,15 +57,13 @@ void label_floor(const Pen& pen, const Layout& layout, const Camera& camera, con
     if (!layout.picture.scene.holds(px, py) || py > lowest) continue;
     const int centimetres = static_cast<int>(std::lround(100 * x));
     const std::string text = centimetres == 0 ? "0 cm" : fmt::format("{}", centimetres);
-    const ImVec2 s = pen.size(pen.fonts.small, text);
-    pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize,
-                     {std::round(px - 0.5f * s.x), std::round(py - 0.5f * s.y)}, IM_COL32(150, 160, 175, 220),
-                     text.c_str());
+    pen.write_small(px, py - 0.5f * pen.fonts.small->FontSize, 0.5f, IM_COL32(150, 160, 175, 220), text);
   }
 }
 
 // Returns the text behind a block's name: how far it creeps, or the highest friction of its contact.
-std::string says_of(const Snapshot& room, double moved, double strength, double beside) {
+std::string says_of(const Snapshot& room, const Figures& figures) {
+  const auto& [moved, strength, beside] = figures;
   if (!scene_of(room.settings.compare).driven) {
     const bool walks = room.settings.compare == Comparison::ratchet;
     if (!std::isfinite(moved))
@@ -125,16 +102,11 @@ void label_compared(const Pen& pen, const Layout& layout, const Snapshot& room, 
   const auto half = static_cast<float>(0.5 * measures.block[0]), high = static_cast<float>(measures.block[2]);
   const Vector3f above(0, 0, 0.9f * high), right(1.15f * half, 0, 0.2f * high),
       below(1.15f * half, -0.3f * half, -0.4f * high);
-  const auto says = [&](double moved, double strength, double beside) {
-    return says_of(room, moved, strength, beside);
-  };
-  label(0, to_vector(room.block_position), right, 0.0f, says(room.moved, room.strength, room.strength_beside),
-        colours::friction);
+  label(0, to_vector(room.block_position), right, 0.0f, says_of(room, room), colours::friction);
   for (std::size_t i = 0; i < std::min(room.compared, most_compared); ++i) {
     Vector3f at = to_vector(room.beside[i].position);
     at.y() += aside_of(i);
-    const ComparedBlock& other = room.beside[i];
-    label(i + 1, at, i == 0 ? above : below, 0.0f, says(other.moved, other.strength, other.strength_beside),
+    label(i + 1, at, i == 0 ? above : below, 0.0f, says_of(room, room.beside[i]),
           scene.driven ? compared_colour(i) : colours::text);
   }
 }
@@ -170,27 +142,28 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
   }
 }
 
-// Draws the colour scale of hairs that are coloured by age: from 10 ms to 100 s.
-void draw_age_scale(const Pen& pen, float x, float y, float width) {
-  // Colours of the scale as they appear: square roots of the shader's, under the light on the hairs.
-  static constexpr ImU32 stops[] = {IM_COL32(246, 231, 127, 255), IM_COL32(102, 180, 165, 255),
-                                    IM_COL32(102, 72, 165, 255)};
-  const float high = 5 * pen.scale, half = 0.5f * width;
-  for (int i = 0; i < 2; ++i) {
-    const float from = x + half * static_cast<float>(i);
-    pen.draw.AddRectFilledMultiColor({from, y}, {from + half, y + high}, stops[i], stops[i + 1], stops[i + 1],
-                                     stops[i]);
-  }
-}
+// Place (0 to 1) and colour of a stop of a colour scale.
+struct Stop {
+  float at;
+  ImU32 colour;
+};
+// Colours of hairs by bending, and by age from 10 ms to 100 s, as they appear: square roots of the shader's,
+// under the light on the hairs.
+constexpr Stop by_bending[] = {{0, IM_COL32(111, 172, 211, 255)},
+                               {0.4f, IM_COL32(90, 211, 202, 255)},
+                               {0.75f, IM_COL32(247, 222, 123, 255)},
+                               {1, IM_COL32(243, 123, 90, 255)}};
+constexpr Stop by_age[] = {{0, IM_COL32(246, 231, 127, 255)},
+                           {0.5f, IM_COL32(102, 180, 165, 255)},
+                           {1, IM_COL32(102, 72, 165, 255)}};
 
-void draw_scale(const Pen& pen, float x, float y, float width) {
-  static constexpr ImU32 stops[] = {IM_COL32(111, 172, 211, 255), IM_COL32(90, 211, 202, 255),
-                                    IM_COL32(247, 222, 123, 255), IM_COL32(243, 123, 90, 255)};
-  static constexpr float at[] = {0, 0.4f, 0.75f, 1};
-  const float high = 5 * pen.scale;
-  for (int i = 0; i < 3; ++i)
-    pen.draw.AddRectFilledMultiColor({x + width * at[i], y}, {x + width * at[i + 1], y + high}, stops[i],
-                                     stops[i + 1], stops[i + 1], stops[i]);
+template <std::size_t count>
+void draw_scale(const Pen& pen, float x, float y, float width, const Stop (&stops)[count]) {
+  for (std::size_t i = 0; i + 1 < count; ++i) {
+    const Stop &from = stops[i], &to = stops[i + 1];
+    pen.draw.AddRectFilledMultiColor({x + width * from.at, y}, {x + width * to.at, y + 5 * pen.scale},
+                                     from.colour, to.colour, to.colour, from.colour);
+  }
 }
 
 void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, const BristleGlass& glass,
@@ -213,57 +186,46 @@ void draw_glass_rim(const Pen& pen, const Layout& layout, const Snapshot& room, 
   pen.draw.AddCircle(centre, p.glass_radius + 1.5f * pen.scale, IM_COL32(10, 12, 15, 255), 96, 6 * pen.scale);
   pen.draw.AddCircle(centre, p.glass_radius, rim, 96, 2.5f * pen.scale);
 
-  const auto words = [&](float y, ImU32 colour, const std::string& text, ImFont* font) {
-    const ImVec2 s = pen.size(font, text);
-    pen.draw.AddText(font, font->FontSize, {std::round(centre.x - 0.5f * s.x), std::round(y)}, colour,
-                     text.c_str());
-  };
   float y = centre.y + p.glass_radius + 8 * pen.scale;
   if (glass.hairs().empty()) {
     const bool brush = room.settings.model == FrictionModel::brush;
-    words(centre.y - 8 * pen.scale, colours::text, brush ? "no contact" : "this model has no bristles",
-          pen.fonts.text);
+    pen.write(centre.x, centre.y - 8 * pen.scale, 0.5f, colours::text,
+              brush ? "no contact" : "this model has no bristles", pen.fonts.text);
     return;
   }
   // Says below the magnifying glass how many bristles it shows; uses fewer words if there is little room.
-  const std::string total = room.settings.infinite ? "infinitely many" : with_commas(room.bristles.total);
+  const std::string total = room.settings.infinite ? "infinitely many" : cli::count_text(room.bristles.total);
   std::string shown =
       glass.shows_cohorts()
           ? fmt::format("{} cohorts, each bent alike{}", glass.hairs().size(), glass.by_age ? ", by age" : "")
-          : fmt::format("{} of {} bristles{}", with_commas(glass.hairs().size()), total,
+          : fmt::format("{} of {} bristles{}", cli::count_text(glass.hairs().size()), total,
                         glass.by_age ? " by age" : " in this patch");
   const Area& scene = layout.picture.scene;
-  if (centre.x + 0.5f * pen.size(pen.fonts.small, shown).x + 10 * pen.scale > scene.x + scene.width ||
-      centre.x - 0.5f * pen.size(pen.fonts.small, shown).x - 10 * pen.scale < scene.x) {
+  const float reach = 0.5f * pen.small_width(shown) + 10 * pen.scale;
+  if (centre.x + reach > scene.x + scene.width || centre.x - reach < scene.x) {
     shown = glass.shows_cohorts() ? fmt::format("{} cohorts", glass.hairs().size())
-                                  : fmt::format("{} bristles of {}", with_commas(glass.hairs().size()),
-                                                with_commas(room.bristles.total));
+                                  : fmt::format("{} bristles of {}", cli::count_text(glass.hairs().size()),
+                                                cli::count_text(room.bristles.total));
   }
-  const float half =
-      std::max(0.5f * pen.size(pen.fonts.small, shown).x,
-               0.45f * p.glass_radius + 7 * pen.scale + pen.size(pen.fonts.small, "straight").x) +
-      8 * pen.scale;
+  const float half = std::max(0.5f * pen.small_width(shown),
+                              0.45f * p.glass_radius + 7 * pen.scale + pen.small_width("straight")) +
+                     8 * pen.scale;
   pen.draw.AddRectFilled({centre.x - half, y - 4 * pen.scale},
-                         {centre.x + half, y + 2 * pen.fonts.small->FontSize + 11 * pen.scale}, plate,
-                         5 * pen.scale);
-  words(y, colours::text, shown, pen.fonts.small);
+                         {centre.x + half, y + 2 * pen.fonts.small->FontSize + 11 * pen.scale},
+                         colours::plate, 5 * pen.scale);
+  pen.write_small(centre.x, y, 0.5f, colours::text, shown);
   y += pen.fonts.small->FontSize + 5 * pen.scale;
   const float wide = 0.9f * p.glass_radius;
-  if (glass.by_age) {
-    draw_age_scale(pen, centre.x - 0.5f * wide, y + 5 * pen.scale, wide);
-  } else {
-    draw_scale(pen, centre.x - 0.5f * wide, y + 5 * pen.scale, wide);
-  }
-  const auto beside = [&](float x, float anchor, const char* text) {
-    const ImVec2 s = pen.size(pen.fonts.small, text);
-    pen.draw.AddText(pen.fonts.small, pen.fonts.small->FontSize,
-                     {std::round(x - anchor * s.x), std::round(y)}, colours::faint_text, text);
-  };
-  beside(centre.x - 0.5f * wide - 7 * pen.scale, 1, glass.by_age ? "10 ms" : "straight");
-  beside(centre.x + 0.5f * wide + 7 * pen.scale, 0,
-         glass.by_age                                     ? "100 s"
-         : room.settings.rule == bristle::SnapRule::slide ? "slides"
-                                                          : "snaps");
+  const float left = centre.x - 0.5f * wide, right = centre.x + 0.5f * wide;
+  if (glass.by_age)
+    draw_scale(pen, left, y + 5 * pen.scale, wide, by_age);
+  else
+    draw_scale(pen, left, y + 5 * pen.scale, wide, by_bending);
+  pen.write_small(left - 7 * pen.scale, y, 1, colours::faint_text, glass.by_age ? "10 ms" : "straight");
+  pen.write_small(right + 7 * pen.scale, y, 0, colours::faint_text,
+                  glass.by_age                                     ? "100 s"
+                  : room.settings.rule == bristle::SnapRule::slide ? "slides"
+                                                                   : "snaps");
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "tools/products/virtual_room/panels.hpp"
 
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>  // for the numbers of keys
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +9,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "tools/libraries/reports/numbers.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 #include "tools/products/virtual_room/compared.hpp"
 #include "tools/products/virtual_room/parameters.hpp"
@@ -118,6 +121,15 @@ struct Panel {
   }
 };
 
+// Returns the sum of a number over the contacts between block and floor.
+double on_floor(const Snapshot& room, double ContactView::*number) {
+  double sum = 0;
+  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
+    if (room.contact[i].between == Between::block_floor) sum += room.contact[i].*number;
+  }
+  return sum;
+}
+
 bool begin_panel(const char* name, const Area& area, bool scrolls = false) {
   ImGui::SetNextWindowPos(ImVec2(area.x, area.y));
   ImGui::SetNextWindowSize(ImVec2(area.width, area.height));
@@ -139,10 +151,7 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
 void surface(Panel& panel, const Snapshot& room, Settings& s) {
   const Effective works(s);
   panel.heading("Surface");
-  double load = 0;
-  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
-    if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
-  }
+  const double load = on_floor(room, &ContactView::load);
   double ratio = std::clamp(s.peak / std::max(s.kinetic, 1e-9), 1.01, 2.0);
   const double kinetic_before = s.kinetic, ratio_before = ratio;
   panel.slider("kinetic µ", s.kinetic, 1, 0.01, 1.5, "%.3f", false, "friction over load in slow sliding");
@@ -196,21 +205,17 @@ void surface_in_detail(Panel& panel, const Snapshot& room, Settings& s, double l
   panel.slider("nap", s.nap, 1, 0.2, 5.0, "%.2f", true,
                "friction to the right over that to the left, with bristles that slide: velvet, skis, scales",
                works.bristles);
-  double percent = 100.0 * s.residual_share;
-  panel.slider("left by a snap", percent, 1, 0.0, 95.0, "%.0f %%", false,
+  panel.slider("left by a snap", s.residual_share, 0.01, 0.0, 95.0, "%.0f %%", false,
                "share of the bristle length that a snap leaves bent along the motion; 0: the paper's law",
                works.bristles);
-  s.residual_share = 0.01 * percent;
   panel.slider(
       "others renewed", s.shared_renewal, 1, 0.0, 8.0, "%.2f", false,
       "other bristles that re-form with each snap: rubbed contacts do not harden; 0: the paper's law",
       works.bristles);
-  double growth = 100.0 * s.growth_per_decade;
-  panel.slider("grows at rest", growth, 1, 0.0, 20.0, "%.1f %%", false,
+  panel.slider("grows at rest", s.growth_per_decade, 0.01, 0.0, 20.0, "%.1f %%", false,
                "static friction over kinetic, for ten times the rest; sliding friction falls by half of that "
                "for ten times the speed; 0: it does not age",
                works.bristles);
-  s.growth_per_decade = 0.01 * growth;
   panel.slider(
       "ages from", s.ageing_time, 1e-3, 1, 1e5, "%.0f ms", true,
       "rest from which on friction grows; it falls with speed where a bristle lives longer than this",
@@ -269,7 +274,7 @@ void bristles(Panel& panel, const Snapshot& room, const TimeHistogram& times, Se
   ImGui::BeginDisabled(s.infinite || s.model != FrictionModel::brush);
   panel.begin_row("in a patch", "representatives of each patch under the block");
   static constexpr std::uint32_t low = fewest_bristles, high = most_bristles;
-  const std::string shown = with_commas(s.bristles);
+  const std::string shown = cli::count_text(s.bristles);
   std::uint32_t value = s.bristles;
   if (ImGui::SliderScalar("##value", ImGuiDataType_U32, &value, &low, &high, "%u",
                           ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp)) {
@@ -279,7 +284,7 @@ void bristles(Panel& panel, const Snapshot& room, const TimeHistogram& times, Se
   ImGui::PopID();
   ImGui::EndDisabled();
   panel.readout("in all patches",
-                room.settings.infinite ? "infinitely many" : with_commas(room.bristles_total));
+                room.settings.infinite ? "infinitely many" : cli::count_text(room.bristles_total));
   deadline_bar(panel, times, room.loop);
 }
 
@@ -307,9 +312,9 @@ void loop_table(const Panel& panel, const LoopStatistics& loop) {
   panel.readout("period p50 / p99", loop.period_p50 > 0 ? with_unit(loop.period_p50, "s") + " / " +
                                                               with_unit(loop.period_p99, "s")
                                                         : "not paced");
-  panel.readout("late by this program", with_commas(loop.late_ours),
+  panel.readout("late by this program", cli::count_text(loop.late_ours),
                 loop.late_ours ? colours::bad : colours::good);
-  panel.readout("late by the machine", with_commas(loop.late_machine),
+  panel.readout("late by the machine", cli::count_text(loop.late_machine),
                 loop.late_machine ? colours::warning : colours::text);
 }
 
@@ -538,35 +543,33 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", says);
     return pressed;
   };
-  if (button(room.paused ? "Run###pause" : "Pause###pause", "space"))
-    wishes.act = room.paused ? Act::run : Act::pause;
-  if (button("Step", "full stop: one tick while it pauses")) wishes.act = Act::single_step;
-  const bool full_speed = room.speed >= 1.0;
+  const auto key = [&](int number, const char* label, const char* says, float gap = 5) {
+    if (button(label, says, gap)) wishes.key = number;
+  };
+  key(GLFW_KEY_SPACE, room.paused ? "Run###pause" : "Pause###pause", "space");
+  key(GLFW_KEY_PERIOD, "Step", "full stop: one tick while it pauses");
   const std::string speed = fmt::format("{:g} x###speed", room.speed);
   if (button(speed.c_str(), "slow motion: minus slower, equals sign faster")) {
-    wishes.act = room.speed > 0.011 ? Act::slower : Act::none;
-    if (!full_speed && wishes.act == Act::none) wishes.full_speed = true;
+    wishes.full_speed = room.speed <= 0.011;
+    if (!wishes.full_speed) wishes.key = GLFW_KEY_MINUS;
   }
-  if (button("Reset", "R: the block back to the middle")) wishes.act = Act::reset;
-  if (button("Slow pull", "L: from rest, a hand draws slowly until the block has broken away"))
-    wishes.act = Act::slow_pull;
+  key(GLFW_KEY_R, "Reset", "R: the block back to the middle");
+  key(GLFW_KEY_L, "Slow pull", "L: from rest, a hand draws slowly until the block has broken away");
   if (room.recording) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(150, 36, 30, 255));
-  if (button(room.recording ? "Stop###record" : "Record###record",
-             "C: hand and forces as CSV, in files of their own; begins with a reset", 10)) {
-    wishes.act = room.recording ? Act::stop_recording : Act::record;
-  }
+  key(GLFW_KEY_C, room.recording ? "Stop###record" : "Record###record",
+      "C: hand and forces as CSV, in files of their own; begins with a reset", 10);
   if (room.recording) ImGui::PopStyleColor();
-  if (button("Replay", "P: the hand of the recording again, to the same bits")) wishes.act = Act::replay;
+  key(GLFW_KEY_P, "Replay", "P: the hand of the recording again, to the same bits");
   if (button("Save",
              "a picture, the plots or the settings, into the working folder; not where the block is and how "
              "bristles bend",
              10))
     ImGui::OpenPopup("save");
   if (ImGui::BeginPopup("save")) {
-    wishes.screenshot = ImGui::MenuItem("Picture of the window, PNG", "F12");
-    wishes.export_plots = ImGui::MenuItem("What the plots show, CSV", "E");
-    wishes.save_scene =
-        ImGui::MenuItem("Settings, without where the block is, and the material: TOML for 'Load'", "S");
+    if (ImGui::MenuItem("Picture of the window, PNG", "F12")) wishes.key = GLFW_KEY_F12;
+    if (ImGui::MenuItem("What the plots show, CSV", "E")) wishes.key = GLFW_KEY_E;
+    if (ImGui::MenuItem("Settings, without where the block is, and the material: TOML for 'Load'", "S"))
+      wishes.key = GLFW_KEY_S;
     end_menu();
   }
   if (button("Load", "settings or a material of a file in the working folder")) {
@@ -580,8 +583,8 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     }
     end_menu();
   }
-  if (button("Glass", "G: the magnifying glass", 10)) wishes.toggle_glass = true;
-  if (button("View", "V: the view of the beginning")) wishes.reset_view = true;
+  key(GLFW_KEY_G, "Glass", "G: the magnifying glass", 10);
+  key(GLFW_KEY_V, "View", "V: the view of the beginning");
   const bool compares = room.compared > 0;
   if (compares) ImGui::PushStyleColor(ImGuiCol_Button, IM_COL32(28, 98, 152, 255));
   if (button("Compare",
@@ -590,7 +593,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
   }
   if (compares) ImGui::PopStyleColor();
   if (ImGui::BeginPopup("scenes")) {
-    if (ImGui::MenuItem("Tour")) wishes.tour = true;
+    if (ImGui::MenuItem("Tour")) wishes.key = GLFW_KEY_T;
     if (ImGui::IsItemHovered())
       ImGui::SetTooltip("T: 20 seconds: a push that holds, one that breaks away, and the other models");
     for (std::size_t i = 0; i < compared_scenes.size(); ++i) {
@@ -601,7 +604,7 @@ void draw_bar(const Layout& layout, const Fonts& fonts, const Snapshot& room, co
     }
     end_menu();
   }
-  if (button("Help", "F1: keys and mouse")) wishes.toggle_help = true;
+  key(GLFW_KEY_F1, "Help", "F1: keys and mouse");
 
   const std::string time = fmt::format("{:.2f} s", room.time);
   const char* what = room.device_lost ? "device lost"
@@ -628,7 +631,7 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
                 const TimeHistogram& times, GuiState& state, float elapsed) {
   if (layout.plots.height < 1) return;
   begin_panel("plots", layout.plots);
-  ImDrawList& draw = *ImGui::GetWindowDrawList();
+  const Pen pen{*ImGui::GetWindowDrawList(), fonts, layout.scale};
   const float gap = 12 * layout.scale;
   const Area& p = layout.plots;
   // Leaves out the plot of computing times in a narrow window. The panel shows their figures anyway.
@@ -638,30 +641,23 @@ void draw_plots(const Layout& layout, const Fonts& fonts, const Snapshot& room, 
   const Area first{p.x + gap, top, share[0] * inner, high};
   const Area second{first.x + first.width + gap, top, share[1] * inner, high};
   const Area third{second.x + second.width + gap, top, 0.28f * inner, high};
-  double load = 0;
-  for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
-    if (room.contact[i].between == Between::block_floor) load += room.contact[i].load;
-  }
+  const double load = on_floor(room, &ContactView::load);
   FrictionLevels levels{room.kinetic_coefficient * load, room.peak_coefficient * load};
   FrictionLevels over_time = levels;
   if (room.settings.growth_per_decade > 0 && room.settings.model == FrictionModel::brush) {
     // Sets the peak level to the sum of the friction limits of the floor's patches. They grow while bristles
     // rest, and the plot over time draws them as a curve.
-    levels.peak = over_time.peak = 0;
-    for (std::size_t i = 0; i < room.contacts && i < most_contacts; ++i) {
-      if (room.contact[i].between == Between::block_floor) levels.peak += room.contact[i].limit;
-    }
+    levels.peak = on_floor(room, &ContactView::limit);
+    over_time.peak = 0;
   }
-  const ComparedScene& scene = scene_of(room.settings.compare);
-  ShownBeside beside{std::min(room.compared, most_compared), scene.driven, {}};
-  std::copy(std::begin(scene.names), std::end(scene.names), beside.names);
+  const ShownBeside beside{scene_of(room.settings.compare), std::min(room.compared, most_compared)};
   // Plots a longer time in the scene that compares rests, so that a whole sequence of rests is visible.
   const float seconds =
       room.settings.compare == Comparison::rest ? 2.5f * state.plot_seconds : state.plot_seconds;
-  plot_force_over_time(draw, fonts, first, history, seconds, over_time, beside, state.ranges, elapsed);
-  plot_hysteresis(draw, fonts, second, history, state.first_bending, seconds, room.presliding_length, levels,
-                  beside, state.ranges, elapsed);
-  if (!two) plot_deadline(draw, fonts, third, times, room.loop.deadline);
+  plot_force_over_time(pen, first, history, seconds, over_time, beside, state.ranges, elapsed);
+  plot_hysteresis(pen, second, history, state.first_bending, seconds, room.presliding_length, levels, beside,
+                  state.ranges, elapsed);
+  if (!two) plot_deadline(pen, third, times, room.loop.deadline);
   ImGui::End();
 }
 

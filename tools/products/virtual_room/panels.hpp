@@ -29,13 +29,11 @@ Layout make_layout(int width, int height, float scale, bool panels, bool glass, 
 
 /// Requests that the user made in the panels while the last picture was shown.
 struct Wishes {
-  bool settings = false;  ///< whether the user changed settings
-  Act act = Act::none;
-  bool screenshot = false, toggle_glass = false, reset_view = false, toggle_help = false;
-  bool export_plots = false, save_scene = false, full_speed = false;
+  bool settings = false;    ///< whether the user changed settings
+  int key = 0;              ///< key (GLFW's number) that does what the pressed button does; 0: none
+  bool full_speed = false;  ///< whether slow motion ends
   bool list_files = false;  ///< whether the user pressed Load
   std::optional<Comparison> scene;
-  bool tour = false;
   std::string load;  ///< name of a file to load; empty: none
 };
 

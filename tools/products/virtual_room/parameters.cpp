@@ -142,9 +142,8 @@ bristle::Material material_of(const Settings& s) {
 bristle::Material tool_material_of(const Settings& s) { return material_of(with_tool_friction(s)); }
 
 Parameters PatchMaker::make(const Settings& wanted, bool anew) {
-  std::string message;
   Parameters next = now_;
-  next.settings = checked_settings(wanted, now_.settings, message);
+  next.settings = checked_settings(wanted, now_.settings, message_);
   const bool same = now_.patches[0] && same_material(next.settings, now_.settings);
   const bristle::Material material = same ? material_ : material_of(next.settings);
   const bristle::Material of_tool = same ? tool_material_ : tool_material_of(next.settings);
@@ -175,14 +174,12 @@ Parameters PatchMaker::make(const Settings& wanted, bool anew) {
   next.surface = surface_of(next.settings, material);
   next.tool_surface = surface_of(with_tool_friction(next.settings), of_tool);
   if (!same) {
-    next.kinetic = material.kinetic_coefficient();
-    next.peak = material.peak_coefficient();
+    next.kinetic_coefficient = material.kinetic_coefficient();
+    next.peak_coefficient = material.peak_coefficient();
   }
   next.presliding_length = material.snap_length.mean() + material.residual_length;
   next.bristle_stiffness = material.bristle_stiffness;
   next.stiffness_per_newton = material.bristle_stiffness * material.bristles_in_contact(1.0);
-  message.copy(next.message, sizeof next.message - 1);
-  next.message[std::min(message.size(), sizeof next.message - 1)] = '\0';
   return now_ = next;
 }
 

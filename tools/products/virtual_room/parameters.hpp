@@ -75,20 +75,15 @@ inline constexpr int pad_rings = 3;
 inline constexpr std::size_t pad_cells = 27;
 
 /// All that the haptic loop needs to know of the settings, as a plain struct, with the patches made for them.
-struct Parameters {
+struct Parameters : SurfaceFigures {
   Settings settings;
   PatchIds patches;
   /// Pad of the tool, a contact with an extent. Null: the tool touches at a point and has an ordinary patch.
   bristle::ExtendedPatches* pad = nullptr;
   bristle::PatchId pad_id;
-  bool new_patches = false;           ///< whether the patches were just made, with straight bristles
-  rivals::Surface surface;            ///< surface under the block, as the rival models take it
-  rivals::Surface tool_surface;       ///< surface under the tool, as the rival models take it
-  double kinetic = 0.0, peak = 0.0;   ///< friction coefficients that follow from the material
-  double presliding_length = 0.0;     ///< mean deflection of a bristle at its snap, m
-  double stiffness_per_newton = 0.0;  ///< stiffness of a sticking contact over load, 1/m
-  double bristle_stiffness = 0.0;     ///< stiffness of one bristle, sigma0, N/m
-  char message[128] = {};
+  bool new_patches = false;      ///< whether the patches were just made, with straight bristles
+  rivals::Surface surface;       ///< surface under the block, as the rival models take it
+  rivals::Surface tool_surface;  ///< surface under the tool, as the rival models take it
 };
 
 /// Returns the settings `wanted` with every number clamped to its range. A NaN, or a combination that no
@@ -108,6 +103,8 @@ class PatchMaker {
   /// patches if the number of bristles, the model or the nap changed, the tool's contact became a disc or a
   /// point, or `anew` is set. Old patches stay until remove_old(), and in use if this throws.
   Parameters make(const Settings& wanted, bool anew);
+  /// Returns what make() changed in the settings, or "".
+  const std::string& message() const noexcept { return message_; }
   /// Removes the patches that were replaced. Call it once the haptic loop uses the new ones.
   void remove_old();
 
@@ -123,6 +120,7 @@ class PatchMaker {
 
   bristle::PatchBatch& batch_;
   Parameters now_;
+  std::string message_;
   bristle::Material material_, tool_material_;
   Made made_, old_;
 };

@@ -22,26 +22,25 @@ struct Axis {
 };
 
 // Returns the thickness of curves in pixels, which grows with the display scale.
-float stroke(const Fonts& fonts) { return 1.5f * fonts.small->FontSize / 13; }
+float stroke(const Pen& pen) { return 1.5f * pen.fonts.small->FontSize / 13; }
 
 // Frame of a plot with ticks and title; it maps values to pixels.
 class Frame {
  public:
-  Frame(ImDrawList& draw, const Fonts& fonts, const Area& area, const char* title, Axis x, Axis y)
-      : draw_(draw), fonts_(fonts), x_(x), y_(y) {
-    const float line = fonts.small->FontSize;
+  Frame(const Pen& pen, const Area& area, const char* title, Axis x, Axis y) : pen_(pen), x_(x), y_(y) {
+    const float line = pen.fonts.small->FontSize;
     inner_ = {area.x + 3.1f * line, area.y + 1.7f * line, std::max(area.width - 3.9f * line, 20.0f),
-              height_in(fonts, area)};
-    draw_.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height},
-                        plot_ground, 2);
-    draw_.AddText(fonts.bold, fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y}, colours::text,
-                  title);
-    draw_.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
+              height_in(pen, area)};
+    pen_.draw.AddRectFilled({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height},
+                            plot_ground, 2);
+    pen_.draw.AddText(pen.fonts.bold, pen.fonts.small->FontSize * 1.06f, {area.x + 0.2f * line, area.y},
+                      colours::text, title);
+    pen_.draw.PushClipRect({area.x, area.y}, {area.x + area.width, area.y + area.height}, true);
   }
-  ~Frame() { draw_.PopClipRect(); }
+  ~Frame() { pen_.draw.PopClipRect(); }
   // Returns the height inside the frame of a plot in this area, pixels.
-  static float height_in(const Fonts& fonts, const Area& area) {
-    return std::max(area.height - 3.0f * fonts.small->FontSize, 20.0f);
+  static float height_in(const Pen& pen, const Area& area) {
+    return std::max(area.height - 3.0f * pen.fonts.small->FontSize, 20.0f);
   }
   Frame(const Frame&) = delete;
   Frame& operator=(const Frame&) = delete;
@@ -52,50 +51,48 @@ class Frame {
   }
   const Area& inner() const { return inner_; }
   void clip() const {
-    draw_.PushClipRect({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, true);
+    pen_.draw.PushClipRect({inner_.x, inner_.y}, {inner_.x + inner_.width, inner_.y + inner_.height}, true);
   }
-  void unclip() const { draw_.PopClipRect(); }
+  void unclip() const { pen_.draw.PopClipRect(); }
 
-  void label(float x, float y, ImU32 colour, const std::string& text, float anchor) const {
-    const ImVec2 size = fonts_.small->CalcTextSizeA(fonts_.small->FontSize, 1e4f, 0, text.c_str());
-    draw_.AddText(fonts_.small, fonts_.small->FontSize, {std::round(x - anchor * size.x), std::round(y)},
-                  colour, text.c_str());
+  // Draws a line of the grid at a value of the axis, and the value's text beside the frame.
+  void line_x(double value, const std::string& text) const {
+    const float x = at(value, y_.low).x, below = inner_.y + inner_.height;
+    pen_.draw.AddLine({x, inner_.y}, {x, below}, colours::faint_line);
+    pen_.write_small(x, below + 2, 0.5f, colours::faint_text, text);
   }
-
+  void line_y(double value, const std::string& text, ImU32 colour = colours::faint_line) const {
+    const float y = at(x_.low, value).y;
+    pen_.draw.AddLine({inner_.x, y}, {inner_.x + inner_.width, y}, colour);
+    pen_.write_small(inner_.x - 5, y - 0.5f * pen_.fonts.small->FontSize, 1.0f, colours::faint_text, text);
+  }
   void grid_x(double scale, int wanted, double offset = 0.0) const {
     const double step = find_step((x_.high - x_.low) / scale, wanted) * scale;
-    const float below = inner_.y + inner_.height;
     const double low = x_.low - offset, high = x_.high - offset;
-    for (double v = std::ceil(low / step) * step; v <= high + 1e-9 * step; v += step) {
-      const float x = at(offset + v, y_.low).x;
-      draw_.AddLine({x, inner_.y}, {x, below}, colours::faint_line);
-      label(x, below + 2, colours::faint_text, number(v / scale, step / scale), 0.5f);
-    }
+    for (double v = std::ceil(low / step) * step; v <= high + 1e-9 * step; v += step)
+      line_x(offset + v, number(v / scale, step / scale));
   }
-  void grid_y(double scale, int wanted) const {
-    const double step = find_step((y_.high - y_.low) / scale, wanted) * scale;
+  void grid_y(int wanted) const {
+    const double step = find_step(y_.high - y_.low, wanted);
     for (double v = std::ceil(y_.low / step) * step; v <= y_.high + 1e-9 * step; v += step) {
-      const float y = at(x_.low, v).y;
       const bool zero = std::abs(v) < 1e-9 * step;
-      draw_.AddLine({inner_.x, y}, {inner_.x + inner_.width, y},
-                    zero ? IM_COL32(88, 96, 110, 255) : colours::faint_line);
-      label(inner_.x - 5, y - 0.5f * fonts_.small->FontSize, colours::faint_text,
-            number(v / scale, step / scale), 1.0f);
+      line_y(v, number(v, step), zero ? IM_COL32(88, 96, 110, 255) : colours::faint_line);
     }
   }
   void dashed(double y, ImU32 colour, float dash = 5) const {
     const float py = at(x_.low, y).y;
     for (float x = inner_.x; x < inner_.x + inner_.width; x += dash + 4)
-      draw_.AddLine({x, py}, {x + dash, py}, colour);
+      pen_.draw.AddLine({x, py}, {x + dash, py}, colour);
   }
   // Draws a ring at a value of the plot, if it is within the range, and labels it at the plot's upper edge.
   void mark(double x, double y, ImU32 colour, const std::string& text) const {
     const ImVec2 p = at(x, y);
-    const float size = fonts_.small->FontSize, radius = 0.3f * size;
-    const float wide = fonts_.small->CalcTextSizeA(size, 1e4f, 0, text.c_str()).x;
-    if (y <= y_.high) draw_.AddCircle(p, radius, colour, 16, 1.2f * stroke(fonts_));
+    const float size = pen_.fonts.small->FontSize, radius = 0.3f * size;
+    const float wide = pen_.small_width(text);
+    if (y <= y_.high) pen_.draw.AddCircle(p, radius, colour, 16, 1.2f * stroke(pen_));
     const bool left = p.x - wide - 2 * radius > inner_.x;
-    label(left ? p.x - 2 * radius : p.x + 2 * radius, inner_.y + 1, colour, text, left ? 1.0f : 0.0f);
+    pen_.write_small(left ? p.x - 2 * radius : p.x + 2 * radius, inner_.y + 1, left ? 1.0f : 0.0f, colour,
+                     text);
   }
 
  private:
@@ -110,8 +107,7 @@ class Frame {
     return fmt::format("{:.{}f}", std::abs(v) < 1e-9 * step ? 0.0 : v, decimals);
   }
 
-  ImDrawList& draw_;
-  const Fonts& fonts_;
+  const Pen& pen_;
   Axis x_, y_;
   Area inner_;
 };
@@ -122,33 +118,34 @@ struct LegendEntry {
   ImU32 colour;
 };
 
-float width_of(const Fonts& fonts, const LegendEntry& entry) {
-  const float line = fonts.small->FontSize;
-  return fonts.small->CalcTextSizeA(line, 1e4f, 0, entry.text.c_str()).x + 1.7f * line;
+float width_of(const Pen& pen, const LegendEntry& entry) {
+  const float line = pen.fonts.small->FontSize;
+  return pen.small_width(entry.text) + 1.7f * line;
 }
 
 // Returns the longest of some titles that fits above the plot beside `taken` pixels of a legend. The titles
 // are ordered by length, the longest first; if none fits, returns the last.
-std::string title_for(const Fonts& fonts, const Area& area, float taken,
+std::string title_for(const Pen& pen, const Area& area, float taken,
                       std::initializer_list<std::string> titles) {
-  const float line = fonts.small->FontSize;
+  const float line = pen.fonts.small->FontSize;
   for (const std::string& title : titles) {
-    if (fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title.c_str()).x + taken < area.width - 1.4f * line)
+    if (pen.fonts.bold->CalcTextSizeA(1.06f * line, 1e4f, 0, title.c_str()).x + taken <
+        area.width - 1.4f * line)
       return title;
   }
   return *(titles.end() - 1);
 }
 
 // Draws a legend to the right of the title, where it covers no curve.
-void draw_legend(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const Area& area,
+void draw_legend(const Pen& pen, const Frame& frame, const Area& area,
                  const std::vector<LegendEntry>& entries) {
-  const float line = fonts.small->FontSize, middle = area.y + 0.55f * line;
+  const float line = pen.fonts.small->FontSize, middle = area.y + 0.55f * line;
   float x = frame.inner().x + frame.inner().width;
   for (std::size_t i = entries.size(); i-- > 0;) {
-    x -= width_of(fonts, entries[i]);
-    draw.AddLine({x + 0.3f * line, middle}, {x + 1.2f * line, middle}, entries[i].colour,
-                 1.7f * stroke(fonts));
-    frame.label(x + 1.5f * line, area.y, colours::text, entries[i].text, 0);
+    x -= width_of(pen, entries[i]);
+    pen.draw.AddLine({x + 0.3f * line, middle}, {x + 1.2f * line, middle}, entries[i].colour,
+                     1.7f * stroke(pen));
+    pen.write_small(x + 1.5f * line, area.y, 0, colours::text, entries[i].text);
   }
 }
 
@@ -171,7 +168,7 @@ void draw_levels(const Frame& frame, FrictionLevels levels) {
 // Draws a curve by its least and greatest value in each column of pixels, so that the time does not depend on
 // the number of points.
 template <class Value>
-void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, std::size_t first, ImU32 colour,
+void draw_curve(const Pen& pen, const Frame& frame, const History& history, std::size_t first, ImU32 colour,
                 float thickness, Value value) {
   const Area& in = frame.inner();
   ImVec2 last{};
@@ -187,23 +184,23 @@ void draw_curve(ImDrawList& draw, const Frame& frame, const History& history, st
     }
     const float x = column + 0.5f;
     const ImVec2 top{x, frame.at(0, high).y}, bottom{x, frame.at(0, low).y}, at{x, frame.at(0, end).y};
-    if (any) draw.AddLine(last, bottom.y - last.y < last.y - top.y ? bottom : top, colour, thickness);
-    if (bottom.y - top.y > 1) draw.AddLine(top, bottom, colour, thickness);
+    if (any) pen.draw.AddLine(last, bottom.y - last.y < last.y - top.y ? bottom : top, colour, thickness);
+    if (bottom.y - top.y > 1) pen.draw.AddLine(top, bottom, colour, thickness);
     last = at;
     any = true;
   }
-  if (any && last.x < in.x + in.width + 1) draw.AddCircleFilled(last, 1.8f * thickness, colour);
+  if (any && last.x < in.x + in.width + 1) pen.draw.AddCircleFilled(last, 1.8f * thickness, colour);
 }
 
 // Share of a plot's height, at its bottom, that is kept for the bars of snaps.
 constexpr double snaps_share = 0.18;
 
 // Draws the snaps per millisecond as bars in the strip below the curves.
-void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const History& history,
-                std::size_t first, float seconds) {
+void draw_snaps(const Pen& pen, const Frame& frame, const History& history, std::size_t first,
+                float seconds) {
   const Area& in = frame.inner();
   const float low = in.y + in.height, high = static_cast<float>(snaps_share) * in.height - 2;
-  draw.AddLine({in.x, low - high - 1}, {in.x + in.width, low - high - 1}, colours::line);
+  pen.draw.AddLine({in.x, low - high - 1}, {in.x + in.width, low - high - 1}, colours::line);
   std::vector<float> columns(static_cast<std::size_t>(in.width) + 1, 0.0f);
   for (std::size_t i = first; i < history.size(); ++i) {
     const float x = frame.at(static_cast<double>(history[i].time), 0).x - in.x;
@@ -214,18 +211,18 @@ void draw_snaps(ImDrawList& draw, const Frame& frame, const Fonts& fonts, const 
   for (std::size_t k = 0; k < columns.size(); ++k) {
     if (!(columns[k] > 0)) continue;
     const float x = in.x + static_cast<float>(k);
-    draw.AddRectFilled({x, low - std::max(1.0f, high * columns[k] / most)}, {x + 1, low},
-                       (colours::snaps & 0x00ffffffu) | 0x90000000u);
+    pen.draw.AddRectFilled({x, low - std::max(1.0f, high * columns[k] / most)}, {x + 1, low},
+                           (colours::snaps & 0x00ffffffu) | 0x90000000u);
   }
   const double per_ms =
       static_cast<double>(most) * static_cast<double>(in.width) / (1e3 * static_cast<double>(seconds));
   std::string text = fmt::format("snaps/ms, up to {:.{}f}", per_ms, per_ms < 10 ? 1 : 0);
   if (per_ms >= 1e5) text = fmt::format("snaps/ms, up to {:.1e}", per_ms);
-  const float line = fonts.small->FontSize;
+  const float line = pen.fonts.small->FontSize;
   if (high < 1.1f * line) return;  // no room for this label within the strip
-  const float wide = fonts.small->CalcTextSizeA(line, 1e4f, 0, text.c_str()).x;
-  draw.AddRectFilled({in.x + 2, low - high}, {in.x + 6 + wide, low - high + 1.1f * line}, plot_ground);
-  frame.label(in.x + 4, low - high, colours::snaps, text, 0);
+  const float wide = pen.small_width(text);
+  pen.draw.AddRectFilled({in.x + 2, low - high}, {in.x + 6 + wide, low - high + 1.1f * line}, plot_ground);
+  pen.write_small(in.x + 4, low - high, 0, colours::snaps, text);
 }
 
 // Returns the place in a plot for a small inset plot, in one of its corners (0 to 3: lower right, upper left,
@@ -238,11 +235,11 @@ Area corner_of(const Area& in, int corner) {
 }
 
 // Draws an inset plot of friction over displacement in the first bending since the reset.
-void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const FirstBending& bending,
-                const Area& box) {
-  const float line = fonts.small->FontSize;
-  draw.AddRectFilled({box.x, box.y}, {box.x + box.width, box.y + box.height}, IM_COL32(24, 28, 34, 240), 2);
-  draw.AddRect({box.x, box.y}, {box.x + box.width, box.y + box.height}, colours::line, 2);
+void draw_inset(const Pen& pen, const FirstBending& bending, const Area& box) {
+  const float line = pen.fonts.small->FontSize;
+  pen.draw.AddRectFilled({box.x, box.y}, {box.x + box.width, box.y + box.height}, IM_COL32(24, 28, 34, 240),
+                         2);
+  pen.draw.AddRect({box.x, box.y}, {box.x + box.width, box.y + box.height}, colours::line, 2);
   float x_low = 0, x_high = 0, y_low = 0, y_high = 0;
   for (std::size_t i = 0; i < bending.size(); ++i) {
     x_low = std::min(x_low, bending[i].first);
@@ -256,12 +253,11 @@ void draw_inset(ImDrawList& draw, const Fonts& fonts, const Frame& frame, const 
             curve.y + curve.height * (1 - (bending[i].second - y_low) / std::max(y_high - y_low, 1e-6f))};
   };
   for (std::size_t i = 1; i < bending.size(); ++i)
-    draw.AddLine(at(i - 1), at(i), colours::friction, stroke(fonts));
+    pen.draw.AddLine(at(i - 1), at(i), colours::friction, stroke(pen));
   const float most = std::abs(y_low) > y_high ? y_low : y_high;
-  frame.label(box.x + 4, box.y + 1, colours::faint_text,
-              box.width > 10 * line ? fmt::format("first bending, to {:.2f} N", static_cast<double>(most))
-                                    : fmt::format("first: {:.2f} N", static_cast<double>(most)),
-              0);
+  pen.write_small(box.x + 4, box.y + 1, 0, colours::faint_text,
+                  fmt::format("{} {:.2f} N", box.width > 10 * line ? "first bending, to" : "first:",
+                              static_cast<double>(most)));
 }
 
 }  // namespace
@@ -310,8 +306,8 @@ AxisText length_axis(double low, double high) {
   return axis;
 }
 
-void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                          float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
+void plot_force_over_time(const Pen& pen, const Area& area, const History& history, float seconds,
+                          FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
                           float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
   // Number of ticks that are averaged to one point of the hysteresis curve.
@@ -323,47 +319,46 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
     for (std::size_t j = i; j < i + together; ++j) {
       friction -= history[j].friction / together;
       applied += history[j].applied / together;
-      for (std::size_t k = 0; k < beside.count; ++k) others[k] -= history[j].beside_friction[k] / together;
+      for (std::size_t k = 0; k < beside.curves(); ++k) others[k] -= history[j].beside_friction[k] / together;
     }
     values.push_back(friction);
     values.push_back(applied);
     if (!(levels.peak > 0)) values.push_back(history[i].holds);
-    if (!beside.driven) continue;
-    for (std::size_t k = 0; k < beside.count; ++k) values.push_back(others[k]);
+    for (std::size_t k = 0; k < beside.curves(); ++k) values.push_back(others[k]);
   }
   const ValueRange most = range_of_most(values, 1.3 * levels.peak);
   ranges.force.follow(std::min(-0.05, most.low), std::max({0.2, 1.1 * levels.peak, most.high}), 0.1, elapsed);
   const double end = history.size() ? std::max(history.newest().time, seconds) : seconds;
   std::vector<LegendEntry> entries = {{"friction", colours::friction}, {"applied", colours::applied}};
   // Names the first block if a carriage moves all blocks, since there is no hand force to draw then.
-  if (beside.driven) entries = {{beside.names[0], colours::friction}};
+  if (beside.scene.driven) entries = {{beside.scene.names[0], colours::friction}};
   float legend = 0;
-  for (const LegendEntry& entry : entries) legend += width_of(fonts, entry);
+  for (const LegendEntry& entry : entries) legend += width_of(pen, entry);
   const std::string title =
-      title_for(fonts, area, legend,
+      title_for(pen, area, legend,
                 {"Force along the motion, N, over time, s", "Force, N, over time, s", "N over s", "N"});
   // Extends the range below the curves by the strip of the bars, and above them by the line for the peak's
   // label.
   const double label_share =
-      std::min(0.4, 1.4 * static_cast<double>(fonts.small->FontSize / Frame::height_in(fonts, area)));
+      std::min(0.4, 1.4 * static_cast<double>(pen.fonts.small->FontSize / Frame::height_in(pen, area)));
   const double span = (ranges.force.high - ranges.force.low) / (1 - snaps_share - label_share);
-  const Frame frame(draw, fonts, area, title.c_str(), {end - seconds, end},
+  const Frame frame(pen, area, title.c_str(), {end - seconds, end},
                     {ranges.force.low - snaps_share * span, ranges.force.high + label_share * span});
   frame.grid_x(1, area.width < 260 ? 3 : 5);
-  frame.grid_y(1, 4);
+  frame.grid_y(4);
   frame.clip();
   draw_levels(frame, levels);
-  draw_snaps(draw, frame, fonts, history, first, seconds);  // below the curves, which reach there in impacts
+  draw_snaps(pen, frame, history, first, seconds);  // below the curves, which reach there in impacts
   if (!(levels.peak > 0))
-    draw_curve(draw, frame, history, first, IM_COL32(226, 230, 236, 110), 0.7f * stroke(fonts),
+    draw_curve(pen, frame, history, first, IM_COL32(226, 230, 236, 110), 0.7f * stroke(pen),
                [](const PlotPoint& p) { return p.holds; });
-  for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;)
-    draw_curve(draw, frame, history, first, compared_colour(k), 0.8f * stroke(fonts),
+  for (std::size_t k = beside.curves(); k-- > 0;)
+    draw_curve(pen, frame, history, first, compared_colour(k), 0.8f * stroke(pen),
                [k](const PlotPoint& p) { return -p.beside_friction[k]; });
-  if (!beside.driven)
-    draw_curve(draw, frame, history, first, colours::applied, stroke(fonts),
+  if (!beside.scene.driven)
+    draw_curve(pen, frame, history, first, colours::applied, stroke(pen),
                [](const PlotPoint& p) { return p.applied; });
-  draw_curve(draw, frame, history, first, colours::friction, stroke(fonts),
+  draw_curve(pen, frame, history, first, colours::friction, stroke(pen),
              [](const PlotPoint& p) { return -p.friction; });
   if (history.size() > first) {
     const PlotPoint& peak = history[find_peak(history, first)];
@@ -373,10 +368,10 @@ void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area
                  fmt::format("{:.2f} N", std::abs(height)));
   }
   frame.unclip();
-  draw_legend(draw, fonts, frame, area, entries);
+  draw_legend(pen, frame, area, entries);
 }
 
-void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+void plot_hysteresis(const Pen& pen, const Area& area, const History& history,
                      const FirstBending& first_bending, float seconds, double presliding_length,
                      FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed) {
   const std::size_t first = history.first_of_last(seconds);
@@ -389,8 +384,7 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
     x_low = std::min(x_low, x);
     x_high = std::max(x_high, x);
     values.push_back(-history[i].friction);
-    if (!beside.driven) continue;
-    for (std::size_t k = 0; k < beside.count; ++k) values.push_back(-history[i].beside_friction[k]);
+    for (std::size_t k = 0; k < beside.curves(); ++k) values.push_back(-history[i].beside_friction[k]);
   }
   ranges.displacement.follow(x_low, x_high, std::max(1e-8, 0.5 * presliding_length), elapsed);
   const ValueRange most = range_of_most(values, 1.3 * levels.peak);
@@ -398,13 +392,13 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
   const FollowingRange& r = ranges.displacement;
   const AxisText axis = length_axis(r.low, r.high);
   const std::string title =
-      title_for(fonts, area, 0,
+      title_for(pen, area, 0,
                 {fmt::format("Friction, N, over displacement, {}", axis.unit),
                  fmt::format("Friction, N, over {}", axis.unit), fmt::format("N over {}", axis.unit)});
-  const Frame frame(draw, fonts, area, title.c_str(), {r.low, r.high},
+  const Frame frame(pen, area, title.c_str(), {r.low, r.high},
                     {ranges.loop_force.low, ranges.loop_force.high});
   frame.grid_x(axis.scale, area.width < 260 ? 2 : 4, axis.offset);
-  frame.grid_y(1, 4);
+  frame.grid_y(4);
   frame.clip();
   draw_levels(frame, levels);
   // Whether a curve runs through each corner of the plot, where an inset would cover it.
@@ -423,59 +417,46 @@ void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, con
       const float dx = next.x - last.x, dy = next.y - last.y;
       if (dx * dx + dy * dy < 0.8f && i + 1 < history.size()) continue;
       const float age = (history.newest().time - history[i].time) / seconds;
-      draw.AddLine(last, next, (colour & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
-                   stroke(fonts));
+      pen.draw.AddLine(last, next, (colour & 0x00ffffffu) | (static_cast<ImU32>(255 - 200 * age) << 24),
+                       stroke(pen));
       take(next);
       last = next;
     }
     return last;
   };
   if (history.size()) {
-    for (std::size_t k = beside.driven ? beside.count : 0; k-- > 0;)
+    for (std::size_t k = beside.curves(); k-- > 0;)
       loop(
           compared_colour(k), [k](const PlotPoint& p) { return p.beside_displacement[k]; },
           [k](const PlotPoint& p) { return -p.beside_friction[k]; });
     const ImVec2 last = loop(
         colours::friction, [](const PlotPoint& p) { return p.displacement; },
         [](const PlotPoint& p) { return -p.friction; });
-    draw.AddCircleFilled(last, 2.3f * stroke(fonts), colours::text);
+    pen.draw.AddCircleFilled(last, 2.3f * stroke(pen), colours::text);
   }
-  const float line = fonts.small->FontSize;
+  const float line = pen.fonts.small->FontSize;
   const bool has_room = frame.inner().width >= 15 * line && frame.inner().height >= 7.5f * line;
   const auto* const free = std::find(std::begin(taken), std::end(taken), false);
   if (has_room && first_bending.size() >= 3 && free != std::end(taken))
-    draw_inset(draw, fonts, frame, first_bending,
-               corner_of(frame.inner(), static_cast<int>(free - std::begin(taken))));
+    draw_inset(pen, first_bending, corner_of(frame.inner(), static_cast<int>(free - std::begin(taken))));
   frame.unclip();
 }
 
-void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
-                   double deadline_s) {
+void plot_deadline(const Pen& pen, const Area& area, const TimeHistogram& times, double deadline_s) {
   // Range of the axis of computing times, as powers of ten: from 1 us to 100 ms.
   constexpr double decades_low = -6.0, decades_high = -1.0;
   double most = 1;
   for (int i = 0; i < TimeHistogram::classes; ++i) most = std::max(most, static_cast<double>(times.count(i)));
   const double high = std::ceil(std::log10(most) + 0.3);
   const std::string text = fmt::format("99 % within {}", with_unit(times.within(0.99), "s"));
-  const float taken = fonts.small->CalcTextSizeA(fonts.small->FontSize, 1e4f, 0, text.c_str()).x;
+  const float taken = pen.small_width(text);
   const std::string title =
-      title_for(fonts, area, taken, {"Ticks by computing time", "Ticks by time", "Ticks"});
-  const Frame frame(draw, fonts, area, title.c_str(), {decades_low, decades_high}, {0, high});
-  const float below = frame.inner().y + frame.inner().height;
+      title_for(pen, area, taken, {"Ticks by computing time", "Ticks by time", "Ticks"});
+  const Frame frame(pen, area, title.c_str(), {decades_low, decades_high}, {0, high});
   static constexpr const char* names[] = {"1 µs", "", "100 µs", "", "10 ms", ""};
-  for (int d = 0; d < 6; ++d) {
-    const float x = frame.at(decades_low + d, 0).x;
-    draw.AddLine({x, frame.inner().y}, {x, below}, colours::faint_line);
-    frame.label(x, below + 2, colours::faint_text, names[d], 0.5f);
-  }
-  for (int d = 0; d <= static_cast<int>(high); ++d) {
-    const float y = frame.at(decades_low, d).y;
-    draw.AddLine({frame.inner().x, y}, {frame.inner().x + frame.inner().width, y}, colours::faint_line);
-    static constexpr const char* counts[] = {"1", "10", "100", "1k", "10k", "100k", "1M", "10M", "100M"};
-    if (d < 9)
-      frame.label(frame.inner().x - 5, y - 0.5f * fonts.small->FontSize, colours::faint_text, counts[d],
-                  1.0f);
-  }
+  for (int d = 0; d < 6; ++d) frame.line_x(decades_low + d, names[d]);
+  static constexpr const char* counts[] = {"1", "10", "100", "1k", "10k", "100k", "1M", "10M", "100M"};
+  for (int d = 0; d <= std::min(static_cast<int>(high), 8); ++d) frame.line_y(d, counts[d]);
   frame.clip();
   for (int i = 0; i < TimeHistogram::classes; ++i) {
     if (!times.count(i)) continue;
@@ -486,13 +467,14 @@ void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const
     // Draws a visible bar also for a class with a single tick, although the logarithm of one is zero.
     const double bar = std::max(0.15, std::log10(static_cast<double>(times.count(i))));
     const ImVec2 top = frame.at(std::log10(begin), bar), foot = frame.at(std::log10(end), 0);
-    draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);
+    pen.draw.AddRectFilled({top.x + 0.5f, top.y}, {foot.x - 0.5f, foot.y}, colour);
   }
   const float line = frame.at(std::log10(deadline_s), 0).x;
-  draw.AddLine({line, frame.inner().y}, {line, below}, colours::bad, 1.3f * stroke(fonts));
+  pen.draw.AddLine({line, frame.inner().y}, {line, frame.inner().y + frame.inner().height}, colours::bad,
+                   1.3f * stroke(pen));
   frame.unclip();
-  frame.label(line + 4, frame.inner().y + 2, colours::bad, "deadline", 0);
-  frame.label(frame.inner().x + frame.inner().width, area.y, colours::faint_text, text, 1.0f);
+  pen.write_small(line + 4, frame.inner().y + 2, 0, colours::bad, "deadline");
+  pen.write_small(frame.inner().x + frame.inner().width, area.y, 1.0f, colours::faint_text, text);
 }
 
 }  // namespace room

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tools/products/virtual_room/camera.hpp"
+#include "tools/products/virtual_room/compared.hpp"
 #include "tools/products/virtual_room/gui_style.hpp"
 #include "tools/products/virtual_room/history.hpp"
 
@@ -40,12 +41,13 @@ struct FrictionLevels {
   double kinetic = 0, peak = 0;
 };
 
-/// Compared blocks whose curves are drawn beside that of the first block. `driven`: a carriage moves all
-/// blocks, so that there is no hand force to draw.
+/// Compared blocks whose curves are drawn beside that of the first block, if a carriage moves all blocks.
+/// Then there is no hand force to draw.
 struct ShownBeside {
+  const ComparedScene& scene;
   std::size_t count = 0;
-  bool driven = false;
-  const char* names[1 + most_compared] = {};
+
+  std::size_t curves() const { return scene.driven ? count : 0; }
 };
 
 /// Ranges of the axes of all plots, kept between pictures because they change slowly.
@@ -56,17 +58,16 @@ struct PlotRanges {
 /// Plots friction along the motion over time, with the sign of the applied force. Dashed lines are the
 /// levels, a ring marks the highest friction in the `seconds` shown, bars in a strip below the curves are
 /// snaps per millisecond. Without a peak level it draws the bristles' friction limit as a curve over time.
-void plot_force_over_time(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
-                          float seconds, FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
+void plot_force_over_time(const Pen& pen, const Area& area, const History& history, float seconds,
+                          FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges,
                           float elapsed);
 /// Plots friction over displacement along the motion; in a corner without curves, if there is one, an inset
 /// shows the first bending since the reset.
-void plot_hysteresis(ImDrawList& draw, const Fonts& fonts, const Area& area, const History& history,
+void plot_hysteresis(const Pen& pen, const Area& area, const History& history,
                      const FirstBending& first_bending, float seconds, double presliding_length,
                      FrictionLevels levels, const ShownBeside& beside, PlotRanges& ranges, float elapsed);
 /// Plots the histogram of computing times, with marks at the deadline (s) and at the time within which 99 %
 /// of the ticks are computed.
-void plot_deadline(ImDrawList& draw, const Fonts& fonts, const Area& area, const TimeHistogram& times,
-                   double deadline_s);
+void plot_deadline(const Pen& pen, const Area& area, const TimeHistogram& times, double deadline_s);
 
 }  // namespace room

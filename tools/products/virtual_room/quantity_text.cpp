@@ -19,11 +19,4 @@ std::string with_unit(double value, const char* unit) {
   return fmt::format("{:.{}f} {}{}", shown, decimals, prefixes[thousands + 3], unit);
 }
 
-std::string with_commas(std::uint64_t count) {
-  std::string digits = fmt::format("{}", count);
-  for (auto i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0; i -= 3)
-    digits.insert(static_cast<std::size_t>(i), ",");
-  return digits;
-}
-
 }  // namespace room

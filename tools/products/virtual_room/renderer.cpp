@@ -58,6 +58,12 @@ Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   return t;
 }
 
+// Returns the transform of a body at a place, turned by a quaternion w, x, y, z.
+Affine3f pose(const Vector3f& at, const double (&wxyz)[4]) {
+  const Eigen::Quaterniond turn(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  return Eigen::Translation3f(at) * turn.cast<float>().normalized();
+}
+
 // Frame buffer with several samples per pixel. They are averaged into the target, so that pictures with and
 // without a window are equal.
 class DrawingBoard {
@@ -163,7 +169,6 @@ struct Renderer::Impl {
 
   const Vector3f sun = Vector3f(-0.66f, -0.16f, 0.95f).normalized();
   Affine3f tilt;  // transform from the room's axes to the world's
-  Affine3f block_place;
   std::vector<Body> bodies, clear, ghosts;
 
   Impl(const RoomMeasures& m, int samples)
@@ -176,7 +181,7 @@ struct Renderer::Impl {
         cone(make_rod(32, 0.0f)),
         rectangle(make_rectangle()),
         spring(Triangles{}),
-        strand(make_strand()) {
+        strand(make_rod(6, 1.0f, 8)) {  // of short pieces, so that the shader can bend it
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
@@ -197,28 +202,6 @@ struct Renderer::Impl {
   Vector3f half_room() const {
     return Vector3f(static_cast<float>(measures.length / 2), static_cast<float>(measures.width / 2),
                     static_cast<float>(measures.height));
-  }
-
-  // Makes the mesh of a hair, which is a rod of many short pieces that the shader bends.
-  static Triangles make_strand() {
-    constexpr int pieces = 8;
-    Triangles shape;
-    for (int i = 0; i < pieces; ++i) {
-      Triangles piece = make_rod(6, 1.0f);
-      const auto first = static_cast<std::uint32_t>(shape.vertices.size());
-      // Number of vertices on the side of a piece. The discs at its ends are hidden and left out.
-      const std::size_t side = 14;
-      for (std::size_t v = 0; v < side; ++v) {
-        Vertex vertex = piece.vertices[v];
-        vertex.position.z() = (vertex.position.z() + static_cast<float>(i)) / pieces;
-        shape.vertices.push_back(vertex);
-      }
-      for (const std::uint32_t index : piece.indices) {
-        if (index >= side) break;
-        shape.indices.push_back(first + index);
-      }
-    }
-    return shape;
   }
 
   // Functions that list the bodies to draw.
@@ -247,13 +230,12 @@ struct Renderer::Impl {
       place.matrix().col(2).head<3>() = side.inward;
       place.matrix().col(3).head<3>() = side.middle + up * half.z() / 2;
       const bool seen = side.inward.dot(eye - side.middle) > 0;
-      add(seen ? bodies : clear, rectangle, place, wall_paint, seen ? lit : glowing, 0.04f);
-      if (!seen) clear.back().alpha = 0.05f;
+      add(seen ? bodies : clear, rectangle, place, wall_paint, seen ? lit : glowing, 0.04f,
+          seen ? 1.0f : 0.05f);
     }
     const bool under_roof = eye.z() < half.z();
     add(under_roof ? bodies : clear, rectangle, placed({0, 0, half.z()}, {half.x(), -half.y(), -1}),
-        wall_paint, under_roof ? lit : glowing, 0.04f);
-    if (!under_roof) clear.back().alpha = 0.035f;
+        wall_paint, under_roof ? lit : glowing, 0.04f, under_roof ? 1.0f : 0.035f);
     place_edges(half);
   }
 
@@ -297,10 +279,9 @@ struct Renderer::Impl {
     // Draws the arrow twice: as it is, and as a ghost that shows faintly through bodies in front of it.
     for (const bool ghost : {false, true}) {
       auto& list = ghost ? ghosts : bodies;
-      add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0);
-      list.back().alpha = ghost ? 0.22f : 1.0f;
-      add(list, cone, between(neck, to, 0.0066f), paint, glowing, 0);
-      list.back().alpha = ghost ? 0.22f : 1.0f;
+      const float alpha = ghost ? 0.22f : 1.0f;
+      add(list, rod, between(from, neck, 0.0026f), paint, glowing, 0, alpha);
+      add(list, cone, between(neck, to, 0.0066f), paint, glowing, 0, alpha);
     }
   }
 
@@ -318,45 +299,36 @@ struct Renderer::Impl {
       const Vector3f paint = (1 - u) * Vector3f(0.15f, 0.55f, 0.60f) + u * friction_paint;
       const Vector3f at = to_vector(c.point), normal = to_vector(c.normal);
       const Vector3f top = at + 0.0006f * (normal.norm() > 0.5f ? normal : Vector3f(Vector3f::UnitZ()));
-      add(ghosts, rod, between(at, top, wide), paint, glowing, 0);
-      ghosts.back().alpha = c.key == room.bristles.key ? 0.75f : 0.45f;
+      add(ghosts, rod, between(at, top, wide), paint, glowing, 0, c.key == room.bristles.key ? 0.75f : 0.45f);
     }
   }
 
   void place_compared(const Snapshot& room) {
     for (std::size_t i = 0; i < std::min(room.compared, most_compared); ++i) {
       const ComparedBlock& other = room.beside[i];
-      const auto& q = other.orientation;
-      const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]),
-                                    static_cast<float>(q[2]), static_cast<float>(q[3]));
       Vector3f at = to_vector(other.position);
       at.y() += aside_of(i);
-      const Affine3f place = tilt * Eigen::Translation3f(at) * turn.normalized();
       // Gives compared blocks the colours of their curves in the plots, if the scene has such curves.
       const bool first =
           scene_of(room.settings.compare).driven ? i == 0 : other.model == FrictionModel::lugre;
       const bool brush = other.model == FrictionModel::brush;
-      bodies.push_back({&block, place,
-                        !first  ? coulomb_paint
-                        : brush ? beside_paint
-                                : lugre_paint,
-                        lit, 0.16f});
+      add(bodies, block, pose(at, other.orientation),
+          !first  ? coulomb_paint
+          : brush ? beside_paint
+                  : lugre_paint,
+          lit, 0.16f);
     }
   }
 
   void add(std::vector<Body>& list, const Mesh& mesh, const Affine3f& place, const Vector3f& colour, int look,
-           float gloss) {
-    list.push_back({&mesh, tilt * place, colour, look, gloss});
+           float gloss, float alpha = 1.0f) {
+    list.push_back({&mesh, tilt * place, colour, look, gloss, alpha});
   }
 
   void place_all(const Snapshot& room, const Camera& camera) {
     for (auto* list : {&bodies, &clear, &ghosts}) list->clear();
     tilt = Affine3f(room_tilt(room.settings.slope));
-    const auto& q = room.block_orientation;
-    const Eigen::Quaternionf turn(static_cast<float>(q[0]), static_cast<float>(q[1]),
-                                  static_cast<float>(q[2]), static_cast<float>(q[3]));
-    block_place = tilt * Eigen::Translation3f(to_vector(room.block_position)) * turn.normalized();
-    bodies.push_back({&block, block_place, wood_paint, lit, 0.16f});
+    add(bodies, block, pose(to_vector(room.block_position), room.block_orientation), wood_paint, lit, 0.16f);
     place_compared(room);
     place_hand(room);
     place_room(camera);

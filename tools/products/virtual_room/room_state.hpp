@@ -129,17 +129,20 @@ struct BristleView {
   float zx[bristles_shown] = {}, zy[bristles_shown] = {}, snap_length[bristles_shown] = {};
 };
 
+/// Figures that are shown for a block in a scene that compares (compared.hpp).
+struct Figures {
+  double moved = 0.0;     ///< creep down the slope, m, without the swing; counted once the block has settled
+  double strength = 0.0;  ///< highest friction of the block's contact, N
+  double strength_beside = 0.0;  ///< figure that is shown beside `strength`
+};
+
 /// Block beside the first one, in a scene that compares (Settings::compare). It is in a room of its own,
 /// without a hand.
 inline constexpr std::size_t most_compared = 2;
-struct ComparedBlock {
+struct ComparedBlock : Figures {
   FrictionModel model = FrictionModel::lugre;
   /// Position of the block, m, and its orientation as a quaternion w, x, y, z.
   double position[3] = {0, 0, 0}, orientation[4] = {1, 0, 0, 0};
-  double moved = 0.0;  ///< creep of this block down the slope, m
-
-  /// Highest friction of the block's contact (N), and the figure that is shown beside it (compared.hpp).
-  double strength = 0.0, strength_beside = 0.0;
 };
 
 struct LoopStatistics {
@@ -148,8 +151,16 @@ struct LoopStatistics {
   double period_p50 = 0.0, period_p99 = 0.0, period_max = 0.0;  ///< time from tick to tick, s
 };
 
-/// State of the room at the end of a tick, as the graphic loop shows it.
-struct Snapshot {
+/// Numbers of the surface that follow from the settings.
+struct SurfaceFigures {
+  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;
+  double presliding_length = 0.0;     ///< mean deflection of a bristle at its snap, m
+  double stiffness_per_newton = 0.0;  ///< stiffness of a sticking contact over its load, 1/m
+  double bristle_stiffness = 0.0;     ///< stiffness sigma0 of one bristle, N/m
+};
+
+/// State of the room at the end of a tick, as the graphic loop shows it, with the first block's figures.
+struct Snapshot : Figures, SurfaceFigures {
   std::uint64_t tick = 0;
   double time = 0.0;   ///< simulated time at the end of the tick, s
   double speed = 1.0;  ///< speed of simulated time over real time; below 1: slow motion
@@ -160,12 +171,6 @@ struct Snapshot {
   double block_position[3] = {0, 0, 0}, block_orientation[4] = {1, 0, 0, 0};
   double block_velocity[3] = {0, 0, 0}, block_spin[3] = {0, 0, 0};  ///< block's velocity, m/s; spin, rad/s
 
-  /// Creep of the first block down the slope (m), without its swing. It is counted from 6 s on, when the
-  /// block has settled.
-  double moved = 0.0;
-  /// Highest friction of the first block's contact (N), and the figure that is shown beside it
-  /// (compared.hpp).
-  double strength = 0.0, strength_beside = 0.0;
   std::size_t compared = 0;
   ComparedBlock beside[most_compared];
   /// Centre of the tool's sphere, and place of the hand that pulls it, m.
@@ -178,16 +183,8 @@ struct Snapshot {
   ContactView contact[most_contacts];
   BristleView bristles;
   std::uint64_t bristles_total = 0;
-  /// Friction coefficients, kinetic and at the peak, that follow from the settings.
-  double kinetic_coefficient = 0.0, peak_coefficient = 0.0;
-
-  /// Mean deflection of a bristle at its snap, m, as it follows from the settings.
-  double presliding_length = 0.0;
-  /// Stiffness of a sticking contact over its load, 1/m, as it follows from the settings.
-  double stiffness_per_newton = 0.0;
-  double bristle_stiffness = 0.0;  ///< stiffness sigma0 of one bristle, N/m
-  Settings settings;               ///< settings that are in force
-  char message[128] = {};          ///< line of text for the user, or ""
+  Settings settings;       ///< settings that are in force
+  char message[128] = {};  ///< line of text for the user, or ""
   LoopStatistics loop;
 };
 

@@ -1,16 +1,5 @@
-// A device behind a device server on this machine, which sends where its hand is and gets the force back.
-//
-// One datagram each way per device tick, little-endian, no padding:
-//
-//   to the room, 64 bytes                         from the room, 48 bytes
-//   0  char[4]  "BRHD"                            0  char[4]  "BRFC"
-//   4  u16      version, 2                        4  u16      version, 2
-//   6  u16      flags: 1 = holds the tool         6  u16      0
-//   8  u32      sequence number                   8  u32      sequence number of the newest hand used
-//   12 u32      0                                 12 u32      0
-//   16 f64[3]   position, m                       16 f64[3]   force on the hand, N
-//   40 f64[3]   force on the tool beside the      40 f64      time of the simulation, s
-//               spring, N
+// A device behind a device server on this machine, which sends where its hand is and gets the force back: one
+// datagram each way per device tick, which has the bytes of the structs below.
 //
 // The port listens on the loopback address alone, and every program of this machine may send to it. Packets
 // of another size, magic or version, with a number that is not finite, or with a sequence number that is not
@@ -19,6 +8,7 @@
 // packet, of any sequence number, brings it back. The room answers the sender of the newest packet.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -28,21 +18,30 @@
 
 namespace room {
 
-inline constexpr std::size_t hand_packet_size = 64, force_packet_size = 48;
+inline constexpr std::uint16_t packet_version = 2;
 
+/// Datagram to the room: 64 bytes, little-endian, no padding.
 struct HandPacket {
+  char magic[4] = {'B', 'R', 'H', 'D'};
+  std::uint16_t version = packet_version;
+  std::uint16_t holds = 0;  ///< 1: the hand holds the tool; other bits are ignored
   std::uint32_t sequence = 0;
-  Hand hand;
+  std::uint32_t zero = 0;
+  double position[3] = {0, 0, 0};  ///< position of the hand, m
+  double force[3] = {0, 0, 0};     ///< force on the tool beside the spring, N
 };
+/// Datagram from the room: 48 bytes, little-endian, no padding.
 struct ForcePacket {
-  std::uint32_t sequence = 0;
-  double force[3] = {0, 0, 0}, time_s = 0.0;
+  char magic[4] = {'B', 'R', 'F', 'C'};
+  std::uint16_t version = packet_version;
+  std::uint16_t zero = 0;
+  std::uint32_t sequence = 0;  ///< sequence number of the newest hand used
+  std::uint32_t zero_too = 0;
+  double force[3] = {0, 0, 0};  ///< force on the hand, N
+  double time = 0.0;            ///< time of the simulation, s
 };
-void encode(const HandPacket& packet, unsigned char (&to)[hand_packet_size]) noexcept;
-void encode(const ForcePacket& packet, unsigned char (&to)[force_packet_size]) noexcept;
-/// Reads a packet from bytes. Returns false if they are not a valid packet.
-bool decode(const unsigned char* from, std::size_t size, HandPacket& packet) noexcept;
-bool decode(const unsigned char* from, std::size_t size, ForcePacket& packet) noexcept;
+static_assert(std::endian::native == std::endian::little);
+static_assert(sizeof(HandPacket) == 64 && sizeof(ForcePacket) == 48);
 
 class UdpDevice final : public Device {
  public:
@@ -54,7 +53,6 @@ class UdpDevice final : public Device {
   UdpDevice& operator=(const UdpDevice&) = delete;
 
   const char* name() const noexcept override { return "udp"; }
-  DeviceLimits limits() const noexcept override { return {}; }
   bool read(double time_s, Hand& hand) noexcept override;
   void write(const double (&force)[3]) noexcept override;
 

@@ -22,16 +22,16 @@
 
 #include "tools/libraries/files/output_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/libraries/reports/numbers.hpp"
 #include "tools/products/virtual_room/compared.hpp"
 #include "tools/products/virtual_room/mouse_control.hpp"
-#include "tools/products/virtual_room/png_file.hpp"
+#include "tools/products/virtual_room/offscreen.hpp"
 #include "tools/products/virtual_room/presets.hpp"
 #include "tools/products/virtual_room/quantity_text.hpp"
 #include "tools/products/virtual_room/room_view.hpp"
-#include "tools/products/virtual_room/screen.hpp"
+#include "tools/products/virtual_room/run.hpp"
 #include "tools/products/virtual_room/script.hpp"
 #include "tools/products/virtual_room/slow_pull.hpp"
-#include "tools/products/virtual_room/surfaceless.hpp"
 
 namespace room {
 
@@ -283,17 +283,10 @@ class RoomWindow {
       touring_ = false;  // ends the tour, which would replace the user's settings
       send_settings();
     }
-    if (wishes.act != Act::none) act(wishes.act);
-    if (wishes.screenshot) screenshot_ = true;
-    if (wishes.toggle_glass) view_->glass_shown = !view_->glass_shown;
-    if (wishes.reset_view) view_->camera = Camera{};
-    if (wishes.toggle_help) view_->help_shown = !view_->help_shown;
+    if (wishes.key != 0) obey_key(wishes.key, 0);
     if (wishes.scene) compare(*wishes.scene);
-    if (wishes.tour) begin_tour();
     if (wishes.list_files) list_files();
     if (!wishes.load.empty()) load_settings(wishes.load.c_str());
-    if (wishes.export_plots) export_plots();
-    if (wishes.save_scene) save_settings();
     for (int k = 0; wishes.full_speed && k < 8; ++k) act(Act::faster);
   }
 
@@ -471,6 +464,10 @@ class RoomWindow {
     if (key == GLFW_KEY_TAB) return give_keys_to_panels(true);
     if (key == GLFW_KEY_ESCAPE) give_keys_to_panels(false);
     if (ImGui::GetIO().WantTextInput || (keys_are_of_panels() && key == GLFW_KEY_SPACE)) return;
+    obey_key(key, mods);
+  }
+
+  void obey_key(int key, int mods) {
     const auto choose = [&](FrictionModel model) {
       Settings to = view_->gui.settings;
       to.model = model;
@@ -570,7 +567,7 @@ void print_summary(const Snapshot& room, long pictures) {
   const LoopStatistics& l = room.loop;
   fmt::print(
       "bristle-room: {:.1f} s, {} ticks, {} pictures; late ticks: {} by this program, {} by the machine\n",
-      room.time, with_commas(l.ticks), with_commas(static_cast<std::uint64_t>(pictures)), l.late_ours,
+      room.time, cli::count_text(l.ticks), cli::count_text(static_cast<std::uint64_t>(pictures)), l.late_ours,
       l.late_machine);
   fmt::print("bristle-room: a tick computes {} (p50), {} (p99), {} (max); period {}, {}, {}\n",
              with_unit(l.p50, "s"), with_unit(l.p99, "s"), with_unit(l.max, "s"),

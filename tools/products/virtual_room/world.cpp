@@ -413,28 +413,20 @@ Vector3 World::friction() const noexcept {
   return sum;
 }
 
-double World::friction_along() const noexcept {
-  double sum = 0.0;
+void World::plot(PlotPoint& to) const noexcept {
+  double friction = 0.0, holds = 0.0;
   for (std::size_t corner = 0; corner < corners; ++corner) {  // the corners on the floor come first
     const Place& place = places_[corner];
-    sum += place.axis.along(place.force.dot(place.along), place.force.dot(place.aside));
+    friction += place.axis.along(place.force.dot(place.along), place.force.dot(place.aside));
+    if (place.patch >= 0) holds += place.limit;
   }
-  return sum;
-}
-
-double World::applied_along() const noexcept {
   const Vector3 force = applied();
-  return axis_.along(force.x(), force.y());
-}
-
-double World::holds() const noexcept {
-  double sum = 0.0;
-  // Adds up the friction limits of the corners on the floor, which come first among the contact places.
-  for (std::size_t corner = 0; corner < corners; ++corner) {
-    const Place& place = places_[corner];
-    if (place.patch >= 0) sum += place.limit;
-  }
-  return sum;
+  to.time = static_cast<float>(time_);
+  to.displacement = static_cast<float>(path_);
+  to.friction = static_cast<float>(friction);
+  to.applied = static_cast<float>(axis_.along(force.x(), force.y()));
+  to.snaps = static_cast<float>(friction_.snaps());
+  to.holds = static_cast<float>(holds);
 }
 
 Vector3 World::applied() const noexcept {
@@ -464,12 +456,16 @@ std::uint64_t World::state_hash() const noexcept {
   return hash;
 }
 
-void World::show(Snapshot& to) const noexcept {
-  to.time = time_;
-  copy(block_.position, to.block_position);
+void World::show_pose(double (&position)[3], double (&orientation)[4]) const noexcept {
+  copy(block_.position, position);
   const Rotation& q = block_.orientation;
   const double wxyz[4] = {q.w(), q.x(), q.y(), q.z()};
-  std::copy(wxyz, wxyz + 4, to.block_orientation);
+  std::copy(wxyz, wxyz + 4, orientation);
+}
+
+void World::show(Snapshot& to) const noexcept {
+  to.time = time_;
+  show_pose(to.block_position, to.block_orientation);
   copy(body_.velocity.head<3>(), to.block_velocity);
   copy(body_.velocity.segment<3>(3), to.block_spin);
   copy(tool_, to.tool);
@@ -477,11 +473,7 @@ void World::show(Snapshot& to) const noexcept {
   copy(friction(), to.friction);
   copy(device_force_, to.device_force);
   to.settings = parameters_.settings;
-  to.kinetic_coefficient = parameters_.kinetic;
-  to.peak_coefficient = parameters_.peak;
-  to.presliding_length = parameters_.presliding_length;
-  to.stiffness_per_newton = parameters_.stiffness_per_newton;
-  to.bristle_stiffness = parameters_.bristle_stiffness;
+  static_cast<SurfaceFigures&>(to) = parameters_;
   to.contacts = 0;
   to.bristles_total = 0;
   for (std::size_t i = 0; i < touches_.count && to.contacts < most_contacts; ++i) {

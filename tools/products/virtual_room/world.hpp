@@ -15,9 +15,6 @@
 
 namespace room {
 
-/// Period of a pair of taps on the block, one down the slope and one up, s.
-inline constexpr double tap_pair = 0.5;
-
 /// World of the virtual room, stepped by one thread (the haptic thread). take(), reset() and step() do not
 /// allocate, lock or throw.
 class World {
@@ -33,6 +30,8 @@ class World {
   /// Runs one tick. `grip` (0 to 1) is the share of the hand's spring that pulls the tool (0: released).
   void step(double dt_s, const Hand& hand, double grip, double force_limit) noexcept;
 
+  /// Copies the block's position (m) and orientation (a quaternion w, x, y, z).
+  void show_pose(double (&position)[3], double (&orientation)[4]) const noexcept;
   /// Fills in those fields of the room's snapshot that the world knows.
   void show(Snapshot& to) const noexcept;
   /// Copies a sample of bristles from the patch under the highest load, for the magnifying glass. It visits
@@ -42,20 +41,13 @@ class World {
   double time() const noexcept { return time_; }
   const Settings& settings() const noexcept { return parameters_.settings; }
   const Vector3& block_position() const noexcept { return block_.position; }
-  const Rotation& block_orientation() const noexcept { return block_.orientation; }
   const Vector3& tool() const noexcept { return tool_; }
   Vector3 friction() const noexcept;  ///< friction of all patches but the tool's on the block, N
   Vector3 applied() const noexcept;   ///< force of the tool on the block, N
 
-  /// Returns the friction of the floor along the motion of each of its patches, summed, N, so that a block
-  /// that turns while it slides shows its kinetic friction too. Negative against a motion along +x.
-  double friction_along() const noexcept;
-  double applied_along() const noexcept;  ///< component of applied() along the block's motion, N
-  double path_along() const noexcept { return path_; }  ///< displacement along the motion since the reset, m
-
-  /// Returns how many bristles on the floor snapped in the last tick.
-  std::uint64_t snaps() const noexcept { return friction_.snaps(); }
-  double holds() const noexcept;  ///< highest elastic friction of the floor at this load, N
+  /// Fills in time, displacement, forces and snaps of the last tick. Friction is that of each floor patch
+  /// along its own motion, summed, so that a block that turns while it slides shows its kinetic friction too.
+  void plot(PlotPoint& to) const noexcept;
   const Vector3& device_force() const noexcept { return device_force_; }
   /// Whether all numbers of the state are finite and the block is within 5 m of the middle; if not, the room
   /// must be reset.

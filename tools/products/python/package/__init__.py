@@ -33,7 +33,7 @@ if hasattr(_bristle, "_SweepStudy"):
 
 def __getattr__(name):
     """Explains why this build lacks a name that others have."""
-    why = getattr(_bristle, "__getattr__", None)
-    if why is not None:
-        return why(name)
+    if name in ("Scene", "SceneRun", "run_scene", "FitEstimate", "FitResult", "fit", "experiment", "sweep", "SweepTable"):
+        raise AttributeError(f"bristle.{name} is not in this build of the module: build it with BRISTLE_BUILD_TOOLS=ON "
+                             "and the packages of the command line (CMake names those that are missing)")
     raise AttributeError(f"module 'bristle' has no attribute '{name}'")

@@ -2,7 +2,6 @@
 
 import atexit
 import collections
-import html
 import json
 import os
 import shutil
@@ -16,6 +15,7 @@ import numpy as np
 
 from ._bristle import Error, _check_table_file, _SweepRows, _SweepStudy
 from ._calls import checked
+from ._words import _table
 
 _DTYPES = {"number": np.float64, "whole": np.int64, "hash": np.uint64, "text": object}
 
@@ -87,10 +87,9 @@ class SweepTable:
 
     def _repr_html_(self):
         rows = range(min(len(self), 10))
-        heads = "".join(f"<th>{html.escape(f'{name} {self._units[name]}')}</th>" for name in self._columns)
-        body = "".join("<tr>" + "".join(f"<td>{html.escape(str(column[r]))}</td>" for column in self._columns.values())
-                       + "</tr>" for r in rows)
-        return f"<table><tr>{heads}</tr>{body}</table><p>{len(rows)} of {len(self)} rows</p>"
+        heads = [f"{name} {unit}" for name, unit in self._units.items()]
+        return (_table(heads, [[column[r] for column in self._columns.values()] for r in rows]) +
+                f"<p>{len(rows)} of {len(self)} rows</p>")
 
 
 def _column(cells, kind):

@@ -1,6 +1,8 @@
-// Options that the program bristle-room takes on the command line.
+// Options of the program bristle-room, and its two ways to run: in a window, and without one. A build without
+// OpenGL has neither window nor pictures (BRISTLE_ROOM_SCREEN = 0).
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -38,5 +40,26 @@ struct RunOptions {
   double stall_graphics_ms = 0.0;
   LoopOptions loop;
 };
+
+/// Shows the room in a window until the user closes it or options.seconds are over. Starts and stops the
+/// haptic loop. Returns the exit code. Throws a cli::UserError that names --headless where there is no
+/// display or no OpenGL.
+int show_window(const RunOptions& options, HapticLoop& loop);
+
+/// Functions that draw pictures of a run without a window; both empty if none are drawn.
+struct DrawFrame {
+  std::function<void(const PlotPoint& point)> see;  ///< takes the point of each tick, in order
+
+  /// Draws a picture of the room; `frame` is its number, from 0.
+  std::function<void(const Snapshot& room, long frame)> draw_frame;
+};
+
+/// Returns functions that draw the pictures of a run without a window into PNG files in the folder
+/// options.frames. Only the calling thread may use them. Throws cli::UserError.
+DrawFrame draw_into(const RunOptions& options);
+
+/// Runs the room for options.seconds by the chosen clock. `draw` gets frames_per_second states of the room
+/// per simulated second. Prints a table to stdout. Throws cli::UserError.
+void run_headless(const RunOptions& options, HapticLoop& loop, const DrawFrame& draw);
 
 }  // namespace room
