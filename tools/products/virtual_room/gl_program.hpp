@@ -22,7 +22,6 @@ class Program {
   void set(const char* name, int value) const { glUniform1i(at(name), value); }
   void set(const char* name, float value) const { glUniform1f(at(name), value); }
   void set(const char* name, const Eigen::Vector3f& v) const { glUniform3fv(at(name), 1, v.data()); }
-  void set(const char* name, const Eigen::Vector4f& v) const { glUniform4fv(at(name), 1, v.data()); }
   void set(const char* name, const Eigen::Matrix3f& m) const {
     glUniformMatrix3fv(at(name), 1, GL_FALSE, m.data());
   }

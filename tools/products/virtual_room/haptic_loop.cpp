@@ -73,8 +73,6 @@ Hand within_reach(const Hand& hand, bool& sane) {
   return h;
 }
 
-double load_at_rest(const Settings& s) { return s.mass * 9.80665 * std::cos(s.slope) + s.extra_load; }
-
 // Returns a file name similar to the wanted one that no earlier recording has, so that none is overwritten.
 std::string free_name(const std::string& wanted) {
   const auto taken = [](const std::string& base) {

@@ -38,7 +38,7 @@ bristle::PatchOptions options_of(const Settings& s, std::size_t patch) {
 // Returns the surface for rival models, which have one bristle: stiffness and damping of the brush under the
 // resting load of one corner of the block. There LuGre's own damper is half critical, as in its source.
 rivals::Surface surface_of(const Settings& s, const bristle::Material& material) {
-  const double load = 0.25 * (s.mass * 9.80665 + s.extra_load);
+  const double load = 0.25 * (s.mass * gravity + s.extra_load);
   rivals::Surface surface;
   surface.kinetic_coefficient = s.kinetic;
   surface.static_coefficient = s.peak;

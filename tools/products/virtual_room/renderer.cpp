@@ -21,7 +21,6 @@ using Eigen::Affine3f;
 using Eigen::Matrix3f;
 using Eigen::Matrix4f;
 using Eigen::Vector3f;
-using Eigen::Vector4f;
 
 // Colours of the bodies in the picture, in linear light (before gamma).
 const Vector3f floor_paint(0.40f, 0.415f, 0.43f), wall_paint(0.27f, 0.295f, 0.34f),

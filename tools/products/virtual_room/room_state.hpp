@@ -60,6 +60,10 @@ struct Settings : SurfaceSettings {
   bool operator==(const Settings&) const = default;
 };
 
+inline constexpr double gravity = 9.80665;  ///< m/s^2
+/// Returns the load of the block at rest on the floor, N.
+inline double load_at_rest(const Settings& s) { return s.mass * gravity * std::cos(s.slope) + s.extra_load; }
+
 /// Hand of a user who drags the tool by mouse, as the graphic loop sends it.
 struct MouseHand {
   /// Whether the mouse button is down, so that the spring pulls the tool; if not, the tool is free.

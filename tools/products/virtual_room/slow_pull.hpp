@@ -23,8 +23,7 @@ struct PullPlaces {
   /// Computes the places of a pull; `peak` is the highest friction of first loading, over load.
   PullPlaces(const Settings& s, double peak, const RoomMeasures& m)
       : touching(-0.5 * m.block[0] - m.tool_radius), z(m.tool_radius + height) {
-    constexpr double gravity = 9.80665;
-    const double load = s.mass * gravity * std::cos(s.slope) + s.extra_load;
+    const double load = load_at_rest(s);
     const double force = peak * load - s.mass * gravity * std::sin(s.slope);
     to_peak = std::fmax(force, 0.1 * load) / std::fmax(s.hand_stiffness, 20.0) + s.presliding_length;
   }

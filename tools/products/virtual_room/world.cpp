@@ -15,7 +15,6 @@ namespace {
 using Vector9 = Eigen::Matrix<double, velocities, 1>;
 using Matrix9 = Eigen::Matrix<double, velocities, velocities>;
 
-constexpr double gravity = 9.80665;  // m/s^2
 constexpr double tool_mass = 0.05;   // mass of the tool that the hand moves, kg
 constexpr double air_damping = 0.5;  // damping of the tool's motion by air, N s/m
 
@@ -93,11 +92,10 @@ void World::take(const Parameters& parameters) noexcept {
 }
 
 void World::reset() noexcept {
-  const Settings& s = parameters_.settings;
-  const double weight = s.mass * gravity * std::cos(s.slope) + s.extra_load;
   time_ = 0.0;
   block_ = {};
-  block_.position.z() = 0.5 * measures_.block[2] - 0.25 * weight / normal_stiffness;
+  block_.position.z() =
+      0.5 * measures_.block[2] - 0.25 * load_at_rest(parameters_.settings) / normal_stiffness;
   tool_ = Vector3(-0.5 * measures_.block[0] - 0.05, 0.0, 0.5 * measures_.block[2]);
   target_ = tool_;
   target_velocity_.setZero();
@@ -197,7 +195,7 @@ Velocity World::force_beside_contacts(const Hand& hand) const noexcept {
   const Settings& s = parameters_.settings;
   Velocity f = Vector9::Zero();
   f[0] = s.mass * gravity * std::sin(s.slope) + s.tapping * tap(time_);
-  f[2] = -s.mass * gravity * std::cos(s.slope) - s.extra_load;
+  f[2] = -load_at_rest(s);
   const Eigen::Vector3d spin = body_.velocity.segment<3>(3);
   f.segment<3>(3) = -spin.cross(Eigen::Vector3d(body_.mass.block<3, 3>(3, 3) * spin));
   for (int i = 0; i < 3; ++i) f[6 + i] = hand.force[i];
