@@ -44,7 +44,8 @@ struct Cell {
   std::function<std::string(std::uint64_t seed)> record;
   std::function<Truth(const cli::FitResult&)> truth;
   cli::FitReading reading = {};
-  bool joint = false;  ///< Whether the record is the log of a robot joint instead of a contact.
+  bool joint = false;            ///< Whether the record is the log of a robot joint instead of a contact.
+  std::uint64_t first_seed = 0;  ///< seed of the first repeat; no other cell uses the seeds from there on
 };
 
 /// Returns the settings of the usual experiment: ten seconds at 50 Hz, noise of 10 mN, 1800 bristles.
@@ -197,6 +198,7 @@ std::vector<Cell> all_cells() {
   cells.push_back(disc());
   add_slide(cells);
   cells.push_back(joint());
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].first_seed = 1000 + 1000000 * i;
   return cells;
 }
 
@@ -250,18 +252,20 @@ std::string fitted_joint(unsigned seed) {
   return line;
 }
 
-std::string record_of(const Cell& cell, int repeat) {
-  return cell.record(1000 + 10 * static_cast<std::uint64_t>(repeat));
+std::uint64_t seed_of(const Cell& cell, int repeat) {
+  return cell.first_seed + 10 * static_cast<std::uint64_t>(repeat);
 }
 
 std::string fitted_line(const Cell& cell, int repeat) {
   if (cell.joint)
-    return fmt::format("{}|{}|{}.\n", cell.name, repeat, fitted_joint(1000u + static_cast<unsigned>(repeat)));
+    return fmt::format("{}|{}|{}.\n", cell.name, repeat,
+                       fitted_joint(static_cast<unsigned>(seed_of(cell, repeat))));
   cli::FitOptions options;
   options.rule = cell.rule;
   options.quiet = true;
   const cli::FitData data = cli::prepare_fit_data(
-      cli::parse_fit_columns(record_of(cell, repeat), "data.csv", cell.reading), options.sign, options.load);
+      cli::parse_fit_columns(cell.record(seed_of(cell, repeat)), "data.csv", cell.reading), options.sign,
+      options.load);
   const cli::FitResult result = cli::fit_material(data, options);
   std::string line = fmt::format("{}|{}|", cell.name, repeat);
   for (const auto& [name, truth] : cell.truth(result)) {
@@ -362,7 +366,7 @@ int main(int argc, char** argv) try {
   if (command == "record" && argc == 4) {
     for (const Cell& cell : all_cells())
       if (!cell.joint && cell.name.find(argv[2]) != std::string::npos)
-        std::fputs(record_of(cell, std::atoi(argv[3])).c_str(), stdout);
+        std::fputs(cell.record(seed_of(cell, std::atoi(argv[3]))).c_str(), stdout);
     return 0;
   }
   if (command != "run") return usage();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 
 #include "tests/fit_helpers.hpp"
 #include "tests/sliding_springs.hpp"
+#include "tools/libraries/fitting/judge.hpp"
 #include "tools/libraries/fitting/path_force.hpp"
 #include "tools/libraries/fitting/solve.hpp"
 
@@ -321,6 +323,45 @@ TEST_CASE("A speed that is given serves for the acceleration", "[fit]") {
                        }),
                mass);
   for (std::size_t i = 5; i + 5 < 300; ++i) CHECK(std::abs(data.force[i]) == Approx(0.7).margin(0.01));
+}
+
+TEST_CASE("Rivals of several files begin anew in each", "[fit][files]") {
+  // Friction of one Maxwell-slip element, stretched to its limit at the end of each file, in three places.
+  const auto file = [](double from, unsigned seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> noise(0.0, 0.005);
+    double x = 0.0, z = 0.0;
+    return cli::parse_fit_columns(
+        rows_of("t,x,load,force", 420,
+                [&](double t) {
+                  const double next = 40e-6 * (1.0 + 0.2 * t) * std::sin(2.0 * M_PI * 0.8 * t);
+                  z = std::clamp(z + next - x, -8e-6, 8e-6);
+                  x = next;
+                  return fmt::format("{:.17g},2,{}", from + x, 5e4 * z + noise(random));
+                }),
+        "strokes.csv");
+  };
+  cli::FitOptions options = any_brush();
+  options.choose_rule = false;
+  const cli::Judgements all =
+      cli::judge_rivals(cli::join_fit_columns({file(0.0, 1), file(0.02, 2), file(-0.01, 3)}), options);
+  CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples == 3 * 420);
+  CHECK(all.judged_stroke < 200e-6);
+  for (const cli::Judgement& j : all.models) {
+    CAPTURE(j.model, j.judged.all);
+    if (j.model == "Maxwell-slip") CHECK(j.judged.all < 1.1 * 0.005);
+    if (j.model == "LuGre") CHECK(j.judged.all < 4.0 * 0.005);
+  }
+  for (const cli::ModelForce& rival : all.rivals) REQUIRE(rival.force.size() == 3 * 420);
+  // The first stroke of each file starts from the same rest.
+  const auto maxwell = std::find_if(all.rivals.begin(), all.rivals.end(), [](const cli::ModelForce& rival) {
+    return rival.model == "Maxwell-slip";
+  });
+  REQUIRE(maxwell != all.rivals.end());
+  for (std::size_t i = 0; i < 420; ++i) {
+    CHECK(maxwell->force[420 + i] == Approx(maxwell->force[i]).margin(1e-3));
+    CHECK(maxwell->force[840 + i] == Approx(maxwell->force[i]).margin(1e-3));
+  }
 }
 
 TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") {

@@ -20,13 +20,6 @@ constexpr double to_and_fro = 0.1;
 // Relative deviation of the normal load up to which the fit takes it as constant.
 constexpr double steady_load_deviation = 0.02;
 
-double quantile_of(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
-}
-
 [[noreturn]] void refuse(const FitColumns& data, const std::string& why) {
   throw UserError(fmt::format("{}: {}", data.name, why));
 }
@@ -174,6 +167,19 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
 }
 
 }  // namespace
+
+double quantile_of(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
+double root_mean_square(const std::vector<double>& values) {
+  double squares = 0.0;
+  for (const double value : values) squares += value * value;
+  return std::sqrt(squares / static_cast<double>(values.size()));
+}
 
 double noise_of(const std::vector<double>& x) {
   std::vector<double> fourth;
@@ -680,16 +686,6 @@ void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& pla
       left > 0.02 * data.force_scale ? fmt::format(", of which {:.2g} N may be noise of the motion", left)
                                      : ""));
 }
-
-double root_mean_square(const std::vector<double>& values) {
-  double squares = 0.0;
-  for (const double value : values) squares += value * value;
-  return std::sqrt(squares / static_cast<double>(values.size()));
-}
-
-}  // namespace
-
-namespace {
 
 /// Removes rows whose force lies far outside the range of all others, which are errors of the measurement,
 /// and names them to the user.

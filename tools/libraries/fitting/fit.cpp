@@ -152,35 +152,44 @@ void Fitter::note(FitResult& result) const {
   result.notes.insert(result.notes.end(), notes_.begin(), notes_.end());
 }
 
-/// Adds to the covariance the error by chance of the mean snap length: the bristles that touch are a random
-/// sample of the law. The same bristles bend in every small loop, so residuals show little of this error. A
-/// fit finds the stiffness without such an error, and so a spread that makes up for a wrong length. Takes the
-/// usual number of bristles, or the one that the residuals show, since friction of few bristles wanders in
-/// sliding.
-void Fitter::add_chance_of_bristles(Eigen::MatrixXd& cov, const FitPoint& point,
-                                    const Eigen::VectorXd& residuals) const {
-  constexpr double step = 0.02;
+/// Returns how many bristles per newton the scatter of sliding friction shows, at most the usual number.
+/// Where friction slides, neither an error of the position nor one of the lengths lets residuals wander.
+double Fitter::bristles_shown(const FitPoint& point, const Eigen::VectorXd& residuals) {
   constexpr double of_one = 0.45;  // variance of one bristle's force in sliding, over its squared mean
-  constexpr double most = 2.0;     // of a narrow law the loops show the spread itself
-  const double spread = point.values[fit_spread];
-  const Eigen::Index pairs = residuals.size() - 1;
-  const double wander = residuals.head(pairs).dot(residuals.tail(pairs)) / static_cast<double>(pairs);
-  const double shown =
-      of_one * std::pow(point.values[fit_kinetic] * data_.mean_load, 2) / std::max(wander, 1e-300);
-  const double bristles = std::min(bristles_per_newton * data_.mean_load, shown);
-  FitValues narrower = point.values;
-  narrower[fit_spread] *= std::exp(-step);
-  // Change of the length's logarithm over that of the spread at which the stiffness stays the same.
-  const double slope =
-      std::log(model_.kinetic_deflection(point.values) / model_.kinetic_deflection(narrower)) / step;
-  const double of_spread = std::min(spread / std::max(slope, 1e-3), most);
-  Eigen::VectorXd error = Eigen::VectorXd::Zero(cov.rows());
-  for (std::size_t k = 0; k < point.free.size(); ++k) {
-    double& e = error[static_cast<Eigen::Index>(k)];
-    if (point.free[k] == fit_length) e = slope * of_spread;
-    if (point.free[k] == fit_spread) e = -of_spread;
+  constexpr double steady = 0.03;  // change of friction over load, within which it counts as sliding
+  constexpr double fewest_pairs = 20.0;
+  const Eigen::VectorXd& unit = model_.elastic(point.values);
+  const auto slides = [&](std::size_t i) {
+    const auto x = static_cast<Eigen::Index>(i), y = static_cast<Eigen::Index>(i + data_.samples());
+    const double force = data_.axes == 1 ? std::fabs(unit[x]) : std::hypot(unit[x], unit[y]);
+    return std::fabs(force - data_.load[i]) < steady * data_.load[i];
+  };
+  double wander = 0.0, pairs = 0.0;
+  for (std::size_t i = 1; i < data_.samples(); ++i) {
+    if (!data_.columns.follows(i) || !slides(i) || !slides(i - 1)) continue;
+    for (std::size_t k = i; k < data_.force.size(); k += data_.samples())
+      wander += residuals[static_cast<Eigen::Index>(k)] * residuals[static_cast<Eigen::Index>(k) - 1];
+    pairs += 1.0;
   }
-  cov += error * error.transpose() / bristles;
+  if (pairs < fewest_pairs || !(wander > 0.0)) return bristles_per_newton;
+  const double shown = of_one * std::pow(point.values[fit_kinetic], 2) * data_.mean_load * pairs / wander;
+  return std::min(bristles_per_newton, shown);
+}
+
+/// Returns the covariance of the parameters: the noise from sample to sample, and the chance by which the
+/// bristles of this contact differ from their law, or the scatter of residuals if that is larger. The same
+/// first lengths act in every loop, so that residuals show only part of the chance.
+Eigen::MatrixXd Fitter::covariance_with_chance(const FitPoint& point, const Eigen::MatrixXd& j,
+                                               const Eigen::VectorXd& r) {
+  const Eigen::MatrixXd shown = covariance(j, r, correlated_samples(r));
+  if (options_.rule == bristle::SnapRule::slide) return shown;
+  const Eigen::Index pairs = r.size() - 1;
+  const double noise = (r.tail(pairs) - r.head(pairs)).squaredNorm() / (2.0 * static_cast<double>(pairs));
+  const double most_load = *std::max_element(data_.load.begin(), data_.load.end());
+  Eigen::MatrixXd cov = noise * inverse_normal_matrix(j) +
+                        covariance_of_one_bristle(model_, point, j) / (bristles_shown(point, r) * most_load);
+  raise_to(cov, shown);
+  return cov;
 }
 
 FitResult Fitter::report(const FitPoint& point) {
@@ -207,8 +216,7 @@ FitResult Fitter::report(const FitPoint& point) {
   result.correlated_samples = correlated_samples(r);
   const Eigen::MatrixXd j = jacobian(model_, point);
   result.held_out_rms = std::sqrt(held_out_squares(j, r, data_.samples()) / static_cast<double>(r.size()));
-  Eigen::MatrixXd cov = covariance(j, r, result.correlated_samples);
-  if (options_.rule != bristle::SnapRule::slide) add_chance_of_bristles(cov, point, r);
+  Eigen::MatrixXd cov = covariance_with_chance(point, j, r);
   raise_to_parts(cov, j, r, data_.samples());
   const double count = static_cast<double>(samples()) / result.correlated_samples;
   const double quantile = student_quantile(count - static_cast<double>(point.free.size()));

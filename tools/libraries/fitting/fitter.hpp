@@ -120,8 +120,9 @@ class Fitter {
   }
   void refuse_without_friction(const FitPoint& point);
   std::string why_no_peak(const FitPoint& point, const FitResult& result);
-  void add_chance_of_bristles(Eigen::MatrixXd& cov, const FitPoint& point,
-                              const Eigen::VectorXd& residuals) const;
+  double bristles_shown(const FitPoint& point, const Eigen::VectorXd& residuals);
+  Eigen::MatrixXd covariance_with_chance(const FitPoint& point, const Eigen::MatrixXd& jacobian,
+                                         const Eigen::VectorXd& residuals);
   FitResult report(const FitPoint& point);
   void note(FitResult& result) const;
   void derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result);

@@ -90,27 +90,17 @@ struct Model {
                              ///< takes
 };
 
-double size(const std::vector<double>& x) {
-  double sum = 0.0;
-  for (const double v : x) sum += v * v;
-  return std::sqrt(sum / static_cast<double>(x.size()));
-}
-
 double middle(const std::vector<double>& x, std::size_t k) { return 0.5 * (x[k] + x[k + 1]); }
 
 double mean(const std::vector<double>& x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(x.size());
 }
 
-double median(std::vector<double> x) {
-  const auto at = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), at, x.end());
-  return *at;
-}
-
 /// Returns the speed (rad/s) below which a joint may stick. Friction then balances the torques that act, up
 /// to its limit.
-double slow_speed(const JointLog& log) { return std::max(1e-3 * size(log.speed), 3.0 * noise_of(log.speed)); }
+double slow_speed(const JointLog& log) {
+  return std::max(1e-3 * root_mean_square(log.speed), 3.0 * noise_of(log.speed));
+}
 
 /// Returns the change of motor torque between two samples from which on it counts as a jump, whose exact time
 /// between the samples is unknown.
@@ -118,9 +108,8 @@ double jump_of(const JointLog& log) {
   std::vector<double> change;
   for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
     change.push_back(std::fabs(log.motor[k + 1] - log.motor[k]));
-  const auto usual = change.begin() + static_cast<std::ptrdiff_t>(change.size() * 19 / 20);
-  std::nth_element(change.begin(), usual, change.end());
-  return std::max(10.0 * *usual, 0.02 * std::hypot(size(log.motor), size(log.outside)));
+  return std::max(10.0 * quantile_of(change, 0.95),
+                  0.02 * std::hypot(root_mean_square(log.motor), root_mean_square(log.outside)));
 }
 
 /// Errors of a friction model of a joint: the motor's torque as observed, less the one that inertia, load and
@@ -158,7 +147,7 @@ class Balance {
       throw UserError(fmt::format("{}: {} blocks of 10 ms to fit to; a joint needs at least {}", log.name,
                                   fitted_, least_blocks));
     blocks_.insert(blocks_.end(), judged.begin(), judged.end());
-    scale_ = std::max(std::hypot(size(log.motor), size(log.outside)), 1e-300);
+    scale_ = std::max(std::hypot(root_mean_square(log.motor), root_mean_square(log.outside)), 1e-300);
     if (log.temperature.empty()) return;
     const auto [low, high] = std::minmax_element(log.temperature.begin(), log.temperature.end());
     degrees_ = *high - *low;
@@ -585,8 +574,9 @@ std::vector<Model> rival_models(const JointLog& log, double torque, double speed
 void require_motion(const JointLog& log) {
   if (log.t.size() < 50)
     throw UserError(fmt::format("{}: {} samples; a joint needs at least 50", log.name, log.t.size()));
-  if (!(size(log.speed) > 0.0)) throw UserError(log.name + ": the joint does not move");
-  if (!(size(log.motor) + size(log.outside) > 0.0)) throw UserError(log.name + ": no torque acts");
+  if (!(root_mean_square(log.speed) > 0.0)) throw UserError(log.name + ": the joint does not move");
+  if (!(root_mean_square(log.motor) + root_mean_square(log.outside) > 0.0))
+    throw UserError(log.name + ": no torque acts");
 }
 
 /// Returns whether the outside torque varies by itself, beyond a constant and what follows the motion
@@ -610,7 +600,7 @@ bool varies_by_itself(const JointLog& log, double torque) {
 /// do. Begins with Coulomb's friction, then adds Stribeck's fall, shares of the torques, and both, as far as
 /// the log justifies.
 JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differences = false) {
-  const double torque = balance.scale(), speed = size(log.speed);
+  const double torque = balance.scale(), speed = root_mean_square(log.speed);
   const bool loaded = varies_by_itself(log, torque);
   Model bent = brush_model(log, torque, speed);
   std::vector<Model> rigid;
@@ -713,7 +703,8 @@ std::string fit_text(const JointLog& log, const JointFit& fit) {
       "{}: {}.\nA row of {} bristles is off by {:.3g} N m rms of {:.3g}; {} samples over {:.4g} s, {} runs "
       "along the log.\n\n",
       log.name, log.understood, joint_fit_options().bristles, fit.fitted_rms,
-      std::hypot(size(log.motor), size(log.outside)), log.t.size(), log.t.back() - log.t.front(), fit.runs);
+      std::hypot(root_mean_square(log.motor), root_mean_square(log.outside)), log.t.size(),
+      log.t.back() - log.t.front(), fit.runs);
   Table table({"<number", "value", "95 % from", "to", "<unit"});
   std::string untold;
   std::vector<JointEstimate> numbers = fit.numbers;
@@ -889,7 +880,7 @@ double joint_play(const JointLog& log, double inertia) {
   std::vector<double> sizes, ways;
   for (const Step& s : steps) sizes.push_back(std::fabs(s.friction));
   if (sizes.empty()) return 0.0;
-  const double usual = median(sizes);
+  const double usual = quantile_of(sizes, 0.5);
   for (std::size_t turn = 1; turn < steps.size(); ++turn) {
     if (steps[turn].speed * steps[turn - 1].speed >= 0.0) continue;
     const double sign = steps[turn].speed > 0.0 ? 1.0 : -1.0;
@@ -906,7 +897,7 @@ double joint_play(const JointLog& log, double inertia) {
     }
     ways.push_back(blocks >= fewest_blocks && without > 0.6 * way ? without : 0.0);
   }
-  return ways.size() < fewest_turns ? 0.0 : median(ways);
+  return ways.size() < fewest_turns ? 0.0 : quantile_of(ways, 0.5);
 }
 
 JointLog pieces_of(JointLog log, std::size_t most) {
@@ -943,7 +934,7 @@ std::vector<JointFit> judge_joint(const JointLog& log, JointPart part) {
   const Balance balance(log, part);
   Progress progress("fit");
   std::vector<JointFit> fits;
-  const std::vector<Model> models = rival_models(log, balance.scale(), size(log.speed));
+  const std::vector<Model> models = rival_models(log, balance.scale(), root_mean_square(log.speed));
   for (const Model& model : models) {
     fits.push_back(fit_model(balance, model));
     progress.update(static_cast<double>(fits.size()) / static_cast<double>(models.size() + 1));

@@ -19,6 +19,7 @@
 namespace cli {
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Numbers of samples to which records are thinned to fit brushes and rivals, and the least number that
@@ -26,6 +27,8 @@ using Eigen::VectorXd;
 constexpr std::size_t brush_samples = 2000, rival_samples = 20000, fewest_fitted = 20;
 // Least number of samples after turns of the motion with which the report judges reversals.
 constexpr std::size_t fewest_turning = 10;
+// Share of the samples below whose highest path and speed a part of the record counts as in range.
+constexpr double nearly_all = 0.99;
 // Ratio of the errors of two models below which they count as equally close.
 constexpr double alike = 1.01;
 
@@ -34,24 +37,31 @@ constexpr double alike = 1.01;
 struct RivalModel {
   std::string name;
   int logarithms = 0;
-  /// Makes the rival model from the fitted parameters: at rest, for a mean load of 1.
-  std::function<rivals::Rival(const VectorXd&)> make;
+  /// Computes the friction along the path of a record (N, by the body), without viscous friction and offset.
+  /// If a matrix is passed, fills its first columns with the derivatives by the logarithms.
+  std::function<VectorXd(const VectorXd&, const FitData&, StartState, MatrixXd*)> friction;
   std::function<std::string(const VectorXd&)> describe;
 };
 
-/// Returns the friction of a rival model along the path of a record (N, by the body), without viscous
-/// friction and offset.
-VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState start) {
+/// Returns the friction of a rival model along the path of a record (N, by the body).
+VectorXd friction_along(const rivals::Rival& fresh, const FitData& data, StartState start) {
+  rivals::Rival slid = fresh;
   if (start != StartState::straight) {  // slides far before the record begins
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
     for (int i = 0; i < 100; ++i)
-      rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
+      rivals::step(slid, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
                    data.load.front());
   }
   VectorXd force(static_cast<Eigen::Index>(data.force.size()));
   Eigen::Index sample = 0;
+  rivals::Rival rival = slid;
   double x = data.path.front().x, before = data.path.front().t - data.sample_time;
   for (const PathPoint& point : data.path) {
+    if (point.begins) {
+      rival = fresh;
+      x = point.x;
+      before = point.t - data.sample_time;
+    }
     const double dt = std::max(point.t - before, 1e-3 * data.sample_time);
     const double end = -rivals::step(rival, {point.x - x, 0.0}, dt, point.load).end.x;
     x = point.x;
@@ -59,6 +69,24 @@ VectorXd elastic_force(rivals::Rival rival, const FitData& data, StartState star
     if (point.wanted) force[sample++] = end;
   }
   return force;
+}
+
+/// Makes a rival model from a function that makes it for some logarithms, at rest. Derivatives are taken by
+/// differences.
+RivalModel stepped(const char* name, int logarithms,
+                   const std::function<rivals::Rival(const VectorXd&)>& make,
+                   const std::function<std::string(const VectorXd&)>& describe) {
+  const auto friction = [=](const VectorXd& p, const FitData& data, StartState start, MatrixXd* by) {
+    const VectorXd force = friction_along(make(p), data, start);
+    constexpr double step = 1e-3;
+    for (Eigen::Index i = 0; by != nullptr && i < logarithms; ++i) {
+      VectorXd q = p;
+      q[i] += step;
+      by->col(i) = (friction_along(make(q), data, start) - force) / step;
+    }
+    return force;
+  };
+  return {name, logarithms, friction, describe};
 }
 
 /// Adds viscous friction (coefficient `viscous`, N s/m) and the sensor's offset (N) to a model's elastic
@@ -73,7 +101,7 @@ VectorXd whole_force(const VectorXd& elastic, const FitData& data, double viscou
 /// Bounds the logarithms of a rival model's parameters, so that its force stays finite.
 VectorXd bounded(const VectorXd& logarithms) { return logarithms.cwiseMax(-60.0).cwiseMin(60.0); }
 
-/// Residuals of a rival model, over the rms force, and their derivatives by the parameters, from differences.
+/// Residuals of a rival model, over the rms force, and their derivatives by the parameters.
 struct RivalResiduals {
   const RivalModel& model;
   const FitData& data;
@@ -81,32 +109,25 @@ struct RivalResiduals {
   double speed;  // speed by which the viscous parameter is scaled, m/s
 
   Eigen::Index values() const { return static_cast<Eigen::Index>(data.force.size()); }
-  VectorXd force(const VectorXd& p) const {
-    return whole_force(elastic_force(model.make(bounded(p.head(model.logarithms))), data, start), data,
-                       p[model.logarithms] * data.force_scale / speed,
-                       p[model.logarithms + 1] * data.force_scale);
-  }
-  void fill(const VectorXd& p, VectorXd& out) const {
-    out = (force(p) - measured_force(data)) / data.force_scale;
+  VectorXd left(const VectorXd& p, MatrixXd* by) const {
+    const VectorXd friction = model.friction(bounded(p.head(model.logarithms)), data, start, by);
+    VectorXd out = whole_force(friction, data, p[model.logarithms] * data.force_scale / speed,
+                               p[model.logarithms + 1] * data.force_scale) -
+                   measured_force(data);
+    out /= data.force_scale;
     for (double& r : out) {
       if (!std::isfinite(r)) r = 1e6;
     }
+    return out;
   }
-  void differentiate(const VectorXd& p, Eigen::MatrixXd& out) const {
-    VectorXd at(values()), moved(values());
-    fill(p, at);
-    for (Eigen::Index i = 0; i < p.size(); ++i) {
-      if (i >= model.logarithms) {  // parameters of viscous friction and offset, in which the force is linear
-        for (Eigen::Index k = 0; k < at.size(); ++k)
-          out(k, i) = i == model.logarithms ? data.velocity[static_cast<std::size_t>(k)] / speed : 1.0;
-        continue;
-      }
-      constexpr double step = 1e-3;
-      VectorXd q = p;
-      q[i] += step;
-      fill(q, moved);
-      out.col(i) = (moved - at) / step;
-    }
+  void fill(const VectorXd& p, VectorXd& out) const { out = left(p, nullptr); }
+  void differentiate(const VectorXd& p, MatrixXd& out) const {
+    left(p, &out);
+    out.leftCols(model.logarithms) /= data.force_scale;
+    // The force is linear in viscous friction and offset.
+    out.col(model.logarithms) = Eigen::Map<const VectorXd>(data.velocity.data(), values()) / speed;
+    out.col(model.logarithms + 1).setOnes();
+    out = out.array().isFinite().select(out, 0.0);
   }
 };
 
@@ -135,7 +156,7 @@ RivalFit fit_from(const RivalModel& model, const FitData& data, const VectorXd& 
   const RivalResiduals function{model, data, start, speed};
   VectorXd p = guess;
   minimise({function.values(), [&](const VectorXd& at, VectorXd& out) { function.fill(at, out); },
-            [&](const VectorXd& at, Eigen::MatrixXd& out) { function.differentiate(at, out); }},
+            [&](const VectorXd& at, MatrixXd& out) { function.differentiate(at, out); }},
            {80, 1e-7, 1e-6, 1.0}, p);
   if (!p.allFinite()) p = guess;
   p.head(model.logarithms) = bounded(p.head(model.logarithms));
@@ -186,52 +207,79 @@ std::vector<double> trial_lengths(const FitData& data, int count) {
 }
 
 RivalModel coulomb_model() {
-  return {"Coulomb", 2,
-          [](const VectorXd& p) -> rivals::Rival {
-            return rivals::Coulomb{.surface = bare_surface(std::exp(p[0])), .creep_velocity = std::exp(p[1])};
-          },
-          [](const VectorXd& p) {
-            return fmt::format("kinetic {:.3g}, ramp {:.3g} m/s", std::exp(p[0]), std::exp(p[1]));
-          }};
+  return stepped(
+      "Coulomb", 2,
+      [](const VectorXd& p) -> rivals::Rival {
+        return rivals::Coulomb{.surface = bare_surface(std::exp(p[0])), .creep_velocity = std::exp(p[1])};
+      },
+      [](const VectorXd& p) {
+        return fmt::format("kinetic {:.3g}, ramp {:.3g} m/s", std::exp(p[0]), std::exp(p[1]));
+      });
 }
 
 RivalModel lugre_model(const FitData& data) {
   const double load = data.mean_load;
-  return {"LuGre", 5,
-          [load](const VectorXd& p) -> rivals::Rival {
-            rivals::Surface s = bare_surface(std::exp(p[0]));
-            s.static_coefficient = std::exp(p[1]);
-            s.stribeck_velocity = std::exp(p[2]);
-            s.stiffness = std::exp(p[3]) * load;
-            s.damping = std::exp(p[4]) * load;
-            return rivals::LuGre{.surface = s, .z = {}};
-          },
-          [load](const VectorXd& p) {
-            return fmt::format(
-                "kinetic {:.3g}, static {:.3g}, Stribeck {:.3g} m/s, stiffness {:.3g} N/m, damper "
-                "{:.3g} N s/m",
-                std::exp(p[0]), std::exp(p[1]), std::exp(p[2]), load * std::exp(p[3]), load * std::exp(p[4]));
-          }};
+  return stepped(
+      "LuGre", 5,
+      [load](const VectorXd& p) -> rivals::Rival {
+        rivals::Surface s = bare_surface(std::exp(p[0]));
+        s.static_coefficient = std::exp(p[1]);
+        s.stribeck_velocity = std::exp(p[2]);
+        s.stiffness = std::exp(p[3]) * load;
+        s.damping = std::exp(p[4]) * load;
+        return rivals::LuGre{.surface = s, .z = {}};
+      },
+      [load](const VectorXd& p) {
+        return fmt::format(
+            "kinetic {:.3g}, static {:.3g}, Stribeck {:.3g} m/s, stiffness {:.3g} N/m, damper "
+            "{:.3g} N s/m",
+            std::exp(p[0]), std::exp(p[1]), std::exp(p[2]), load * std::exp(p[3]), load * std::exp(p[4]));
+      });
 }
 
 constexpr int elements = rivals::MaxwellSlip::elements;
 
-/// Makes the Maxwell-slip model. Its parameters are first the stiffnesses over load (1/m) of its elements,
-/// then the slip lengths (m) of the elements at the mean load.
-RivalModel maxwell_model(const FitData& data) {
-  const double load = data.mean_load;
-  return {"Maxwell-slip", 2 * elements,
-          [load](const VectorXd& p) -> rivals::Rival {
-            rivals::MaxwellSlip m;
-            m.surface = bare_surface(1.0);
-            m.surface.stiffness = load;  // sets mu N / sigma0 to 1 m at mean load: lengths need no scale
-            for (int i = 0; i < elements; ++i) {
-              m.stiffness_share[static_cast<std::size_t>(i)] = std::exp(p[i]);
-              m.slip_length[static_cast<std::size_t>(i)] = std::exp(p[elements + i]);
-            }
-            return m;
-          },
-          [](const VectorXd& p) {
+/// Returns the friction of the Maxwell-slip model on one axis (N, by the body). The parameters are first the
+/// logarithms of its elements' stiffnesses (N/m), then those of their slip lengths (m) at the mean load. An
+/// element depends on no other one, so that its derivatives follow from its own stretch.
+VectorXd maxwell_friction(const VectorXd& p, const FitData& data, StartState start, MatrixXd* by) {
+  VectorXd force = VectorXd::Zero(static_cast<Eigen::Index>(data.force.size()));
+  for (int i = 0; i < elements; ++i) {
+    const double stiffness = std::exp(p[i]), length = std::exp(p[elements + i]);
+    double x = data.path.front().x, z = 0.0, by_length = 0.0;  // stretch, and its derivative by the length
+    const auto slip = [&](double load) {
+      const double share = load / data.mean_load;
+      if (std::fabs(z) <= length * share) return;
+      by_length = std::copysign(share, z);
+      z = length * by_length;
+    };
+    if (start != StartState::straight) {  // slides far before the record begins
+      z = start == StartState::forward ? 1e300 : -1e300;
+      slip(data.load.front());
+    }
+    Eigen::Index sample = 0;
+    for (const PathPoint& point : data.path) {
+      if (point.begins) {
+        x = point.x;
+        z = by_length = 0.0;
+      }
+      slip(point.load);
+      z += point.x - x;
+      slip(point.load);
+      x = point.x;
+      if (!point.wanted) continue;
+      if (by != nullptr) {
+        (*by)(sample, i) = stiffness * z;
+        (*by)(sample, elements + i) = stiffness * length * by_length;
+      }
+      force[sample++] += stiffness * z;
+    }
+  }
+  return force;
+}
+
+RivalModel maxwell_model() {
+  return {"Maxwell-slip", 2 * elements, maxwell_friction, [](const VectorXd& p) {
             // Describes only elements that have at least a hundredth of the strongest element's force. The
             // data do not determine the slip lengths of the others.
             double strongest = 0.0, low = 1e300, high = 0.0;
@@ -253,19 +301,16 @@ RivalModel maxwell_model(const FitData& data) {
 
 /// Returns a first guess for the Maxwell-slip model: ten fixed slip lengths, with the stiffnesses, viscous
 /// friction and offset that nonnegative least squares give.
-VectorXd maxwell_guess(const RivalModel& model, const FitData& data, double low, double high) {
+VectorXd maxwell_guess(const FitData& data, double low, double high) {
   const auto samples = static_cast<Eigen::Index>(data.force.size());
   const double speed = std::max(data.fast, 1e-12);
   VectorXd p = VectorXd::Zero(2 * elements + 2);
-  Eigen::MatrixXd a(samples, elements + 2);
+  MatrixXd a(samples, elements + 2);
   for (int i = 0; i < elements; ++i)
     p[elements + i] = std::log(low * std::pow(high / low, i / (elements - 1.0)));
-  for (int i = 0; i < elements; ++i) {
-    VectorXd single = p;
-    single.head(elements).setConstant(-60.0);
-    single[i] = 0.0;
-    a.col(i) = elastic_force(model.make(single), data, StartState::straight);
-  }
+  MatrixXd stretches(samples, 2 * elements);  // the stiffnesses are 1 N/m here
+  maxwell_friction(p, data, StartState::straight, &stretches);
+  a.leftCols(elements) = stretches.leftCols(elements);
   a.col(elements) = Eigen::Map<const VectorXd>(data.velocity.data(), samples) / speed * data.force_scale;
   a.col(elements + 1).setConstant(data.force_scale);
   const VectorXd unit = a.colwise().norm().cwiseMax(1e-300);
@@ -285,6 +330,10 @@ std::vector<double> way_since_turn(const FitData& data) {
   std::vector<double> ways;
   double turn = data.path.front().x, extreme = turn, direction = 0.0;
   for (const PathPoint& point : data.path) {
+    if (point.begins) {
+      turn = extreme = point.x;
+      direction = 0.0;
+    }
     if (direction == 0.0 && std::fabs(point.x - turn) > slack) direction = point.x > turn ? 1.0 : -1.0;
     if (direction * (point.x - extreme) >= 0.0) {
       extreme = point.x;
@@ -296,15 +345,6 @@ std::vector<double> way_since_turn(const FitData& data) {
     if (point.wanted) ways.push_back(std::fabs(point.x - turn));
   }
   return ways;
-}
-
-/// Returns the 99th percentile of some values, as a maximum that a few outliers do not raise; 0 for no
-/// values.
-double nearly_highest(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
 }
 
 class Judge {
@@ -332,10 +372,10 @@ class Judge {
       way[fitted_[i]].push_back(ways_[i]);
       speed[fitted_[i]].push_back(std::fabs(whole_.velocity[i]));
     }
-    all.judged_stroke = nearly_highest(way[0]);
-    all.fitted_stroke = nearly_highest(way[1]);
-    all.judged_speed = nearly_highest(speed[0]);
-    all.fitted_speed = nearly_highest(speed[1]);
+    all.judged_stroke = quantile_of(way[0], nearly_all);
+    all.fitted_stroke = quantile_of(way[1], nearly_all);
+    all.judged_speed = quantile_of(speed[0], nearly_all);
+    all.fitted_speed = quantile_of(speed[1], nearly_all);
   }
 
  private:
@@ -425,7 +465,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
     }
     const double speed = std::max(train.fast, 1e-12);
     const auto force_on = [&](const FitData& data) {
-      return whole_force(elastic_force(model.make(fit.parameters.head(model.logarithms)), data, fit.start),
+      return whole_force(model.friction(fit.parameters.head(model.logarithms), data, fit.start, nullptr),
                          data, fit.parameters[model.logarithms] * train.force_scale / speed,
                          fit.parameters[model.logarithms + 1] * train.force_scale);
     };
@@ -464,13 +504,12 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   add_rival(lugre_model(train), guesses, 0.85);
 
   guesses.clear();
-  const RivalModel maxwell = maxwell_model(train);
   const std::vector<double> lengths = trial_lengths(train, 12);
   for (const double low : {lengths[0], lengths[3], lengths[5]}) {
     for (const double high : {lengths[7], lengths[9], lengths[11]})
-      guesses.push_back(maxwell_guess(maxwell, train, low, high));
+      guesses.push_back(maxwell_guess(train, low, high));
   }
-  add_rival(maxwell, guesses, 1.0);
+  add_rival(maxwell_model(), guesses, 1.0);
   for (const FittedBrush& brush : brushes)
     judge.add(all, brush.name, brush.found.point.free.size(), force_of(brush, seen, Detail::finish),
               brush_values(brush));

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
-#include <optional>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include <bristle/fields.hpp>
 
 #include "tools/libraries/files/gnuplot.hpp"
 #include "tools/libraries/files/one_line.hpp"
@@ -353,40 +355,39 @@ std::string fit_motion(const FitData& data) {
 
 namespace {
 
-/// Writes a material as TOML by its coefficients (kinetic, presliding length, ...). The peak follows from the
-/// spread or the drop, so that each coefficient can be changed alone.
-std::string by_coefficients(const FitResult& r) {
-  const bristle::Coefficients c = r.material.coefficients();
-  const bool slides = c.rule == bristle::SnapRule::slide;
-  std::string text = fmt::format(
-      "kinetic = {}\n{}spread = {}\npresliding_length = {}  # m\n"
-      "bristles_per_newton = {}  # 1/N\nlaw = \"{}\"\nrule = \"{}\"\nresidual_share = {}\nshared_renewal = "
-      "{}\n"
-      "damping_per_newton = {}  # s/m\nviscous_friction = {}  # N s/m\nstribeck_velocity = {}  # m/s\n"
-      "damper_decay = \"{}\"\n",
-      c.kinetic,
-      slides            ? fmt::format("drop = {}\n", c.drop)
-      : c.spread == 0.0 ? fmt::format("peak_over_kinetic = {}\n", std::max(c.peak / c.kinetic, 1.0))
-                        : "",
-      c.spread, c.presliding_length, c.bristles_per_newton, bristle::to_string(c.law), to_string(c.rule),
-      c.residual_share, c.shared_renewal, c.damping_per_newton, c.viscous_friction, c.stribeck_velocity,
-      c.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential");
+/// Writes the numbers and choices of a struct of parameters that differ from their defaults as TOML. Leaves
+/// out the peak, which follows from the spread or the drop, so that each coefficient can be changed alone.
+template <class Parameters>
+std::string fields_text(const Parameters& p) {
+  std::string text;
+  bristle::for_each_field<Parameters>([&](const auto& field) {
+    using Value = std::decay_t<decltype(p.*field.member)>;
+    if constexpr (std::is_enum_v<Value> || std::is_same_v<Value, double>) {
+      const std::string_view name = field.name;
+      const Value value = p.*field.member;
+      if (name == "peak" || value == Parameters{}.*field.member) return;
+      text += fmt::format("{} = ", name == "snap_rule" ? "rule" : name);
+      if constexpr (std::is_enum_v<Value>)
+        text += fmt::format("\"{}\"\n", field.about.names[static_cast<std::size_t>(value)]);
+      else
+        text += fmt::format("{}{}{}\n", value, field.about.unit[0] != '\0' ? "  # " : "", field.about.unit);
+    }
+  });
   return text;
 }
 
-/// Writes a material as TOML by the parameters of its bristles, for a law of snap lengths that coefficients
-/// cannot express.
-std::string own_law(const bristle::Material& m) {
-  const auto quantiles = m.snap_length.table_values();
-  return fmt::format(
-      "rule = \"{}\"\nbristle_stiffness = {}  # N/m\nbristle_damping = {}  # N s/m\nviscous_friction = {}  # "
-      "N s/m\n"
-      "stribeck_velocity = {}  # m/s\ndamper_decay = \"{}\"\nnormal_stiffness = {}  # N/m\n"
-      "asperity_height_deviation = {}  # m\n"
-      "snap_length = {{ law = \"table\", quantiles = [{}] }}  # m\n",
-      to_string(m.snap_rule), m.bristle_stiffness, m.bristle_damping, m.viscous_friction, m.stribeck_velocity,
-      m.damper_decay == bristle::DamperDecay::gaussian ? "gaussian" : "exponential", m.normal_stiffness,
-      m.asperity_height_deviation, fmt::join(quantiles.begin(), quantiles.end(), ", "));
+/// Writes a material as TOML: by its coefficients or, for a law of snap lengths that these cannot express, by
+/// the parameters of its bristles.
+std::string material_text(const bristle::Material& m) {
+  if (m.snap_length.law() == bristle::SnapLaw::table) {
+    const auto quantiles = m.snap_length.table_values();
+    return fields_text(m) + fmt::format("snap_length = {{ law = \"table\", quantiles = [{}] }}  # m\n",
+                                        fmt::join(quantiles.begin(), quantiles.end(), ", "));
+  }
+  const bristle::Coefficients c = m.coefficients();
+  const bool needs_peak = c.rule != bristle::SnapRule::slide && c.spread == 0.0;
+  return fields_text(c) +
+         (needs_peak ? fmt::format("peak_over_kinetic = {}\n", std::max(c.peak / c.kinetic, 1.0)) : "");
 }
 
 }  // namespace
@@ -394,28 +395,16 @@ std::string own_law(const bristle::Material& m) {
 std::string fit_toml(const FitData& data, const FitOptions& options, const FitResult& r) {
   std::string text = fmt::format(
       "# A material fitted to {}: copy [[material]] into a scene, or replay the measurement with\n"
-      "# `bristle run` on this file. Values with their 95 % intervals:\n",
+      "# `bristle run` on this file. The report of the fit:\n",
       std::filesystem::path(data.columns.name).filename().string());
-  for (std::size_t i = 0; i < fit_report_rows; ++i) {
-    if (!concerns(data, r, i)) continue;
-    const FitEstimate& e = report_estimate(r, i);
-    const std::string unit = rows[i].unit[0] ? std::string(" ") + rows[i].unit : "";
-    if (e.fitted) {
-      text += fmt::format("#   {} = {:.4g} ({:.4g} to {:.4g}){}\n", rows[i].name, rows[i].per_si * e.value,
-                          rows[i].per_si * e.low, rows[i].per_si * e.high, unit);
-    } else {
-      text += fmt::format("#   {} = {:.4g}{}, not determined: {}\n", rows[i].name, rows[i].per_si * e.value,
-                          unit, e.why);
-    }
-  }
-  for (const std::string& note : r.notes) text += "# " + note + '\n';
+  std::istringstream report(fit_table(data, r));
+  for (std::string line; std::getline(report, line);) text += "# " + line + '\n';
   // Highest normal load of the replayed motion, N. It may exceed the load of the fit, which is the mean if
   // the fit took the load as constant.
   double most_load = data.mean_load;
   if (data.columns.has_load && !options.load)
     most_load = *std::max_element(data.columns.load.begin(), data.columns.load.end());
-  text += "\n[[material]]\nname = \"fitted\"\n" +
-          (r.law == bristle::SnapLaw::table ? own_law(r.material) : by_coefficients(r));
+  text += "\n[[material]]\nname = \"fitted\"\n" + material_text(r.material);
   const bool own_file = !data.columns.replayable && motion_file(options) != "";
   const bool replays = data.columns.replayable || own_file;
   text += fmt::format(
@@ -449,7 +438,6 @@ std::vector<FileOption> inputs_of(const FitOptions& options) {
 /// Judges the brush beside its rivals.
 Judgements judge_record(const FitOptions& options) {
   OutputFile json(options.json);
-  if (options.data.size() > 1) throw UserError("--rivals: one file only");
   const FitColumns columns = read_fit_columns(options.data, options.reading);
   if (columns.t.empty()) throw UserError(columns.name + ": no data rows");
   Judgements judgements = judge_rivals(columns, options);

@@ -182,9 +182,6 @@ double correlated_samples(const Eigen::VectorXd& residuals) {
   return std::clamp(sum, 1.0, static_cast<double>(n) / 3.0);
 }
 
-namespace {
-
-/// Returns (J'J)^-1 of a Jacobian J by eigenvectors, after scaling its columns to length 1.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
   Eigen::VectorXd length = j.colwise().norm();
   for (double& l : length) l = std::max(l, 1e-300);
@@ -196,7 +193,6 @@ Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& j) {
          length.cwiseInverse().asDiagonal();
 }
 
-/// Raises each variance to that of `other` if the latter is larger; correlations stay.
 void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
   for (Eigen::Index i = 0; i < cov.rows(); ++i) {
     if (cov(i, i) >= other(i, i)) continue;
@@ -205,8 +201,6 @@ void raise_to(Eigen::MatrixXd& cov, const Eigen::MatrixXd& other) {
     cov.col(i) *= raise;
   }
 }
-
-}  // namespace
 
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& j, const Eigen::VectorXd& residuals, double correlated) {
   const Eigen::Index n = j.rows(), p = j.cols();

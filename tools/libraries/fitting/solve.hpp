@@ -44,12 +44,23 @@ Projection project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& force)
 /// autocorrelation time).
 double correlated_samples(const Eigen::VectorXd& residuals);
 
+/// Returns (J'J)^-1 of a Jacobian J by eigenvectors, after scaling its columns to length 1.
+Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian);
+
 /// Returns the covariance of the free parameters, in units of FitModel::scale: that of independent residuals
 /// times `correlated`. Its variances are raised to those of (J'J)^-1 M (J'J)^-1 where these are larger, M
 /// being the covariance of the gradient when neighbouring residuals are correlated (Newey and West).
 /// Undetermined directions get very large variances.
 Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                            double correlated);
+
+/// Returns the covariance of the free parameters over contacts of one bristle each, in units of
+/// FitModel::scale, by simulating single bristles along the path. A contact of n bristles has the n-th part.
+Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint& point,
+                                          const Eigen::MatrixXd& jacobian);
+
+/// Raises each variance to that of `other` if the latter is larger; correlations stay.
+void raise_to(Eigen::MatrixXd& covariance, const Eigen::MatrixXd& other);
 
 /// Raises variances to those that the differences between five successive parts of the record imply, widened
 /// by Student's law, where the differences imply more. Friction that wanders is correlated for longer than

@@ -1,0 +1,150 @@
+// Simulates single bristles along a measured path, to find how much a fit varies because the bristles of a
+// contact are a random sample of their law.
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "tools/libraries/fitting/solve.hpp"
+
+namespace cli {
+namespace {
+
+// Number of simulated bristles, by which a variance is known within 5 %.
+constexpr int simulated = 1000;
+// Longest move between two samples that is simulated as a whole, in mean snap lengths: by its end bristles
+// have forgotten its beginning.
+constexpr double longest_move = 30.0;
+// Longest step, in mean snap lengths, of bristles that renew each other.
+constexpr double shared_step = 0.2;
+
+/// Bristles that bend and snap independently of each other, except for shared renewal. A snap leaves the
+/// residual deflection.
+class RandomBristles {
+ public:
+  RandomBristles(const bristle::Material& material, const std::vector<Ring>& rings)
+      : material_(material), length_(material.snap_length.mean()) {
+    double share = 0.0;
+    std::size_t ring = 0;
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      while (ring + 1 < rings.size() && place_of(i) > share + rings[ring].share) share += rings[ring++].share;
+      all_[i].lever = rings[ring].lever;
+    }
+    std::shuffle(all_.begin(), all_.end(), random_);
+    straighten();
+  }
+
+  /// Straightens all bristles, which then have random snap lengths.
+  void straighten() {
+    for (Bristle& b : all_) b = {0.0, 0.0, drawn(), b.lever};
+  }
+  /// Straightens the bristles that do not touch under a share of the highest load.
+  void lift_beyond(double share) {
+    for (std::size_t i = all_.size(); i > 0 && place_of(i - 1) > share; --i)
+      all_[i - 1] = {0.0, 0.0, drawn(), all_[i - 1].lever};
+  }
+
+  void move(double dx, double dy) {
+    const double whole = std::hypot(dx, dy), path = std::min(whole, longest_move * length_);
+    if (!(path > 0.0)) return;
+    const int steps =
+        material_.shared_renewal > 0.0 ? 1 + static_cast<int>(path / (shared_step * length_)) : 1;
+    for (int step = 0; step < steps; ++step) move_straight(dx / whole, dy / whole, path / steps);
+  }
+
+  /// Adds to row i of `sums` the force of bristle i, per unit of deflection, times the weights of the axes.
+  void add_to(Eigen::MatrixXd& sums, double factor, const Eigen::VectorXd& of_x,
+              const Eigen::VectorXd& of_y) const {
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      const Bristle& b = all_[i];
+      auto sum = sums.col(static_cast<Eigen::Index>(i));
+      sum += factor * b.lever * b.x * of_x;
+      if (of_y.size() > 0) sum += factor * b.lever * b.y * of_y;
+    }
+  }
+
+ private:
+  struct Bristle {
+    double x = 0.0, y = 0.0;  // deflection, m
+    double strength = 0.0;    // deflection at which it snaps, m
+    double lever = 1.0;       // path of the bristle over that of the record
+  };
+  double place_of(std::size_t i) const { return (static_cast<double>(i) + 0.5) / simulated; }
+  double flat() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
+  double drawn() {
+    return material_.residual_length + material_.snap_length.quantile(std::clamp(flat(), 1e-9, 1.0 - 1e-9));
+  }
+  /// Gives a bristle the residual deflection and a fresh length, and moves it on by the path `left`.
+  void renew(Bristle& b, double ex, double ey, double left) {
+    const double bent = material_.residual_length + left;
+    b = {bent * ex, bent * ey, drawn(), b.lever};
+  }
+
+  void move_straight(double ex, double ey, double path) {
+    double snaps = 0.0;
+    for (Bristle& b : all_) {
+      double left = b.lever * path;
+      b.x += left * ex;
+      b.y += left * ey;
+      while (b.x * b.x + b.y * b.y > b.strength * b.strength) {
+        const double along = b.x * ex + b.y * ey, across = b.x * ey - b.y * ex;
+        left = std::min(left, along - std::sqrt(std::max(b.strength * b.strength - across * across, 0.0)));
+        renew(b, ex, ey, left);
+        snaps += 1.0;
+      }
+    }
+    selected_ += material_.shared_renewal * snaps;
+    for (; selected_ >= 1.0; selected_ -= 1.0) {
+      Bristle& b = all_[static_cast<std::size_t>(flat() * simulated)];
+      const double left = b.lever * path * flat();
+      if (b.x * ex + b.y * ey - left > material_.residual_length) renew(b, ex, ey, left);
+    }
+  }
+
+  const bristle::Material& material_;
+  double length_;
+  std::mt19937_64 random_{1};
+  std::vector<Bristle> all_ = std::vector<Bristle>(simulated);
+  double selected_ = 0.0;  // number of renewals due to earlier snaps and not yet made, below one
+};
+
+}  // namespace
+
+Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint& point,
+                                          const Eigen::MatrixXd& jacobian) {
+  const FitData& data = model.data();
+  const auto samples = static_cast<Eigen::Index>(data.samples());
+  const bristle::Material material = model.unit_material(point.values);
+  double most_load = 0.0;
+  for (const double load : data.load) most_load = std::max(most_load, load);
+  const double force = point.values[fit_kinetic] * most_load / material.kinetic_coefficient();
+  RandomBristles bristles(material, rings_of(data.columns.disc, Detail::search));
+  const auto slide_before = [&](StartState start) {
+    const double way = longest_move * material.snap_length.mean();
+    if (start != StartState::straight) bristles.move(start == StartState::forward ? way : -way, 0.0);
+  };
+  slide_before(point.past.start);
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(jacobian.cols(), simulated);
+  Eigen::Index sample = 0;
+  std::size_t part = 0;
+  const PathPoint* before = &data.path.front();
+  for (const PathPoint& here : data.path) {
+    if (here.begins) {
+      bristles.straighten();
+      slide_before(point.past.of_part(++part));
+    } else {
+      bristles.move(here.x - before->x, here.y - before->y);
+    }
+    before = &here;
+    bristles.lift_beyond(here.load / most_load);
+    if (!here.wanted) continue;
+    bristles.add_to(
+        sums, force, jacobian.row(sample).transpose(),
+        data.axes == 2 ? Eigen::VectorXd(jacobian.row(sample + samples).transpose()) : Eigen::VectorXd());
+    ++sample;
+  }
+  sums.colwise() -= sums.rowwise().mean().eval();
+  const Eigen::MatrixXd normal = inverse_normal_matrix(jacobian);
+  return normal * (sums * sums.transpose() / (simulated - 1.0)) * normal;
+}
+
+}  // namespace cli
