@@ -181,7 +181,9 @@ Response PatchBatch::Impl::find_force(double dt_s, const Motion& motion) noexcep
   // patch. The copy serves all trials under that load up to the first that changes it.
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, scratch.memory.get());
-    trial.contact_loss = trial.patch.model->apply_load(trial.patch, motion.normal_load);
+    trial.contact_loss = motion.normal_load != p->normal_load
+                             ? trial.patch.model->apply_load(trial.patch, motion.normal_load)
+                             : 0.0;
     trial.of = p;
     trial.normal_load = motion.normal_load;
   }
