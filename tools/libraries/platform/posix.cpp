@@ -168,9 +168,11 @@ Kind kind_of(const std::string& path) noexcept {
 bool is_writable(const std::string& path) noexcept { return ::access(path.c_str(), W_OK) == 0; }
 
 bool is_same(const std::string& a, const std::string& b) {
+  struct stat first, second;
+  const bool there = ::stat(a.c_str(), &first) == 0;
+  if (there != (::stat(b.c_str(), &second) == 0)) return false;
+  if (there) return first.st_dev == second.st_dev && first.st_ino == second.st_ino && !S_ISCHR(first.st_mode);
   std::error_code error;
-  if (fs::exists(a, error) || fs::exists(b, error))
-    return fs::equivalent(a, b, error) && !fs::is_character_file(a, error);
   return fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
 }
 
