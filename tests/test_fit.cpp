@@ -254,8 +254,6 @@ TEST_CASE("A fit recovers residual and shared renewal of bristles that are rubbe
   slide.rule = SnapRule::slide;
   slide.renewal = 1.0;
   CHECK_THAT(refusal(csv, slide), Contains("need --rule redraw"));
-  slide.rule = SnapRule::keep;
-  CHECK_THAT(refusal(csv, slide), Contains("need --rule redraw"));
 }
 
 TEST_CASE("Shared renewal is found beside a damper", "[fit]") {

@@ -104,18 +104,6 @@ TEST_CASE("A fit finds the delay of the force sensor and leaves the brush as it 
   }
 }
 
-TEST_CASE("A fit recovers a brush that keeps its snap lengths", "[fit]") {
-  SyntheticFriction s;
-  s.motion = loops_and_strokes;
-  s.rate = 100.0;
-  s.noise = 0.01;
-  s.redraw = false;
-  const Fitted fitted = fit(record(s, 1).csv(), of_rule(SnapRule::keep));
-  CHECK(std::abs(fitted[cli::fit_kinetic].value - s.kinetic) < 0.03 * s.kinetic);
-  CHECK(std::abs(fitted[cli::fit_length].value - s.length) < 0.06 * s.length);
-  CHECK(fitted.result.material.snap_rule == SnapRule::keep);
-}
-
 TEST_CASE("Friction that runs in is no drift of the sensor", "[fit]") {
   SlidingSprings runs_in;
   runs_in.seconds = 20.0;

@@ -61,8 +61,9 @@ FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule ru
     throw UserError("--law: allowed are lognormal, normal, uniform, exponential, free");
   if (options.law == SnapLaw::table && (rule != SnapRule::slide || data.axes == 2))
     throw UserError(data.columns.name + ": --law free is for --rule slide, and for one axis");
-  if (data.axes == 2 && rule == SnapRule::keep)
-    throw UserError(data.columns.name + ": --rule keep is for one axis; leave out y and fy");
+  if (rule == SnapRule::keep)
+    throw UserError(
+        "rule: allowed are redraw, slide; no public record needs bristles that keep their lengths");
   if (rule == SnapRule::redraw) return held;
   if (options.residual.value_or(0.0) != 0.0 || options.renewal.value_or(0.0) != 0.0)
     throw UserError("--residual and --renewal: other values than 0 need --rule redraw");
@@ -98,9 +99,7 @@ std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& opti
   const bool free_law = options.law == SnapLaw::table;
   const bool redraws = options.choose_rule ? !free_law : options.rule == SnapRule::redraw;
   const bool bare = !options.residual && !options.renewal;
-  const bool keeps =
-      options.choose_rule ? bare && !free_law && data.axes == 1 : options.rule == SnapRule::keep;
-  const bool slides = options.choose_rule ? bare : options.rule == SnapRule::slide;
+  const bool slides = options.choose_rule ? bare : options.rule != SnapRule::redraw;
   std::vector<FittedBrush> all;
   std::string reason;
   const auto attempt = [&](const std::string& name, const auto& fit) {
@@ -142,13 +141,6 @@ std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& opti
     });
   }
   progress(0.4);
-  if (keeps)
-    attempt("brush, kept lengths", [&] {
-      const FitOptions held = with_rule(data, options, SnapRule::keep);
-      all.push_back({"brush, kept lengths", held, Fitter(data, held, detail).search_plain()});
-      add_speed();
-    });
-  progress(0.6);
   if (slides) {
     attempt("brush, slide", [&] {
       FitOptions held = with_rule(data, options, options.choose_rule ? SnapRule::slide : options.rule);

@@ -262,24 +262,19 @@ FitResult Fitter::report(const FitPoint& point) {
 }
 
 Found Fitter::hold_undetermined(const Found& start) {
-  why_ = start.why;
-  notes_ = start.notes;
+  go_on(start);
   const FitPoint point = minimise(model_, start.point);
   refuse_without_friction(point);
   return found(keep_determined(point));
 }
 
 Found Fitter::refine(const Found& held) {
-  why_ = held.why;
-  notes_ = held.notes;
-  as_good_ = held.as_good;
+  go_on(held);
   return found(minimise(model_, held.point));
 }
 
 FitResult Fitter::finish(const Found& refined) {
-  why_ = refined.why;
-  notes_ = refined.notes;
-  as_good_ = refined.as_good;
+  go_on(refined);
   return report(refined.point);
 }
 

@@ -86,9 +86,9 @@ using FitValues = std::array<double, fit_parameters>;
 inline constexpr FitValues fit_defaults = {0.40, 10e-6, 0.3, 0.0, 0.0, 0.0, 0.0,
                                            0.0,  1e-3,  0.0, 0.0, 0.0, 0.0, 0.0};
 
-/// Estimate of a parameter. Its interval is for the law of the surface, of which the bristles of a contact are a
-/// random sample. A record cannot show their number unless the body slides, so that the interval counts 900 per
-/// newton, or fewer if friction in sliding scatters more.
+/// Estimate of a parameter. Its interval is for the law of the surface, of which the bristles of a contact
+/// are a random sample. A record cannot show their number unless the body slides, so that the interval counts
+/// 900 per newton, or fewer if friction in sliding scatters more.
 struct FitEstimate {
   double value = 0.0;
   bool fitted = false;

@@ -80,9 +80,14 @@ class Fitter {
     return set;
   }
   Found found(const FitPoint& point) const { return {point, why_, notes_, as_good_}; }
+  /// Goes on from what was found before: its reasons, remarks and points that fit as well.
+  void go_on(const Found& before) {
+    why_ = before.why;
+    notes_ = before.notes;
+    as_good_ = before.as_good;
+  }
   FitPoint linear_start(const FitValues& bent, const FitParameterSet& linear);
   FitPoint search_grid();
-  FitPoint polish(const FitPoint& point);
   FitPoint try_starts(FitPoint best);
   FitPoint try_later_starts(FitPoint point);
   bool promises(const FitPoint& point, const FitPoint& core);

@@ -16,6 +16,7 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/fitting/fit.hpp"
 #include "tools/libraries/fitting/fitter.hpp"
+#include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/table.hpp"
@@ -228,16 +229,6 @@ class Balance {
   double scale_ = 1.0, degrees_ = 0.0, mean_temperature_ = 0.0;
 };
 
-/// Minimises s'As/2 + g's over s >= low by coordinate descent, for a symmetric matrix A with a positive
-/// diagonal.
-VectorXd bounded_minimum(const MatrixXd& a, const VectorXd& g, const VectorXd& low) {
-  VectorXd s = VectorXd::Zero(g.size());
-  for (int sweep = 0; sweep < 500; ++sweep)
-    for (Eigen::Index i = 0; i < g.size(); ++i)
-      s[i] = std::max(s[i] - (a.row(i).dot(s) + g[i]) / a(i, i), low[i]);
-  return s;
-}
-
 /// Point of a minimisation: the parameters, the errors of the torque in the fitted blocks, and their
 /// derivatives.
 struct Place {
@@ -269,8 +260,8 @@ Place minimise(const Balance& balance, const Model& model, const VectorXd& from,
     // its first guess.
     const VectorXd most = 10.0 * here.numbers.array().max(0.1 * from.array());
     const VectorXd least = here.numbers.array().min(1e-3 * from.array()).max(1e-9 * from.array());
-    VectorXd next = here.numbers + bounded_minimum(a, g, least - here.numbers);
-    next = next.array().min(most.array());
+    const VectorXd side = a * (here.numbers - least) - g;
+    const VectorXd next = (least + solve_nonnegative(a, side, side.size())).array().min(most.array());
     const Place there = at(next, false);
     if (!(there.squares() < here.squares())) {
       damping *= 4.0;

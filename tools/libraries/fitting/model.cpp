@@ -156,11 +156,9 @@ Eigen::VectorXd FitModel::force(const FitValues& p) {
 }
 
 /// Differentiates the force by a parameter or by its logarithm, by differences. The steps are far above
-/// rounding, and the force is smooth over them. With the rule keep the force has waves, which need other
-/// steps.
+/// rounding, and the force is smooth over them.
 Eigen::VectorXd FitModel::bent_derivative(const FitValues& p, FitParameter parameter, bool central) {
-  const bool keep = options_.rule == bristle::SnapRule::keep;
-  const double smooth = !keep ? 0.02 : parameter == fit_spread ? 0.05 : 0.01;
+  constexpr double smooth = 0.02;
   const double step = parameter == fit_renewal     ? smooth * (1.0 + p[fit_renewal])
                       : parameter == fit_softening ? 0.002
                                                    : smooth;

@@ -158,7 +158,6 @@ std::vector<double> PathForce::find(const BrushShape& shape, double length, cons
 
 std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, double length, const Past& past,
                                        Detail detail, bool everywhere) {
-  if (shape.rule == SnapRule::keep) return kept_force(path_, shape, length / lever, past, detail, everywhere);
   Brush& brush = brush_of(shape, detail);
   const double scale = lever * unit_length / length, kinetic = brush.material.kinetic_coefficient();
   const double steady = steady_path(shape) * unit_length, slide = std::min(steady, 3000.0 * unit_length);

@@ -1,6 +1,6 @@
 // Computes the expected friction of a brush along a measured path, free of noise and smooth in the
-// parameters, as a fit needs it. By the snap rule the library's infinite brush (redraw), strata (slide), or
-// evenly sampled bristles that keep their lengths (keep) step along the path.
+// parameters, as a fit needs it. By the snap rule the library's infinite brush (redraw) or strata (slide)
+// step along the path.
 #pragma once
 
 #include <list>
@@ -58,9 +58,9 @@ struct BrushShape {
 
 /// Accuracy with which friction along a path is computed: less to search, more for the final fit.
 enum class Detail : unsigned char {
-  search,  ///< redraw: error 0.8 % rms at most; slide: 32 strata; keep: 512 bristles
-  refine,  ///< redraw: error 0.2 % rms at most; slide: 64 strata; keep: 2048 bristles
-  finish   ///< redraw: error 0.05 % rms at most; slide and keep: as refine
+  search,  ///< redraw: error 0.8 % rms at most; slide: 32 strata
+  refine,  ///< redraw: error 0.2 % rms at most; slide: 64 strata
+  finish   ///< redraw: error 0.05 % rms at most; slide: as refine
 };
 
 /// Ring of a turning contact: all its points move equally far.
@@ -100,10 +100,5 @@ class PathForce {
   double most_load_ = 0.0;
   std::list<std::unique_ptr<Brush>> made_;  // cache of brushes, the most recently used first
 };
-
-/// Returns the friction along a path of bristles that keep their snap lengths (SnapRule::keep), in the form
-/// of PathForce::find.
-std::vector<double> kept_force(const std::vector<PathPoint>& path, const BrushShape& shape,
-                               double presliding_length_m, const Past& past, Detail detail, bool everywhere);
 
 }  // namespace cli

@@ -18,9 +18,8 @@ using bristle::SnapRule;
 
 // Share of the travel that has to lead backwards, for a record to determine the sensor's offset.
 constexpr double least_back = 0.02;
-// Factor from one presliding length that a search tries to the next. With kept snap lengths it is smaller,
-// because minima are narrow.
-constexpr double length_factor = 1.7, length_factor_kept = 1.2;
+// Factor from one presliding length that a search tries to the next.
+constexpr double length_factor = 1.7;
 // Delays of a sensor (first-order low-pass) from which a fit starts, in intervals between samples.
 constexpr double tried_delays[] = {0.5, 5.0};
 // Loss in twice the log likelihood, up to which the shortest presliding length counts as fitting as well as
@@ -45,9 +44,10 @@ double share_back(const std::vector<PathPoint>& path) {
   return 0.5 * (1.0 - away / std::max(travel, 1e-300));
 }
 
-/// Returns the lowest local minima of the error, at most `most`, in a row of points ordered by presliding
+/// Returns the lowest local minima of the error, at most three, in a row of points ordered by presliding
 /// length.
-std::vector<FitPoint> valleys(const std::vector<FitPoint>& row, std::size_t most) {
+std::vector<FitPoint> valleys(const std::vector<FitPoint>& row) {
+  constexpr std::size_t most = 3;
   std::vector<FitPoint> low;
   for (std::size_t i = 0; i < row.size(); ++i) {
     const bool hill =
@@ -105,22 +105,15 @@ FitPoint Fitter::search_grid() {
   // Fits no lubricant to a record of a single speed, in which it looks like friction of the brush.
   if (several_speeds()) linear.push_back(fit_viscous);
   const double low = model_.lowest(fit_length), high = model_.highest(fit_length);
-  // Tries closely spaced lengths if bristles keep their snap lengths. Their force has waves, so the sum of
-  // squares has many narrow minima.
-  const bool keep = options_.rule == SnapRule::keep;
-  const int count =
-      static_cast<int>(std::log(high / low) / std::log(keep ? length_factor_kept : length_factor)) + 2;
-  std::vector<double> spreads = keep                               ? std::vector<double>{0.12, 0.25, 0.5, 1.0}
-                                : options_.rule == SnapRule::slide ? std::vector<double>{0.15, 0.5, 1.5}
-                                                                   : std::vector<double>{0.2, 0.5};
+  const int count = static_cast<int>(std::log(high / low) / std::log(length_factor)) + 2;
+  std::vector<double> spreads{0.2, 0.5};
+  if (options_.rule == SnapRule::slide) spreads = {0.15, 0.5, 1.5};
   if (!has_spread(options_.law)) spreads = {1.0};
   std::vector<FitPoint> row;
-  std::vector<std::vector<FitPoint>> of_spreads(spreads.size());
   for (int i = 0; i < count && !(fit_stopped() && !row.empty()); ++i) {
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < spreads.size(); ++k) {
-      const double spread = spreads[k];
+    for (const double spread : spreads) {
       FitValues shape = fit_defaults;
       shape[fit_residual] = options_.residual.value_or(0.0);
       shape[fit_renewal] = options_.renewal.value_or(0.0);
@@ -128,7 +121,6 @@ FitPoint Fitter::search_grid() {
       shape[fit_spread] = std::min(spread, 0.9 * model_.highest(fit_spread));
       const FitPoint point = linear_start(shape, linear);
       if (point.values[fit_kinetic] > 0.0 && better(point, best)) best = point;
-      if (point.values[fit_kinetic] > 0.0) of_spreads[k].push_back(point);
     }
     // Leaves out a presliding length at which no spread gives positive friction.
     if (best.sum_of_squares < std::numeric_limits<double>::infinity()) row.push_back(best);
@@ -138,15 +130,7 @@ FitPoint Fitter::search_grid() {
   for (const FitParameter p : bending()) free.push_back(p);
   FitPoint best;
   best.sum_of_squares = std::numeric_limits<double>::infinity();
-  std::vector<FitPoint> starts = valleys(row, 3);
-  // Also starts from the best lengths of each spread, with the rule keep. A large spread fits fairly at all
-  // lengths, and would hide a better fit of small spread.
-  for (const std::vector<FitPoint>& of_spread : of_spreads)
-    if (keep) {
-      const std::vector<FitPoint> low_points = valleys(of_spread, 2);
-      starts.insert(starts.end(), low_points.begin(), low_points.end());
-    }
-  for (FitPoint& start : starts) {
+  for (FitPoint& start : valleys(row)) {
     start.values[fit_viscous] = 0.0;
     start.free = free;
     if (!resolves(start)) take_out(start.free, fit_spread);
@@ -170,7 +154,6 @@ Found Fitter::search_plain() {
     throw UserError(fmt::format("{}: the force never opposes the motion as friction does: nothing to fit",
                                 data_.columns.name));
   core = try_starts(core);
-  if (options_.rule == SnapRule::keep) core = polish(core);
   const FitPoint whole = add_speed_terms(core);
   for (const FitParameter p : {fit_residual, fit_renewal}) {
     const bool held = p == fit_residual ? options_.residual.has_value() : options_.renewal.has_value();
@@ -185,8 +168,7 @@ Found Fitter::search_plain() {
 /// Starts from little and from more rubbing (residual and shared renewal). Keeps what lowers the residuals
 /// enough to justify its parameters.
 Found Fitter::add_rubbing(const Found& plain) {
-  why_ = plain.why;
-  notes_ = plain.notes;
+  go_on(plain);
   FitPoint best = plain.point;
   if (!contains(best.free, fit_length)) return plain;
   constexpr double tried[][2] = {{0.0, 1.0}, {0.3, 1.0}, {0.6, 0.5}};
@@ -209,8 +191,7 @@ Found Fitter::add_rubbing(const Found& plain) {
 }
 
 Found Fitter::with_speed_terms(const Found& plain) {
-  why_ = plain.why;
-  notes_ = plain.notes;
+  go_on(plain);
   FitPoint best = plain.point;
   if (contains(best.free, fit_damping) || (!several_speeds() && !slow_turns()) || fit_stopped()) return plain;
   for (const FitPoint& candidate : speed_candidates(plain.point))
@@ -219,42 +200,7 @@ Found Fitter::with_speed_terms(const Found& plain) {
   best = minimise(model_, best);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck})
     if (contains(best.free, p)) why_[p].clear();
-  return found(options_.rule == SnapRule::keep ? polish(best) : best);
-}
-
-/// Refines a fit with kept snap lengths, whose sum of squares has waves in which Levenberg-Marquardt gets
-/// stuck. Tries a grid of lengths and spreads about the point, then ever smaller steps from the best one. In
-/// the other parameters, except the Stribeck velocity, the force is linear.
-FitPoint Fitter::polish(const FitPoint& point) {
-  if (!contains(point.free, fit_length) || !contains(point.free, fit_kinetic)) return point;
-  FitParameterSet linear;
-  for (const FitParameter p : point.free)
-    if (!FitModel::bends(p) && p != fit_stribeck) linear.push_back(p);
-  const bool spreads = contains(point.free, fit_spread);
-  assume(model_, point);
-  FitPoint best = point;
-  const auto try_at = [&](const FitPoint& about, double log_length, double log_spread) {
-    FitValues bent = about.values;
-    const auto move = [&](FitParameter p, double by) {
-      bent[p] = std::clamp(bent[p] * std::exp(by), model_.lowest(p), 0.99 * model_.highest(p));
-    };
-    move(fit_length, log_length);
-    if (spreads) move(fit_spread, log_spread);
-    FitPoint other = linear_start(bent, linear);
-    other.free = point.free;
-    if (other.values[fit_kinetic] > 0.0 && better(other, best)) best = other;
-  };
-  for (int i = -2; i <= 2; ++i)
-    for (int k = spreads ? -4 : 0; k <= (spreads ? 4 : 0); ++k) try_at(point, 0.004 * i, 0.05 * k);
-  for (double part = 1.0; part > 0.03 && !fit_stopped();) {
-    const FitPoint from = best;
-    for (const double sign : {-1.0, 1.0}) {
-      try_at(from, 0.003 * part * sign, 0.0);
-      if (spreads) try_at(from, 0.0, 0.04 * part * sign);
-    }
-    if (!better(best, from)) part *= 0.5;
-  }
-  return best;
+  return found(best);
 }
 
 /// Returns whether the parameters of `point`, which has one or two more than `core`, promise at least half of
@@ -271,8 +217,7 @@ bool Fitter::promises(const FitPoint& point, const FitPoint& core) {
 /// both. Takes what lowers the residuals enough to justify its parameters. Adds terms of speed to a brush
 /// that had none.
 Found Fitter::add_stage(const Found& plain) {
-  why_ = plain.why;
-  notes_ = plain.notes;
+  go_on(plain);
   const FitPoint& core = plain.point;
   FitPoint best = core;
   const auto attempt = [&](FitPoint point) {
@@ -309,13 +254,12 @@ Found Fitter::add_stage(const Found& plain) {
 Found Fitter::with_free_law(const Found& start, std::vector<double>& quantiles) {
   FreeLaw free = find_free_law(model_, options_, start.point);
   quantiles = std::move(free.quantiles);
-  why_ = start.why;
+  go_on(start);
   return found(free.point);
 }
 
 Found Fitter::fit_again(const Found& start) {
-  why_ = start.why;
-  notes_ = start.notes;
+  go_on(start);
   return found(start.point.free.empty() ? start.point : try_starts(minimise(model_, start.point)));
 }
 

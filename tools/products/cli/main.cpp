@@ -535,7 +535,8 @@ Action add_fit(CLI::App* command) {
               {"exponential", bristle::SnapLaw::exponential},
               {"free", bristle::SnapLaw::table}},
              options.law, "Family of snap lengths (default lognormal); free: any, with --rule slide");
-  add_rule(command, options.rule, "What a bristle does at its limit (default: what predicts better)");
+  add_choice(command, "--rule", {{"redraw", bristle::SnapRule::redraw}, {"slide", bristle::SnapRule::slide}},
+             options.rule, "What a bristle does at its limit (default: what predicts better)");
   add_choice(
       command, "--decay",
       {{"exponential", bristle::DamperDecay::exponential}, {"gaussian", bristle::DamperDecay::gaussian}},
