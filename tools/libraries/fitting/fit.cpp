@@ -182,7 +182,7 @@ double Fitter::bristles_shown(const FitPoint& point, const Eigen::VectorXd& resi
 Eigen::MatrixXd Fitter::covariance_with_chance(const FitPoint& point, const Eigen::MatrixXd& j,
                                                const Eigen::VectorXd& r) {
   const Eigen::MatrixXd shown = covariance(j, r, correlated_samples(r));
-  if (options_.rule == bristle::SnapRule::slide) return shown;
+  if (options_.rule == bristle::SnapRule::slide || !contains(point.free, fit_length)) return shown;
   const Eigen::Index pairs = r.size() - 1;
   const double noise = (r.tail(pairs) - r.head(pairs)).squaredNorm() / (2.0 * static_cast<double>(pairs));
   const double most_load = *std::max_element(data_.load.begin(), data_.load.end());
