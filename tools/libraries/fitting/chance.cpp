@@ -10,9 +10,10 @@
 namespace cli {
 namespace {
 
-// Number of simulated bristles, by which a variance is known within 6 %, and of the snap lengths from which
-// they draw, evenly spread over the law.
-constexpr int simulated = 500, lengths = 4096;
+// Number of simulated bristles, by which a variance is known within 6 %.
+constexpr int simulated = 500;
+// Number of snap lengths, evenly spread over the law, from which bristles sample theirs.
+constexpr int sampled_lengths = 4096;
 // Longest move between two samples that is simulated as a whole, in mean snap lengths: by its end bristles
 // have forgotten its beginning.
 constexpr double longest_move = 10.0;
@@ -25,8 +26,9 @@ class RandomBristles {
  public:
   RandomBristles(const bristle::Material& material, const std::vector<Ring>& rings)
       : material_(material), length_(material.snap_length.mean()) {
-    for (int i = 0; i < lengths; ++i)
-      strengths_.push_back(material.residual_length + material.snap_length.quantile((i + 0.5) / lengths));
+    for (int i = 0; i < sampled_lengths; ++i)
+      strengths_.push_back(material.residual_length +
+                           material.snap_length.quantile((i + 0.5) / sampled_lengths));
     double share = 0.0;
     std::size_t ring = 0;
     for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -74,7 +76,7 @@ class RandomBristles {
   };
   double place_of(std::size_t i) const { return (static_cast<double>(i) + 0.5) / simulated; }
   double flat() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
-  double drawn() { return strengths_[random_() % lengths]; }
+  double drawn() { return strengths_[random_() % sampled_lengths]; }
   /// Gives a bristle the residual deflection and a fresh length, and moves it on by the path `left`.
   void renew(Bristle& b, double ex, double ey, double left) {
     const double bent = material_.residual_length + left;
