@@ -2,6 +2,7 @@
 // usage: node tools/products/page/check.mjs BRISTLE_PAGE_WASM GOLDEN_HASH_CSV
 import fs from 'node:fs';
 import {openLibrary} from './web/library.mjs';
+import {slidersOf} from './web/settings.mjs';
 
 const [wasm, golden] = process.argv.slice(2);
 let failed = 0;
@@ -15,9 +16,12 @@ const native = fs.readFileSync(golden, 'utf8').trim().split('\n').slice(1).map((
 const here = library.goldenHashes();
 require_(native.length > 20 && here.join() === native.join(), `the ${native.length} state hashes on record, as WebAssembly`);
 
-const settings = (kinetic, contact = 0, spring = 60) =>
-  [contact, 1000, 1, spring, kinetic, 1.25 * kinetic, 0.5e-3, 0.1, 1, 0, 2.7];
+const settings = (kinetic, contact = 0, spring = 60) => [contact, 1000, 1, spring,
+  {kinetic, peak: 1.25 * kinetic, presliding_length: 0.5e-3, damping_per_newton: 2.7, stribeck_velocity: 0.02}];
 require_(library.configure(...settings(0.4)) === '', 'settings are taken');
+for (const slider of slidersOf(library.coefficients))
+  require_(slider.low < slider.high && slider.first >= slider.low && slider.first <= slider.high && slider.help.length > 10,
+    `slider ${slider.name}: ${slider.text(slider.low)} to ${slider.text(slider.high)}, at first ${slider.text(slider.first)}`);
 for (let i = 0; i < 1000; ++i) {
   if (library.configure(...settings(-1)).length > 10) continue;
   require_(false, 'a negative coefficient is refused');

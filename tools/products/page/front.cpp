@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <string>
+#include <type_traits>
+
+#include <fmt/format.h>
+#include <bristle/fields.hpp>
 
 #include "block.hpp"
 #include "comparison.hpp"
@@ -15,6 +19,15 @@ namespace {
 page::Block& block() {
   static page::Block it;
   return it;
+}
+
+/// Calls visit(field) for the numbers of Coefficients, in the order of the library's table of fields.
+template <class Visit>
+void for_each_coefficient(Visit&& visit) {
+  bristle::for_each_field<bristle::Coefficients>([&visit](const auto& field) {
+    using Member = std::remove_cvref_t<decltype(field.member)>;
+    if constexpr (std::is_same_v<Member, double bristle::Coefficients::*>) visit(field);
+  });
 }
 
 }  // namespace
@@ -32,27 +45,39 @@ BRISTLE_PAGE(golden_hashes) const char* golden_hashes() {
   return text.c_str();
 }
 
-/// Applies the page's settings. `contact` is 0 for bristles that snap, 1 for the infinite brush, 2 for
-/// bristles that slide. Throws bristle::Error, after which the settings are unchanged.
+/// Returns the numbers of bristle::Coefficients as the library's table of fields lists them, one a line:
+/// name, unit, meaning, least value, largest value, default, with tabs between.
+BRISTLE_PAGE(coefficients) const char* coefficients() {
+  static const std::string text = [] {
+    std::string lines;
+    for_each_coefficient([&lines](const auto& field) {
+      lines += fmt::format("{}\t{}\t{}\t{}\t{}\t{}\n", field.name, field.about.unit, field.about.text,
+                           field.about.least, field.about.most, bristle::Coefficients{}.*field.member);
+    });
+    return lines;
+  }();
+  return text.c_str();
+}
+
+/// Returns where JavaScript writes the coefficients that configure() takes: a value for each line of
+/// coefficients().
+BRISTLE_PAGE(coefficient_values) double* coefficient_values() {
+  static std::array<double, 64> values;
+  return values.data();
+}
+
+/// Applies coefficient_values() and other settings. `contact` is 0 for bristles that snap, 1 for the infinite
+/// brush, 2 for bristles that slide. Throws bristle::Error, after which the settings are unchanged.
 BRISTLE_PAGE(configure)
-void configure(int contact, int bristle_count, double normal_load, double spring_stiffness,
-               double kinetic_coefficient, double peak_coefficient, double presliding_length,
-               double residual_share, double shared_renewal, double growth_per_decade,
-               double damping_per_newton) {
+void configure(int contact, int bristle_count, double normal_load, double spring_stiffness) {
   page::BlockSettings settings;
   settings.infinite = contact == 1;
   settings.bristles = static_cast<std::uint32_t>(bristle_count);
   settings.normal_load = normal_load;
   settings.spring_stiffness = spring_stiffness;
-  settings.coefficients.with_rule(contact == 2 ? bristle::SnapRule::slide : bristle::SnapRule::redraw)
-      .with_kinetic(kinetic_coefficient)
-      .with_peak(peak_coefficient)
-      .with_presliding_length(presliding_length)
-      .with_residual_share(residual_share)
-      .with_shared_renewal(shared_renewal)
-      .with_growth_per_decade(growth_per_decade)
-      .with_damping_per_newton(damping_per_newton)
-      .with_stribeck_velocity(0.02);  // speed over which the damping of bristles fades, m/s
+  settings.coefficients.with_rule(contact == 2 ? bristle::SnapRule::slide : bristle::SnapRule::redraw);
+  const double* value = coefficient_values();
+  for_each_coefficient([&](const auto& field) { settings.coefficients.*field.member = *value++; });
   block().set(settings);
 }
 

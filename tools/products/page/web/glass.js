@@ -24,7 +24,7 @@ function makeGlass() {
     draw(library, state, settings) {
       const {context, width, height} = view;
       const spacing = width > 700 ? 15 : 12;
-      const scale = 2.0 * spacing / settings.length;  // scale of the drawing, pixels per metre
+      const scale = 2.0 * spacing / settings.presliding_length;  // scale of the drawing, pixels per metre
       const wanted = Math.min(Math.floor(width / spacing) - 2, 512);
       const shown = settings.contact === 'cohorts' ? wanted : Math.min(wanted, Math.floor(state.active));
       const bends = library.bends(Math.max(shown, 1));
@@ -36,8 +36,8 @@ function makeGlass() {
       const groups = [[], [], [], []];  // bristles grouped by bend, so that each colour is set once
       for (let i = 0; i < shown; ++i) {
         const bend = bends[i];
-        const share = Math.abs(bend) / settings.length;
-        const snapped = Math.abs(before[i]) - Math.abs(bend) > 0.4 * settings.length;
+        const share = Math.abs(bend) / settings.presliding_length;
+        const snapped = Math.abs(before[i]) - Math.abs(bend) > 0.4 * settings.presliding_length;
         before[i] = bend;
         groups[snapped ? 3 : share > 1.0 ? 2 : share > 0.5 ? 1 : 0].push(i);
       }
@@ -55,10 +55,10 @@ function makeGlass() {
         context.lineWidth = g === 3 ? 3 : 2;
         context.stroke();
       });
-      const bar = settings.length * scale;
+      const bar = settings.presliding_length * scale;
       stroke(context, [width - 12 - bar, height - 8, width - 12, height - 8], colours.ink, 2);
       context.fillStyle = colours['floor-fill'];
-      const barText = lengthText(settings.length);
+      const barText = lengthText(settings.presliding_length);
       context.font = `12px ${colours.font}`;
       const textWidth = context.measureText(barText).width;
       context.fillRect(width - 20 - bar - textWidth - 4, height - 19, textWidth + 8, 18);

@@ -3,7 +3,7 @@
 
 function makeHand(library, scene) {
   const pullSpeed = 0.004;  // m/s
-  const keyWay = 0.001;     // distance that a key press moves the hand, m
+  const keyStep = 0.001;     // distance that a key press moves the hand, m
   let owner = null;         // what moves the hand: null, 'pointer', 'keys', 'pull' or 'rub'
   let wanted = 0;
   let offset = 0;
@@ -39,10 +39,10 @@ function makeHand(library, scene) {
   for (const end of ['pointerup', 'pointercancel'])
     scene.canvas.addEventListener(end, () => { if (owner === 'pointer') letGo(); });
   scene.canvas.addEventListener('keydown', (event) => {
-    const way = {ArrowLeft: -keyWay, ArrowRight: keyWay}[event.key];
-    if (way) {
+    const move = {ArrowLeft: -keyStep, ArrowRight: keyStep}[event.key];
+    if (move) {
       if (owner !== 'keys') take('keys', now());
-      wanted += way;
+      wanted += move;
       library.moveHand(wanted);
       event.preventDefault();
     } else if (event.key === 'Escape') {
@@ -62,7 +62,7 @@ function makeHand(library, scene) {
         if (time === 0) began = state.steps * 1e-3;
         library.moveHand(wanted + pullSpeed * time);
       } else if (owner === 'rub') {
-        const reach = 1.15 * state.peak / settings.spring + 2 * settings.length;
+        const reach = 1.15 * state.peak / settings.spring + 2 * settings.presliding_length;
         library.moveHand(wanted + reach * Math.sin(2 * Math.PI * time / 1.6));
       }
     },

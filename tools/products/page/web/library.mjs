@@ -6,14 +6,24 @@ export async function openLibrary(bytes) {
   const memory = wasm.memory;
   const numbers = (at, count) => new Float64Array(memory.buffer, at, count);
   const fields = ['position', 'velocity', 'hand', 'held', 'friction', 'kinetic', 'peak', 'steps', 'bristles', 'active'];
+  const coefficients = text(wasm.coefficients()).trim().split('\n').map((line) => {
+    const [name, unit, meaning, least, most, first] = line.split('\t');
+    return {name, unit, meaning, least: Number(least), most: Number(most), first: Number(first)};
+  });
   return {
     version: text(wasm.version()),
+    /** Numbers of the library's Coefficients, from its table of fields: name, unit, meaning, range, default. */
+    coefficients,
     /** Returns the state hashes of scripted patches, in the order of tests/data/golden_hash.csv. */
     goldenHashes: () => text(wasm.golden_hashes()).trim().split(' '),
-    /** Applies settings. Returns an empty text, or the error message of the library. */
-    configure(...settings) {
+    /**
+     * Applies settings, with coefficients by their names; those left out get their defaults. Returns an empty text, or the
+     * error message of the library.
+     */
+    configure(contact, bristles, load, spring, named) {
+      numbers(wasm.coefficient_values(), coefficients.length).set(coefficients.map(({name, first}) => named[name] ?? first));
       try {
-        guarded(() => wasm.configure(...settings));
+        guarded(() => wasm.configure(contact, bristles, load, spring));
         return '';
       } catch (error) {
         if (!(error instanceof Refusal)) throw error;

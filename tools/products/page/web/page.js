@@ -64,7 +64,7 @@ async function main() {
       slide: 'A bristle does not snap: bent by its snap length, it slides. After a slide all are bent, so the next peak is higher.',
     }[settings.values.contact];
   };
-  settings = makeSettings(document.getElementById('sliders'), apply);
+  settings = makeSettings(document.getElementById('sliders'), library.coefficients, apply);
   apply();
 
   const scene = makeScene();

@@ -87,7 +87,7 @@ function makeCurve() {
           low = Math.min(low, x);
           high = Math.max(high, x);
         }
-      const least = 5 * settings.length;
+      const least = 5 * settings.presliding_length;
       const pad = Math.max(0.06 * (high - low), 0.5 * (least - (high - low)));
       axes.x0 = low - pad;
       axes.x1 = high + pad;

@@ -9,27 +9,36 @@ function lengthText(metres) {
 }
 const percentText = (share) => `${shortNumber(100 * share, 2)} %`;
 
-// Table of sliders. With `scale: 'log'`, equal distances on the slider are equal ratios of the value.
+// Sliders of the page. `name` is a field of the library's Coefficients, or another setting, which has a `help` and a `first`
+// value of its own. A slider has a part of the range that the library allows. With `scale: 'log'`, equal distances on the slider
+// are equal ratios of the value.
 const sliderTable = [
   {name: 'bristles', label: 'Bristles', low: 30, high: 30000, first: 1000, scale: 'log', whole: true,
    text: (v) => v.toLocaleString('en'), help: 'Representatives in contact. Fewer fluctuate more.'},
-  {name: 'normalLoad', label: 'Normal load', low: 0.2, high: 3, first: 1, text: (v) => `${v.toFixed(2)} N`,
+  {name: 'normal_load', label: 'Normal load', low: 0.2, high: 3, first: 1, text: (v) => `${v.toFixed(2)} N`,
    help: 'Presses block and floor together.'},
-  {name: 'kinetic', label: 'Kinetic coefficient', low: 0.05, high: 1.2, first: 0.4, text: (v) => v.toFixed(2),
-   help: 'Friction over load in sliding.'},
-  {name: 'peak', label: 'Peak above kinetic', low: 0, high: 0.6, first: 0.25, text: percentText,
+  {name: 'kinetic', low: 0.05, high: 1.2},
+  {name: 'peak_above_kinetic', label: 'Peak above kinetic', low: 0, high: 0.6, first: 0.25, text: percentText,
    help: 'How much more breaks the block away at first loading.'},
-  {name: 'length', label: 'Presliding length', low: 20e-6, high: 2e-3, first: 0.5e-3, scale: 'log', text: lengthText,
-   help: 'How far a bristle bends, on average, before it snaps.'},
-  {name: 'residual', label: 'Residual share', low: 0, high: 0.4, first: 0.1, text: percentText,
-   help: 'Share of the presliding length that a snap leaves.'},
-  {name: 'renewal', label: 'Shared renewal', low: 0, high: 3, first: 1, text: (v) => v.toFixed(2),
-   help: 'Bristles that a snap renews beside its own. 0: rubbing hardens the contact, as in the paper.'},
-  {name: 'growth', label: 'Growth per decade of rest', low: 0, high: 0.1, first: 0, text: percentText,
-   help: 'Static friction grows while the block rests.'},
+  {name: 'presliding_length', low: 20e-6, high: 2e-3, scale: 'log', first: 0.5e-3},  // bends that can be seen
+  {name: 'residual_share', low: 0, high: 0.4, text: percentText},
+  {name: 'shared_renewal', low: 0, high: 3},
+  {name: 'growth_per_decade', low: 0, high: 0.1, text: percentText},
   {name: 'spring', label: 'Spring of the hand', low: 10, high: 600, first: 60, scale: 'log',
    text: (v) => `${shortNumber(v)} N/m`, help: 'Soft springs stick and slip; stiff ones show the peak.'},
 ];
+
+/** Returns the table of sliders, with names, units, ranges, defaults and texts of the library's coefficients filled in. */
+export function slidersOf(coefficients) {
+  return sliderTable.map((row) => {
+    const field = coefficients.find(({name}) => name === row.name);
+    if (!field) return row;
+    const label = field.name[0].toUpperCase() + field.name.slice(1).replaceAll('_', ' ');
+    const text = field.unit === 'm' ? lengthText : (v) => `${v.toFixed(2)} ${field.unit}`.trim();
+    return {label, text, first: field.first, help: field.meaning, ...row,
+      low: Math.max(row.low, field.least), high: Math.min(row.high, field.most)};
+  });
+}
 
 function sliderValue(row, share) {
   const value = row.scale === 'log' ? row.low * (row.high / row.low) ** share : row.low + (row.high - row.low) * share;
@@ -40,9 +49,9 @@ function sliderShare(row, value) {
                              : (value - row.low) / (row.high - row.low);
 }
 
-function makeSettings(parent, changed) {
+function makeSettings(parent, coefficients, changed) {
   const settings = {contact: 'bristles'};
-  const rows = sliderTable.map((row) => {
+  const rows = slidersOf(coefficients).map((row) => {
     const box = document.createElement('div');
     box.className = 'slider';
     box.title = row.help;
@@ -68,7 +77,7 @@ function makeSettings(parent, changed) {
     set(row.first);
     return {row, box, input, set};
   });
-  const withoutEffect = {bristles: [], cohorts: ['bristles'], slide: ['residual', 'renewal']};
+  const withoutEffect = {bristles: [], cohorts: ['bristles'], slide: ['residual_share', 'shared_renewal']};
   const idle = () => {
     for (const {row, box, input} of rows) {
       input.disabled = withoutEffect[settings.contact].includes(row.name);
@@ -87,11 +96,14 @@ function makeSettings(parent, changed) {
 // so that a block at rest stops swinging; bristles alone do not damp.
 const blockMass = 0.1;  // kg
 function dampingPerNewton(s) {
-  const stiffness = s.kinetic * s.normalLoad / s.length;
-  return 0.3 * Math.sqrt(stiffness * blockMass) / s.normalLoad;
+  const stiffness = s.kinetic * s.normal_load / s.presliding_length;
+  return 0.3 * Math.sqrt(stiffness * blockMass) / s.normal_load;
 }
+const fadingSpeed = 0.02;  // speed over which the damping of bristles fades, m/s
 
 function applySettings(library, s) {
-  return library.configure(['bristles', 'cohorts', 'slide'].indexOf(s.contact), s.bristles, s.normalLoad, s.spring, s.kinetic,
-    s.kinetic * (1 + s.peak), s.length, s.residual, s.renewal, s.growth, dampingPerNewton(s));
+  const derived = {peak: s.kinetic * (1 + s.peak_above_kinetic), damping_per_newton: dampingPerNewton(s),
+    stribeck_velocity: fadingSpeed};
+  return library.configure(['bristles', 'cohorts', 'slide'].indexOf(s.contact), s.bristles, s.normal_load, s.spring,
+    {...s, ...derived});
 }
