@@ -216,49 +216,6 @@ TEST_CASE("A block at rest presses with its weight and does not stir", "[room]")
   CHECK(speed(run.now()) < 1e-12);
 }
 
-TEST_CASE("A pushed block sticks, breaks away near its peak, slides at its kinetic friction, and stops",
-          "[room]") {
-  Settings settings = few_bristles();
-  settings.bristles = 4096;
-  settings.kinetic = 0.3;
-  settings.peak = 0.42;
-  settings.presliding_length = 50e-6;
-  settings.hand_damping = 20.0;
-  const double weight = settings.mass * g;
-  // Pushes the block low, so that the load of its corners hardly shifts: 30 mm/s through a spring of 40 N/m.
-  settings.hand_stiffness = 40.0;
-  Run run(settings,
-          {at_place(0.0, -0.0581, 0, 0.009), at_place(2.0, 0.0019, 0, 0.009), at_place(2.2, -0.1, 0, 0.009)});
-  double highest = 0.0, highest_limit = 0.0, stuck_way = 0.0;
-  while (run.now().time < 1.0) {
-    const Snapshot& s = run.tick();
-    highest = std::max(highest, -s.friction[0]);
-    if (s.applied[0] < 0.5 * settings.kinetic * weight) stuck_way = std::max(stuck_way, s.block_position[0]);
-    double limit = 0.0;
-    for (std::size_t i = 0; i < s.contacts; ++i) {
-      if (s.contact[i].between == Between::block_floor) limit += s.contact[i].limit;
-    }
-    highest_limit = std::max(highest_limit, limit);
-  }
-  CHECK(highest_limit == Approx(settings.peak * weight).epsilon(0.01));
-  CHECK(highest <= 1.02 * settings.peak * weight);
-  CHECK(highest > 0.5 * (settings.kinetic + settings.peak) * weight);
-  double sum = 0.0;
-  int count = 0;
-  while (run.now().time < 2.0) {
-    const Snapshot& s = run.tick();
-    if (s.block_velocity[0] < 0.01) continue;
-    sum += -s.friction[0];
-    ++count;
-  }
-  REQUIRE(count > 300);
-  CHECK(sum / count == Approx(settings.kinetic * weight).epsilon(0.03));
-  CHECK(run.now().block_position[0] > 0.02);
-  run.until(4.0);
-  CHECK(speed(run.now()) < 1e-3);
-  CHECK(stuck_way < settings.presliding_length);
-}
-
 TEST_CASE("The axis of a motion turns with it within a length, and keeps its sign when the motion comes back",
           "[room]") {
   constexpr double length = 1e-3;
@@ -282,8 +239,8 @@ TEST_CASE("The axis of a motion turns with it within a length, and keeps its sig
 }
 
 TEST_CASE(
-    "Along the motion one push shows the peak and slides at the kinetic line, aside and beside the middle "
-    "too",
+    "Along the motion a pushed block sticks, shows the peak and slides at the kinetic line, aside and beside "
+    "the middle too",
     "[room]") {
   struct Push {
     const char* says;
@@ -303,16 +260,24 @@ TEST_CASE(
     INFO(push.says);
     Run run(settings,
             {at_place(0.0, push.from[0], push.from[1], 0.009), at_place(2.3, push.to[0], push.to[1], 0.009)});
-    double highest = 0.0, sum = 0.0, farthest = 0.0;
+    double highest = 0.0, highest_limit = 0.0, stuck_way = 0.0, sum = 0.0, farthest = 0.0;
     int count = 0;
     while (run.now().time < 2.3) {
       const Snapshot& s = run.tick();
+      double limit = 0.0;
+      for (std::size_t i = 0; i < s.contacts; ++i)
+        limit += s.contact[i].between == Between::block_floor ? s.contact[i].limit : 0.0;
+      highest_limit = std::max(highest_limit, limit);
+      if (std::hypot(s.applied[0], s.applied[1]) < 0.5 * settings.kinetic * weight)
+        stuck_way = std::max(stuck_way, std::hypot(s.block_position[0], s.block_position[1]));
       highest = std::max(highest, -static_cast<double>(run.point().friction));
       farthest = std::max(farthest, static_cast<double>(run.point().displacement));
       if (std::hypot(s.block_velocity[0], s.block_velocity[1]) < 0.01 || s.time < 1.5) continue;
       sum -= static_cast<double>(run.point().friction);
       ++count;
     }
+    CHECK(highest_limit == Approx(settings.peak * weight).epsilon(0.01));
+    CHECK(stuck_way < settings.presliding_length);
     CHECK(highest <= 1.04 * settings.peak * weight);
     CHECK(highest > push.least_peak * settings.peak * weight);
     REQUIRE(count > 300);
@@ -720,39 +685,6 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   CHECK(run.now().settings.rule == bristle::SnapRule::keep);
 }
 
-TEST_CASE("A block breaks away later the longer it has lain on a surface that ages", "[room]") {
-  Settings settings = few_bristles();
-  settings.infinite = true;
-  settings.kinetic = 0.3;
-  settings.peak = 0.42;
-  settings.presliding_length = 50e-6;
-  settings.residual_share = settings.shared_renewal = 0.0;
-  settings.growth_per_decade = 0.2;
-  settings.ageing_time = 0.01;
-  settings.hand_stiffness = 40.0;
-  settings.hand_damping = 20.0;
-  // Strength beta of ageing per e-fold, set so that, per decade, friction falls with speed by ln 10 beta, and
-  // the peak grows at rest by twice as much.
-  const double beta = 0.5 * settings.growth_per_decade / std::log(10.0);
-  double highest[2] = {0.0, 0.0}, factor[2];
-  const double rests[2] = {0.3, 10.0};
-  for (int i = 0; i < 2; ++i) {
-    const double rest = rests[i];
-    Run run(settings, {at_place(0.0, -0.0581, 0, 0.009), at_place(rest, -0.0581, 0, 0.009),
-                       at_place(rest + 2.0, 0.0019, 0, 0.009)});
-    double age = 0.0;
-    while (run.now().time < rest + 1.0) {
-      const Snapshot& s = run.tick();
-      if (-s.friction[0] <= highest[i]) continue;
-      highest[i] = -s.friction[0];
-      age = s.time;
-    }
-    factor[i] = 1.0 + beta * std::log1p(age / settings.ageing_time);
-  }
-  REQUIRE(factor[1] > 1.08 * factor[0]);
-  CHECK(highest[1] / highest[0] == Approx(factor[1] / factor[0]).epsilon(0.015));
-}
-
 /// Returns the highest ratio of friction to load after a fast slide and a hold at rest of `hold` seconds.
 double peak_after(double hold, const bristle::Material& material) {
   bristle::PatchBatch batch;
@@ -960,14 +892,6 @@ TEST_CASE("The tour pushes below the peak, lets the block spring back, and then 
   CHECK(at(tour_hand_s - 0.2).block_position[0] - rest > 2.0 * options.settings.presliding_length);
   at(tour_hand_s + 0.5);
   CHECK_FALSE(now_of(loop).held);
-  // Checks that each part of the tour has its text, for all of its time.
-  double from = 0.0;
-  for (const TourPart& part : tour_parts) {
-    CHECK(tour_says(0.5 * (from + part.until_s)) == std::string(part.says));
-    from = part.until_s;
-  }
-  CHECK(from == tour_s);
-  CHECK(std::string(tour_says(tour_s)).empty());
 }
 
 TEST_CASE("Slow motion steps a share of the ticks, and a recording is never written over", "[room][hand]") {
@@ -1077,18 +1001,6 @@ TEST_CASE("A finger with a pad holds a block off its middle up to the torsional 
   const OffCentrePull point(0.0, false);
   CHECK(point.turned < -0.3);
   CHECK(point.torque == 0.0);
-}
-
-TEST_CASE("A pad without an extent is the point of before", "[room][pad]") {
-  const auto block_after = [](double radius) {
-    Settings s = few_bristles();
-    s.infinite = true;
-    s.pad_radius = radius;
-    Run run(s, {at_place(0.0, -0.065, 0.02, 0.03), at_place(1.0, -0.02, 0.02, 0.03)});
-    run.until(1.0);
-    return run.now().block_position[0];
-  };
-  CHECK(block_after(1e-9) == Approx(block_after(0.0)).margin(1e-7));
 }
 
 TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, without a jump", "[room][pad]") {
@@ -1579,6 +1491,16 @@ class Sender {
   sockaddr_in to_{};
 };
 
+/// Tries a condition every millisecond. Loopback usually delivers a packet at once, but does not promise it.
+template <class Condition>
+bool wait_for(Condition&& condition, int tries = 200) {
+  for (int k = 0; k < tries; ++k) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return false;
+}
+
 }  // namespace
 
 TEST_CASE("The network device takes positions, answers with forces, and refuses what is no packet",
@@ -1588,13 +1510,8 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
   Sender sender(device.port());
   Hand hand;
   CHECK_FALSE(device.read(0.0, hand));
-  // Tries repeatedly, because loopback usually delivers a packet at once, but does not promise it.
   const auto read = [&](double x) {
-    for (int k = 0; k < 200; ++k) {
-      if (device.read(0.0, hand) && hand.position[0] == x) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
+    return wait_for([&] { return device.read(0.0, hand) && hand.position[0] == x; });
   };
   sender.send(7, true, 0.01, 0.03, -1.0);
   REQUIRE(read(0.01));
@@ -1621,37 +1538,28 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
 TEST_CASE("No stray or repeated packet takes the network device's place", "[room]") {
   UdpDevice device(0, 60.0);
   Sender sender(device.port());
-  const auto wait_for = [&](std::uint64_t refused) {
+  const auto place_after = [&](std::uint64_t refused) {
     Hand hand;
-    for (int k = 0; k < 200 && device.refused() < refused; ++k) {
-      device.read(0.0, hand);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    wait_for([&] { return device.read(0.0, hand), device.refused() >= refused; });
     return hand.position[0];
   };
   // Sends a number far ahead, under which all later packets of the true device would count as old.
   sender.send(1, true, 0.1);
   sender.send(1 + 65537, true, 0.9);
-  CHECK(wait_for(1) == 0.1);
+  CHECK(place_after(1) == 0.1);
   sender.send(2, true, 0.2);
   sender.send(2, true, 0.9);
-  CHECK(wait_for(2) == 0.2);
+  CHECK(place_after(2) == 0.2);
   sender.send(2 + 65536, true, 0.3);  // not too far ahead, hence accepted
   sender.send(3, true, 0.9);
-  CHECK(wait_for(3) == 0.3);
+  CHECK(place_after(3) == 0.3);
 }
 
 TEST_CASE("The network device is lost after a silence, and comes back with any packet", "[room]") {
   UdpDevice device(0);
   Sender sender(device.port());
   Hand hand;
-  const auto read = [&] {
-    for (int k = 0; k < 200; ++k) {
-      if (device.read(0.0, hand)) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
-  };
+  const auto read = [&] { return wait_for([&] { return device.read(0.0, hand); }); };
   sender.send(7, true, 0.01);
   REQUIRE(read());
   std::this_thread::sleep_for(std::chrono::milliseconds(150));
@@ -1671,21 +1579,16 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   HapticLoop loop(options);
   Exchange& exchange = loop.exchange();
   loop.start();
-  const auto wait_for = [&](auto&& condition) {
-    for (int k = 0; k < 5000; ++k) {
-      exchange.room.refresh();
-      if (condition(exchange.room.latest())) return true;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
+  const auto comes = [&](auto&& condition) {
+    return wait_for([&] { return exchange.room.refresh(), condition(exchange.room.latest()); }, 5000);
   };
-  CHECK(wait_for([](const Snapshot& s) { return s.time > 0.05; }));
+  CHECK(comes([](const Snapshot& s) { return s.time > 0.05; }));
   Settings settings = few_bristles();
   settings.kinetic = 0.2;
   settings.peak = 0.24;
   settings.bristles = 1024;
   exchange.settings.write(settings);
-  CHECK(wait_for([](const Snapshot& s) { return s.settings.bristles == 1024 && s.settings.kinetic == 0.2; }));
+  CHECK(comes([](const Snapshot& s) { return s.settings.bristles == 1024 && s.settings.kinetic == 0.2; }));
   MouseHand mouse;
   mouse.holds = true;
   for (int k = 0; k <= 300; ++k) {
@@ -1694,15 +1597,15 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
     exchange.mouse.write(mouse);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] > 0.01; }));
+  CHECK(comes([](const Snapshot& s) { return s.block_position[0] > 0.01; }));
   mouse.holds = false;  // releases the tool where the block will return to
   exchange.mouse.write(mouse);
   exchange.acts.push(Act::reset);
-  CHECK(wait_for([](const Snapshot& s) { return s.block_position[0] < 0.005; }));
+  CHECK(comes([](const Snapshot& s) { return s.block_position[0] < 0.005; }));
   exchange.acts.push(Act::pause);
-  CHECK(wait_for([](const Snapshot& s) { return s.paused; }));
+  CHECK(comes([](const Snapshot& s) { return s.paused; }));
   exchange.acts.push(Act::run);
-  CHECK(wait_for([](const Snapshot& s) { return !s.paused; }));
+  CHECK(comes([](const Snapshot& s) { return !s.paused; }));
 
   exchange.room.refresh();
   double before = exchange.room.latest().time, went_on = 0.0;
@@ -1715,7 +1618,7 @@ TEST_CASE("The loops run beside each other: settings arrive, acts are served, a 
   loop.stop();
   const double stopped = now_of(loop).time;
   loop.start();
-  CHECK(wait_for([&](const Snapshot& s) { return s.time > stopped; }));
+  CHECK(comes([&](const Snapshot& s) { return s.time > stopped; }));
   loop.stop();
 }
 
