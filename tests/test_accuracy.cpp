@@ -231,21 +231,6 @@ TEST_CASE("Patches with kept lengths that differ in the seed are independent", "
   }
 }
 
-TEST_CASE("Seeds that scramble err no more on the virgin curve than the golden ratio", "[accuracy][seeds]") {
-  // Expects the mean of x mod delta over the snap lengths of each rotation of the golden-ratio sequence.
-  const double x = 8e-6;
-  constexpr int n = 2000, seeds = 200;
-  double rotated = 0.0;
-  for (int s = 0; s < seeds; ++s) {
-    double sum = 0.0;
-    for (int i = 1; i <= n; ++i)
-      sum += std::fmod(x, 5e-6 + 10e-6 * std::fmod((s + 0.5) / seeds + i * 0.6180339887498949, 1.0));
-    const double error = sum / n / 6.05e-6 - 1.0;
-    rotated += error * error / seeds;
-  }
-  CHECK(virgin_error(n, seeds) < 1.2 * std::sqrt(rotated));
-}
-
 TEST_CASE("On the virgin curve the error falls as 1/n", "[accuracy]") {
   // At x = 0.8 the share G = 0.3 of the bristles has snapped. Bounds the error by Koksma's inequality:
   // variation of the deflection over the shares (0.8 of its jump, 0.3 of its slope) times the discrepancy,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <iomanip>
 #include <map>
@@ -100,10 +101,6 @@ std::vector<std::string> command_paths(const Folder& folder) {
   return paths;
 }
 
-bool installed(const char* program) {
-  return std::system((std::string("command -v ") + program + " >/dev/null 2>&1").c_str()) == 0;
-}
-
 std::string output_of(const std::string& command) {
   std::string text;
   std::FILE* pipe = popen(command.c_str(), "r");
@@ -141,15 +138,6 @@ TEST_CASE("Text is broken at spaces, and nothing of it is lost", "[answers]") {
   CHECK(cli::broken_lines("four five", 9) == std::vector<std::string>{"four five"});
   CHECK(cli::broken_lines("four five", 8) == std::vector<std::string>{"four", "five"});
   CHECK(cli::broken_lines("as long as it gets", 0).size() == 1);
-}
-
-TEST_CASE("Continued prose hangs below its text, behind a label", "[answers]") {
-  const std::string line =
-      "deadline    " + std::string(30, 'a') + ' ' + std::string(30, 'b') + ' ' + "endings of it";
-  CHECK(cli::filled(line + "\nshort\n") == "deadline    " + std::string(30, 'a') + ' ' +
-                                               std::string(30, 'b') + "\n            endings of it\nshort\n");
-  const Columns wide(0);
-  CHECK(cli::filled(line) == line);
 }
 
 TEST_CASE("A body without damping is said to ring, and the damping that is named brings it to rest",
@@ -201,23 +189,6 @@ TEST_CASE("A peak that is exceeded under a constant load is not laid to the load
   REQUIRE(outcome.code == 0);
   const std::string answer = answer_of(outcome.out);
   CHECK_THAT(answer, Contains("after a reversal it rises higher") && !Contains("its load changes"));
-}
-
-TEST_CASE("A body that hardly anything damps is said to ring, and a misspelt key of its spring is named",
-          "[answers]") {
-  const Folder folder;
-  std::string scene = read_file(BRISTLE_SCENES "/block_on_floor.toml");
-  const std::size_t at = scene.find("damping_per_newton");
-  scene.replace(at, scene.find('\n', at) - at, "damping_per_newton = 0.1");
-  const Outcome outcome = run_cli(folder, "run '" + folder.write("s.toml", scene) + "'");
-  REQUIRE(outcome.code == 0);
-  CHECK_THAT(answer_of(outcome.out), Contains("rings") && Contains("hardly anything damps it"));
-  std::string spring = read_file(BRISTLE_SCENES "/hand_on_spring.toml");
-  const std::size_t key = spring.find("stiffness", spring.find("spring"));
-  spring.replace(key, 9, "stifness");
-  const Outcome refused = run_cli(folder, "run '" + folder.write("t.toml", spring) + "'");
-  CHECK(refused.code == 2);
-  CHECK_THAT(refused.err, Contains("unknown key 'stifness'"));
 }
 
 TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room are named below",
@@ -316,17 +287,6 @@ TEST_CASE("A run's first lines say how long a step takes, what was late, and how
   CHECK_THAT(answer, Contains(slides));
   const std::uint64_t late = report["deadline"]["misses"];
   CHECK_THAT(answer, Contains(late == 0 ? "no step was late" : std::to_string(late) + " of 3,000 were late"));
-}
-
-TEST_CASE("With --wide a run prints lines as long as they get, without it none above 80 columns",
-          "[answers]") {
-  if (!BRISTLE_WITH_DOUBLE) return;  // the scene has a patch in double precision
-  const Folder folder;
-  const std::string command = "run " + scene("two_surfaces") + " --steps 300";
-  const std::string narrow = run_cli(folder, command).out, wide = run_cli(folder, command + " --wide").out;
-  CHECK(fault_of_text(narrow) == "");
-  CHECK(fault_of_text(wide) != "");
-  CHECK(lines_of(wide).size() < lines_of(narrow).size());
 }
 
 TEST_CASE("An experiment's first lines say how much each model shows", "[answers]") {
@@ -492,31 +452,6 @@ TEST_CASE("Tables of every command and experiment fit 80 columns", "[answers]") 
     ++experiments;
   }
   CHECK(experiments == 16);
-}
-
-TEST_CASE("Help says numbers and ranges in plain words, of every command", "[answers]") {
-  const Folder folder;
-  CHECK_THAT(help_of(folder, "run").out, Contains("--clip-load NUMBER ") && Contains("(0 to 1000000000)"));
-  for (const std::string& path : command_paths(folder)) {
-    CAPTURE(path);
-    const std::string& help = help_of(folder, path).out;
-    for (const char* raw : {"FLOAT", "UINT", "INT:", "TEXT", "ENUM", "NUMBER:", " in [", ":{", "}"})
-      CHECK_THAT(help, !Contains(raw));
-  }
-}
-
-TEST_CASE("Colour is for terminals, and NO_COLOR takes it away", "[answers]") {
-  if (!installed("script")) return;
-  const Folder folder;
-  const auto on_terminal = [&](const std::string& environment) {
-    return output_of(environment + " script -qec \"'" BRISTLE_CLI "' run " + scene("stroke") +
-                     " --steps 3 --bristles 10\" /dev/null </dev/null 2>&1");
-  };
-  const std::string bold = "\x1B[1m";
-  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR="), Contains(bold));
-  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR=1"), !Contains("\x1B["));
-  CHECK_THAT(on_terminal("TERM=dumb NO_COLOR="), !Contains("\x1B["));
-  CHECK_THAT(run_cli(folder, "run " + scene("stroke") + " --steps 3 --bristles 10").out, !Contains("\x1B["));
 }
 
 }  // namespace bristle_test::test_answers

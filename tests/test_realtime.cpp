@@ -299,29 +299,6 @@ TEST_CASE("An interrupt ends a paced run with its report", "[realtime][cli]") {
   }
 }
 
-TEST_CASE("One interrupt that arrives many times still ends a paced run with its report", "[realtime][cli]") {
-  const TemporaryFolder folder;
-  const std::string file = folder.at("report.json");
-  const std::string script = folder.write("interrupt.sh", R"(
-"$1" run "$2" --realtime --bristles 1000000 --steps 1000000 --json "$3" >/dev/null &
-pid=$!
-runs() { [[ $(readlink /proc/$pid/exe) == "$1" ]]; }
-catches_interrupts() { (( 0x$(awk '/^SigCgt/ { print $2 }' /proc/$pid/status) & 2 )); }
-for ((i = 0; i < 1000; ++i)); do
-  runs "$1" && catches_interrupts && break
-  sleep 0.02
-done
-sleep 0.2
-# At once: an interrupt that comes half a second after the first is a second one.
-for ((i = 0; i < 100; ++i)); do
-  kill -INT $pid
-done
-wait $pid
-)");
-  REQUIRE(run_shell("bash '" + script + "' '" BRISTLE_CLI "' '" + stroke + "' '" + file + "'") == 0);
-  CHECK(json::parse(read_file(file))["realtime"]["stopped"] == true);
-}
-
 TEST_CASE("A second interrupt ends the program when the first is half a second old", "[realtime]") {
   const pid_t child = fork();
   REQUIRE(child >= 0);
