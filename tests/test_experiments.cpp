@@ -1,5 +1,5 @@
-// The experiments of the command line: their numbers against the tables, and their verdicts against the
-// documentation.
+// The experiments of the command line: their numbers against the tables, and the verdicts of the page of
+// experiments.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -51,27 +51,6 @@ const Sets canudas_drift = {
     "presliding=2e-5", "cv=0.28867513459481287", "bristles_per_newton=360",    "frequency=1"};
 
 }  // namespace
-
-TEST_CASE("LuGre drifts under a block as the table says, elasto-plastic and brush do not", "[experiment]") {
-  for (const Row& row : read_table("drift_lugre.csv")) {
-    const double low = number(row, "Fmin_N"), high = number(row, "Fmax_N");
-    INFO(low << " to " << high << " N");
-    const auto at_step = [&](double dt) {
-      return run(
-          "drift",
-          canudas_drift + Sets{set("dt", dt), set("force_low", low), set("force_high", high), "cycles=4"},
-          {"lugre", "elasto_plastic"});
-    };
-    const ExperimentResult coarse = at_step(2e-3), fine = at_step(1e-3);
-    const double drift = 1e-6 * finding(fine, "drift_per_cycle", "lugre");
-    const double step_error = std::abs(drift - 1e-6 * finding(coarse, "drift_per_cycle", "lugre"));
-    // Allows the change that halving the step makes (three times the error of the fine run), and the table's
-    // tolerance of integration, 1e-5 of the 10 um that the block moves.
-    const double ode = number(row, "lugre_drift_per_cycle_ode_1Hz_m");
-    CHECK(std::abs(drift - ode) <= step_error + 1e-10);
-    CHECK(std::abs(finding(fine, "drift_per_cycle", "elasto_plastic")) < 1e-8);  // um
-  }
-}
 
 TEST_CASE("A brush under a wavering force goes where the table says, and comes back to the same place",
           "[experiment]") {
@@ -228,95 +207,6 @@ TEST_CASE("Speeds that are all near rest tell nothing of dry sliding away from i
   CHECK(counted("1e-3,5e-3") == 0);
   CHECK(counted("1e-3,1e-2") == 0);  // fast enough only at one of these two speeds
   CHECK(counted("1e-2,2e-2") == 1);
-}
-
-TEST_CASE("Steady friction over speed follows the tables of both damper decays", "[experiment]") {
-  const std::map<std::string, Sets> surfaces = {
-      {"hand_10um", {"load=1", "presliding=1e-5", "damping=90", "bristles_per_newton=900", "viscous=0.4"}},
-      {"device_1mm",
-       {"load=1", "presliding=1e-3", "damping=0.2", "bristles_per_newton=900", "viscous=0.1",
-        "stribeck_velocity=0.01"}},
-      {"canudas95_scaled", {}}};
-  const double n = test_size(3600), way = 50.0;
-  // Tolerance: five standard deviations of a mean over a path of `way` mean snap lengths, of which every
-  // second one counts as independent.
-  const double relative = sigmas * 0.0216 * std::sqrt(900.0 / n) / std::sqrt(0.5 * way);
-  std::map<std::string, std::string> speeds;
-  for (const Row& row : read_table("steady_force_velocity.csv")) {
-    if (number(row, "v_m_per_s") <= 0.0) continue;
-    std::string& list = speeds[row.at("set")];
-    list += (list.empty() ? "speeds=" : ",") + row.at("v_m_per_s");
-  }
-  for (const auto& [name, sets] : surfaces) {
-    for (const char* decay : {"exponential", "gaussian"}) {
-      const ExperimentResult result = run("stribeck",
-                                          sets + Sets{speeds.at(name), std::string("decay=") + decay,
-                                                      "dt=0.1", set("bristles", n), set("path", way)},
-                                          {"brush_redraw", "brush_keep"});
-      for (const char* model : {"brush_redraw", "brush_keep"}) {
-        const std::vector<SeriesRow> rows = rows_of(result, "lubricated", model);
-        for (const Row& row : read_table("steady_force_velocity.csv")) {
-          if (row.at("set") != name || number(row, "v_m_per_s") <= 0.0) continue;
-          INFO(name << ", " << decay << ", " << model << " at " << row.at("v_m_per_s") << " m/s");
-          const auto found = at(rows, number(row, "v_m_per_s"), 1e-12);
-          REQUIRE(found);
-          const double expected =
-              number(row, std::string(decay) == "gaussian" ? "F_exp_gauss_N" : "F_exp_abs_N");
-          expect_near(found->values[1], expected, relative * number(row, "Fk_N"), "steady friction");
-        }
-      }
-    }
-  }
-}
-
-TEST_CASE("The first pull of the presliding experiment is the virgin curve of the table", "[experiment]") {
-  const double n = test_size(20000);
-  int points = 0;
-  for (const char* dist : {"uniform_0.5_1.5", "lognormal_cv0.3", "exponential"}) {
-    for (const char* variant : {"fixed", "redraw"}) {
-      const std::string model = model_of(variant);
-      const ExperimentResult result =
-          run("presliding", law_of(dist) + Sets{set("bristles", n), "steps_per_length=100"}, {model});
-      const std::vector<SeriesRow> rows = rows_of(result, "virgin", model);
-      for (const Row& row : read_table("virgin_curve.csv")) {
-        if (row.at("dist") != dist || row.at("variant") != variant || row.at("note") == "tie") continue;
-        const double x = number(row, "x_over_dbar");
-        const auto found = at(rows, x * 2e-5, 1e-12);
-        if (!found) continue;
-        INFO(dist << ", " << variant << ", x = " << x);
-        expect_near(found->values[1] * kinetic_deflection(dist, variant), number(row, "f_reference"),
-                    sampling(dist, variant, n), "mean deflection");
-        ++points;
-      }
-    }
-  }
-  CHECK(points >= 60);
-}
-
-TEST_CASE("The infinite brush is pulled along the virgin curve of the table, whatever the seed",
-          "[experiment]") {
-  int points = 0;
-  for (const char* dist : {"uniform_0.5_1.5", "lognormal_cv0.3", "exponential"}) {
-    const auto pulled = [&](const char* seed) {
-      return rows_of(run("presliding", law_of(dist) + Sets{seed, "steps_per_length=100"}, {"brush_infinite"}),
-                     "virgin", "brush_infinite");
-    };
-    const std::vector<SeriesRow> rows = pulled("seed=1"), again = pulled("seed=2");
-    REQUIRE(rows.size() == again.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) CHECK(rows[i].values == again[i].values);
-    for (const Row& row : read_table("virgin_curve.csv")) {
-      if (row.at("dist") != dist || row.at("variant") != "redraw" || row.at("note") == "tie") continue;
-      const double x = number(row, "x_over_dbar");
-      const auto found = at(rows, x * 2e-5, 1e-12);
-      if (!found) continue;
-      INFO(dist << ", x = " << x);
-      // Tolerance of the infinite brush: its pieces of 1/8 have an error of (1/8)^2 / 8 mean snap lengths.
-      expect_near(found->values[1] * kinetic_deflection(dist, "redraw"), number(row, "f_reference"), 2e-3,
-                  "mean deflection");
-      ++points;
-    }
-  }
-  CHECK(points >= 30);
 }
 
 TEST_CASE("Load jumps of the experiment follow the table", "[experiment]") {

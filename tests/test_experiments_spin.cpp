@@ -2,7 +2,6 @@
 // closed forms.
 #include <catch2/catch.hpp>
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -12,33 +11,6 @@
 #include "reference_table.hpp"
 
 namespace bristle_test::test_experiments_spin {
-
-TEST_CASE("Brush and LuGre slide and spin as the table of the limit surface says", "[experiment][spin]") {
-  const std::vector<std::string> models = {"lugre", "brush_infinite"};
-  const cli::ExperimentResult result =
-      run("limit-surface", {"ratios=0,0.05,0.1,0.25,0.5,0.9,1,1.1,1.5,2,5"}, models);
-  for (const std::string& model : models) {
-    const auto rows = rows_of(result, "limit", model);
-    int found = 0;
-    double worst = 0.0;
-    for (const Row& row : read_table("spin_limit.csv")) {
-      if (row.at("pressure") != "uniform") continue;
-      const auto at_ratio = at(rows, number(row, "v_over_omegaR"), 1e-9);
-      if (at_ratio == std::nullopt) continue;
-      ++found;
-      worst = std::max(worst, std::fabs(at_ratio->values[1] - number(row, "F_over_muN")));
-      worst = std::max(worst, std::fabs(at_ratio->values[3] - number(row, "T_over_muNR")));
-    }
-    INFO(model);
-    CHECK(found == 11);
-    CHECK(worst < 0.01);
-    CHECK(finding(result, "limit_surface", model) == Approx(100.0 * worst).margin(0.01));
-    CHECK(is_shown(result, "limit_surface", model));
-  }
-  // Checks that two rings of cells are too coarse for 1 %, and that the experiment reports the miss.
-  const cli::ExperimentResult coarse = run("limit-surface", {"rings=2"}, {"brush_infinite"});
-  CHECK(!is_shown(coarse, "limit_surface", "brush_infinite"));
-}
 
 TEST_CASE("Wheels creep as closed forms and the table of the tyre say", "[experiment][beds]") {
   const cli::ExperimentResult result =
