@@ -20,7 +20,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <bristle/patch_batch.hpp>
@@ -215,6 +214,9 @@ TEST_CASE("An unknown key, name or result is refused at once with the nearest on
   refused("--vary patch.tip.seed=10,20 --repeat 2", "take one of the two");
   refused("--vary patch.tip.bristles=10,20 --isa fast", "fast");
   refused("--vary patch.tip.bristles=1.5,2.5", "every row was refused");
+  refused("--vary patch.tip.bristles=10,20 --out '" + folder.at("table.nc") + "'", "tables are CSV");
+  refused("--vary patch.tip.bristles=10,20 --out '" + folder.at(std::string(300, 'n')) + "'",
+          "cannot be written");
   for (const std::string option : {"--set", "--vary", "--reference"})
     refused("--vary patch.tip.seed=1,2 " + option + " scene.dt=1e-3 patch.tip.bristles=10",
             "'patch.tip.bristles=10' has no option before it; write " + option + " scene.dt=1e-3 " + option +
@@ -704,24 +706,6 @@ TEST_CASE("A row has the place and the velocity of a body along both axes", "[sw
   CHECK(value("puck.highest_speed") == Approx(std::hypot(0.25, 0.5)).epsilon(0.02));
 }
 
-TEST_CASE("A study reports twelve patches by default", "[sweep]") {
-  const Folder folder;
-  std::string many = slide_scene;
-  const std::string patch = slide_scene.substr(slide_scene.find("[[patch]]"));
-  for (int i = 0; i < 13; ++i) {
-    const std::string name = '"' + fmt::format("p{}", i) + '"';
-    many += replaced(replaced(patch, "\"tip\"", name), "\"tip\"", name);
-  }
-  cli::StudyOptions options;
-  options.scene = folder.write("many.toml", many);
-  options.vary = {"material.wood.kinetic=0.3"};
-  const cli::Study study(options);
-  std::set<std::string> patches;
-  for (const cli::SweepColumn& column : study.columns())
-    if (column.name.ends_with(".peak")) patches.insert(column.name);
-  CHECK(patches.size() == 12);
-}
-
 TEST_CASE("A column has the unit of its key, and texts where a value is one", "[sweep]") {
   const Folder folder;
   const std::string scene =
@@ -762,27 +746,6 @@ TEST_CASE("A cell that holds quotes is quoted, and a failure names files as the 
   options.vary = {"motion.tip.file=good.csv,bad.csv"};
   const std::string failure = cells_of(cli::Study(options), 1).back().get<std::string>();
   CHECK_THAT(failure, Contains("bad.csv:3") && !Contains(folder.path.string()));
-}
-
-TEST_CASE("A table that cannot be written is refused before the first row", "[sweep]") {
-  const Folder folder;
-  const std::string long_name(300, 'n');
-  const Outcome outcome =
-      run_cli(folder, "sweep '" + folder.write("slide.toml", slide_scene) +
-                          "' --vary material.wood.kinetic=0.3,0.4 --out '" + folder.at(long_name) + "'");
-  CHECK(outcome.code == 2);
-  CHECK_THAT(outcome.err, Contains("cannot be written"));
-}
-
-// ----------------------------------------------------------------------------------------------- files
-
-TEST_CASE("A sweep's table is CSV, and another ending is refused before the study", "[sweep]") {
-  const Folder folder;
-  const std::string scene = "'" + folder.write("slide.toml", slide_scene) + "' ";
-  const Outcome outcome = run_cli(
-      folder, "sweep " + scene + "--vary material.wood.peak=0.46 --out '" + folder.at("table.nc") + "'");
-  CHECK(outcome.code == 2);
-  CHECK_THAT(outcome.err, Contains("tables are CSV"));
 }
 
 }  // namespace bristle_test::test_sweep
