@@ -72,7 +72,7 @@ ResponseArray try_arrays(Batch& self, double dt, const py::array& motions,
   return ResponseArray(array);
 }
 
-py::dict info_of(Batch& self, PatchId id) {
+py::dict patch_info(Batch& self, PatchId id) {
   const bristle::PatchInfo info = in_turn<Batch>(&PatchBatch::info)(self, id);
   static_assert(bristle::detail::field_count<bristle::PatchInfo> == 9, "each field has a key below");
   return py::dict("key"_a = info.key, "representatives"_a = info.representatives, "weight"_a = info.weight,
@@ -181,7 +181,7 @@ void define_batch(py::module_& module) {
            "raises.")
       .def("find_force", &try_arrays, py::arg("dt"), py::arg("motions"), optional("responses"),
            "The responses to trial motions, each from the state as it is, which does not change.")
-      .def("info", &info_of, py::arg("id"),
+      .def("info", &patch_info, py::arg("id"),
            "What a patch is and uses now: a dict with the fields of PatchInfo in bristle/patch.hpp. Zeros "
            "for an unknown id.")
       .def("stored_energy", in_turn<Batch>(&PatchBatch::stored_energy), py::arg("id"),

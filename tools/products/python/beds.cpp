@@ -61,7 +61,7 @@ py::dict bristles_of(Beds& self, bristle::BedId id) {
   return columns_of(bristles);
 }
 
-py::dict info_of(Beds& self, bristle::BedId id) {
+py::dict bed_info(Beds& self, bristle::BedId id) {
   const bristle::BedInfo info = in_turn<Beds>(&BedBatch::info)(self, id);
   return py::dict("bristles"_a = info.bristles, "half"_a = py::make_tuple(info.half[0], info.half[1]),
                   "normal_load"_a = info.normal_load, "stiffness"_a = info.stiffness,
@@ -207,7 +207,7 @@ void define_beds(py::module_& module) {
             if (!self.batch.reset(id)) throw bristle::Error("BedBatch.reset: there is no such bed");
           },
           py::arg("id"), "Unbends all bristles and takes the bed out of contact.")
-      .def("info", &info_of, py::arg("id"),
+      .def("info", &bed_info, py::arg("id"),
            "A dict: bristles, half widths (m) and load (N) of the last step, stiffness (N/m), longest "
            "deflection (m), memory. Zeros for an unknown id.")
       .def("step", &step, py::arg("ids"), py::arg("motions"),

@@ -65,7 +65,7 @@ py::dict find_force(Patches& self, double dt, const Ids& ids, const Numbers& mot
   });
 }
 
-py::dict info_of(Patches& self, PatchId id) {
+py::dict extended_info(Patches& self, PatchId id) {
   const bristle::ExtendedInfo info = in_turn<Patches>(&ExtendedPatches::info)(self, id);
   return py::dict("cells"_a = info.cells, "scale"_a = info.scale,
                   "along"_a = py::make_tuple(info.along[0], info.along[1]),
@@ -152,7 +152,7 @@ void define_extended(py::module_& module) {
            "where PatchOptions.outputs has them not.")
       .def("find_force", &find_force, py::arg("dt"), py::arg("ids"), py::arg("motions"),
            "The responses to trial motions, each from the state as it is, which does not change.")
-      .def("info", &info_of, py::arg("id"), "A dict with the fields of ExtendedInfo.")
+      .def("info", &extended_info, py::arg("id"), "A dict with the fields of ExtendedInfo.")
       .def("stored_energy", in_turn<Patches>(&ExtendedPatches::stored_energy), py::arg("id"), "J.");
   define_state<PatchId>(type, "id", &ExtendedPatches::patch_count);
 }
