@@ -7,12 +7,13 @@
 namespace bristle_test {
 
 struct RailBody {
-  RailBody(bool by_midpoint, double mass_kg, double load_n, const Material& material, PatchOptions options)
+  RailBody(bool by_midpoint, double mass_kg, double normal_load_n, const Material& material,
+           PatchOptions options)
       : midpoint(by_midpoint), patch(material, options.with_axes(1).with_outputs(Outputs::all)) {
     body.mass(0, 0) = mass_kg;
     contact.axes = 1;
     motion.id = patch.id;
-    motion.normal_load = load_n;
+    motion.normal_load = normal_load_n;
   }
 
   /// Steps the body by one tick of time under an applied force, N.
