@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <random>
 
@@ -246,7 +247,7 @@ void compare_vectors() {
       const auto same = [&](const Lanes<T>& vector, T number) {
         alignas(64) T lane[lanes];
         vector.store_aligned(lane);
-        bristle_test::expect(bits_of_number(lane[k]) == bits_of_number(number), "bits of a vector");
+        bristle_test::expect(std::memcmp(&lane[k], &number, sizeof(T)) == 0, "bits of a vector");
       };
       same(all.x, one.x);
       same(all.y, one.y);
