@@ -555,7 +555,7 @@ class Extent(unittest.TestCase):
             patches.add(self.material, bristle.Outline([[0.0, 0.0]], [0.5]), self.options)
         with self.assertRaisesRegex(bristle.Error, r"shape \(n, 2\)"):
             bristle.Outline([1.0, 2.0], [1.0])
-        with self.assertRaisesRegex(bristle.Error, "'uniform' or 'hertz'"):
+        with self.assertRaisesRegex(bristle.Error, '"uniform", "hertz"'):
             bristle.Outline.disc(1e-3, pressure="round")
         with self.assertRaisesRegex(bristle.Error, r"\(n, 4\)"):
             patches.step(1e-3, [1], [[0.0, 0.0, 0.0]])
