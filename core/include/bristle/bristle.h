@@ -157,7 +157,8 @@ typedef struct bristle_coefficients {
   uint32_t damper_decay; /**< 0 exponential, 1 gaussian: decay of the dampers with speed */
   double residual_share; /**< Share of the presliding length that a snap leaves. */
   double shared_renewal; /**< Bristles that a snap renews in the patch. */
-  double kinetic_speed;  /**< m/s. Speed at which kinetic and peak apply; 0 = so fast that nothing ages. */
+  /** m/s. Speed at which kinetic and peak apply; 0 = so fast that nothing ages. */
+  double kinetic_speed;
   /** Share of kinetic friction that is lost per decade of speed; 0 = no ageing. */
   double fall_per_decade;
   double growth_per_decade; /**< Instead: growth of static friction per decade of rest, over kinetic. */

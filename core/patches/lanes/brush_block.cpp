@@ -397,11 +397,12 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
     double square = 0.0;
     for (int axis = 0; axis < lane.axes(); ++axis) {
       const double z = base[axis] - wide(c.position[axis]);
-      if (!within(z, -farthest, farthest)) return "a cohort's position";
       square += z * z;
       sum[axis] += share * wide(c.position[axis]);
     }
     const double to_snap = wide(c.reach) * growth + law.residual - std::sqrt(square);
+    // No cohort is bent beyond its reach, at the strength that its bristles have at most.
+    if (!(to_snap >= -rounding * farthest)) return "a cohort's position";
     if (slack > std::max(to_snap, 0.0) + rounding * farthest) return "slack";
     all += share;
   }

@@ -17,6 +17,8 @@ constexpr int sampled_lengths = 4096;
 // Longest move between two samples that is simulated as a whole, in mean snap lengths: by its end bristles
 // have forgotten its beginning.
 constexpr double longest_move = 10.0;
+// Number of samples, evenly spread over the record, that stand for all where there are more.
+constexpr Eigen::Index summed_samples = 4000;
 // Longest step, in mean snap lengths, of bristles that renew each other.
 constexpr double shared_step = 0.2;
 
@@ -129,6 +131,7 @@ Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint&
   };
   slide_before(point.past.start);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(jacobian.cols(), simulated);
+  const Eigen::Index every = 1 + samples / summed_samples;
   Eigen::Index sample = 0;
   std::size_t part = 0;
   const PathPoint* before = &data.path.front();
@@ -142,9 +145,10 @@ Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint&
     before = &here;
     bristles.lift_beyond(here.load / most_load);
     if (!here.wanted) continue;
-    bristles.add_to(
-        sums, force, jacobian.row(sample).transpose(),
-        data.axes == 2 ? Eigen::VectorXd(jacobian.row(sample + samples).transpose()) : Eigen::VectorXd());
+    if (sample % every == 0)
+      bristles.add_to(
+          sums, static_cast<double>(every) * force, jacobian.row(sample).transpose(),
+          data.axes == 2 ? Eigen::VectorXd(jacobian.row(sample + samples).transpose()) : Eigen::VectorXd());
     ++sample;
   }
   sums.colwise() -= sums.rowwise().mean().eval();

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <string>
@@ -74,10 +76,25 @@ auto in_turn(Result (Object::*method)(Arguments...) const) {
   };
 }
 
-/// Returns the columns of an array of structs, each as an array of its own, by name.
+/// Returns the columns of an array of structs, each as an array of its own, by name. Copies them here,
+/// because numpy's copy() lets go of the interpreter's lock: a daemon thread of a program that ends meanwhile
+/// would end within this call.
 inline py::dict columns_of(const py::array& rows) {
+  const py::object fields = rows.dtype().attr("fields");
+  const auto* const from = static_cast<const std::byte*>(rows.data());
   py::dict columns;
-  for (const py::handle name : rows.dtype().attr("names")) columns[name] = rows[name].attr("copy")();
+  for (const py::handle name : rows.dtype().attr("names")) {
+    const py::tuple field = fields[name];  // type and offset in bytes
+    const auto type = field[0].cast<py::dtype>();
+    std::vector<py::ssize_t> shape{rows.size()};
+    for (const py::handle size : type.attr("shape")) shape.push_back(size.cast<py::ssize_t>());
+    py::array column(type.attr("base").cast<py::dtype>(), shape);
+    const auto offset = field[1].cast<py::ssize_t>(), width = type.itemsize();
+    auto* const to = static_cast<std::byte*>(column.mutable_data());
+    for (py::ssize_t i = 0; i < rows.size(); ++i)
+      std::memcpy(to + i * width, from + i * rows.itemsize() + offset, static_cast<std::size_t>(width));
+    columns[name] = column;
+  }
   return columns;
 }
 
