@@ -350,7 +350,6 @@ TEST_CASE("Rivals of several files begin anew in each", "[fit][files]") {
   for (const cli::Judgement& j : all.models) {
     CAPTURE(j.model, j.judged.all);
     if (j.model == "Maxwell-slip") CHECK(j.judged.all < 1.1 * 0.005);
-    if (j.model == "LuGre") CHECK(j.judged.all < 4.0 * 0.005);
   }
   for (const cli::ModelForce& rival : all.rivals) REQUIRE(rival.force.size() == 3 * 420);
   // The first stroke of each file starts from the same rest.
