@@ -60,7 +60,7 @@ TEST_CASE("A fit recovers bristles that slide at their limit", "[fit]") {
   CHECK(fitted.result.material.snap_rule == SnapRule::slide);
   for (const auto p : {cli::fit_residual, cli::fit_renewal, cli::fit_drift}) CHECK_FALSE(fitted[p].fitted);
   const std::string scene = cli::fit_toml(fitted.data, of_rule(SnapRule::slide), fitted.result);
-  CHECK_THAT(scene, Contains("rule = \"slide\"") && Contains("drop = 0"));
+  CHECK_THAT(scene, Contains("rule = \"slide\"") && !Contains("drop"));
 }
 
 TEST_CASE("Without a rule a fit takes the one that predicts better", "[fit]") {
