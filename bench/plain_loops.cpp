@@ -243,9 +243,9 @@ template <int Axes, bool Mean>
     const float t = smaller(tau, path.h);
     // Path that is left to the bristle after its first snap. Without a snap it is 0, so that nothing is added
     // then.
-    const float rest = path.h - t;
-    const float more = std::floor(rest / delta);
-    const float r = smaller(larger(rest - more * delta, 0.0f), delta);
+    const float remaining = path.h - t;
+    const float more = std::floor(remaining / delta);
+    const float r = smaller(larger(remaining - more * delta, 0.0f), delta);
     const float new_zx = snaps ? r * path.ex : zx + path.dx;
     const float new_zy = snaps ? r * path.ey : zy + path.dy;
     zx_column[i] = new_zx;
@@ -309,17 +309,17 @@ template <int Axes, bool Mean>
     if (tau <= path.h) {
       const auto bristle = static_cast<std::uint32_t>(i);
       std::uint32_t number = draws_column[i];
-      float rest = path.h - tau;
+      float remaining = path.h - tau;
       float delta = draw(bristle, ++number);
-      while (rest >= delta) {
+      while (remaining >= delta) {
         squares += delta * delta;
-        rest -= delta;
+        remaining -= delta;
         delta = draw(bristle, ++number);
       }
       t = tau;
-      squares += rest * rest;
-      new_zx = rest * path.ex;
-      new_zy = rest * path.ey;
+      squares += remaining * remaining;
+      new_zx = remaining * path.ex;
+      new_zy = remaining * path.ey;
       delta_column[i] = delta;
       draws_column[i] = number;
     }
@@ -345,15 +345,15 @@ template <int Axes, bool Mean>
   const Draw draw = draw_in;
   const auto count = static_cast<std::uint32_t>(end - begin);
   const auto first = static_cast<std::uint32_t>(begin);
-  float rest[chunk];     // each bristle's path left after its last snap; negative if it does not snap
-  float squares[chunk];  // sum of squared lengths of each bristle's passes from snap to snap
+  float remaining[chunk];  // each bristle's path left after its last snap; negative if it does not snap
+  float squares[chunk];    // sum of squared lengths of each bristle's passes from snap to snap
   float beyond = -1.0f;
   Sums sums;
   for (std::uint32_t i = 0; i < count; ++i) {
     const float zx = zx_column[i];
     const float zy = Axes == 2 ? zy_column[i] : 0.0f;
     const float left = path.h - distance_to_snap<Axes>(zx, zy, delta_column[i], path);
-    rest[i] = left;
+    remaining[i] = left;
     squares[i] = 0.0f;
     beyond = larger(beyond, left);
     if constexpr (Mean) {
@@ -362,7 +362,7 @@ template <int Axes, bool Mean>
       if constexpr (Axes == 2) sums.path_y += zy * t + path.ey * (0.5f * t * t);
     }
   }
-  // Repeats passes over the bristles until none snaps. The path left after the first snap is in `rest`
+  // Repeats passes over the bristles until none snaps. The path left after the first snap is in `remaining`
   // already; every later pass first subtracts the bristle's present snap length from it.
   for (bool first_snap = true; beyond >= 0.0f; first_snap = false) {
     const float pass = first_snap ? 0.0f : 1.0f;
@@ -371,23 +371,23 @@ template <int Axes, bool Mean>
       const float delta = delta_column[i];
       const std::uint32_t number = draws_column[i];
       const float used = pass * delta;
-      const float left = rest[i] - used;
+      const float left = remaining[i] - used;
       const float old_squares = squares[i];
-      const float old_rest = rest[i];
+      const float old_remaining = remaining[i];
       const float fresh = draw(first + i, number + 1);
       const bool snaps = left >= 0.0f;
-      const float new_rest = snaps ? left : old_rest;
+      const float new_remaining = snaps ? left : old_remaining;
       const float new_delta = snaps ? fresh : delta;
       draws_column[i] = snaps ? number + 1 : number;
       delta_column[i] = new_delta;
-      rest[i] = new_rest;
+      remaining[i] = new_remaining;
       squares[i] = snaps ? old_squares + used * used : old_squares;
-      beyond = larger(beyond, new_rest - new_delta);
+      beyond = larger(beyond, new_remaining - new_delta);
     }
   }
   float squares_sum = 0.0f;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const float r = rest[i];
+    const float r = remaining[i];
     const float stuck_zx = zx_column[i] + path.dx;
     zx_column[i] = r >= 0.0f ? r * path.ex : stuck_zx;
     if constexpr (Axes == 2) {

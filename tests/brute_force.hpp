@@ -91,9 +91,9 @@ inline Quantile exponential_quantile(double mean) {
 /// Returns the quantile function of a law by a table: values at 0, 1/(n-1), ..., 1, linear in between.
 inline Quantile table_quantile(std::vector<double> values) {
   return [values = std::move(values)](double u) {
-    const double place = u * static_cast<double>(values.size() - 1);
-    const auto k = std::min(static_cast<std::size_t>(place), values.size() - 2);
-    return values[k] + (place - static_cast<double>(k)) * (values[k + 1] - values[k]);
+    const double position = u * static_cast<double>(values.size() - 1);
+    const auto k = std::min(static_cast<std::size_t>(position), values.size() - 2);
+    return values[k] + (position - static_cast<double>(k)) * (values[k + 1] - values[k]);
   };
 }
 
@@ -127,7 +127,7 @@ class BruteForcePatch {
 
   std::vector<BruteBristle>& bristles() { return bristles_; }
 
-  /// Moves the body by (dx, dy); every bristle snaps at its exact place in the step.
+  /// Moves the body by (dx, dy); every bristle snaps at its exact position in the step.
   BruteStep step(double dx, double dy) {
     const double path = std::hypot(dx, dy);
     BruteStep sum;

@@ -2,7 +2,7 @@
 // small pieces and tracks, for each piece, the share of all bristles that were last straight there. It uses
 // nothing of bristle.
 //
-// A piece stores its share of bristles, their largest deflection so far, and the place where they began.
+// A piece stores its share of bristles, their largest deflection so far, and the position where they began.
 // Nothing is merged or left out, so a path of n pieces costs n^2 / 2 look-ups in a table of the law. An atom
 // of the law (one length with a probability) counts as the limit of narrow groups: some of its bristles are
 // renewed before they snap.

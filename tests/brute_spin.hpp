@@ -52,7 +52,7 @@ class BruteSpin {
       angle_ += angle / pieces;
       const double c1 = std::cos(angle_), s1 = std::sin(angle_);
       for (std::size_t i = 0; i < points_.size(); ++i) {
-        const Place at = points_[i];
+        const Point at = points_[i];
         const double wx = dx / pieces + (c1 - c0) * at.x - (s1 - s0) * at.y;
         const double wy = dy / pieces + (s1 - s0) * at.x + (c1 - c0) * at.y;
         for (std::size_t k = 0; k < per_point_; ++k) bend(bristles_[i * per_point_ + k], wx, wy);
@@ -78,7 +78,7 @@ class BruteSpin {
   }
 
  private:
-  struct Place {
+  struct Point {
     double x, y;
   };
   struct Bristle {
@@ -111,7 +111,7 @@ class BruteSpin {
   std::size_t per_point_;
   Quantile quantile_;
   std::mt19937_64 generator_;
-  std::vector<Place> points_;
+  std::vector<Point> points_;
   std::vector<Bristle> bristles_;
   double angle_ = 0.0;
 };
@@ -157,9 +157,9 @@ inline std::vector<double> turned_from_rest(const std::vector<double>& turns, do
   const double mean_arm = pressure == BrutePressure::even ? 2.0 / 3.0 : 3.0 * M_PI / 16.0;
   std::vector<double> result;
   for (const double turn : turns) {
-    const double place = turn * steps_per_length;
-    const auto k = std::min(static_cast<std::size_t>(place), steps - 1);
-    const double between = place - static_cast<double>(k);
+    const double position = turn * steps_per_length;
+    const auto k = std::min(static_cast<std::size_t>(position), steps - 1);
+    const double between = position - static_cast<double>(k);
     result.push_back(((1.0 - between) * torque[k] + between * torque[k + 1]) / (kinetic * length * mean_arm));
   }
   return result;

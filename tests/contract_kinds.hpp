@@ -37,7 +37,7 @@ struct Answer {
 };
 using Answers = std::vector<Answer>;  ///< one for each member
 
-/// A way to spoil the motion of a member.
+/// A means to spoil the motion of a member.
 struct Spoilt {
   std::size_t member = 1;
   int number = 0;  ///< index of the input number that is replaced; -1: the member gets no motion at all
@@ -244,10 +244,10 @@ class Listed : public Subject {
  protected:
   explicit Listed(std::size_t company) : company_(company) {}
   virtual Batch& batch() const = 0;
-  /// Adds one to the end. `way`: number of axes of a patch; whether a bed rolls.
-  void append(Id id, int way) {
+  /// Adds one to the end. `form`: number of axes of a patch; whether a bed rolls.
+  void append(Id id, int form) {
     ids_.push_back(id);
-    ways_.push_back(way);
+    forms_.push_back(form);
   }
   const std::vector<Id>& ids() const { return ids_; }
 
@@ -258,7 +258,7 @@ class Listed : public Subject {
     for (const std::size_t i : named) {
       MotionOf motion;
       motion.id = ids_[i];
-      write_script(motion, i < company_ ? i : i - company_, i < company_ ? k + 1 : k, ways_[i]);
+      write_script(motion, i < company_ ? i : i - company_, i < company_ ? k + 1 : k, forms_[i]);
       if (spoilt != nullptr && i == company_ + spoilt->member) {
         if (spoilt->number < 0)
           motion.id = {};
@@ -271,7 +271,7 @@ class Listed : public Subject {
   }
   std::size_t company_;
   std::vector<Id> ids_;
-  std::vector<int> ways_;
+  std::vector<int> forms_;
 };
 
 /// Returns the material that a patch gets when it changes, if nothing else is said.
@@ -535,7 +535,7 @@ class Joints : public Subject {
   bristle::JointFriction batch_;
 };
 
-/// Returns one kind for each way in which an object can be built that the library keeps apart.
+/// Returns one kind for each form of object that the library keeps apart.
 inline std::vector<Kind> all_kinds() {
   using bristle::Ageing, bristle::Lay, bristle::Outline, bristle::Population, bristle::Pressure;
   using bristle::BedGrowth, bristle::BedMaterial, bristle::BedPressure, bristle::BedShape;

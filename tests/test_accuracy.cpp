@@ -64,20 +64,20 @@ double kept_deflection(double x) {
   return sum / points;
 }
 
-/// Returns places on a slide, m, spread over 20 to 1000 mean snap lengths.
-std::vector<double> late_places() {
-  std::vector<double> places;
-  for (int k = 0; k < 60; ++k) places.push_back(10e-6 * 20.0 * std::pow(50.0, (k + 0.37) / 60.0));
-  return places;
+/// Returns positions on a slide, m, spread over 20 to 1000 mean snap lengths.
+std::vector<double> late_positions() {
+  std::vector<double> positions;
+  for (int k = 0; k < 60; ++k) positions.push_back(10e-6 * 20.0 * std::pow(50.0, (k + 0.37) / 60.0));
+  return positions;
 }
 
-/// Returns the errors of the mean deflection at late_places(), over the mean length, with kept lengths and
+/// Returns the errors of the mean deflection at late_positions(), over the mean length, with kept lengths and
 /// under a share of the largest load; `random`: of bristles of this test with independent lengths.
 std::vector<double> late_errors(bool random, std::uint32_t n, double load_share, std::uint32_t seed) {
-  static const std::vector<double> places = late_places();
+  static const std::vector<double> positions = late_positions();
   static const std::vector<double> expected = [] {
     std::vector<double> all;
-    for (const double x : places) all.push_back(kept_deflection(x));
+    for (const double x : positions) all.push_back(kept_deflection(x));
     return all;
   }();
   const Material m = Material{}.with_snap_rule(SnapRule::keep);
@@ -89,18 +89,18 @@ std::vector<double> late_errors(bool random, std::uint32_t n, double load_share,
     std::uniform_real_distribution<double> length(5e-6, 15e-6);
     std::vector<double> lengths(static_cast<std::size_t>(n * load_share));
     for (double& delta : lengths) delta = length(generator);
-    for (std::size_t k = 0; k < places.size(); ++k) {
+    for (std::size_t k = 0; k < positions.size(); ++k) {
       double sum = 0.0;
-      for (const double delta : lengths) sum += std::fmod(places[k], delta);
+      for (const double delta : lengths) sum += std::fmod(positions[k], delta);
       errors.push_back((sum / static_cast<double>(lengths.size()) - expected[k]) / 10e-6);
     }
     return errors;
   }
   double at = 0.0;
-  for (std::size_t k = 0; k < places.size(); ++k) {
+  for (std::size_t k = 0; k < positions.size(); ++k) {
     const Response r =
-        step_one(batch, Motion{id, {places[k] - at, 0.0}, load_share, false, {0.0, 0.0}}, 1e-3);
-    at = places[k];
+        step_one(batch, Motion{id, {positions[k] - at, 0.0}, load_share, false, {0.0, 0.0}}, 1e-3);
+    at = positions[k];
     const double mean = -r.end[0] / (m.bristles_in_contact(load_share) * m.bristle_stiffness);
     errors.push_back((mean - expected[k]) / 10e-6);
   }
@@ -217,7 +217,7 @@ TEST_CASE("The shares of a seed are those on record", "[accuracy][seeds]") {
 
 TEST_CASE("Patches with kept lengths that differ in the seed are independent", "[accuracy][seeds]") {
   // With seeds that only rotate one sequence, seeds 34 and 66 would have equal bristles, shifted by 13
-  // places, and their errors would correlate by 0.98.
+  // positions, and their errors would correlate by 0.98.
   CHECK(std::abs(correlation(late_errors(false, 2000, 1.0, 34), late_errors(false, 2000, 1.0, 66))) < 0.5);
   // Repeats the comparison of seeds with a tenth of the bristles in contact. The error of independent lengths
   // sets the scale.

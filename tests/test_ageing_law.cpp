@@ -89,8 +89,8 @@ double follow(const SnapLength& law, SnapRule rule, const Ageing& ageing, double
       bend[i] += piece;
       const auto beyond = [&](double r) { return r - length[i] * growth(ageing, r * law.mean() / speed); };
       if (beyond(bend[i]) < 0.0) continue;
-      // Finds the place of a bristle's snap within a piece of path by the secant method. The path left bends
-      // the bristle again.
+      // Finds the position of a bristle's snap within a piece of path by the secant method. The path left
+      // bends the bristle again.
       const double from = beyond(before), to = beyond(bend[i]);
       bend[i] = piece * to / (to - from);
       if (rule == SnapRule::redraw) length[i] = draw();

@@ -103,8 +103,8 @@ TEST_CASE("steady sliding of bristles that age is that of the tables, at every s
     for (int k = 0; k < steps; ++k) sum += brush.mean_over(1.3, speed);
     // Statistical error: one bristle's deflection has a standard deviation of some 0.36 (mean lengths), and
     // is independent after one path between snaps.
-    const double ways = n * steps * 1.3 / (2.0 * expected);
-    expect_near(sum / steps, expected, sigmas * 0.36 / std::sqrt(ways), "redraw, one by one");
+    const double distances = n * steps * 1.3 / (2.0 * expected);
+    expect_near(sum / steps, expected, sigmas * 0.36 / std::sqrt(distances), "redraw, one by one");
     const double many = brush.mean_over(300.0, speed);
     expect_near(many, expected, sigmas * 0.36 / std::sqrt(n * 300.0 / (2.0 * expected)) + 1e-4,
                 "redraw, in law");
@@ -121,13 +121,13 @@ TEST_CASE("after a hold the peak of bristles that age is that of the table, whoe
   for (const Row& row : read_table("ageing_hold.csv")) {
     const double speed = number(row, "v_tau_over_dbar");
     const double hold = number(row, "hold_over_tau");
-    const double place = number(row, "x_peak_over_dbar");
+    const double position = number(row, "x_peak_over_dbar");
     INFO(row.at("dist") << " beta " << row.at("beta") << " speed " << speed << " hold " << hold);
     AgeingBrush brush(ageing_material(row), n);
     const double kinetic = number(row, "kinetic");
     double peak = brush.slide_in_pieces(8.0, speed, 0.9);
     brush.wait(hold);
-    if (place > 0.0) peak = brush.slide_in_pieces(place, speed, 0.06);
+    if (position > 0.0) peak = brush.slide_in_pieces(position, speed, 0.06);
     expect_near(peak / kinetic, number(row, "peak_over_kinetic"), sigmas * brush.error() / kinetic,
                 "peak over kinetic");
   }
@@ -165,13 +165,13 @@ TEST_CASE("friction of bristles that age lags behind the speed as the table says
     AgeingBrush brush(ageing_material(row), n);
     const double period = 2.0 * M_PI / (omega * v0);
     const int periods = std::max(2, static_cast<int>(60.0 / (period * v0)));
-    const auto way = [&](double t) { return v0 * t - 0.9 / omega * std::cos(omega * v0 * t); };
+    const auto path = [&](double t) { return v0 * t - 0.9 / omega * std::cos(omega * v0 * t); };
     double up = 0.0, down = 0.0;
     brush.slide_in_pieces(8.0, v0, 0.9);
     for (int k = -1; k < periods; ++k) {
       for (int i = 0; i < steps; ++i) {
         const double t = (i + 1.0) / steps * period;
-        const double length = way(t) - way(t - period / steps);
+        const double length = path(t) - path(t - period / steps);
         const double f = brush.slide(length, length / (period / steps));
         if (k < 0) continue;
         if (i + 1 == steps / 2) down += f / periods;
@@ -365,25 +365,25 @@ TEST_CASE("bristles that age and are renewed slide alike in short and in long st
   const std::uint32_t n = test_size(4000);
   for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (const double speed : {0.02, 3.0}) {
-      std::vector<double> ways;
+      std::vector<double> distances;
       const Quantile quantile = lognormal_quantile(1.0, 0.3);
       for (int k = 0; k < 2000; ++k) {
         const double d = quantile((k + 0.5) / 2000.0);
         double l = d;
         for (int i = 0; i < 200; ++i) l = d * (1.0 + beta * std::log1p(l / speed));
-        ways.push_back(l);
+        distances.push_back(l);
       }
       double low = 1e-3, high = 10.0;
       for (int i = 0; i < 60; ++i) {
         const double lambda = 0.5 * (low + high);
         double sum = 0.0;
-        for (const double l : ways)
+        for (const double l : distances)
           sum += rule == SnapRule::redraw ? std::exp(-lambda * l) : 1.0 / std::expm1(lambda * l);
         const double target = rule == SnapRule::redraw ? 1.0 / (1.0 + kappa) : 1.0 / kappa;
         (sum / 2000.0 > target ? low : high) = lambda;
       }
       double bend = 0.0, count = 0.0, ratio = 0.0;
-      for (const double l : ways) {
+      for (const double l : distances) {
         const double w1 = -std::expm1(-low * l) / low;
         const double w2 = (1.0 - (1.0 + low * l) * std::exp(-low * l)) / (low * low);
         bend += w2;
@@ -424,7 +424,7 @@ TEST_CASE("a long step of bristles that age ends as many short ones do", "[agein
     const char* name;
     SnapLength law;
     Ageing ageing;
-    std::vector<double> ways;
+    std::vector<double> distances;
   };
   const Case cases[] = {
       {"narrow lognormal",
@@ -443,15 +443,15 @@ TEST_CASE("a long step of bristles that age ends as many short ones do", "[agein
   for (const Case& c : cases) {
     INFO(c.name);
     const Material material = plain_material(c.law, SnapRule::redraw).with_ageing(c.ageing);
-    for (const double way : c.ways) {
-      INFO("way " << way);
+    for (const double path : c.distances) {
+      INFO("path " << path);
       AgeingBrush once(material, n), often(material, n, Precision::single, 1, 2);
-      const Response step = once.patch().step(way * dbar, 0.0, n, 0.5 * way * tau);
+      const Response step = once.patch().step(path * dbar, 0.0, n, 0.5 * path * tau);
       const double end = once.deflection(step.elastic[0]);
       double expected = 0.0, dissipated = 0.0;
-      const int pieces = static_cast<int>(2.0 * way);
+      const int pieces = static_cast<int>(2.0 * path);
       for (int k = 0; k < pieces; ++k) {
-        const double piece = way / pieces;
+        const double piece = path / pieces;
         const Response r = often.patch().step(piece * dbar, 0.0, n, 0.5 * piece * tau);
         expected = often.deflection(r.elastic[0]);
         dissipated += r.dissipated;
@@ -532,15 +532,16 @@ TEST_CASE("the rest of a patch that ages is over after a slide in any direction"
   for (const PatchOptions& options :
        {plain_options(200),
         PatchOptions{}.with_population(bristle::Population::infinite).with_max_normal_load(200.0)})
-    for (const auto& way : {std::array{1.0, 0.0}, std::array{0.0, 1.0}, std::array{0.0, -1.0},
-                            std::array{half, -half}, std::array{-half, half}, std::array{0.6, 0.8}}) {
+    for (const auto& direction : {std::array{1.0, 0.0}, std::array{0.0, 1.0}, std::array{0.0, -1.0},
+                                  std::array{half, -half}, std::array{-half, half}, std::array{0.6, 0.8}}) {
       OnePatch patch(material, options);
       patch.step(0.0, 0.0, 200.0, 100.0);
       const Response rested = patch.step(0.0, 0.0, 200.0, tick);
       CHECK(rested.force_limit == Approx(first * (1.0 + 0.1 * std::log1p(100.0 + tick))).epsilon(1e-6));
       Response r;
-      for (int k = 0; k < 60; ++k) r = patch.step(0.3 * dbar * way[0], 0.3 * dbar * way[1], 200.0);
-      INFO("direction " << way[0] << ", " << way[1]);
+      for (int k = 0; k < 60; ++k)
+        r = patch.step(0.3 * dbar * direction[0], 0.3 * dbar * direction[1], 200.0);
+      INFO("direction " << direction[0] << ", " << direction[1]);
       CHECK(r.force_limit >= first);
       CHECK(r.force_limit < first * (1.0 + 0.1 * std::log1p(0.05)));
     }

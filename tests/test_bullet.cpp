@@ -156,9 +156,9 @@ TEST_CASE("In Bullet a tapped block stays on its slope, and friction balances it
     INFO(scene.title);
     const Run held = run(scene, {Friction::bristle})[0];
     CHECK(std::fabs(held.creep) < 1e-12);
-    CHECK(std::fabs(held.samples.back().place[0]) < 10e-6);
-    CHECK(std::fabs(held.samples.back().place[1]) < 1e-6);
-    CHECK(held.samples.back().place[0] > 1e-6);  // the box must move until bent bristles hold it
+    CHECK(std::fabs(held.samples.back().position[0]) < 10e-6);
+    CHECK(std::fabs(held.samples.back().position[1]) < 1e-6);
+    CHECK(held.samples.back().position[0] > 1e-6);  // the box must move until bent bristles hold it
 
     World world(Friction::bristle, scene.gravity, scene.law, scene.options);
     scene.build(world);
@@ -181,10 +181,10 @@ TEST_CASE("In Bullet stacks of four and eight boxes fall with Bullet's friction 
     INFO(scene.title);
     const Run held = run(scene, {Friction::bristle})[0];
     CHECK(std::fabs(held.creep) < 1e-9);
-    CHECK(std::fabs(held.samples.back().place[0]) < 5e-3);
+    CHECK(std::fabs(held.samples.back().position[0]) < 5e-3);
     CHECK(held.contacts == Approx(4.0 * static_cast<double>(scene.body)).epsilon(0.01));
   }
-  CHECK(run(stack(4, 1.0 / 60.0, 10.0), {Friction::stock})[0].samples.back().place[0] > 0.1);
+  CHECK(run(stack(4, 1.0 / 60.0, 10.0), {Friction::stock})[0].samples.back().position[0] > 0.1);
 }
 
 TEST_CASE("In Bullet a stack at rest needs no iteration, unless a body resists rolling", "[bullet]") {
@@ -220,8 +220,8 @@ TEST_CASE("In Bullet a plate pushed off its centre slides and turns as far as Co
   coulomb.run();
   const std::vector<Sample> samples = run(pushed_plate(), {Friction::bristle})[0].samples;
   const auto& end = samples.back();
-  CHECK(end.place[0] == Approx(coulomb.x).epsilon(0.01));
-  CHECK(end.place[1] == Approx(coulomb.y).margin(0.002));
+  CHECK(end.position[0] == Approx(coulomb.x).epsilon(0.01));
+  CHECK(end.position[1] == Approx(coulomb.y).margin(0.002));
   CHECK(end.turn == Approx(coulomb.turn).epsilon(0.01));
 }
 
@@ -241,8 +241,8 @@ TEST_CASE("In Bullet a box slides v^2 / (2 mu g) on the same patches, at any spe
     CHECK(before.size() == 4);
     floor.run(0.8);
     // Bullet moves bodies by the velocity at a step's end, so a braking body stops half a step's path short.
-    const double way = speed * speed / (2.0 * 0.5 * gravity) - 0.5 * floor.dt_s * speed;
-    CHECK(box.getWorldTransform().getOrigin().x() - start == Approx(0.8 * way).epsilon(0.02));
+    const double path = speed * speed / (2.0 * 0.5 * gravity) - 0.5 * floor.dt_s * speed;
+    CHECK(box.getWorldTransform().getOrigin().x() - start == Approx(0.8 * path).epsilon(0.02));
     CHECK(box.getLinearVelocity().length() < 1e-6);
   }
 }
@@ -434,7 +434,7 @@ TEST_CASE("In Bullet an upright cylinder and a box on a mesh of triangles rest o
     scene.seconds = 20.0;
     const Run held = run(scene, {Friction::bristle})[0];
     CHECK(std::fabs(held.creep) < 0.01e-6);
-    CHECK(std::fabs(held.samples.back().place[0]) < 50e-6);
+    CHECK(std::fabs(held.samples.back().position[0]) < 50e-6);
     CHECK(std::fabs(held.samples.back().turn) < 1e-3);
   }
 }
@@ -446,16 +446,16 @@ TEST_CASE("In Bullet patches wait for sleeping bodies, and go back when contact 
   const auto run = [&](int steps) {
     for (int i = 0; i < steps; ++i) world.step(scene.dt_s);
   };
-  const auto place = [&] { return world.body(1).getWorldTransform().getOrigin().x(); };
+  const auto position = [&] { return world.body(1).getWorldTransform().getOrigin().x(); };
   run(240);
-  const double held = place();
+  const double held = position();
   world.body(1).forceActivationState(ISLAND_SLEEPING);
   run(50);
   CHECK(world.bristles()->contacts().empty());
   CHECK(world.bristles()->patches().size() == 4);
   world.body(1).forceActivationState(DISABLE_DEACTIVATION);
   run(240);
-  CHECK(std::fabs(place() - held) < 1e-9);
+  CHECK(std::fabs(position() - held) < 1e-9);
   // Checks that Bullet's own friction coefficients are unchanged.
   auto& dispatcher = *world.world().getDispatcher();
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m)

@@ -133,12 +133,12 @@ Errors lag_errors(double resolution) {
     const double period = 2.0 * M_PI / omega;
     const int steps = 2 * std::max(24, static_cast<int>(std::ceil(0.5 * period * speed / 0.1)));
     const int periods = std::max(2, static_cast<int>(std::ceil(14.0 / (speed * period))));
-    const auto place = [&](double t) { return speed * (t + 0.9 / omega * (1.0 - std::cos(omega * t))); };
+    const auto position = [&](double t) { return speed * (t + 0.9 / omega * (1.0 - std::cos(omega * t))); };
     AgedBrush brush = brush_of(row, resolution);
     double least = 10.0, largest = 0.0;
     for (int k = 1; k <= steps * periods; ++k) {
       const double from = period * (k - 1) / steps, to = period * k / steps;
-      const double f = brush.step(place(to) - place(from), to - from);
+      const double f = brush.step(position(to) - position(from), to - from);
       if (k <= steps * (periods - 1)) continue;
       least = std::min(least, f);
       largest = std::max(largest, f);
@@ -685,7 +685,7 @@ TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
 }
 
 TEST_CASE("Cohorts that a falling load empties take no age from those that stay", "[cohorts][ageing][load]") {
-  // Layers of bristles differ in age and place. Each bristle left after the load falls must equal one from
+  // Layers of bristles differ in age and position. Each bristle left after the load falls must equal one from
   // before the fall, in deflection and in aged length (length x g).
   const Material material = aged(lognormal, 0.3);
   constexpr std::size_t shown = 20000;

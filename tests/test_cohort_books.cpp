@@ -133,14 +133,14 @@ TEST_CASE(
     "[cohorts][mass][load]") {
   // Load changes at rest keep the force: bristles that enter are straight, and are the first to leave again.
   for (const double fallen : {1.0, 0.6})
-    for (const double way : {0.3, 0.9, 2.3, 40.0}) {
-      INFO("slides of " << way << ", a fall to " << fallen);
+    for (const double distance : {0.3, 0.9, 2.3, 40.0}) {
+      INFO("slides of " << distance << ", a fall to " << fallen);
       Brush brush(SnapLength::lognormal(dbar, 0.3), infinite_options(4.0));
       brush.load = 0.5 * load_n;
-      for (int k = 0; k < 7; ++k) brush.step(k % 3 == 2 ? -way : way, 0.1 * k * way);
+      for (int k = 0; k < 7; ++k) brush.step(k % 3 == 2 ? -distance : distance, 0.1 * k * distance);
       brush.load *= fallen;
       brush.step(0.0);
-      brush.step(0.4 * way, 0.2);
+      brush.step(0.4 * distance, 0.2);
       const double before[2] = {brush.response.elastic[0], brush.response.elastic[1]};
       const double least = brush.load;
       for (const double more : {1.3, 1.9}) {

@@ -93,8 +93,8 @@ TEST_CASE("Tremor of every amplitude keeps its error over hundreds of cycles", "
     double squares = 0.0;
     const int steps = static_cast<int>(test_size(12000));
     for (int i = 0; i < steps; ++i) {
-      const auto place = [](int k) { return std::sin(0.157 * k) + 0.3 * std::sin(0.0523 * k); };
-      const double dx = amplitude * dbar * (place(i + 1) - place(i));
+      const auto position = [](int k) { return std::sin(0.157 * k) + 0.3 * std::sin(0.0523 * k); };
+      const double dx = amplitude * dbar * (position(i + 1) - position(i));
       const double dy = 0.4 * amplitude * dbar * (std::sin(0.21 * (i + 1)) - std::sin(0.21 * i));
       const Response a = brush.step(dx, dy, load_n), b = fine.step(dx, dy, load_n);
       squares += std::pow((a.elastic[0] - b.elastic[0]) / (load_n * dbar), 2) +
@@ -142,8 +142,8 @@ TEST_CASE("Long strokes leave nothing behind: friction after 200 of them is that
     const int steps = static_cast<int>(c.stroke / 0.5);
     double force = 0.0;
     for (int stroke = 0; stroke < static_cast<int>(test_size(200)); ++stroke) {
-      const double way = stroke % 2 == 0 ? 0.5 : -0.5;
-      for (int i = 0; i < steps; ++i) brush.step(way);
+      const double distance = stroke % 2 == 0 ? 0.5 : -0.5;
+      for (int i = 0; i < steps; ++i) brush.step(distance);
       force = std::abs(brush.x());
     }
     CHECK(force == Approx(kinetic(law)).epsilon(2e-3));

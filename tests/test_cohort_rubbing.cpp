@@ -49,10 +49,10 @@ struct Cycle {
 Cycle rub(Brush& brush, double stroke) {
   Cycle cycle{0.0, 0.0};
   for (int i = 0; i < 120; ++i) {
-    const double way = (i < 30 || i >= 90 ? 1.0 : -1.0) * stroke / 30.0;
-    brush.step(way);
+    const double step = (i < 30 || i >= 90 ? 1.0 : -1.0) * stroke / 30.0;
+    brush.step(step);
     cycle.highest = std::max(cycle.highest, std::abs(brush.x()));
-    cycle.work -= brush.response.mean[0] / (brush.load * dbar) * way;
+    cycle.work -= brush.response.mean[0] / (brush.load * dbar) * step;
   }
   return cycle;
 }
@@ -183,11 +183,11 @@ TEST_CASE("After a reversal nothing snaps before the patch has come back by twic
     const double slid = brush.x();
     // Takes two steps: one longer than the path after which straight bristles have forgotten their start,
     // then a short one.
-    double way = 0.0;
+    double path = 0.0;
     for (const double step : {30.0, 10.0}) {
       brush.step(-step);
-      way += step;
-      CHECK(brush.x() == Approx(slid - way).margin(1e-5));
+      path += step;
+      CHECK(brush.x() == Approx(slid - path).margin(1e-5));
       CHECK(brush.response.dissipated == 0.0);
     }
     for (int i = 0; i < 5; ++i) {
@@ -270,8 +270,8 @@ TEST_CASE("A rubbed infinite brush follows brute force around corners", "[cohort
     for (int i = 0; i < steps; ++i) {
       // Turns by up to half a circle, or goes back on its own path.
       const double angle = i % 8 < 4 ? 0.4 : 2.5 * flat(generator);
-      const double length = i % 3 == 0 ? 0.2 : 0.5, way = i % 5 == 4 ? -1.0 : 1.0;
-      const double dx = way * length * std::cos(angle), dy = way * length * std::sin(angle);
+      const double length = i % 3 == 0 ? 0.2 : 0.5, sign = i % 5 == 4 ? -1.0 : 1.0;
+      const double dx = sign * length * std::cos(angle), dy = sign * length * std::sin(angle);
       brush.step(dx, dy);
       truth.step(dx, dy, 0.01);
       squares += (std::pow(brush.x() - truth.x(), 2) + std::pow(brush.y() - truth.y(), 2)) / steps;
@@ -427,7 +427,7 @@ TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever 
       Brush all(with_rubbing(law, r), infinite_options());
       OnePatch end(with_rubbing(law, r), PatchOptions(infinite_options()).with_outputs(Outputs::end));
       const double expected = steady(law, r).deflection;
-      // Under the uniform law, with corners, cohorts stay at their mean places, with a second-order error.
+      // Under the uniform law, with corners, cohorts stay at their mean positions, with a second-order error.
       const double allowed = law.law() == bristle::SnapLaw::uniform ? 5e-3 : 2e-3;
       for (const auto& [x, y] : {std::pair{1.3, 0.4}, {0.0, 40.0}, {-60.0, 0.0}}) {
         all.step(x, y);

@@ -17,22 +17,22 @@ namespace bristle_test::test_cohorts {
 
 namespace {
 
-struct Place {
+struct Point {
   double x, y;
 };
 
-std::vector<Place> made_up_path(const std::string& name, int steps) {
-  std::vector<Place> path;
+std::vector<Point> made_up_path(const std::string& name, int steps) {
+  std::vector<Point> path;
   std::mt19937 generator(5);
   std::uniform_real_distribution<double> flat(-1.0, 1.0);
   const auto normal = [&] { return (flat(generator) + flat(generator) + flat(generator)); };
-  Place at{0.0, 0.0};
+  Point at{0.0, 0.0};
   double angle = 0.0;
   for (int i = 0; i < steps; ++i) {
-    Place d{0.0, 0.0};
-    const auto moved = [&](auto place) {
-      const Place a = place(i), b = place(i + 1);
-      return Place{b.x - a.x, b.y - a.y};
+    Point d{0.0, 0.0};
+    const auto moved = [&](auto point) {
+      const Point a = point(i), b = point(i + 1);
+      return Point{b.x - a.x, b.y - a.y};
     };
     if (name == "winding") {
       angle += 0.12 * normal();
@@ -41,12 +41,12 @@ std::vector<Place> made_up_path(const std::string& name, int steps) {
       do d = {0.2 * normal(), 0.2 * normal()};
       while (std::hypot(at.x + d.x, at.y + d.y) > 2.0);
     } else if (name == "circle") {
-      d = moved([](int k) { return Place{std::cos(0.1 * k), std::sin(0.1 * k)}; });
+      d = moved([](int k) { return Point{std::cos(0.1 * k), std::sin(0.1 * k)}; });
     } else if (name == "figure of eight") {
-      d = moved([](int k) { return Place{2.0 * std::sin(0.05 * k), std::sin(0.1 * k)}; });
+      d = moved([](int k) { return Point{2.0 * std::sin(0.05 * k), std::sin(0.1 * k)}; });
     } else if (name == "tremor") {
       d = moved([](int k) {
-        return Place{0.7 * std::sin(0.1 * k) + 0.3 * std::sin(0.27 * k), 0.4 * std::sin(0.13 * k)};
+        return Point{0.7 * std::sin(0.1 * k) + 0.3 * std::sin(0.27 * k), 0.4 * std::sin(0.13 * k)};
       });
     }
     at = {at.x + d.x, at.y + d.y};
@@ -134,7 +134,7 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
                                 SnapLength::lognormal(dbar, 1.0), SnapLength::exponential(dbar)}) {
     std::mt19937 generator(4);
     std::uniform_real_distribution<double> flat(-1.0, 1.0);
-    std::vector<Place> path;
+    std::vector<Point> path;
     double angle = 0.0;
     for (int i = 0; i < 200; ++i) {
       angle += 1.5 * flat(generator);
@@ -142,18 +142,18 @@ TEST_CASE("The error of the infinite brush falls with the square of the resoluti
     }
     const auto forces = [&](double resolution) {
       Brush brush(law, infinite_options(resolution));
-      std::vector<Place> result;
-      for (const Place& d : path) {
+      std::vector<Point> result;
+      for (const Point& d : path) {
         brush.step(d.x, d.y);
         result.push_back({brush.x(), brush.y()});
       }
       return result;
     };
-    const std::vector<Place> truth = forces(64.0);
+    const std::vector<Point> truth = forces(64.0);
     std::vector<double> rms;
     for (double resolution : {4.0, 8.0, 16.0}) {
       double squares = 0.0;
-      const std::vector<Place> f = forces(resolution);
+      const std::vector<Point> f = forces(resolution);
       for (std::size_t i = 0; i < f.size(); ++i)
         squares += std::pow(f[i].x - truth[i].x, 2) + std::pow(f[i].y - truth[i].y, 2);
       rms.push_back(std::sqrt(squares / static_cast<double>(f.size())));
@@ -363,10 +363,10 @@ TEST_CASE("Merging keeps the error of walks that never leave a small region boun
   const double kinetic = law.moment(2) / (2.0 * law.mean()) / dbar;
   for (const auto& [name, most] : std::vector<std::pair<std::string, double>>{
            {"winding", 0.2}, {"disc", 1.0}, {"circle", 1.0}, {"figure of eight", 1.0}, {"tremor", 1.0}}) {
-    const std::vector<Place> path = made_up_path(name, 3000);
+    const std::vector<Point> path = made_up_path(name, 3000);
     Brush fine(law, infinite_options(32.0)), brush(law);
     double squares = 0.0;
-    for (const Place& d : path) {
+    for (const Point& d : path) {
       fine.step(d.x, d.y);
       brush.step(d.x, d.y);
       squares += std::pow(fine.x() - brush.x(), 2) + std::pow(fine.y() - brush.y(), 2);
@@ -495,9 +495,9 @@ TEST_CASE("A load that wavers along a path does the same along either axis", "[c
   for (int k = 0; k < 400; ++k) {
     const double load = load_n * (0.3 + 0.6 * std::abs(std::sin(0.37 * k)));
     along_x.load = along_y.load = load;
-    const double way = k % 40 < 30 ? 0.05 : -0.03;
-    along_x.step(way, 0.0);
-    along_y.step(0.0, way);
+    const double distance = k % 40 < 30 ? 0.05 : -0.03;
+    along_x.step(distance, 0.0);
+    along_y.step(0.0, distance);
     expect_near(along_y.y(), along_x.x(), 1e-9, "mean deflection");
     expect_near(along_y.patch.energy(), along_x.patch.energy(), 1e-9 * load_n * dbar * dbar, "energy");
   }

@@ -213,14 +213,14 @@ TEST_CASE("Displacements from chords are off by the step squared and no normal m
   // Moves a point along a loxodrome, at a height that oscillates over a sphere of radius r, and compares its
   // slip path in the carried axes by fine integration with that by coarse steps.
   const double r = 0.05;
-  const auto place = [r](double t) {
+  const auto position = [r](double t) {
     return Vector3d((r + 0.01 * std::sin(9.0 * t)) * on_sphere(0.6 + 0.5 * t, 1.3 * t));
   };
   const auto walk = [&](int steps, bool midway) {
-    ContactFrame frame(place(0.0));
+    ContactFrame frame(position(0.0));
     Vector2d sum(0, 0);
     for (int i = 1; i <= steps; ++i) {
-      const Vector3d from = place((i - 1.0) / steps), to = place(static_cast<double>(i) / steps);
+      const Vector3d from = position((i - 1.0) / steps), to = position(static_cast<double>(i) / steps);
       const Vector3d chord = to - from;
       const Vector3d along = frame.along(), aside = frame.aside();
       frame.carry(to);

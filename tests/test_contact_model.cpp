@@ -138,7 +138,7 @@ double force_after(PatchBatch& batch, PatchId id, double dx, double load) {
 }  // namespace
 
 TEST_CASE("Ranges of saved whole numbers are exact where a double is not", "[state]") {
-  const FieldRule rule{"way", -0x1p62, 0x1p62};
+  const FieldRule rule{"path", -0x1p62, 0x1p62};
   const std::int64_t farthest = std::int64_t{1} << 62;
   CHECK(is_allowed(farthest, rule));
   CHECK(is_allowed(-farthest, rule));
@@ -241,9 +241,9 @@ TEST_CASE("A state that no patch can be in is found, whichever model it is of", 
     const KernelEntry* kernels = kernel_entries(&count);
     while (!kernels->usable()) ++kernels;
     Patch p = make_patch(compile_material(plain_material(law, rule)), options, *kernels->table);
-    const auto places = std::make_shared<LanePool>();
+    const auto lanes = std::make_shared<LanePool>();
     if (p.in_lane) {
-      p.model->take_lane(p, *places);
+      p.model->take_lane(p, *lanes);
       enter_lane(p);
     }
     std::vector<std::byte> room(saved_size_of(p));

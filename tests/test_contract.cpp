@@ -246,29 +246,29 @@ class Forger {
  public:
   explicit Forger(const std::vector<std::byte>& good) : good_(good), forged_(good) {}
 
-  /// Calls `visit(forged, what)` for states with one number forged in every way: the numbers of the first 300
-  /// bytes, then as many others as given.
+  /// Calls `visit(forged, what)` for states with one number forged by every forgery: the numbers of the first
+  /// 300 bytes, then as many others as given.
   template <class Visit>
   void each_number(std::size_t others, Visit&& visit) {
     const std::size_t stride = 4 * std::max<std::size_t>(1, good_.size() / 4 / others);
     for (std::size_t at = 8; at + 8 <= good_.size(); at += at < 300 ? 4 : stride)
-      for (std::size_t way = 0; way < ways; ++way) {
-        forge(at, way);
+      for (std::size_t forgery = 0; forgery < forgeries; ++forgery) {
+        forge(at, forgery);
         visit(forged_, what_);
         undo();
       }
   }
   /// Calls `visit(forged, what)` for states with several numbers forged: two to four anywhere, or a run of up
-  /// to sixty in one way, as of a column.
+  /// to sixty by one forgery, as of a column.
   template <class Visit>
   void several(std::size_t count, Visit&& visit) {
     for (std::size_t k = 0; k < count; ++k) {
       const bool run = k % 2 == 0;
-      std::size_t at = any_place(), way = random_() % ways;
+      std::size_t at = any_offset(), forgery = random_() % forgeries;
       for (std::size_t left = 2 + random_() % (run ? 59 : 3); left > 0; --left) {
-        forge(at, way);
-        at = run ? std::min(at + (way < wide_ways ? 8 : 4), good_.size() - 8) : any_place();
-        if (!run) way = random_() % ways;
+        forge(at, forgery);
+        at = run ? std::min(at + (forgery < wide_forgeries ? 8 : 4), good_.size() - 8) : any_offset();
+        if (!run) forgery = random_() % forgeries;
       }
       visit(forged_, what_);
       undo();
@@ -276,9 +276,9 @@ class Forger {
   }
 
  private:
-  static constexpr std::size_t wide_ways = 16, ways = wide_ways + 10;
+  static constexpr std::size_t wide_forgeries = 16, forgeries = wide_forgeries + 10;
 
-  void forge(std::size_t at, std::size_t way) {
+  void forge(std::size_t at, std::size_t forgery) {
     const auto x = number_at<double>(at);
     const double wide[] = {nan, infinity, -infinity, -x, -1e-301, -1.0, 2.0 * x, 1e6 * x, 1e300, 0.0};
     constexpr std::uint64_t one = 1, words[] = {one << 63, one << 62, (one << 60) - 1, ~(one << 63),
@@ -286,26 +286,26 @@ class Forger {
     const auto y = number_at<float>(at);
     const auto narrow_nan = static_cast<float>(nan), narrow_infinity = static_cast<float>(infinity);
     const float narrow[] = {narrow_nan, narrow_infinity, -y, 4.0f * y, 1e30f, 0.0f};
-    if (way < std::size(wide))
-      put(at, wide[way]);
-    else if (way - std::size(wide) < std::size(words))
-      put(at, words[way - std::size(wide)]);
-    else if (way < wide_ways)
-      put(at, number_at<std::uint64_t>(any_place()));
-    else if (way - wide_ways < std::size(narrow))
-      put(at, narrow[way - wide_ways]);
+    if (forgery < std::size(wide))
+      put(at, wide[forgery]);
+    else if (forgery - std::size(wide) < std::size(words))
+      put(at, words[forgery - std::size(wide)]);
+    else if (forgery < wide_forgeries)
+      put(at, number_at<std::uint64_t>(any_offset()));
+    else if (forgery - wide_forgeries < std::size(narrow))
+      put(at, narrow[forgery - wide_forgeries]);
     else
-      put(at, way % 4 == 2   ? ~0u
-              : way % 4 == 3 ? number_at<std::uint32_t>(any_place())
-              : way % 4 == 0 ? 0x7fffffffu
-                             : number_at<std::uint32_t>(at) + 1);
-    what_ += " byte " + std::to_string(at) + " way " + std::to_string(way);
+      put(at, forgery % 4 == 2   ? ~0u
+              : forgery % 4 == 3 ? number_at<std::uint32_t>(any_offset())
+              : forgery % 4 == 0 ? 0x7fffffffu
+                                 : number_at<std::uint32_t>(at) + 1);
+    what_ += " byte " + std::to_string(at) + " forgery " + std::to_string(forgery);
   }
   void undo() {
     forged_ = good_;
     what_.clear();
   }
-  std::size_t any_place() { return 8 + 4 * (random_() % ((good_.size() - 16) / 4)); }
+  std::size_t any_offset() { return 8 + 4 * (random_() % ((good_.size() - 16) / 4)); }
   template <class T>
   T number_at(std::size_t at) const {
     T value;

@@ -14,14 +14,14 @@ namespace bristle_test::test_coupling {
 
 namespace {
 
-enum class Way { predictor, midpoint };
+enum class Solver { predictor, midpoint };
 
 constexpr double mass = 0.1;
 
 /// A mass on a rail over one patch, with a chosen k = K T^2/m and c = C T/m, where T = tick.
 struct Rail : RailBody {
-  Rail(Way way, double k, double c, std::uint32_t bristles, SnapRule rule = SnapRule::redraw)
-      : RailBody(way == Way::midpoint, mass, 1.0,
+  Rail(Solver solver, double k, double c, std::uint32_t bristles, SnapRule rule = SnapRule::redraw)
+      : RailBody(solver == Solver::midpoint, mass, 1.0,
                  Material{}
                      .with_bristle_stiffness(k * mass / (tick * tick) / 1000.0)
                      .with_bristle_damping(c * mass / tick / 1000.0)
@@ -41,18 +41,18 @@ struct Rail : RailBody {
   double stiffness;
 };
 
-double stopping_ratio(Way way, double k, double way_in_dbar) {
-  Rail rail(way, k, 0.0, 4000);
+double stopping_ratio(Solver solver, double k, double path_in_dbar) {
+  Rail rail(solver, k, 0.0, 4000);
   rail.slide_in();
   // Kinetic force with redraw and lengths uniform on 0.5 to 1.5: m2 / (2 m1) = 13/24 of K dbar.
   const double kinetic_n = 13.0 / 24.0 * rail.stiffness * dbar;
-  rail.body.velocity[0] = std::sqrt(2.0 * kinetic_n * way_in_dbar * dbar / mass);
+  rail.body.velocity[0] = std::sqrt(2.0 * kinetic_n * path_in_dbar * dbar / mass);
   double farthest = 0.0;
   for (int i = 0; i < 400; ++i) {
     rail.step();
     farthest = std::max(farthest, rail.x);
   }
-  return farthest / (way_in_dbar * dbar);
+  return farthest / (path_in_dbar * dbar);
 }
 
 }  // namespace
@@ -62,19 +62,19 @@ TEST_CASE("A sliding body stops where a constant friction force stops it, by eit
   // sqrt(4000 * 20) = 0.0014. At the stop the bristles spring back by up to 0.3 dbar.
   for (const double k : {0.08, 0.8, 8.0}) {
     CAPTURE(k);
-    CHECK(stopping_ratio(Way::midpoint, k, 300.0) == Approx(1.0).margin(0.003));
-    CHECK(stopping_ratio(Way::midpoint, k, 20.0) == Approx(1.0).margin(5 * 0.0014 + 0.01));
-    // Tolerance of Way::predictor: in a late step it may pull with the peak force in place of the kinetic
+    CHECK(stopping_ratio(Solver::midpoint, k, 300.0) == Approx(1.0).margin(0.003));
+    CHECK(stopping_ratio(Solver::midpoint, k, 20.0) == Approx(1.0).margin(5 * 0.0014 + 0.01));
+    // Tolerance of Solver::predictor: in a late step it may pull with the peak force in place of the kinetic
     // force: a relative error of (peak - kinetic) / K dbar = 0.083, over the displacement of that step.
-    CHECK(stopping_ratio(Way::predictor, k, 300.0) == Approx(0.99).margin(0.015));
-    CHECK(stopping_ratio(Way::predictor, k, 20.0) == Approx(0.97).margin(0.035));
+    CHECK(stopping_ratio(Solver::predictor, k, 300.0) == Approx(0.99).margin(0.015));
+    CHECK(stopping_ratio(Solver::predictor, k, 20.0) == Approx(0.97).margin(0.035));
   }
 }
 
 TEST_CASE("The midpoint solve never adds energy, whatever the stiffness", "[coupling][energy]") {
   for (const double k : {1e-3, 0.8, 50.0, 1e4}) {
     for (const double c : {0.0, 0.01, 1.0, 100.0}) {
-      Rail rail(Way::midpoint, k, c, 500);
+      Rail rail(Solver::midpoint, k, c, 500);
       rail.body.velocity[0] = std::sqrt(20.0 * k) * dbar / tick;
       double before = rail.kinetic_energy();
       const double start = before;
@@ -117,7 +117,7 @@ TEST_CASE("The clipped predictor comes to rest from sliding, whatever stiffness 
   for (const double k : {1e-3, 0.8, 50.0, 1e4}) {
     for (const double c : {0.0, 0.01, 1.0, 100.0}) {
       CAPTURE(k, c);
-      Rail rail(Way::predictor, k, c, 500);
+      Rail rail(Solver::predictor, k, c, 500);
       rail.slide_in();
       const double start = std::sqrt(20.0 * k) * dbar / tick;
       rail.body.velocity[0] = start;
@@ -163,7 +163,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
                                 .with_normal_stiffness(1e3)
                                 .with_bristle_stiffness(0.4 * 24.0 / 13.0 / (1e3 * dbar));
   REQUIRE(material.kinetic_coefficient() == Approx(0.4));
-  for (const Way way : {Way::predictor, Way::midpoint}) {
+  for (const Solver solver : {Solver::predictor, Solver::midpoint}) {
     PatchBatch batch;
     std::array<Motion, 4> motions;
     std::array<Response, 4> responses;
@@ -185,7 +185,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
     double angle = 0.0, farthest = 0.0;
     for (int i = 0; i < 500; ++i) {
       const double before = body.velocity[5];
-      if (way == Way::predictor) {
+      if (solver == Solver::predictor) {
         bristle::predict_displacements(batch, tick, body, none, feet, motions);
         batch.step(tick, motions, responses);
         bristle::apply_end_forces(tick, body, none, feet, responses);
@@ -208,7 +208,7 @@ TEST_CASE("A rigid plate spun about its normal stops after the angle that fricti
 }
 
 TEST_CASE("Momentum is kept: a pushed body's velocity follows from the forces on it", "[coupling]") {
-  Rail rail(Way::midpoint, 0.8, 0.1, 500);
+  Rail rail(Solver::midpoint, 0.8, 0.1, 500);
   double impulse = 0.0;
   for (int i = 0; i < 200; ++i) {
     rail.step(0.7);
@@ -252,8 +252,8 @@ TEST_CASE("A patch of one axis does not hold a body back along the other", "[cou
 TEST_CASE("A block on a slope does not creep", "[coupling]") {
   // Pushes with two thirds of the kinetic force, in steps of 1 ms. Once the body is at rest, the step's
   // equation has only one solution, to stay.
-  for (const Way way : {Way::predictor, Way::midpoint}) {
-    Rail rail(way, 0.8, 0.2, 500);
+  for (const Solver solver : {Solver::predictor, Solver::midpoint}) {
+    Rail rail(solver, 0.8, 0.2, 500);
     const double push = 2.0 / 3.0 * 13.0 / 24.0 * rail.stiffness * dbar;
     for (int i = 0; i < 2000; ++i) rail.step(push);
     const double settled = rail.x;
@@ -273,7 +273,7 @@ TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
   motion.id = batch.add(Material{}.with_bristle_damping(0.05).with_stribeck_velocity(1e6),
                         PatchOptions{}.with_outputs(Outputs::mean));
   motion.normal_load = 1.0;
-  for (const Way way : {Way::predictor, Way::midpoint}) {
+  for (const Solver solver : {Solver::predictor, Solver::midpoint}) {
     bristle::MovingBody<2> body;
     body.mass *= 0.1;
     bristle::BodyContact<2> contact;
@@ -281,13 +281,13 @@ TEST_CASE("A body on a moving floor is carried along", "[coupling]") {
     const bristle::BodyVector<2> none = Eigen::Vector2d::Zero();
     Response response;
     for (int i = 0; i < 3000; ++i) {
-      if (way == Way::predictor) {
+      if (solver == Solver::predictor) {
         bristle::predict_displacements(batch, tick, body, none, {&contact, 1}, {&motion, 1});
       } else {
         bristle::solve_displacements(batch, tick, body, none, {&contact, 1}, {&motion, 1});
       }
       batch.step(tick, {&motion, 1}, {&response, 1});
-      if (way == Way::predictor) {
+      if (solver == Solver::predictor) {
         bristle::apply_end_forces(tick, body, none, {&contact, 1}, {&response, 1});
       } else {
         bristle::apply_mean_forces(tick, body, none, {&contact, 1}, {&response, 1});

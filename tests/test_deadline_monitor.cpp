@@ -148,7 +148,7 @@ TEST_CASE("Buckets hold every record once, within their edges", "[deadline]") {
   CHECK(histogram.count() == times.size());
 }
 
-TEST_CASE("Jitter is how far the way from start to start is off the period, pauses left out", "[deadline]") {
+TEST_CASE("Jitter is how far the time from start to start is off the period, pauses left out", "[deadline]") {
   DeadlineMonitor monitor(1e-3, 1e-3);
   const auto tick = [&](double due_s, double late_s) {
     monitor.record_tick(Tick{due_s, due_s + late_s, due_s + late_s + 0.2e-3, 0.1e-3});

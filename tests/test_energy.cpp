@@ -122,8 +122,8 @@ void check_walk(const PatchCase& c, unsigned seed, int steps) {
   // bristle is counted as a snap before it loses any.
   const bool snaps_alone = !infinite && !slides && c.material.shared_renewal == 0.0;
   const Precision precision = c.options.precision;
-  // In double a snap's place is known to 1e-12; ages and slides are less exact. So is an infinite brush in
-  // single precision, which knows the places of its cohorts to 2^-24.
+  // In double a snap's position is known to 1e-12; ages and slides are less exact. So is an infinite brush in
+  // single precision, which knows the positions of its cohorts to 2^-24.
   const double digits = precision == Precision::double_ ? (ages || slides ? 10.0 : 1.0)
                         : infinite                      ? 100.0
                                                         : 1.0;

@@ -125,14 +125,14 @@ TEST_CASE("Velocity step: rate and state jumps by a ln(ratio) and comes down by 
   CHECK(finding(result, "direct_effect", "rate_state") == Approx(100.0 * (a + late) / mu0).epsilon(0.003));
   // Path x after which the friction b ln(1 + 2 exp(-x)) has fallen to 1/e of its first sample.
   const double first = std::log1p(2.0 * std::exp(-0.02));
-  const double way = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
-  CHECK(finding(result, "evolution_path", "rate_state") == Approx(way).margin(0.021));
+  const double path = -std::log(0.5 * std::expm1(first * std::exp(-1.0))) - 0.02;
+  CHECK(finding(result, "evolution_path", "rate_state") == Approx(path).margin(0.021));
   for (const char* phenomenon : {"direct_effect", "speed_fall", "evolution_path"}) {
     CHECK(is_shown(result, phenomenon, "rate_state"));
   }
 }
 
-TEST_CASE("Velocity step: GMS follows the speed over a time, not over a way", "[experiment]") {
+TEST_CASE("Velocity step: GMS follows the speed over a time, not over a path", "[experiment]") {
   // Both speeds are near the Stribeck velocity, where friction of the LuGre model falls with speed.
   const ExperimentResult result =
       run("velocity-step", {"speeds=2e-4,5e-4", "attraction_rate=10", "repeats=2", "factor=1.2", "path=40"},

@@ -39,7 +39,7 @@ TEST_CASE("Wheels creep as closed forms and the table of the tyre say", "[experi
         Approx(0.5 * coarse).epsilon(0.05));
 }
 
-TEST_CASE("A ball rolls as Galileo's, and lags by Carter's share of its way", "[experiment][beds]") {
+TEST_CASE("A ball rolls as Galileo's, and lags by Carter's share of its path", "[experiment][beds]") {
   const cli::ExperimentResult result = run("rolling-ball", {"time=1"}, {"coulomb", "bed"});
   // The centre of a ball gains as much speed as its surface loses: ratio 1 / (1 + 2/5 (1 - creepage)).
   const double creepage = rows_of(result, "slope", "bed").back().values[3];

@@ -25,8 +25,8 @@ namespace {
 
 constexpr double pi = 3.141592653589793;
 
-enum class Way { predictor, midpoint };
-const char* name_of(Way way) { return way == Way::predictor ? "predictor" : "midpoint"; }
+enum class Solver { predictor, midpoint };
+const char* name_of(Solver solver) { return solver == Solver::predictor ? "predictor" : "midpoint"; }
 const char* name_of(Population population) {
   return population == Population::infinite ? "infinite" : "representatives";
 }
@@ -63,14 +63,14 @@ struct Body {
     motions.push_back(motion);
     responses.emplace_back();
   }
-  void step(Way way, const BodyVector<Dof>& force, double dt_s = tick) {
-    if (way == Way::predictor) {
+  void step(Solver solver, const BodyVector<Dof>& force, double dt_s = tick) {
+    if (solver == Solver::predictor) {
       bristle::predict_displacements(patches, cells, dt_s, body, force, contacts, motions);
     } else {
       report = bristle::solve_displacements(patches, cells, dt_s, body, force, contacts, motions);
     }
     status = status | patches.step(dt_s, motions, responses).status;
-    if (way == Way::predictor) {
+    if (solver == Solver::predictor) {
       bristle::apply_end_forces(dt_s, body, force, contacts, responses);
     } else {
       bristle::apply_mean_forces(dt_s, body, force, contacts, responses);
@@ -78,7 +78,7 @@ struct Body {
     for (int a = 0; a < 3; ++a) pose[a] += motions[0].displacement[a];
     for (const ExtendedResponse& r : responses) lost += r.dissipated + r.contact_loss + r.damper_work;
   }
-  void step(Way way) { step(way, Eigen::Matrix<double, Dof, 1>::Zero()); }
+  void step(Solver solver) { step(solver, Eigen::Matrix<double, Dof, 1>::Zero()); }
   double kinetic_energy() const {
     const Eigen::Matrix<double, Dof, 1> u = body.velocity;
     return 0.5 * u.dot(body.mass * u);
@@ -98,7 +98,7 @@ struct Body {
   std::vector<ExtendedResponse> responses;
   bristle::SolveReport report;
   Status status = Status::ok;
-  Vector3d pose = Vector3d::Zero();  ///< place (m) and angle (rad) of the first patch
+  Vector3d pose = Vector3d::Zero();  ///< position (m) and angle (rad) of the first patch
   double lost = 0.0;                 ///< energy lost so far, J
 };
 
@@ -138,8 +138,8 @@ void limit_surface(double v, double spin_r, double& force, double& torque) {
 TEST_CASE("A disc under a force and a torque that swing below the limit does not creep or turn in an hour",
           "[extended][coupling][creep]") {
   const Population population = GENERATE(Population::infinite, Population::representatives);
-  const Way way = GENERATE(Way::predictor, Way::midpoint);
-  CAPTURE(name_of(population), name_of(way));
+  const Solver solver = GENERATE(Solver::predictor, Solver::midpoint);
+  CAPTURE(name_of(population), name_of(solver));
   constexpr double dt = 0.04, length = 10e-6;
   Disc disc(Material::from_coefficients(
                 bristle::Coefficients{}.with_presliding_length(length).with_damping_per_newton(100.0)),
@@ -150,7 +150,7 @@ TEST_CASE("A disc under a force and a torque that swing below the limit does not
       // Force and torque are at most 0.4 of their limits, so the rim carries at most 0.4 + 0.4 * 4/3 * 0.89
       // of its kinetic friction, and sticks.
       const double share = 0.2 * (1.0 + std::sin(2.0 * pi * i / 10.0));
-      disc.step(way, Vector3d(share * limit, 0.0, share * 2.0 / 3.0 * limit * Disc::radius), dt);
+      disc.step(solver, Vector3d(share * limit, 0.0, share * 2.0 / 3.0 * limit * Disc::radius), dt);
     }
   };
   const int minute = static_cast<int>(60.0 / dt);
@@ -178,12 +178,12 @@ TEST_CASE("The midpoint solve keeps the energy of a disc that slides and spins t
   double before = start;
   for (int i = 0; i < 500; ++i) {
     const double velocity_before = disc.body.velocity.norm();
-    disc.step(Way::midpoint);
+    disc.step(Solver::midpoint);
     const double total = disc.kinetic_energy() + disc.stored_energy() + disc.lost;
     // Tolerance: a relative residual r of the solved force changes the energy by r x largest force x path.
     const double force = 0.5 * Disc::load + std::abs(disc.responses[0].damper[0]);
-    const double way = tick * (velocity_before + 1e-3);
-    expect_near(total, before, 2.0 * disc.report.residual * force * way + 1e-12 * start, "energy");
+    const double solver = tick * (velocity_before + 1e-3);
+    expect_near(total, before, 2.0 * disc.report.residual * force * solver + 1e-12 * start, "energy");
     before = total;
   }
   CHECK(before == Approx(start).epsilon(1e-3));
@@ -196,9 +196,9 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
           "[extended][coupling]") {
   // The final ratio is that of Farkas, Bartels, Unger and Wolf, PRL 90, 248302 (2003). The path to it is
   // integrated beside the coin.
-  const Way way = GENERATE(Way::predictor, Way::midpoint);
+  const Solver solver = GENERATE(Solver::predictor, Solver::midpoint);
   const double ratio = GENERATE(0.45, 1.5);
-  CAPTURE(name_of(way), ratio);
+  CAPTURE(name_of(solver), ratio);
   constexpr double mu = 0.4, length = 1e-9, start = 0.5, loss = 0.02;
   Disc disc(rubber(mu, length), options_of(Population::infinite, Disc::load), 5);
   double v = ratio * start, rim = start;  // v and omega R of an ideal coin (bristles of no length), m/s
@@ -212,7 +212,7 @@ TEST_CASE("A coin that slides and spins stops both at once, at v / (omega R) = 0
       v -= 0.05 * loss * now * force;
       rim -= 0.1 * loss * now * torque;
     }
-    disc.step(way, Vector3d::Zero(), loss * now * Disc::mass / (mu * Disc::load));
+    disc.step(solver, Vector3d::Zero(), loss * now * Disc::mass / (mu * Disc::load));
     if (std::max(v, rim) < 0.1 * fastest) continue;
     expect_near(disc.body.velocity[0], v, 0.03 * std::max(v, rim), "speed");
     expect_near(disc.body.velocity[2] * Disc::radius, rim, 0.03 * std::max(v, rim), "speed of the rim");
@@ -230,9 +230,9 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
           "[extended][coupling]") {
   // A plate on a wall, on sticking pads of radius R and stiffness K. Under a force through its centre of mass
   // and a torque about the normal it moves as if each pad were a spring K, and K R^2 / 2 against spin.
-  const Way way = GENERATE(Way::predictor, Way::midpoint);
+  const Solver solver = GENERATE(Solver::predictor, Solver::midpoint);
   const std::size_t pads = GENERATE(1u, 3u, 4u);
-  CAPTURE(name_of(way), pads);
+  CAPTURE(name_of(solver), pads);
   constexpr double radius = 5e-3, load = 10.0, stiffness = 2e5, push = 0.2;
   const std::vector<Eigen::Vector2d> corners = {{0.04, 0.03}, {-0.04, 0.03}, {-0.04, -0.03}, {0.04, -0.03}};
   const Eigen::Quaterniond wall(Eigen::AngleAxisd(0.7, Vector3d(1.0, 2.0, -1.0).normalized()));
@@ -269,7 +269,7 @@ TEST_CASE("A plate on pads gives way by the stiffness of its pads, their arms an
     springs(2, 2) += stiffness * 0.5 * radius * radius;
   }
   const Vector3d moved = springs.ldlt().solve(Vector3d(0.6 * push, -0.8 * push, 0.004));
-  for (int i = 0; i < 6000; ++i) plate.step(way, force);
+  for (int i = 0; i < 6000; ++i) plate.step(solver, force);
   const Vector3d of_pad(moved[0] - corners[0][1] * moved[2], moved[1] + corners[0][0] * moved[2], moved[2]);
   CHECK(plate.status == Status::ok);
   CHECK(plate.body.velocity.norm() < 2e-8);
@@ -306,7 +306,7 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
   const double start = solved.kinetic_energy();
   double before = start;
   for (std::uint32_t i = 0; i < test_size(200); ++i) {
-    solved.step(Way::midpoint);
+    solved.step(Solver::midpoint);
     const double now = solved.kinetic_energy() + solved.stored_energy();
     const double force = stiffness * length + std::abs(solved.responses[0].damper[0]);
     const double slack = force * force * solved.report.residual * tick * tick / Disc::mass +
@@ -322,7 +322,7 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
   // multiplies the amplitude by 1 - 4 / (1 + k/2). Against spin a disc has half the stiffness.
   const double decay = std::max({8.0 / std::max(k, c), 0.25 * k, 50.0});
   const auto steps = static_cast<int>(std::min(6.0 * decay, 20000.0));
-  for (int i = 0; i < steps; ++i) predicted.step(Way::predictor);
+  for (int i = 0; i < steps; ++i) predicted.step(Solver::predictor);
   CHECK(predicted.status == Status::ok);
   CHECK(predicted.kinetic_energy() < (k > 1e5 ? 1.0 : 0.003) * start);
   CHECK(std::abs(predicted.pose[2]) * Disc::radius < 60.0 * length);
@@ -331,7 +331,7 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
 
 TEST_CASE("A body on an extended patch that is a point moves as on a point, to the bit",
           "[extended][coupling]") {
-  const Way way = GENERATE(Way::predictor, Way::midpoint);
+  const Solver solver = GENERATE(Solver::predictor, Solver::midpoint);
   const Material material = rubber(0.4, 20e-6, 0.5);
   const PatchOptions options = options_of(Population::infinite, 1.0);
   Body<3> body;
@@ -349,14 +349,14 @@ TEST_CASE("A body on an extended patch that is a point moves as on a point, to t
   point.jacobian = off_centre.jacobian.topRows<2>();
   for (int i = 0; i < 300; ++i) {
     const BodyVector<3> force = Vector3d(0.3 + 0.01 * i, 0.2, 0.002 * std::sin(0.1 * i));
-    body.step(way, force);
-    if (way == Way::predictor) {
+    body.step(solver, force);
+    if (solver == Solver::predictor) {
       bristle::predict_displacements(batch, tick, same, force, {&point, 1}, {&motion, 1});
     } else {
       bristle::solve_displacements(batch, tick, same, force, {&point, 1}, {&motion, 1});
     }
     batch.step(tick, {&motion, 1}, {&response, 1});
-    if (way == Way::predictor) {
+    if (solver == Solver::predictor) {
       bristle::apply_end_forces(tick, same, force, {&point, 1}, {&response, 1});
     } else {
       bristle::apply_mean_forces(tick, same, force, {&point, 1}, {&response, 1});
@@ -369,13 +369,13 @@ TEST_CASE("A body on an extended patch that is a point moves as on a point, to t
 
 TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {
   // The disc's axes turn with the table; the ground's velocity, given in these axes, stays the same.
-  const Way way = GENERATE(Way::predictor, Way::midpoint);
+  const Solver solver = GENERATE(Solver::predictor, Solver::midpoint);
   Disc disc(rubber(0.4, 20e-6, 2.0), options_of(Population::infinite, Disc::load), 2);
   disc.contacts[0].ground_velocity << 0.1, -0.2, 30.0;
   disc.cells.reserve(12);
   const void* const memory[3] = {disc.cells.contacts.data(), disc.cells.motions.data(),
                                  disc.cells.positions.data()};
-  for (int i = 0; i < 2000; ++i) disc.step(way);
+  for (int i = 0; i < 2000; ++i) disc.step(solver);
   CHECK(disc.cells.contacts.data() == memory[0]);
   CHECK(disc.cells.motions.data() == memory[1]);
   CHECK(disc.cells.positions.data() == memory[2]);

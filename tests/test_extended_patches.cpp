@@ -422,15 +422,15 @@ TEST_CASE(
           Outline::ellipse(radius, 0.3 * radius, Pressure::uniform, 2), load_n);
   // Moves one step forth by 0.2 of a snap length at the rim, with the centre moving too, then back in three
   // steps. A rule that took the chord for the arc, or the old position for the one half-way, would drift.
-  const double spin = 0.2 * dbar / radius, way = 0.1 * dbar;
+  const double spin = 0.2 * dbar / radius, path = 0.1 * dbar;
   for (int i = 0; i < 20000; ++i) {
-    pad.step(way, 0.0, spin);
-    for (int k = 0; k < 3; ++k) pad.step(-way / 3, 0.0, -spin / 3);
+    pad.step(path, 0.0, spin);
+    for (int k = 0; k < 3; ++k) pad.step(-path / 3, 0.0, -spin / 3);
   }
   const double stiffness = load_n;
   for (int a = 0; a < 2; ++a)
-    expect_near(pad.response.elastic[a], 0.0, 1e-8 * stiffness * way, "force at the pose of the start");
-  expect_near(pad.response.elastic[2], 0.0, 1e-8 * stiffness * way * radius,
+    expect_near(pad.response.elastic[a], 0.0, 1e-8 * stiffness * path, "force at the pose of the start");
+  expect_near(pad.response.elastic[2], 0.0, 1e-8 * stiffness * path * radius,
               "torque at the pose of the start");
 }
 

@@ -115,7 +115,8 @@ TEST_CASE("Steps near multiples of the snap length land on one side of the tie o
     const Response r = far.step(0x1p53 * dbar, 0.0, 1000.0);
     check_finite(r);
     CHECK(r.dissipated == Approx(1000.0 * 0x1p53 * dbar * 0.5 * dbar).epsilon(0.01));
-    // After a far step places within the last length are uniform: mean deflection delta / 2, deviation 0.3.
+    // After a far step positions within the last length are uniform: mean deflection delta / 2, deviation
+    // 0.3.
     CHECK(std::abs(-r.elastic[0] / (1000.0 * dbar) - 0.5) < 5.0 * std::sqrt(0.1112 / 1000.0));
   }
 }
@@ -255,7 +256,7 @@ TEST_CASE("A thousand and 2^53 snap lengths in a step leave the right force and 
       patch.step(0.0, 0.0, n);
       const Response r = step_along(patch, kind, lengths * dbar, n);
       check_finite(r);
-      // After a far step bristles are at random places between snaps: mean deflection m1/2 (keep) or m2/(2
+      // After a far step bristles are at random positions between snaps: mean deflection m1/2 (keep) or m2/(2
       // m1) (redraw), deviations sqrt(m2/3 - m1^2/4) and sqrt(m3/(3 m1) - (m2/(2 m1))^2).
       const bool keep = kind.rule == SnapRule::keep;
       const double m2 = 13.0 / 12.0, m3 = 1.25;
@@ -270,7 +271,7 @@ TEST_CASE("A thousand and 2^53 snap lengths in a step leave the right force and 
   }
 }
 
-TEST_CASE("A way to and fro inside a step is not seen: the force is that of the net way", "[extremes]") {
+TEST_CASE("A path to and fro inside a step is not seen: the force is that of the net path", "[extremes]") {
   constexpr std::uint32_t n = 4000;
   for (const Kind& kind : kinds()) {
     INFO(kind.name());
@@ -313,7 +314,7 @@ TEST_CASE("A way to and fro inside a step is not seen: the force is that of the 
       const double off = (out_and_back(parts) - exact) / dbar;
       INFO(parts << " parts: off by " << off << ", hidden " << hidden);
       expect(off >= -1e-5 * n && off <= 1.5 * (hidden + sigmas * std::sqrt(hidden) + 1.0),
-             "the error is that of the way hidden");
+             "the error is that of the path hidden");
     }
   }
 }

@@ -265,11 +265,11 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
   const double bend = kinetic_bend({20000, lognormal_quantile(length, cv), 0.0, renewal, 18}, length, finest);
   std::mt19937_64 generator(4);
   std::normal_distribution<double> noise(0.0, 0.01);
-  const auto place = [](double t) { return 30e-6 * (1.0 + t / 3.0) * std::sin(2.0 * M_PI * 0.6 * t); };
+  const auto position = [](double t) { return 30e-6 * (1.0 + t / 3.0) * std::sin(2.0 * M_PI * 0.6 * t); };
   std::string csv = "t,x,load,force\n";
   double x = 0.0;
   for (int i = 0; i < 300; ++i) {
-    const double t = 0.02 * i, next = place(t), v = (place(t + 1e-5) - place(t - 1e-5)) / 2e-5;
+    const double t = 0.02 * i, next = position(t), v = (position(t + 1e-5) - position(t - 1e-5)) / 2e-5;
     bristles.step(next - x, 0.0, finest);
     x = next;
     const double force = kinetic * load * bristles.x() / bend +
@@ -344,11 +344,11 @@ TEST_CASE("Rivals are fitted to one part of a record and judged on the rest, eac
   CHECK(all.fitted_samples == 351);
   CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples == 1000);
   // The squares of reversals and of sliding add up to those of all judged samples.
-  const double turning = static_cast<double>(all.reversal_samples),
+  const double reversing = static_cast<double>(all.reversal_samples),
                sliding = static_cast<double>(all.sliding_samples);
   for (const cli::Judgement& j : all.models)
-    CHECK(std::pow(j.judged.reversal, 2) * turning + std::pow(j.judged.sliding, 2) * sliding ==
-          Approx(std::pow(j.judged.all, 2) * (turning + sliding)));
+    CHECK(std::pow(j.judged.reversal, 2) * reversing + std::pow(j.judged.sliding, 2) * sliding ==
+          Approx(std::pow(j.judged.all, 2) * (reversing + sliding)));
   const auto of = [&](const std::string& name) {
     for (const cli::Judgement& j : all.models) {
       if (j.model == name) return j;
@@ -560,13 +560,13 @@ TEST_CASE("A slide of which three samples go back is fitted like one that goes o
   std::mt19937_64 generator(3);
   std::normal_distribution<double> normal;
   const auto force = [&](double) { return 0.7 + 0.01 * normal(generator); };
-  const auto place = [](double t) {
+  const auto position = [](double t) {
     const int i = static_cast<int>(std::round(100.0 * t));
     const double back = i < 500 ? 0.0 : i < 503 ? 1.2e-4 * (i - 499) : 3.6e-4;
     return 5e-3 * t - back;
   };
-  CHECK(place(4.99) > place(5.0));
-  const Fitted fitted = fit(made(1000, place, force));
+  CHECK(position(4.99) > position(5.0));
+  const Fitted fitted = fit(made(1000, position, force));
   CHECK(fitted.data.sign == cli::ForceSign::by_body);
   check_recovered(fitted[cli::fit_kinetic], 0.35, 0.01);
 }
@@ -630,7 +630,7 @@ TEST_CASE("A replay has room for the highest load of its motion", "[fit]") {
   CHECK(std::stod(scene.substr(scene.find(key) + key.size())) >= highest);
 }
 
-TEST_CASE("A speed that is one but for its turns and its noise shows no lubricant", "[fit]") {
+TEST_CASE("A speed that is one but for its reversals and its noise shows no lubricant", "[fit]") {
   // Moves to and fro at 1 mm/s, a tenth of the time turning, which the fit must not read as viscous friction
   // (65.8 N s/m).
   SyntheticFriction s = usual();
@@ -639,8 +639,8 @@ TEST_CASE("A speed that is one but for its turns and its noise shows no lubrican
     constexpr double period = 2.0, turn = 0.1, v = 1e-3;  // a stroke takes a second
     const auto speed_gained = [&](double u) { return u < turn ? 0.5 * u * u / turn : u - 0.5 * turn; };
     const double u = std::fmod(t, period), w = u < 1.0 ? u : 2.0 - u;
-    const double way = w < 0.5 ? speed_gained(w) : 1.0 - turn - speed_gained(1.0 - w);
-    return v * way;
+    const double distance = w < 0.5 ? speed_gained(w) : 1.0 - turn - speed_gained(1.0 - w);
+    return v * distance;
   };
   for (const auto& [encoder, seed] : {std::pair(0.0, 6u), std::pair(1e-6, 6u), std::pair(1e-6, 28u)}) {
     s.encoder = encoder;
@@ -652,13 +652,13 @@ TEST_CASE("A speed that is one but for its turns and its noise shows no lubrican
   }
 }
 
-TEST_CASE("A few samples at another speed show the lubricant where they make a part of the way", "[fit]") {
+TEST_CASE("A few samples at another speed show the lubricant where they make a part of the path", "[fit]") {
   SyntheticFriction s = usual();
   s.viscous = 100.0;
   s.duration = 22.0;
   s.motion = [](double t) {  // 10 s at 0.1 mm/s, 1 s at 1 mm/s, and back
-    const auto way = [](double u) { return 1e-4 * std::min(u, 10.0) + 1e-3 * std::max(u - 10.0, 0.0); };
-    return t < 11.0 ? way(t) : way(11.0) - way(t - 11.0);
+    const auto distance = [](double u) { return 1e-4 * std::min(u, 10.0) + 1e-3 * std::max(u - 10.0, 0.0); };
+    return t < 11.0 ? distance(t) : distance(11.0) - distance(t - 11.0);
   };
   const Fitted fitted = fit(record(s, 6).csv());
   check_recovered(fitted[cli::fit_viscous], s.viscous, 0.2 * s.viscous);
@@ -761,7 +761,7 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
   const cli::FitData thin = cli::thinned(fitted.data, 500);
   REQUIRE(thin.force.size() == 500);
   CHECK(thin.force[7] == fitted.data.force[140]);
-  // The rows that thinning leaves keep the turning points, and so the distance travelled, except for the
+  // The rows that thinning leaves keep the reversals, and so the distance travelled, except for the
   // round tips of the motion.
   double travel = 0.0;
   for (std::size_t i = 1; i < thin.path.size(); ++i) travel += std::abs(thin.path[i].x - thin.path[i - 1].x);

@@ -260,7 +260,7 @@ TEST_CASE("Play of a joint is seen where it is, and not in a spring", "[fit][joi
   double turned = 0.0, bent = 0.02;
   for (std::size_t i = 1; i < log.t.size(); ++i) {
     if (log.speed[i] * log.speed[i - 1] < 0.0) turned = log.angle[i];
-    // Friction is absent for 0.03 rad after each turn; a spring bends by 0.02 rad to either side.
+    // Friction is absent for 0.03 rad after each reversal; a spring bends by 0.02 rad to either side.
     if (std::abs(turned) > 0.0 && std::abs(log.angle[i] - turned) < 0.03)
       log.motor[i] -= std::copysign(1.0, log.speed[i]);
     bent = std::clamp(bent + spring.angle[i] - spring.angle[i - 1], -0.02, 0.02);

@@ -250,8 +250,9 @@ TEST_CASE("Derivatives of the force are its differences, on a line and on a disc
 // -------------------------------------------------------------------------------------------------------------
 // data
 
-TEST_CASE("A turn between two samples is the vertex of its parabola", "[fit]") {
-  // Motion in strokes at 1 mm/s that turn within 60 ms, the first turn at 0.433 s, 0.418 mm from the start.
+TEST_CASE("A reversal between two samples is the vertex of its parabola", "[fit]") {
+  // Motion in strokes at 1 mm/s that reverse within 60 ms, the first reversal at 0.433 s, 0.418 mm from the
+  // start.
   const auto x = [](double t) {
     const double s = std::fmod(t, 0.866), u = s - 0.403, half = 1e-3 * s;
     const double forth = u < 0.0 ? half : u < 0.06 ? half - u * u / 0.06 * 1e-3 : 1e-3 * (0.403 - (u - 0.06));
@@ -260,13 +261,13 @@ TEST_CASE("A turn between two samples is the vertex of its parabola", "[fit]") {
   const cli::FitData data = prepared(rows_of("t,x,load,force", 87, [&](double t) {
     return fmt::format("{:.17g},2,{}", x(t), t < 0.433 ? 0.7 : -0.7);
   }));
-  const auto turn =
+  const auto reversal =
       std::find_if(data.path.begin(), data.path.end(), [](const PathPoint& p) { return !p.wanted; });
-  REQUIRE(turn != data.path.end());
-  CHECK(turn->t == Approx(0.433).margin(1e-6));
-  CHECK(turn->x == Approx(0.418e-3).epsilon(1e-6));
-  CHECK((turn - 1)->t < turn->t);
-  CHECK((turn + 1)->t > turn->t);
+  REQUIRE(reversal != data.path.end());
+  CHECK(reversal->t == Approx(0.433).margin(1e-6));
+  CHECK(reversal->x == Approx(0.418e-3).epsilon(1e-6));
+  CHECK((reversal - 1)->t < reversal->t);
+  CHECK((reversal + 1)->t > reversal->t);
 }
 
 TEST_CASE("What a load does at rest and for a moment stays in the record", "[fit]") {
@@ -387,16 +388,16 @@ TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") 
     CHECK(thin.columns.t[thin.columns.parts[k]] == data.columns.t[60 * (k + 1)]);
   // Checks that a replay's path is continuous, although the body was lifted between the two files.
   const std::string replay = cli::fit_motion(data);
-  double place[2][2] = {};
+  double position[2][2] = {};
   std::size_t row = 0;
   for (std::size_t at = replay.find('\n') + 1; at < replay.size(); at = replay.find('\n', at) + 1, ++row) {
     double t = 0.0;
     if (row != 59 && row != 60) continue;
-    REQUIRE(std::sscanf(replay.c_str() + at, "%lf,%lf,%lf", &t, &place[row - 59][0], &place[row - 59][1]) ==
-            3);
+    REQUIRE(std::sscanf(replay.c_str() + at, "%lf,%lf,%lf", &t, &position[row - 59][0],
+                        &position[row - 59][1]) == 3);
   }
-  CHECK(place[1][0] == Approx(place[0][0]).margin(1e-12));
-  CHECK(place[1][1] == Approx(place[0][1]).margin(1e-12));
+  CHECK(position[1][0] == Approx(position[0][0]).margin(1e-12));
+  CHECK(position[1][1] == Approx(position[0][1]).margin(1e-12));
 }
 
 TEST_CASE("A mean is as uncertain as five parts of its record, by Student's law, if they differ", "[fit]") {

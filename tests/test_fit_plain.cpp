@@ -24,13 +24,13 @@ namespace {
 /// Returns a record under a constant load: friction that has the sign of the speed (smoothed over `smooth`,
 /// m/s) and grows with it, with noise.
 std::string coulomb(int rows, double dt, double load, double kinetic, double viscous, double smooth,
-                    double noise, const std::function<double(double)>& place) {
+                    double noise, const std::function<double(double)>& position) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal(0.0, noise);
   std::string csv = "t,x,load,force\n";
   for (int i = 0; i < rows; ++i) {
-    const double t = i * dt, v = (place(t + dt) - place(t - dt)) / (2.0 * dt);
-    csv += fmt::format("{:.9g},{:.9g},{},{:.9g}\n", t, place(t), load,
+    const double t = i * dt, v = (position(t + dt) - position(t - dt)) / (2.0 * dt);
+    csv += fmt::format("{:.9g},{:.9g},{},{:.9g}\n", t, position(t), load,
                        kinetic * load * std::tanh(v / smooth) + viscous * v + normal(random));
   }
   return csv;
@@ -39,13 +39,13 @@ std::string coulomb(int rows, double dt, double load, double kinetic, double vis
 }  // namespace
 
 TEST_CASE("Friction without presliding in the samples: kinetic and viscous, no peak", "[fit]") {
-  const auto place = [](double t) {
+  const auto position = [](double t) {
     const double hertz = t < 10.0 ? 0.2 : t < 20.0 ? 0.5 : 1.0;
     return 5e-3 * std::sin(2.0 * M_PI * hertz * t);
   };
   for (const auto& [rows, dt, smooth] : {std::tuple(3000, 0.01, 1e-9), std::tuple(1500, 0.02, 1e-6)}) {
     CAPTURE(rows);
-    const Fitted fitted = fit(coulomb(rows, dt, 2.5, 0.25, 8.0, smooth, 0.01, place), any_brush());
+    const Fitted fitted = fit(coulomb(rows, dt, 2.5, 0.25, 8.0, smooth, 0.01, position), any_brush());
     check_recovered(fitted[cli::fit_kinetic], 0.25, 0.005);
     check_recovered(fitted[cli::fit_viscous], 8.0, 1.0);
     CHECK_FALSE(fitted[cli::fit_length].fitted);
@@ -56,9 +56,9 @@ TEST_CASE("Friction without presliding in the samples: kinetic and viscous, no p
 }
 
 TEST_CASE("What few rows cannot tell is held at what fits; an outlier is named", "[fit]") {
-  const auto place = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
-  const std::string whole = coulomb(600, 0.01, 2.0, 0.3, 0.0, 1e-5, 0.005, place);
-  const Fitted thin = fit(coulomb(100, 0.06, 2.0, 0.3, 0.0, 1e-5, 0.005, place), any_brush());
+  const auto position = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
+  const std::string whole = coulomb(600, 0.01, 2.0, 0.3, 0.0, 1e-5, 0.005, position);
+  const Fitted thin = fit(coulomb(100, 0.06, 2.0, 0.3, 0.0, 1e-5, 0.005, position), any_brush());
   CHECK(thin[cli::fit_kinetic].value == Approx(0.3).epsilon(0.03));
   std::string spiked = whole;
   const std::size_t begin = spiked.find('\n') + 1, end = spiked.find('\n', begin);
@@ -71,12 +71,12 @@ TEST_CASE("What few rows cannot tell is held at what fits; an outlier is named",
 }
 
 TEST_CASE("A coefficient that no material has is doubted, and the load's unit with it", "[fit]") {
-  const auto place = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
+  const auto position = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
   for (const auto& [load, kinetic, doubted] :
        {std::tuple(2.0, 0.3, false), {2000.0, 0.0003, true}, {0.2, 2.9, true}, {1.0, 2.9, false}}) {
     CAPTURE(load, kinetic);
     const Fitted fitted =
-        fit(coulomb(600, 0.01, load, kinetic, 0.0, 1e-5, 0.005 * load * kinetic, place), any_brush());
+        fit(coulomb(600, 0.01, load, kinetic, 0.0, 1e-5, 0.005 * load * kinetic, position), any_brush());
     CHECK(fitted[cli::fit_kinetic].value == Approx(kinetic).epsilon(0.02));
     const std::string table = cli::fit_table(fitted.data, fitted.result);
     CHECK((table.find("is unusual") != table.npos) == doubted);
@@ -84,11 +84,11 @@ TEST_CASE("A coefficient that no material has is doubted, and the load's unit wi
   }
 }
 
-TEST_CASE("Friction that falls short of its limit around turns does not pass for a lubricant", "[fit]") {
-  const auto place = [](double t) {
+TEST_CASE("Friction that falls short of its limit around reversals does not pass for a lubricant", "[fit]") {
+  const auto position = [](double t) {
     return (t < 4.0 ? 20e-6 : t < 8.0 ? 200e-6 : 2e-3) * std::sin(2.0 * M_PI * 0.5 * t);
   };
-  const Fitted fitted = fit(coulomb(6000, 0.002, 2.5, 0.3, 0.0, 1e-5, 0.01, place), any_brush());
+  const Fitted fitted = fit(coulomb(6000, 0.002, 2.5, 0.3, 0.0, 1e-5, 0.01, position), any_brush());
   check_recovered(fitted[cli::fit_kinetic], 0.3, 0.005);
   CHECK(fitted[cli::fit_damping].value == 0.0);
   CHECK_FALSE(fitted[cli::fit_length].fitted);
@@ -96,10 +96,10 @@ TEST_CASE("Friction that falls short of its limit around turns does not pass for
 }
 
 TEST_CASE("Rivals of strokes that grow are fitted and judged over the whole range", "[fit]") {
-  const auto place = [](double t) {
+  const auto position = [](double t) {
     return (t < 4.0 ? 20e-6 : t < 8.0 ? 200e-6 : 2e-3) * std::sin(2.0 * M_PI * 0.5 * t);
   };
-  const std::string csv = coulomb(6000, 0.002, 2.5, 0.3, 0.0, 1e-5, 0.01, place);
+  const std::string csv = coulomb(6000, 0.002, 2.5, 0.3, 0.0, 1e-5, 0.01, position);
   cli::FitOptions options = any_brush();
   const cli::FitColumns columns = cli::parse_fit_columns(csv, "data.csv");
   const cli::Judgements all = cli::judge_rivals(columns, options);
@@ -124,7 +124,7 @@ TEST_CASE("Rivals of strokes that grow are fitted and judged over the whole rang
 
 TEST_CASE("Rivals are fitted to and judged by the samples that a plain fit uses", "[fit]") {
   // Ten seconds at 500 Hz of strokes that grow from 4 to 20 mm, positions to a micrometre.
-  const auto place = [](double t) {
+  const auto position = [](double t) {
     return 1e-6 * std::round(1e6 * 0.02 * (0.2 + 0.08 * t) * std::sin(M_PI * t));
   };
   const auto speed = [](double t) {
@@ -135,7 +135,8 @@ TEST_CASE("Rivals are fitted to and judged by the samples that a plain fit uses"
   std::string csv = "t,x,load,force\n";
   for (int i = 0; i <= 5000; ++i) {
     const double t = 0.002 * i, v = speed(t);
-    csv += fmt::format("{},{:.6f},5,{:.4f}\n", t, place(t), (v > 0.0 ? 1.4 : -1.4) + 4.0 * v + noise(random));
+    csv +=
+        fmt::format("{},{:.6f},5,{:.4f}\n", t, position(t), (v > 0.0 ? 1.4 : -1.4) + 4.0 * v + noise(random));
   }
   const Fitted plain = fit(csv, any_brush());
   CHECK(plain[cli::fit_kinetic].value == Approx(0.28).epsilon(0.01));
@@ -161,21 +162,21 @@ TEST_CASE("Rivals are fitted to and judged by the samples that a plain fit uses"
   }
   for (const cli::ModelForce& rival : all.rivals) CHECK(rival.force.size() == 5001);
   CHECK_THAT(cli::judgement_table(all), Contains("do not resolve presliding") &&
-                                            Contains(fmt::format("{} samples around turns", left_out)));
+                                            Contains(fmt::format("{} samples around reversals", left_out)));
 }
 
 TEST_CASE("A mass that was not given is asked for, a mass that is not there is not", "[fit]") {
   const double mass = 0.4, w = 2.0 * M_PI;
-  const auto place = [&](double t) { return 0.01 * (1.0 + 0.05 * t) * std::sin(w * t); };
+  const auto position = [&](double t) { return 0.01 * (1.0 + 0.05 * t) * std::sin(w * t); };
   std::mt19937 random(4);
   std::normal_distribution<double> noise(0.0, 0.02);
   const auto record = [&](double moved) {
     std::string csv = "t,x,load,force\n";
     for (int i = 0; i < 3000; ++i) {
       const double t = 0.002 * i, h = 1e-4;
-      const double v = (place(t + h) - place(t - h)) / (2.0 * h),
-                   a = (place(t + h) - 2.0 * place(t) + place(t - h)) / (h * h);
-      csv += fmt::format("{},{:.7f},5,{:.5f}\n", t, place(t),
+      const double v = (position(t + h) - position(t - h)) / (2.0 * h),
+                   a = (position(t + h) - 2.0 * position(t) + position(t - h)) / (h * h);
+      csv += fmt::format("{},{:.7f},5,{:.5f}\n", t, position(t),
                          (v > 0.0 ? 1.4 : -1.4) + 4.0 * v + moved * a + noise(random));
     }
     return csv;
@@ -205,28 +206,28 @@ TEST_CASE("A force that follows the position over centimetres is named as a spri
   CHECK_THAT(cli::fit_table(fitted.data, fitted.result), Contains("a spring, or columns"));
 }
 
-TEST_CASE("A smooth motion turns between its samples, and its curvature is no noise", "[fit]") {
-  // Swings of 0.4 mm, sampled 40 times each: a sample is up to 1.2 um short of the turn.
-  const auto place = [](double t) { return 0.4e-3 * std::sin(2.0 * M_PI * 1.25 * t + 0.05); };
+TEST_CASE("A smooth motion reverses between its samples, and its curvature is no noise", "[fit]") {
+  // Swings of 0.4 mm, sampled 40 times each: a sample is up to 1.2 um short of the reversal.
+  const auto position = [](double t) { return 0.4e-3 * std::sin(2.0 * M_PI * 1.25 * t + 0.05); };
   const cli::FitData data = cli::prepare_fit_data(
-      cli::parse_fit_columns(coulomb(400, 0.02, 2.0, 0.3, 0.0, 1e-6, 0.005, place), "data.csv"),
+      cli::parse_fit_columns(coulomb(400, 0.02, 2.0, 0.3, 0.0, 1e-6, 0.005, position), "data.csv"),
       cli::ForceSign::automatic, {});
   CHECK(data.position_noise < 1e-7);
   double farthest = 0.0;
-  int turns = 0;
+  int reversals = 0;
   for (const cli::PathPoint& point : data.path) {
     farthest = std::max(farthest, std::fabs(point.x));
     if (point.wanted) continue;
-    ++turns;
+    ++reversals;
     CHECK(std::fabs(point.x) == Approx(0.4e-3).epsilon(1e-4));
   }
-  CHECK(turns >= 18);  // of 20
+  CHECK(reversals >= 18);  // of 20
 }
 
-TEST_CASE("Parts of a record keep its time, and each file begins with a turn", "[fit]") {
-  const auto place = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
+TEST_CASE("Parts of a record keep its time, and each file begins with a reversal", "[fit]") {
+  const auto position = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
   const auto columns = [&](const char* name) {
-    return cli::parse_fit_columns(coulomb(500, 0.01, 2.0, 0.3, 0.0, 1e-9, 0.005, place), name);
+    return cli::parse_fit_columns(coulomb(500, 0.01, 2.0, 0.3, 0.0, 1e-9, 0.005, position), name);
   };
   const cli::FitData data = cli::prepare_fit_data(cli::join_fit_columns({columns("a.csv"), columns("b.csv")}),
                                                   cli::ForceSign::automatic, {});
@@ -246,10 +247,10 @@ TEST_CASE("Parts of a record keep its time, and each file begins with a turn", "
 
   cli::FitValues values = cli::fit_defaults;
   values[cli::fit_kinetic] = 0.3;
-  const std::vector<bool> turns = cli::around_turns(data, values);
-  CHECK(turns[0]);
-  CHECK(turns[500]);  // the jump from one file to the next is no motion
-  CHECK(std::count(turns.begin(), turns.end(), true) < 60);
+  const std::vector<bool> reversals = cli::around_reversals(data, values);
+  CHECK(reversals[0]);
+  CHECK(reversals[500]);  // the jump from one file to the next is no motion
+  CHECK(std::count(reversals.begin(), reversals.end(), true) < 60);
   CHECK(cli::samples_that_count(data, 1000, values).finest_move > 1e-7);
 }
 

@@ -289,10 +289,10 @@ TEST_CASE("The inertia of a mass that moves with the sensor is taken off the for
   // The measured mass shakes by 1 mm at 5 Hz, at up to 0.99 m/s^2. Its inertia force is 0.49 N for half a
   // kilogram, beside a friction of 0.7 N.
   const double w = 2.0 * M_PI * 5.0, mass = 0.5, amplitude = 1e-3;
-  const auto place = [&](double t) { return amplitude * std::sin(w * t); };
+  const auto position = [&](double t) { return amplitude * std::sin(w * t); };
   const auto friction = [&](double t) { return std::cos(w * t) > 0.0 ? 0.7 : -0.7; };
   for (const double sign : {1.0, -1.0}) {
-    const std::string text = strokes(1000, 2, place, [&](double t) {
+    const std::string text = strokes(1000, 2, position, [&](double t) {
       return sign * (friction(t) - mass * amplitude * w * w * std::sin(w * t));
     });
     const cli::FitData data =

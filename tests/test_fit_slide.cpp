@@ -138,7 +138,7 @@ TEST_CASE("A model that cannot be fitted is named, and does not take the verdict
                 {"Maxwell-slip", 22, NAN, {NAN, NAN, NAN}, "", "none of 9 starts led to a finite force"}};
   const std::string table = cli::judgement_table(all);
   CHECK_THAT(table, Contains("Closest to the rest of the record: Coulomb;") &&
-                        Contains("too few samples follow a turn") &&
+                        Contains("too few samples follow a reversal") &&
                         Contains("Not fitted: Maxwell-slip (none of 9 starts"));
   // Two models whose errors print alike share the verdict; beyond the fitted range there is none.
   all.models.push_back({"LuGre", 7, 0.2, {0.2005, 0.2, 0.2}, "", ""});
@@ -146,7 +146,7 @@ TEST_CASE("A model that cannot be fitted is named, and does not take the verdict
   CHECK_THAT(cli::judgement_table(all), Contains("Coulomb (LuGre as close)"));
   all.fitted_stroke = 1e-3;
   all.judged_stroke = 3e-3;
-  CHECK_THAT(cli::judgement_table(all), Contains("No verdict: the judged part has ways of 3 mm"));
+  CHECK_THAT(cli::judgement_table(all), Contains("No verdict: the judged part has paths of 3 mm"));
 }
 
 TEST_CASE("A free law finds lengths that no family has", "[fit]") {

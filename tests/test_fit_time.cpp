@@ -98,7 +98,7 @@ TEST_CASE("A rest that an encoder sees stays a rest", "[fit]") {
 
 TEST_CASE("An encoder is seen behind the digits of the file", "[fit]") {
   // Record of a swing in which an encoder count is 5.5 units of the file's last digit, so moves are 5, 6, 11,
-  // 16, 17, ... units. Near the turns, two counts are up to twenty samples apart.
+  // 16, 17, ... units. Near the reversals, two counts are up to twenty samples apart.
   const double digit = 1e-6, count = 5.5 * digit;
   std::string csv = "t,x,load,force\n";
   std::vector<double> speed;

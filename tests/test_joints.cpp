@@ -80,16 +80,16 @@ struct Judge {
     share.assign(strata.share.begin(), strata.share.end());
     length.assign(strata.length.begin(), strata.length.end());
   }
-  /// Returns a joint's loss torques at the torques `motor` and `outside`, for motion in the direction `way`.
+  /// Returns a joint's loss torques at the torques `motor` and `outside`, for motion in the direction `sign`.
   /// `base` is the index of their first parameter, the loss without torque.
-  T losses(unsigned base, T motor, T outside, int way) const {
-    const unsigned direction = motor * T(way) > 0 ? joint_driving : joint_driven;
+  T losses(unsigned base, T motor, T outside, int sign) const {
+    const unsigned direction = motor * T(sign) > 0 ? joint_driving : joint_driven;
     return number[base] + number[base + 1 + direction] * std::abs(motor) +
            number[base + 3 + direction] * std::abs(outside);
   }
   void go(T angle, T speed, T motor, T outside) {
     const T d = angle - before, fall = number[joint_stribeck_speed];
-    const int way = d < 0 ? -1 : 1;
+    const int sign = d < 0 ? -1 : 1;
     const T left = fall > 0 ? std::exp(-(speed / fall) * (speed / fall)) : T(0);
     torque = mean = 0;
     for (std::size_t i = 0; i < z.size(); ++i) {
@@ -104,14 +104,14 @@ struct Judge {
           z[i] = T(s) * limit(s, false);
           slides = s;
         }
-      const T holds = limit(way, (side[i] == 0 && slides == 0) || z[i] * T(way) < 0);
-      const T to_go = holds - z[i] * T(way);
+      const T holds = limit(sign, (side[i] == 0 && slides == 0) || z[i] * T(sign) < 0);
+      const T to_go = holds - z[i] * T(sign);
       T average = z[i] + d / 2;
       if (to_go < std::abs(d)) {
         const T sticks = std::max(to_go, T(0)) / std::abs(d);
-        average = sticks * (z[i] + sticks * d / 2) + (1 - sticks) * T(way) * limit(way, false);
-        z[i] = T(way) * limit(way, false);
-        slides = way;
+        average = sticks * (z[i] + sticks * d / 2) + (1 - sticks) * T(sign) * limit(sign, false);
+        z[i] = T(sign) * limit(sign, false);
+        slides = sign;
       } else {
         z[i] += d;
       }

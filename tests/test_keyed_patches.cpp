@@ -326,7 +326,7 @@ TEST_CASE("A pool removes its patches when it ends, and refuses bad options by n
 TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", "[keys]") {
   ContactMatcher matcher(MatcherOptions{}.with_capacity(100).with_reach(0.004));
   std::vector<ContactPoint> points = grid_points(1, 6, 0.01);
-  // Contacts of another pair of bodies, with points at equal places, which must not be confused.
+  // Contacts of another pair of bodies, with points at equal positions, which must not be confused.
   const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);
   points.insert(points.end(), second.begin(), second.end());
   std::vector<std::uint64_t> keys(points.size());
@@ -458,7 +458,7 @@ TEST_CASE("A matcher and a pool together never hand a new contact an old one's b
                        KeyedOptions{}.with_capacity(64).with_keep_steps(2));
   ContactMatcher matcher(MatcherOptions{}.with_capacity(32).with_reach(0.01).with_keep_steps(2));
   std::mt19937_64 random(11);
-  std::map<std::uint64_t, ContactPoint> last_place;
+  std::map<std::uint64_t, ContactPoint> last_point;
   int fresh = 0, again = 0;
   for (int k = 0; k < 3000; ++k) {
     std::vector<ContactPoint> contacts;
@@ -480,11 +480,11 @@ TEST_CASE("A matcher and a pool together never hand a new contact an old one's b
       REQUIRE(id);
       const bool bent = batch.stored_energy(id) > 0.0;
       if (bent) {
-        const ContactPoint& old = last_place[keys[i]];
+        const ContactPoint& old = last_point[keys[i]];
         expect(old.pair == contacts[i].pair && old.point[0] == contacts[i].point[0], "bent where it was");
       }
       (bent ? again : fresh)++;
-      last_place[keys[i]] = contacts[i];
+      last_point[keys[i]] = contacts[i];
       step_one(batch, Motion{id, {0.2 * dbar, 0.0}, 10.0});
     }
     patches.end_step();
@@ -637,7 +637,7 @@ TEST_CASE("A pool's patches are groups, stepped by arrays at their places as by 
         arrayed.reserve(later);
       }
       std::vector<Motion> motions;
-      std::vector<std::uint32_t> places;
+      std::vector<std::uint32_t> indices;
       for (std::uint64_t key = 0; key < (k < 30 ? 5u : 30u); ++key) {
         if ((key + static_cast<std::uint64_t>(k) / 7) % 4 == 0) continue;  // contacts begin and end
         const bristle::KeyedContact contact = arrayed.find_or_add_contact(key);
@@ -645,7 +645,7 @@ TEST_CASE("A pool's patches are groups, stepped by arrays at their places as by 
         motion.has_velocity = false;
         motion.id = listed.find_or_add(key);
         motions.push_back(motion);
-        places.push_back(contact.index);
+        indices.push_back(contact.index);
         dx[contact.index] = motion.displacement[0];
         dy[contact.index] = motion.displacement[1];
         load[contact.index] = motion.normal_load;
@@ -656,9 +656,9 @@ TEST_CASE("A pool's patches are groups, stepped by arrays at their places as by 
       REQUIRE(arrayed.groups().size() == (k < 30 ? 1 : 2));
       for (const bristle::PatchGroup& group : arrayed.groups()) {
         std::vector<std::uint32_t> which;
-        for (const std::uint32_t place : places)
-          if (place >= begin && place < begin + group.size())
-            which.push_back(place - static_cast<std::uint32_t>(begin));
+        for (const std::uint32_t own_index : indices)
+          if (own_index >= begin && own_index < begin + group.size())
+            which.push_back(own_index - static_cast<std::uint32_t>(begin));
         const auto part = [&](std::vector<double>& all) {
           return bristle::Span<double>(all.data() + begin, group.size());
         };
@@ -674,8 +674,8 @@ TEST_CASE("A pool's patches are groups, stepped by arrays at their places as by 
         begin += group.size();
       }
       for (std::size_t i = 0; i < motions.size(); ++i) {
-        expect(fx[places[i]] == responses[i].end[0], "force along x");
-        expect(fy[places[i]] == responses[i].end[1], "force along y");
+        expect(fx[indices[i]] == responses[i].end[0], "force along x");
+        expect(fy[indices[i]] == responses[i].end[1], "force along y");
       }
       expect(listed.end_step() == arrayed.end_step(), "contacts that ended");
     }
@@ -783,7 +783,7 @@ TEST_CASE("Contacts listed again at their places keep keys, count as seen, and l
   // A contact that was missing may be missing for keep_steps again once it was listed.
   match({}), match({at(1.0), at(0.0)}), match({}), match({});
   CHECK(match({at(1.0), at(0.0)}).first == 2);
-  // Another pair at the same places is new.
+  // Another pair at the same positions is new.
   CHECK(match({at(1.0, 8), at(0.0, 8)}).first == 0);
   // A held contact is where the caller listed it last, however little it moved.
   matcher.clear();

@@ -317,13 +317,13 @@ TEST_CASE("roundings do not add up in steady sliding: a force in single precisio
 TEST_CASE("a load that falls by 1e13 at once leaves what it can hold, at rest and in motion",
           "[slide][lanes][load]") {
   for (const Precision precision : precisions())
-    for (const double way : {0.0, 0.5}) {
+    for (const double distance : {0.0, 0.5}) {
       const double load = 1e3, less = 1e-10;
       OnePatch patch(sliding(SnapLength::lognormal(dbar, 0.3)),
                      plain_options(16, 2, precision).with_max_normal_load(load));
       patch.step(8.0 * dbar, 6.0 * dbar, load);
       const double stored = patch.energy();
-      const Response fallen = patch.step(0.8 * way * dbar, 0.6 * way * dbar, less);
+      const Response fallen = patch.step(0.8 * distance * dbar, 0.6 * distance * dbar, less);
       CHECK(std::hypot(fallen.end[0], fallen.end[1]) == Approx(less * dbar).epsilon(2e-5));
       CHECK(fallen.end[0] / fallen.end[1] == Approx(8.0 / 6.0).epsilon(1e-4));
       CHECK(fallen.contact_loss == Approx(stored).epsilon(1e-5));

@@ -1,7 +1,7 @@
 // Changes the material of a patch that slides. A change of the lubricant alone leaves deflections, snap
 // lengths and later samples as they are. New snap lengths make bristles snap, and the next step reports their
-// energy. Also tests the random place between two snaps that each bristle gets in a step too long for single
-// snaps to be computed.
+// energy. Also tests the random position between two snaps that each bristle gets in a step too long for
+// single snaps to be computed.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -216,10 +216,11 @@ TEST_CASE("The phase of a step too long to have one is another for another seed"
     const PatchId ids[3] = {batch.add(material, PatchOptions(options).with_seed(5)),
                             batch.add(material, PatchOptions(options).with_seed(6)),
                             batch.add(material, PatchOptions(options).with_seed(5))};
-    // Moves so far that a double cannot tell the place within a snap length, so the library draws each phase.
-    const double way = dbar * 0x1p43;
+    // Moves so far that a double cannot tell the position within a snap length, so the library draws each
+    // phase.
+    const double path = dbar * 0x1p43;
     std::vector<Motion> motions;
-    for (PatchId id : ids) motions.push_back({id, {way, 0.0}, static_cast<double>(n)});
+    for (PatchId id : ids) motions.push_back({id, {path, 0.0}, static_cast<double>(n)});
     std::vector<Response> out(3);
     batch.step(tick, {motions.data(), 3}, {out.data(), 3});
     const Columns one(batch, ids[0]), other(batch, ids[1]), again(batch, ids[2]);

@@ -299,8 +299,8 @@ TEST_CASE("In MuJoCo a locked wheel on a stiff bed slides v^2 / (2 mu g) and res
     const double start = world.data->qpos[0];
     world.data->qvel[0] = speed;
     world.run(0.6);
-    const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
-    CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(10e-6));
+    const double path = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
+    CHECK(world.data->qpos[0] - start == Approx(path).epsilon(0.02).margin(10e-6));
     CHECK(std::fabs(world.data->qvel[0]) < 1e-8);
   }
 }
@@ -317,8 +317,8 @@ TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") 
     world.run(0.6);
     // MuJoCo moves bodies by the velocity at a step's end, so the braking plate stops half a step's distance
     // earlier.
-    const double way = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
-    CHECK(world.data->qpos[0] - start == Approx(way).epsilon(0.02).margin(5e-6));
+    const double path = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
+    CHECK(world.data->qpos[0] - start == Approx(path).epsilon(0.02).margin(5e-6));
     for (int i = 0; i < 6; ++i) CHECK(std::fabs(world.data->qvel[i]) < 1e-8);  // MuJoCo 3 leaves 8e-9
   }
 }
@@ -387,8 +387,8 @@ TEST_CASE(
   // stop) mu g until it rests.
   const double ahead = (book_go - 1.0) * book_coefficient * gravity,
                back = (1.0 - book_stop) * book_coefficient * gravity;
-  const double way = 0.5 * ahead * book_go_s * book_go_s * (1.0 + ahead / back);
-  CHECK(runs[1].samples.back().travel == Approx(3.0 * way).epsilon(0.02));
+  const double path = 0.5 * ahead * book_go_s * book_go_s * (1.0 + ahead / back);
+  CHECK(runs[1].samples.back().travel == Approx(3.0 * path).epsilon(0.02));
   CHECK(std::fabs(runs[1].samples.back().turn) < 1e-3);
 }
 
@@ -560,16 +560,16 @@ TEST_CASE("In MuJoCo a box rests on a table that turns and on one that swings", 
       speed = std::min(speed + 1e-3, 1.5);
       data.qvel[0] = speed * (swings ? std::cos(0.5 * M_PI * data.time) : 1.0);
     };
-    const auto place = [&] {  // in the table's frame, m
+    const auto position = [&] {  // in the table's frame, m
       const double angle = world.data->qpos[0], x = world.data->qpos[1], y = world.data->qpos[2];
       return Eigen::Vector2d(std::cos(angle) * x + std::sin(angle) * y,
                              std::cos(angle) * y - std::sin(angle) * x);
     };
     world.run(8.0);
-    const Eigen::Vector2d begin = place();
+    const Eigen::Vector2d begin = position();
     world.run(24.0);
     // Stepped by velocities alone the box would drift outwards by w^2 r dt / 2, up to 2.25 mm/s.
-    CHECK((place() - begin).norm() < (swings ? 1e-7 : 1e-8));
+    CHECK((position() - begin).norm() < (swings ? 1e-7 : 1e-8));
     CHECK(begin.norm() == Approx(1.0).epsilon(1e-3));
   }
 }
@@ -591,15 +591,15 @@ TEST_CASE("In MuJoCo a round bar rests between two round fingers of a hand that 
     data.ctrl[0] = 10.0;
     if (data.time > 0.5) data.qvel[0] = speed = std::min(speed + 1e-3, 1.5);
   };
-  const auto place = [&] {  // in the hand's frame, m
+  const auto position = [&] {  // in the hand's frame, m
     const Eigen::Vector3d at(world.data->qpos[2], world.data->qpos[3], world.data->qpos[4]);
     return Eigen::Vector3d(Eigen::AngleAxisd(-world.data->qpos[0], Eigen::Vector3d(0.6, 0.0, 0.8)) * at);
   };
   world.run(6.0);
-  const Eigen::Vector3d begin = place();
+  const Eigen::Vector3d begin = position();
   world.run(20.0);
   CHECK((begin - Eigen::Vector3d(0.4, 0.0, 0.0)).norm() < 1e-3);
-  CHECK((place() - begin).norm() < 1e-6);
+  CHECK((position() - begin).norm() < 1e-6);
 }
 
 TEST_CASE("In MuJoCo bodies whose contacts hop from corner to corner rest with bristles", "[mujoco]") {

@@ -19,8 +19,8 @@ using rivals::PaperLoop;
 namespace {
 
 /// Steps a paper's loop along x, and returns the mean of its deflections over dbar.
-double bend(PaperLoop& loop, double way, double load_n) {
-  return -loop.step({way, 0.0}, tick, load_n).end.x / (load_n * dbar);
+double bend(PaperLoop& loop, double path, double load_n) {
+  return -loop.step({path, 0.0}, tick, load_n).end.x / (load_n * dbar);
 }
 
 bool whole(double x) { return std::abs(x - std::round(x)) < 1e-9; }
@@ -120,12 +120,12 @@ TEST_CASE("Of the paper's loop as many bristles touch as the load asks for, and 
       plain_material(uniform, SnapRule::keep).with_bristle_damping(0.2).with_viscous_friction(3.0);
   PaperLoop loop(material, 100, 400.0, 1);
   // All stick, under half the load half of them: 200 bristles of 1 N/m and 0.2 exp(-v / vs) N s/m.
-  const double v = 1e-4, way = v * tick, damping = 200.0 * material.damping_at(v) + 3.0;
-  CHECK(loop.step({way, 0.0}, tick, 200.0).end.x == Approx(-200.0 * way - damping * v));
+  const double v = 1e-4, path = v * tick, damping = 200.0 * material.damping_at(v) + 3.0;
+  CHECK(loop.step({path, 0.0}, tick, 200.0).end.x == Approx(-200.0 * path - damping * v));
   // The other half came straight into contact: the first half alone is bent by the first step.
-  CHECK(loop.step({way, 0.0}, tick, 400.0).end.x ==
-        Approx(-600.0 * way - (400.0 * material.damping_at(v) + 3.0) * v));
-  CHECK(loop.step({way, 0.0}, tick, 0.0).end.x == 0.0);
+  CHECK(loop.step({path, 0.0}, tick, 400.0).end.x ==
+        Approx(-600.0 * path - (400.0 * material.damping_at(v) + 3.0) * v));
+  CHECK(loop.step({path, 0.0}, tick, 0.0).end.x == 0.0);
   CHECK(loop.step({0.0, 0.0}, tick, 400.0).end.x == 0.0);
 }
 

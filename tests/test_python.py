@@ -264,7 +264,7 @@ class Copies(unittest.TestCase):
             bristle.SnapLength.normal(DBAR, 0.3 * DBAR), bristle.SnapLength.lognormal(DBAR, 0.3),
             bristle.SnapLength.exponential(DBAR), bristle.SnapLength.table([4e-6, 9e-6, 10e-6, 17e-6])]
 
-    def ways(self, thing):
+    def copies_of(self, thing):
         return [pickle.loads(pickle.dumps(thing, protocol)) for protocol in range(pickle.HIGHEST_PROTOCOL + 1)] + [
             copy.copy(thing), copy.deepcopy(thing)]
 
@@ -279,7 +279,7 @@ class Copies(unittest.TestCase):
             bristle.BedShape.from_list([[0.0, 1e-3], [1e-3, 0.0]], [1.0, 2.0], [3.0, 4.0]),
             bristle.JointMaterial(stiffness=300.0, viscous=0.01, motor=(0.1, 0.3), stribeck_speed=0.5)]
         for thing in things:
-            for other in self.ways(thing):
+            for other in self.copies_of(thing):
                 self.assertEqual(other, thing)
                 self.assertIsNot(other, thing)
                 self.assertEqual(repr(other), repr(thing))
@@ -293,18 +293,18 @@ class Copies(unittest.TestCase):
         for thing in (outline, soft):
             names = [name for name, member in vars(type(thing)).items() if isinstance(member, property)]
             self.assertGreater(len(names), 2)
-            for other in self.ways(thing):
+            for other in self.copies_of(thing):
                 for name in names:
                     np.testing.assert_array_equal(getattr(other, name), getattr(thing, name), name)
 
     def test_arrays_of_responses_stay_what_they_are(self):
         responses = bristle.responses(4)
         responses.end[2] = [1.0, 2.0]
-        for other in (*self.ways(responses), responses[1:3], responses[[0, 2]], responses.copy()):
+        for other in (*self.copies_of(responses), responses[1:3], responses[[0, 2]], responses.copy()):
             self.assertIs(type(other), bristle.Responses)
             self.assertIs(type(other[1]), bristle.Response)
             self.assertEqual(other.dtype, bristle.response_dtype)
-        for other in self.ways(responses[2]):
+        for other in self.copies_of(responses[2]):
             self.assertIs(type(other), bristle.Response)
             self.assertEqual(other.end.tolist(), [1.0, 2.0])
 
@@ -913,11 +913,11 @@ class Groups(unittest.TestCase):
         snaps, status = np.empty(self.n, dtype=np.uint64), np.empty(self.n, dtype=np.uint32)
         motions, responses = bristle.motions(ids), bristle.responses(self.n)
         for k in range(20):
-            way, load = self.moves(k)
-            motions.displacement, motions.normal_load = way.T, load
+            move, load = self.moves(k)
+            motions.displacement, motions.normal_load = move.T, load
             other.step(1e-3, motions, responses)
-            trial = one.find_group_force(1e-3, group, way, load)
-            result = one.step_group(1e-3, group, way, load, end=end, mean=mean, dissipated=lost, snaps=snaps,
+            trial = one.find_group_force(1e-3, group, move, load)
+            result = one.step_group(1e-3, group, move, load, end=end, mean=mean, dissipated=lost, snaps=snaps,
                                     status=status)
             self.assertIs(result, end)
             np.testing.assert_array_equal(end, trial)
@@ -943,9 +943,9 @@ class Groups(unittest.TestCase):
             batch.step_group(1e-3, group, np.zeros(37), np.zeros(37))
         with self.assertRaisesRegex(bristle.Error, "snaps: a numpy array of uint64 is needed"):
             batch.step_group(1e-3, group, *self.moves(2), snaps=np.zeros(37))
-        way, load = self.moves(3)
+        move, load = self.moves(3)
         with self.assertRaisesRegex(bristle.Error, "end: the array shares memory with displacement"):
-            batch.step_group(1e-3, group, way, load, end=way)
+            batch.step_group(1e-3, group, move, load, end=move)
 
     def test_they_are_changed_and_removed_together(self):
         batch = bristle.PatchBatch()

@@ -60,11 +60,11 @@ Quantile straight_between(const std::vector<double>& nodes) {
 /// state `truth`. The infinite brush spreads an atom (many bristles of one length) over that path, so its
 /// error cannot be judged there.
 bool is_in_fall(const SmallPieces& before, const SmallPieces& truth, double ex, double ey, double piece) {
-  constexpr double way = 1.0 / 64.0, most = 0.02;
+  constexpr double path = 1.0 / 64.0, most = 0.02;
   SmallPieces after = truth;
-  after.step(way * ex, way * ey, piece);
+  after.step(path * ex, path * ey, piece);
   const auto fall = [&](const SmallPieces& from, const SmallPieces& to) {
-    return std::hypot(to.x() - from.x() - way * ex, to.y() - from.y() - way * ey);
+    return std::hypot(to.x() - from.x() - path * ex, to.y() - from.y() - path * ey);
   };
   return fall(before, truth) > most || fall(truth, after) > most;
 }

@@ -178,7 +178,7 @@ TEST_CASE("A square pad of Coulomb cells turns about its centre and its corner a
   CHECK(-about_corner == Approx(2.0 * from_centre * 0.4 * 2.5).epsilon(2e-4));
 }
 
-TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "[rivals][spin]") {
+TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own path", "[rivals][spin]") {
   Surface s;  // parameters with a static part, a damper and viscous friction
   PressedCells cells;
   cells.x = {0.004};
@@ -191,20 +191,20 @@ TEST_CASE("A cell of the LuGre grid is the LuGre rival on the cell's own way", "
   const std::array<std::array<double, 3>, 5> steps = {
       {{1e-5, -3e-6, 0.0}, {0.0, 0.0, 4e-3}, {-2e-5, 5e-5, -0.3}, {1e-6, 0.0, 1.2}, {0.0, 2e-6, 1e-4}}};
   for (const auto& [dx, dy, angle] : steps) {
-    const auto place = [&](double a) {
+    const auto position = [&](double a) {
       return Pair{std::cos(a) * 0.004 + std::sin(a) * 0.007, std::sin(a) * 0.004 - std::cos(a) * 0.007};
     };
-    const Pair way = Pair{dx, dy} + place(turned + angle) - place(turned);
+    const Pair path = Pair{dx, dy} + position(turned + angle) - position(turned);
     const SpinForce f = grid.step({dx, dy}, angle, dt, load);
-    const rivals::Force expected = alone.step(way, dt, load);
+    const rivals::Force expected = alone.step(path, dt, load);
     turned += angle;
     expect_near(f.end.force.x, expected.end.x, 1e-9, "force x");
     expect_near(f.end.force.y, expected.end.y, 1e-9, "force y");
     expect_near(f.mean.force.x, expected.mean.x, 1e-9, "mean force x");
-    expect_near(f.end.torque, rivals::cross(place(turned), expected.end), 1e-11, "torque");
+    expect_near(f.end.torque, rivals::cross(position(turned), expected.end), 1e-11, "torque");
     // Checks the work: force and torque of the grid do that of the cell's force along the straight line
     // between its places.
-    expect_near(f.mean.force.x * dx + f.mean.force.y * dy + f.mean.torque * angle, dot(expected.mean, way),
+    expect_near(f.mean.force.x * dx + f.mean.force.y * dy + f.mean.torque * angle, dot(expected.mean, path),
                 1e-12, "work");
   }
   // Checks that without load there is no force, and that bristles are straight when the load returns.
@@ -218,9 +218,9 @@ TEST_CASE("A grid of any rival sums its cells: of LuGre, it is the LuGre grid", 
   RivalGrid any(rivals::make_rival("lugre", s), cells);
   LuGreGrid grid(s, cells);
   for (int k = 0; k < 20; ++k) {
-    const Pair way{1e-6 * k, -3e-7 * k * k};
+    const Pair path{1e-6 * k, -3e-7 * k * k};
     const double angle = 1e-4 * (k % 5) - 1e-4, load = k == 12 ? 0.0 : 2.5;
-    const SpinForce a = any.step(way, angle, 1e-3, load), b = grid.step(way, angle, 1e-3, load);
+    const SpinForce a = any.step(path, angle, 1e-3, load), b = grid.step(path, angle, 1e-3, load);
     expect_near(a.end.force.x, b.end.force.x, 1e-9, "force x");
     expect_near(a.mean.force.y, b.mean.force.y, 1e-9, "mean force y");
     expect_near(a.end.torque, b.end.torque, 1e-9, "torque");
@@ -233,9 +233,9 @@ TEST_CASE("A grid of any rival sums its cells: of LuGre, it is the LuGre grid", 
     rivals::Rival whole = rivals::make_rival(name, s);
     RivalGrid shared(whole, cells);
     for (int k = 0; k < 20; ++k) {
-      const Pair way{4e-6 * std::sin(k), 2e-6};
-      const SpinForce f = shared.step(way, 0.0, 1e-3, 2.5);
-      const rivals::Force expected = rivals::step(whole, way, 1e-3, 2.5);
+      const Pair path{4e-6 * std::sin(k), 2e-6};
+      const SpinForce f = shared.step(path, 0.0, 1e-3, 2.5);
+      const rivals::Force expected = rivals::step(whole, path, 1e-3, 2.5);
       expect_near(f.end.force.x, expected.end.x, 1e-6, "force x");
       expect_near(f.mean.force.y, expected.mean.y, 1e-6, "mean force y");
       expect_near(f.end.torque, 0.0, 1e-9, "torque");

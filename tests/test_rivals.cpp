@@ -23,12 +23,13 @@ namespace {
 
 Rival make(std::string_view name, const Surface& surface = {}) { return rivals::make_rival(name, surface); }
 
-// Takes `steps` equal steps along `way` in the time `dt`. Returns the last force and the mean over all steps.
-Force go(Rival& rival, Pair way, double dt, double load, int steps) {
+// Takes `steps` equal steps along `path` in the time `dt`. Returns the last force and the mean over all
+// steps.
+Force go(Rival& rival, Pair path, double dt, double load, int steps) {
   Force total;
   const double share = 1.0 / steps;
   for (int k = 0; k < steps; ++k) {
-    const Force f = rivals::step(rival, share * way, share * dt, load);
+    const Force f = rivals::step(rival, share * path, share * dt, load);
     total.end = f.end;
     total.mean = total.mean + share * f.mean;
   }
@@ -44,7 +45,7 @@ void expect_equal(const Force& a, const Force& b, double tolerance, const char* 
 
 // A part of the test path, with its time (s). The path goes forwards, back, round corners, slowly and fast.
 struct Stretch {
-  Pair way;  // m
+  Pair path;  // m
   double dt;
 };
 const std::vector<Stretch> crooked = {{{8e-6, 0.0}, 2e-3},    {{7e-6, 3e-6}, 1e-3},  {{-4e-6, 1e-6}, 5e-3},
@@ -81,10 +82,10 @@ TEST_CASE("Maxwell-slip with elements of its own is their sum", "[rivals]") {
   // Unit of the slip lengths of the elements, m: mu N / sigma0.
   const double unit = 0.5 * 2.0 / 1e5;
   double a = 0.0, b = 0.0;
-  for (const double way : {0.3, 0.3, 4.0, -0.5, -1.0, 0.2}) {
-    const double force = model.step({way * unit, 0.0}, 1e-3, 2.0).end.x;
-    a = std::clamp(a + way, -0.4, 0.4);
-    b = std::clamp(b + way, -3.0, 3.0);
+  for (const double path : {0.3, 0.3, 4.0, -0.5, -1.0, 0.2}) {
+    const double force = model.step({path * unit, 0.0}, 1e-3, 2.0).end.x;
+    a = std::clamp(a + path, -0.4, 0.4);
+    b = std::clamp(b + path, -3.0, 3.0);
     CHECK(force == Approx(-1e5 * unit * (0.3 * a + 0.2 * b)).margin(1e-12));
   }
 }
@@ -100,7 +101,7 @@ TEST_CASE("A rival's step is the same in one piece or in a thousand", "[rivals]"
     const double tolerance = name == "elasto_plastic" ? 2.5e-3 : name == "rate_state" ? 1e-7 : 1e-9;
     Rival coarse = make(name), fine = make(name);
     for (const Stretch& s : crooked) {
-      expect_equal(go(coarse, s.way, s.dt, 2.5, 1), go(fine, s.way, s.dt, 2.5, 1000), tolerance, "force");
+      expect_equal(go(coarse, s.path, s.dt, 2.5, 1), go(fine, s.path, s.dt, 2.5, 1000), tolerance, "force");
     }
   }
 }
@@ -113,8 +114,8 @@ TEST_CASE("Rivals in the plane turn with the axes, and along one axis they are t
     INFO(name);
     Rival straight = make(name), aslant = make(name);
     for (const Stretch& stretch : crooked) {
-      const Force a = go(straight, stretch.way, stretch.dt, 2.5, 1);
-      const Force b = go(aslant, turned(stretch.way), stretch.dt, 2.5, 1);
+      const Force a = go(straight, stretch.path, stretch.dt, 2.5, 1);
+      const Force b = go(aslant, turned(stretch.path), stretch.dt, 2.5, 1);
       expect_equal({turned(a.end), turned(a.mean)}, b, 1e-9, "turned force");
     }
   }
@@ -388,14 +389,14 @@ TEST_CASE("LuGre and Dahl drift under a wavering force by the amount of the tabl
     const auto move_to_force = [&](double force) {
       const double now = -rivals::find_force(rival, {}, 1.0, 2.5).end.x;
       const double sign = force > now ? 1.0 : -1.0;
-      double short_way = 0.0, long_way = 1e-3;
+      double shortest = 0.0, longest = 1e-3;
       for (int k = 0; k < 200; ++k) {
-        const double way = 0.5 * (short_way + long_way);
-        const double f = -rivals::find_force(rival, {sign * way, 0.0}, way / slow, 2.5).end.x;
-        (sign * (f - force) < 0.0 ? short_way : long_way) = way;
+        const double path = 0.5 * (shortest + longest);
+        const double f = -rivals::find_force(rival, {sign * path, 0.0}, path / slow, 2.5).end.x;
+        (sign * (f - force) < 0.0 ? shortest : longest) = path;
       }
-      rivals::step(rival, {sign * short_way, 0.0}, short_way / slow, 2.5);
-      return sign * short_way;
+      rivals::step(rival, {sign * shortest, 0.0}, shortest / slow, 2.5);
+      return sign * shortest;
     };
     move_to_force(high);
     const double back = move_to_force(low);

@@ -47,7 +47,7 @@ Settings few_bristles() {
   return s;
 }
 
-HandRow at_place(double t, double x, double y, double z) { return {t, {true, {x, y, z}, {0, 0, 0}}}; }
+HandRow hand_at(double t, double x, double y, double z) { return {t, {true, {x, y, z}, {0, 0, 0}}}; }
 /// Returns a row of a scripted hand that pushes the tool with a force instead of a spring.
 HandRow with_force(double t, double fx, double fy, double fz) {
   return {t, {false, {0, 0, 0}, {fx, fy, fz}}};
@@ -259,8 +259,8 @@ TEST_CASE(
   for (const Push& push : pushes) {
     INFO(push.says);
     Run run(settings,
-            {at_place(0.0, push.from[0], push.from[1], 0.009), at_place(2.3, push.to[0], push.to[1], 0.009)});
-    double highest = 0.0, highest_limit = 0.0, stuck_way = 0.0, sum = 0.0, farthest = 0.0;
+            {hand_at(0.0, push.from[0], push.from[1], 0.009), hand_at(2.3, push.to[0], push.to[1], 0.009)});
+    double highest = 0.0, highest_limit = 0.0, stuck_path = 0.0, sum = 0.0, farthest = 0.0;
     int count = 0;
     while (run.now().time < 2.3) {
       const Snapshot& s = run.tick();
@@ -269,7 +269,7 @@ TEST_CASE(
         limit += s.contact[i].between == Between::block_floor ? s.contact[i].limit : 0.0;
       highest_limit = std::max(highest_limit, limit);
       if (std::hypot(s.applied[0], s.applied[1]) < 0.5 * settings.kinetic * weight)
-        stuck_way = std::max(stuck_way, std::hypot(s.block_position[0], s.block_position[1]));
+        stuck_path = std::max(stuck_path, std::hypot(s.block_position[0], s.block_position[1]));
       highest = std::max(highest, -static_cast<double>(run.point().friction));
       farthest = std::max(farthest, static_cast<double>(run.point().displacement));
       if (std::hypot(s.block_velocity[0], s.block_velocity[1]) < 0.01 || s.time < 1.5) continue;
@@ -277,7 +277,7 @@ TEST_CASE(
       ++count;
     }
     CHECK(highest_limit == Approx(settings.peak * weight).epsilon(0.01));
-    CHECK(stuck_way < settings.presliding_length);
+    CHECK(stuck_path < settings.presliding_length);
     CHECK(highest <= 1.04 * settings.peak * weight);
     CHECK(highest > push.least_peak * settings.peak * weight);
     REQUIRE(count > 300);
@@ -292,7 +292,7 @@ TEST_CASE("A block let go with a speed stops where kinetic friction says", "[roo
   Settings settings = few_bristles();
   settings.presliding_length = 20e-6;
   Run run(settings,
-          {at_place(0.0, -0.06, 0, 0.012), at_place(0.2, 0.06, 0, 0.012), at_place(0.25, -0.2, 0, 0.012)});
+          {hand_at(0.0, -0.06, 0, 0.012), hand_at(0.2, 0.06, 0, 0.012), hand_at(0.25, -0.2, 0, 0.012)});
   run.until(0.2);
   while (load_of(run.now(), Between::block_tool) > 0.0) run.tick();
   const double from = run.now().block_position[0], v = run.now().block_velocity[0];
@@ -307,7 +307,7 @@ TEST_CASE("A block pushed against a wall has friction there too", "[room]") {
   // Pushes the block to the wall and presses it there with 5 N, then pushes along the wall with more than the
   // floor's friction alone holds.
   const double aside = 1.4 * settings.peak * settings.mass * g;
-  std::vector<HandRow> hand = {at_place(0.0, -0.06, 0, 0.03), at_place(1.5, 0.195, 0, 0.03),
+  std::vector<HandRow> hand = {hand_at(0.0, -0.06, 0, 0.03), hand_at(1.5, 0.195, 0, 0.03),
                                with_force(1.501, 5.0, 0, 0), with_force(2.5, 5.0, 0, 0),
                                with_force(3.0, 5.0, aside, 0)};
   Run run(settings, hand);
@@ -330,7 +330,7 @@ TEST_CASE("A block pushed beside its middle turns away, to either side", "[room]
   for (const double side : {1.0, -1.0}) {
     INFO("at y = " << 25 * side << " mm");
     Run run(few_bristles(),
-            {at_place(0.0, -0.065, 0.025 * side, 0.03), at_place(1.0, -0.005, 0.025 * side, 0.03)});
+            {hand_at(0.0, -0.065, 0.025 * side, 0.03), hand_at(1.0, -0.005, 0.025 * side, 0.03)});
     run.until(1.2);
     // Checks that a push along x at positive y turns the block clockwise, seen from above.
     CHECK(side * turn_about(run.now(), 2) < -0.2);
@@ -383,7 +383,7 @@ TEST_CASE("A block pushed high on a rough floor tips, pushed lower it holds, pus
   REQUIRE(push * 0.055 > settings.mass * g * 0.05);
   REQUIRE(push * 0.04 < settings.mass * g * 0.05);
   const auto pushed_at = [&](double z) {
-    return std::vector<HandRow>{at_place(0.0, -0.06, 0, z), with_force(0.01, push, 0, 0)};
+    return std::vector<HandRow>{hand_at(0.0, -0.06, 0, z), with_force(0.01, push, 0, 0)};
   };
   Run high(settings, pushed_at(0.055));
   Run low(settings, pushed_at(0.04));
@@ -405,7 +405,7 @@ TEST_CASE("A tipped block that is let go falls back and lies still, without a bo
   Settings settings = few_bristles();
   settings.kinetic = 1.2;
   settings.peak = 1.3;
-  Run run(settings, {at_place(0.0, -0.06, 0, 0.055), with_force(0.01, 2.6, 0, 0), with_force(0.2, 2.6, 0, 0),
+  Run run(settings, {hand_at(0.0, -0.06, 0, 0.055), with_force(0.01, 2.6, 0, 0), with_force(0.2, 2.6, 0, 0),
                      with_force(0.201, -1.0, 0, 0)});
   run.until(0.2);
   const double tilt = turn_about(run.now(), 1);
@@ -437,7 +437,7 @@ TEST_CASE("On a slope under taps the brush stays, LuGre and Coulomb creep, besid
   };
   Run run(settings);
   const double settled = run.until(6.0).block_position[0];
-  // The block moves with the taps, so its place is compared a whole number of tap periods (0.5 s) apart.
+  // The block moves with the taps, so its position is compared a whole number of tap periods (0.5 s) apart.
   CHECK(std::fabs(run.until(10.0).block_position[0] - settled) < 0.05e-6);
   const Snapshot& now = run.until(10.002);
   REQUIRE(now.compared == 2);
@@ -493,12 +493,12 @@ TEST_CASE("A pushed block slides at the friction of its direction on a nap", "[r
   settings.compare = Comparison::none;
   settings.tapping = 0.0;
   const double load = settings.mass * g, mean = settings.kinetic * load;
-  for (const double way : {1.0, -1.0}) {
-    Run run(settings, {at_place(0.0, -way * 0.12, 0.0, 0.02), at_place(1.0, -way * 0.06, 0.0, 0.02),
-                       at_place(4.0, way * 0.02, 0.0, 0.02)});
+  for (const double sign : {1.0, -1.0}) {
+    Run run(settings, {hand_at(0.0, -sign * 0.12, 0.0, 0.02), hand_at(1.0, -sign * 0.06, 0.0, 0.02),
+                       hand_at(4.0, sign * 0.02, 0.0, 0.02)});
     const double friction = friction_of(run.until(3.5), Between::block_floor, 0);
     // Expects friction twice as large to the right as to the left, and `kinetic` in the mean.
-    CHECK(-way * friction == Approx(mean * (way > 0.0 ? 4.0 / 3.0 : 2.0 / 3.0)).epsilon(0.02));
+    CHECK(-sign * friction == Approx(mean * (sign > 0.0 ? 4.0 / 3.0 : 2.0 / 3.0)).epsilon(0.02));
   }
 }
 
@@ -527,23 +527,23 @@ TEST_CASE("After rests a block that ages starts stronger, by the growth per deca
 
 TEST_CASE("The carriage slides for a second, rests for longer and longer, and comes back the same way",
           "[room]") {
-  double t = 0.0, place = 0.0;
+  double t = 0.0, position = 0.0;
   for (const double rest : rests_s) {
-    place += slide_speed * slide_lasts;
+    position += slide_speed * slide_lasts;
     CHECK(rest_phase(t + 0.5).slides);
-    CHECK(rest_phase(t + 0.5).place == Approx(place - 0.5 * slide_speed));
+    CHECK(rest_phase(t + 0.5).position == Approx(position - 0.5 * slide_speed));
     t += slide_lasts;
     CHECK_FALSE(rest_phase(t + 0.5 * rest).slides);
-    CHECK(rest_phase(t + 0.5 * rest).place == Approx(place));
+    CHECK(rest_phase(t + 0.5 * rest).position == Approx(position));
     CHECK(rest_phase(t + 0.5 * rest).rested == rest);
     t += rest;
     CHECK(rest_phase(t + 0.5).rested == rest);
   }
   t += slide_lasts;  // end of the last slide of a cycle, 20.4 s
   CHECK(t == Approx(20.4));
-  CHECK(rest_phase(t).place == Approx(6 * slide_speed));
-  CHECK(rest_phase(t + 0.5).place == Approx(5.5 * slide_speed));
-  CHECK(rest_phase(2 * t + 0.5).place == Approx(0.5 * slide_speed));
+  CHECK(rest_phase(t).position == Approx(6 * slide_speed));
+  CHECK(rest_phase(t + 0.5).position == Approx(5.5 * slide_speed));
+  CHECK(rest_phase(2 * t + 0.5).position == Approx(0.5 * slide_speed));
 }
 
 TEST_CASE("A material that was saved brings back the surface and leaves block and slope", "[room]") {
@@ -584,10 +584,10 @@ TEST_CASE("What moved is what crept, not what swings under the taps", "[room]") 
 TEST_CASE("A tool that is taken again from behind the block is not flung against it", "[room]") {
   // Positions of a hand beyond the block, and inside it, as after a mouse click on the block.
   for (const double hand_x : {0.10, -0.02}) {
-    HandRow let_go = at_place(0.2, -0.07, 0, 0.03);
+    HandRow let_go = hand_at(0.2, -0.07, 0, 0.03);
     let_go.hand.holds = false;
-    Run run(few_bristles(), {at_place(0.0, -0.07, 0, 0.03), let_go, at_place(0.5, hand_x, 0, 0.03),
-                             at_place(2.0, hand_x, 0, 0.03)});
+    Run run(few_bristles(), {hand_at(0.0, -0.07, 0, 0.03), let_go, hand_at(0.5, hand_x, 0, 0.03),
+                             hand_at(2.0, hand_x, 0, 0.03)});
     run.until(0.5);
     REQUIRE(run.now().tool[0] < -0.06);
     double highest = 0.0;
@@ -661,7 +661,7 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   settings.infinite = true;
   wishes.write(settings);
   run.until(0.6);
-  const double place = run.now().block_position[0];
+  const double position = run.now().block_position[0];
   CHECK(run.now().settings.infinite);
   REQUIRE(run.now().bristles.count == bristles_shown);
   // Checks that bristles which were straight before the tilt are bent and hold the block.
@@ -669,8 +669,8 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   CHECK(oldest > 0.05 * settings.presliding_length);
   CHECK(oldest < settings.presliding_length);
   run.until(1.0);
-  // Checks that the block swings back to its place.
-  CHECK(std::fabs(run.now().block_position[0] - place) < 0.5 * settings.presliding_length);
+  // Checks that the block swings back to its position.
+  CHECK(std::fabs(run.now().block_position[0] - position) < 0.5 * settings.presliding_length);
 
   settings.shared_renewal = 2.0;
   settings.residual_share = 0.3;
@@ -943,7 +943,7 @@ struct OffCentrePull {
   // Turn of the block at the end, rad, and mean torque during the pull, N m. Positive is about the finger's
   // outward normal, which points down.
   double turned = 0.0, torque = 0.0;
-  double gap = 0.0;  // distance of the finger from its place on the block, m
+  double gap = 0.0;  // distance of the finger from its position on the block, m
 
   OffCentrePull(double pad_radius, bool infinite) {
     Settings s = few_bristles();
@@ -1024,7 +1024,7 @@ TEST_CASE("A pad grows and shrinks while it presses, and becomes a point, withou
 
 TEST_CASE("A script of a point gives the bits on record, another one others", "[room]") {
   const auto hash = [](double end) {
-    Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, end, 0.01, 0.02)});
+    Run run(few_bristles(), {hand_at(0.0, -0.08, 0.01, 0.02), hand_at(1.0, end, 0.01, 0.02)});
     run.until(1.0);
     return run.loop().state_hash();
   };
@@ -1034,7 +1034,7 @@ TEST_CASE("A script of a point gives the bits on record, another one others", "[
 
 TEST_CASE("A recording is played again to the same bits, changes of the settings included", "[room]") {
   Settings settings = few_bristles();
-  std::vector<HandRow> hand = {at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)};
+  std::vector<HandRow> hand = {hand_at(0.0, -0.08, 0.01, 0.02), hand_at(1.0, 0.0, 0.01, 0.02)};
   for (HandRow& row : hand) row.hand.turns = true;  // the hand's torsion spring acts too
   hand.back().hand.angle = 0.3;
   Run run(settings, hand);
@@ -1089,7 +1089,7 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
   LoopOptions options;
   options.settings = few_bristles();
   options.record_to = base;
-  HandMotion push{{at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)}};
+  HandMotion push{{hand_at(0.0, -0.08, 0.01, 0.02), hand_at(1.0, 0.0, 0.01, 0.02)}};
   SECTION("reset") {
     HapticLoop loop(options, std::make_unique<PlayedHand>("script", push));
     loop.exchange().acts.push(Act::record);
@@ -1120,7 +1120,7 @@ TEST_CASE("A reset, a replay or a lost block ends a recording, whose files are w
   SECTION("the block leaves the room") {
     HapticLoop loop(options,
                     std::make_unique<PlayedHand>(
-                        "script", HandMotion{{at_place(0.0, 0.07, 0, 0.03), with_force(0.3, -1000.0, 0, 0),
+                        "script", HandMotion{{hand_at(0.0, 0.07, 0, 0.03), with_force(0.3, -1000.0, 0, 0),
                                               with_force(0.6, -1000.0, 0, 0)}}));
     loop.exchange().acts.push(Act::record);
     REQUIRE(run_to(loop, "recording to"));
@@ -1158,7 +1158,7 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
   options.changes = {{0.6, later}};
   HapticLoop loop(
       options, std::make_unique<PlayedHand>(
-                   "script", HandMotion{{at_place(0.0, -0.08, 0.01, 0.02), at_place(1.0, 0.0, 0.01, 0.02)}}));
+                   "script", HandMotion{{hand_at(0.0, -0.08, 0.01, 0.02), hand_at(1.0, 0.0, 0.01, 0.02)}}));
   Exchange& exchange = loop.exchange();
   const auto now = [&]() -> const Snapshot& { return now_of(loop); };
   const auto run_until = [&](double time) {
@@ -1216,7 +1216,7 @@ TEST_CASE("A recording of a script begins its changes anew", "[room]") {
 }
 
 TEST_CASE("Pause holds world and plots, a single step moves both by one tick, reset begins anew", "[room]") {
-  Run run(few_bristles(), {at_place(0.0, -0.06, 0, 0.03), at_place(1.0, 0.06, 0, 0.03)});
+  Run run(few_bristles(), {hand_at(0.0, -0.06, 0, 0.03), hand_at(1.0, 0.06, 0, 0.03)});
   run.until(0.5);
   auto& acts = run.loop().exchange().acts;
   acts.push(Act::pause);
@@ -1262,7 +1262,7 @@ TEST_CASE("A device lost in mid-push lets go smoothly, and says so in one line",
   Settings settings = few_bristles();
   settings.kinetic = 1.0;  // strong friction, so the block holds and the hand's spring pushes steadily
   settings.peak = 1.1;
-  Run run(settings, {at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}, 0.8);
+  Run run(settings, {hand_at(0.0, -0.06, 0, 0.012), hand_at(0.5, -0.053, 0, 0.012)}, 0.8);
   run.until(0.8);
   const double before = run.now().device_force[0];
   REQUIRE(before < -0.5);
@@ -1315,7 +1315,7 @@ TEST_CASE("A device feels nothing in a pause, under another device and at the en
   options.settings.kinetic = 1.0;
   options.settings.peak = 1.1;
   options.record_to = folder.at("recording");
-  const HandMotion push{{at_place(0.0, -0.06, 0, 0.012), at_place(0.5, -0.053, 0, 0.012)}};
+  const HandMotion push{{hand_at(0.0, -0.06, 0, 0.012), hand_at(0.5, -0.053, 0, 0.012)}};
   const auto felt = std::make_shared<FeltHand::Felt>();
   HapticLoop loop(options, std::make_unique<FeltHand>(push, felt));
   loop.advance(800);
@@ -1416,7 +1416,7 @@ TEST_CASE("Absurd settings are clamped or refused, and the block stays finite", 
   std::mt19937_64 random(7);
   const double absurd[] = {NAN, INFINITY, -INFINITY, 1e300, -1e300, 1e-300, 0.0, -1.0, 1e9, 1.0, 0.3};
   const auto any = [&] { return absurd[random() % std::size(absurd)]; };
-  Run run(few_bristles(), {at_place(0.0, -0.08, 0.01, 0.02), at_place(2.0, 0.2, 0.01, 0.02)});
+  Run run(few_bristles(), {hand_at(0.0, -0.08, 0.01, 0.02), hand_at(2.0, 0.2, 0.01, 0.02)});
   int messages = 0;
   for (int round = 0; round < 24; ++round) {
     Settings s = few_bristles();
@@ -1447,7 +1447,7 @@ TEST_CASE("A hand that jumps or is no number leaves the world finite", "[room]")
   std::vector<HandRow> hand;
   for (int k = 0; k < 40; ++k) {
     const double far = k % 4 == 0 ? 1e300 : k % 4 == 1 ? NAN : k % 4 == 2 ? -5.0 : 0.0;
-    hand.push_back(at_place(0.02 * k, far, k % 3 - 1.0, 0.02));
+    hand.push_back(hand_at(0.02 * k, far, k % 3 - 1.0, 0.02));
   }
   Run run(few_bristles(), hand);
   while (run.now().time < 1.0) REQUIRE(is_finite(run.tick()));
@@ -1538,7 +1538,7 @@ TEST_CASE("The network device takes positions, answers with forces, and refuses 
 TEST_CASE("No stray or repeated packet takes the network device's place", "[room]") {
   UdpDevice device(0, 60.0);
   Sender sender(device.port());
-  const auto place_after = [&](std::uint64_t refused) {
+  const auto position_after = [&](std::uint64_t refused) {
     Hand hand;
     wait_for([&] { return device.read(0.0, hand), device.refused() >= refused; });
     return hand.position[0];
@@ -1546,13 +1546,13 @@ TEST_CASE("No stray or repeated packet takes the network device's place", "[room
   // Sends a number far ahead, under which all later packets of the true device would count as old.
   sender.send(1, true, 0.1);
   sender.send(1 + 65537, true, 0.9);
-  CHECK(place_after(1) == 0.1);
+  CHECK(position_after(1) == 0.1);
   sender.send(2, true, 0.2);
   sender.send(2, true, 0.9);
-  CHECK(place_after(2) == 0.2);
+  CHECK(position_after(2) == 0.2);
   sender.send(2 + 65536, true, 0.3);  // not too far ahead, hence accepted
   sender.send(3, true, 0.9);
-  CHECK(place_after(3) == 0.3);
+  CHECK(position_after(3) == 0.3);
 }
 
 TEST_CASE("The network device is lost after a silence, and comes back with any packet", "[room]") {

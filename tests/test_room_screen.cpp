@@ -156,7 +156,7 @@ TEST_CASE("A drag that begins on the panels never moves the tool", "[room]") {
   CHECK_FALSE(mouse.hand().holds);
 }
 
-TEST_CASE("A fine drag moves the hand a tenth of the pointer's way, without a jump where it begins or ends",
+TEST_CASE("A fine drag moves the hand a tenth of the pointer's path, without a jump where it begins or ends",
           "[room]") {
   Camera camera;
   const Area area{0, 0, 900, 600};

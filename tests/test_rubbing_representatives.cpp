@@ -118,7 +118,7 @@ double rippling_load(int k) { return (1.0 + 0.1 * std::sin(0.1 * 3.1415926535897
 
 /// Slides the patch by `path` to steady sliding, in steps of `step`; lengths over dbar.
 void slide(Rub& rub, double path, double step) {
-  for (double way = 0.0; way < path - 1e-9; way += step) rub.move(step);
+  for (double distance = 0.0; distance < path - 1e-9; distance += step) rub.move(step);
 }
 
 }  // namespace
@@ -333,12 +333,12 @@ TEST_CASE("Long steps back take bristles that keep a long residual as far as it 
     const double f = rub.bend(rub.move(0.5));
     REQUIRE(f > 20.0);
     const double allowed = 4.0 * sampling_error(n) + 0.005;
-    for (double way = 0.0; way < 60.0; way += step) {
+    for (double distance = 0.0; distance < 60.0; distance += step) {
       const double bend = rub.bend(rub.move(-step));
       // The sliding bristles are bent by at most 21.5 and snap at 20.5 or more in the other direction; until
       // then they stick.
-      if (way + step <= 40.0) expect_near(bend, f - way - step, allowed, "before any snaps");
-      if (way + step >= 60.0) expect_near(bend, -f, allowed, "steady the other way");
+      if (distance + step <= 40.0) expect_near(bend, f - distance - step, allowed, "before any snaps");
+      if (distance + step >= 60.0) expect_near(bend, -f, allowed, "steady the other way");
     }
   }
 }
@@ -370,9 +370,9 @@ TEST_CASE("Rubbed bristles follow the tables through a reversal and a turn", "[r
         Response r;
         for (; done < steps; ++done) r = rub.move(0.0, step);
         expect_near(rub.bend(r, 1), number(row, "f_parallel"), 4.0 * sampling_error(n) + 0.004,
-                    "along the turned way");
+                    "along the turned path");
         expect_near(rub.bend(r, 0), number(row, "f_perp"), 4.0 * sampling_error(n) + 0.004,
-                    "along the first way");
+                    "along the first path");
       }
     }
   }
@@ -479,9 +479,9 @@ TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in piece
   c.renewal = 1.0;
   Rub rub(c, n, 1);
   // Moves out by 2 mean lengths, back by half a length, out again by 2, and far back.
-  for (const double way : {2.0, -0.5, 2.0, -1.0, -3.0}) {
+  for (const double distance : {2.0, -0.5, 2.0, -1.0, -3.0}) {
     for (int k = 0; k < 10; ++k) {
-      const double d = way / 10.0;
+      const double d = distance / 10.0;
       double expected = 0.0;
       const int parts = static_cast<int>(std::ceil(std::abs(d) * 500.0));
       for (int i = 0; i < parts; ++i) expected = brute.move(d / parts);

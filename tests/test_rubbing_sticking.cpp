@@ -34,7 +34,7 @@ class Held {
   void move(double dx, double dy = 0.0) {
     const Response r = patch_.step(dx * length_ * dbar, dy * length_ * dbar, load_n);
     force_ = -r.elastic[0] / (load_n * dbar * length_);
-    place_ += dx;
+    position_ += dx;
   }
   /// Moves until friction holds `share` of the kinetic friction. Returns whether it does. The stiffness is at
   /// most 1 in these units, so no step overshoots.
@@ -57,13 +57,13 @@ class Held {
     }
     return true;
   }
-  double place() const { return place_; }
+  double position() const { return position_; }
   double force() const { return force_ / kinetic_; }
 
  private:
   double length_;
   OnePatch patch_;
-  double force_ = 0.0, place_ = 0.0, kinetic_ = 1.0;
+  double force_ = 0.0, position_ = 0.0, kinetic_ = 1.0;
 };
 
 struct Kind {
@@ -82,13 +82,13 @@ TEST_CASE("Forces that waver below kinetic friction move a rubbed contact by not
       bool holds = true;
       for (int i = 0; i < cycles && holds; ++i) {
         holds = held.load_to(range.second) && held.load_to(range.first);
-        if (i == cycles * 9 / 10) ninth = held.place();
+        if (i == cycles * 9 / 10) ninth = held.position();
       }
       INFO("renewal " << kind.renewal << ", residual " << kind.residual_share << ", " << range.first << " to "
                       << range.second);
       CHECK(holds);
       // Allows creep of at most 2e-6 lengths per cycle in the last tenth of the cycles.
-      CHECK(std::abs(held.place() - ninth) < 2e-6 * 0.1 * cycles);
+      CHECK(std::abs(held.position() - ninth) < 2e-6 * 0.1 * cycles);
     }
   }
 }
@@ -101,9 +101,9 @@ TEST_CASE("A hundred thousand taps on a held contact move it by nothing", "[rubb
     for (int i = 0; i < taps; ++i) {
       REQUIRE(held.load_to(0.95));
       REQUIRE(held.load_to(0.8));
-      if (i == taps * 9 / 10) ninth = held.place();
+      if (i == taps * 9 / 10) ninth = held.position();
     }
-    CHECK(std::abs(held.place() - ninth) < 1e-8);
+    CHECK(std::abs(held.position() - ninth) < 1e-8);
   }
 }
 
@@ -135,9 +135,9 @@ TEST_CASE("Creep under a sideways tremor begins where load and excursion exceed 
     double ninth = 0.0;
     for (int i = 0; i < cycles; ++i) {
       if (!held.shake(shake, held_at)) return 1.0;
-      if (i == cycles * 9 / 10) ninth = held.place();
+      if (i == cycles * 9 / 10) ninth = held.position();
     }
-    return (held.place() - ninth) / (0.1 * cycles);
+    return (held.position() - ninth) / (0.1 * cycles);
   };
   for (double renewal : {0.0, 1.0}) {
     for (const auto& quiet : {std::pair<double, double>{0.2, 0.5}, {0.6, 0.4}, {0.8, 0.3}, {0.9, 0.2}}) {

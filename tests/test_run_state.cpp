@@ -154,10 +154,10 @@ TEST_CASE("A saved run is refused by a scene that it is not of", "[cli][state]")
   const std::size_t head = line.size() + 8 * (4 + 4);  // one patch, no body
   for (std::size_t size = line.size(); size < whole.size(); size += 7)
     CHECK_THAT(refused("", "", folder.write("cut", whole.substr(0, size))), Contains("cut short"));
-  for (const auto& [place, byte] : {std::pair{line.size() + 7, '\377'}, std::pair{head - 1, '\177'}}) {
+  for (const auto& [offset, byte] : {std::pair{line.size() + 7, '\377'}, std::pair{head - 1, '\177'}}) {
     std::string damaged = whole;
-    damaged[place] = byte;
-    damaged[place - 1] = '\360';
+    damaged[offset] = byte;
+    damaged[offset - 1] = '\360';
     CHECK_THAT(refused("", "", folder.write("damaged", damaged)), Contains("not a finite number in range"));
   }
 }
@@ -166,11 +166,11 @@ TEST_CASE("A place where no state can be saved is refused before the run", "[cli
   const TemporaryFolder folder;
   const cli::Scene scene = cli::parse_scene(small_scene, "small.toml");
   const std::string file = folder.write("file", "");
-  const auto refused = [&](const std::string& place) {
+  const auto refused = [&](const std::string& target) {
     // Checks that the refusal comes before the run begins, so that it leaves no force file.
     const std::string why =
-        message_of<cli::UserError>([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", place)); });
-    CHECK_THAT(why, Contains(place));
+        message_of<cli::UserError>([&] { cli::run_scene(scene, options_of(3, folder.at("f"), "", target)); });
+    CHECK_THAT(why, Contains(target));
     CHECK_FALSE(std::filesystem::exists(folder.at("f")));
     return why;
   };

@@ -108,7 +108,7 @@ TEST_CASE("Skipping gives the same bits as visiting, over 1e5 random steps with 
   }
 }
 
-TEST_CASE("A way that ends beside the next snap gives the same bits as visiting, up to the last bit",
+TEST_CASE("A path that ends beside the next snap gives the same bits as visiting, up to the last bit",
           "[skipping]") {
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
     for (Precision precision : {Precision::single, Precision::double_}) {
@@ -118,8 +118,8 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
         Twins twins(surface(rule, 0), plain_options(1500, axes, precision).with_max_normal_load(2.0));
         std::mt19937 random(11);
         const auto unit = [&random] { return static_cast<double>(random()) / 4294967296.0; };
-        const auto snaps_in = [&twins](double way) {
-          return twins.eager.find_force(1e-3, Motion{twins.id, {way, 0.0}, 2.0}).snaps > 0;
+        const auto snaps_in = [&twins](double path) {
+          return twins.eager.find_force(1e-3, Motion{twins.id, {path, 0.0}, 2.0}).snaps > 0;
         };
         int wrong = 0;
         for (int round = 0; round < 40; ++round) {
@@ -140,10 +140,10 @@ TEST_CASE("A way that ends beside the next snap gives the same bits as visiting,
           const int side = std::fabs(snaps[0]) < std::fabs(snaps[1]) ? 0 : 1;
           // Moves by the largest displacement without a snap, by the smallest with one, or by up to a
           // thousandth more.
-          const double way = round % 4 == 0   ? holds[side]
-                             : round % 4 == 1 ? snaps[side]
-                                              : snaps[side] * (1.0 + std::pow(10.0, -3.0 - 4.0 * unit()));
-          wrong += !twins.step(way, 0.0, 2.0);
+          const double path = round % 4 == 0   ? holds[side]
+                              : round % 4 == 1 ? snaps[side]
+                                               : snaps[side] * (1.0 + std::pow(10.0, -3.0 - 4.0 * unit()));
+          wrong += !twins.step(path, 0.0, 2.0);
           wrong += !twins.same_state();
         }
         CHECK(wrong == 0);
@@ -167,10 +167,10 @@ int move_about(Twins& twins, double angle, double turn, int steps) {
       wrong += !twins.step(slide * std::cos(angle + 1.0), slide * std::sin(angle + 1.0), 2.0);
       there = 0.0;
     }
-    const double way =
+    const double path =
         mean_length * std::pow(10.0, -6.0 + 4.0 * unit()) * (there > 0.0 && unit() < 0.3 ? -1.0 : 1.0);
-    there += way;
-    wrong += !twins.step(way * std::cos(angle), way * std::sin(angle), 2.0);
+    there += path;
+    wrong += !twins.step(path * std::cos(angle), path * std::sin(angle), 2.0);
     angle += turn;
   }
   return wrong;
@@ -179,7 +179,7 @@ int move_about(Twins& twins, double angle, double turn, int steps) {
 }  // namespace
 
 TEST_CASE("Several groups of blocks are skipped with the same bits, whatever the direction", "[skipping]") {
-  // 50,000 bristles are 196 blocks in 4 groups, which were last visited at different places.
+  // 50,000 bristles are 196 blocks in 4 groups, which were last visited at different positions.
   constexpr double half_turn = 3.141592653589793;
   for (SnapRule rule : {SnapRule::keep, SnapRule::redraw})
     for (const auto& [angle, turn] : {std::pair{0.0, 0.0},

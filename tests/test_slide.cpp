@@ -418,9 +418,9 @@ TEST_CASE("a drop gives the peak of the closed form, again after a rest and afte
       OnePatch patch(material, plain_options(1024, axes).with_max_normal_load(load));
       const double peak = material.peak_coefficient() / dbar, kinetic = material.kinetic_coefficient() / dbar;
       CHECK(kinetic == Approx(0.7));
-      const auto highest_of = [&](double towards, double way) {
+      const auto highest_of = [&](double towards, double distance) {
         double highest = 0.0;
-        for (int k = 0; k < static_cast<int>(way * 500.0); ++k) {
+        for (int k = 0; k < static_cast<int>(distance * 500.0); ++k) {
           const double f = towards * bent(patch.step(towards * 0.002 * dbar, 0.0, load)).x;
           highest = std::max(highest, f);
         }
@@ -482,8 +482,8 @@ TEST_CASE("the limit of bristles that slide grows with rest", "[slide]") {
         // Pulls fast after a rest. Bristles start to slide at the aged limit 1 + beta ln(1 + rest / tau), to
         // which the time of the pull adds almost nothing.
         const double limit = 1.0 + beta * std::log1p(rest / tau);
-        const double way = limit - 0.8;
-        CHECK(bent(patch.step((way - 1e-4) * dbar, 0.0, load, 1e-9)).x ==
+        const double distance = limit - 0.8;
+        CHECK(bent(patch.step((distance - 1e-4) * dbar, 0.0, load, 1e-9)).x ==
               Approx(limit - 1e-4).epsilon(few + 1e-6));
         CHECK(bent(patch.step(3e-4 * dbar, 0.0, load, 1e-9)).x == Approx(0.8).epsilon(1e-5));
       }
@@ -606,9 +606,9 @@ TEST_CASE("after a fall of the load bristles turn over the limit that is left", 
   OnePatch patch(sliding(SnapLength::single(dbar)), plain_options(8, 2).with_max_normal_load(load));
   patch.step(10.0 * dbar, 0.0, load);
   patch.step(0.0, 0.0, 0.5 * load);
-  // Closed form after a turn by a right angle. Over the way s, in limits, the tip's angle to the motion obeys
-  // cos(angle) = tanh(s); the stiffness, twice that of the load, falls by the factor cosh(s)^2 with what
-  // sliding dissipates. So a way s takes the displacement s / 4 + sinh(2 s) / 8.
+  // Closed form after a turn by a right angle. Over the path s, in limits, the tip's angle to the motion
+  // obeys cos(angle) = tanh(s); the stiffness, twice that of the load, falls by the factor cosh(s)^2 with
+  // what sliding dissipates. So a path s takes the displacement s / 4 + sinh(2 s) / 8.
   const Response out = patch.step(0.0, 0.4 * dbar, 0.5 * load);
   const double s = std::asinh(out.end[1] / out.end[0]);
   CHECK(0.25 * s + 0.125 * std::sinh(2.0 * s) == Approx(0.4).epsilon(2e-3));

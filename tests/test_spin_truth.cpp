@@ -64,12 +64,12 @@ std::vector<double> brute_turn(const std::vector<double>& s, double length, Brut
 
 // Slides and spins a disc until it has forgotten its beginning, then as far again. Returns the means over the
 // second part of force along and across, over mu N, and torque over mu N R. In each part the fastest point
-// moves by `way` mean lengths.
+// moves by `path` mean lengths.
 SpinDeflection brute_slide(double eps, double length, BrutePressure pressure, std::size_t points,
-                           std::size_t bristles, int way, std::uint64_t seed) {
+                           std::size_t bristles, int path, std::uint64_t seed) {
   BruteSpin disc(points, bristles, 1.0, pressure, uniform_quantile(0.5 * length, 1.5 * length), seed);
   const double step = 0.5 * length, slide = step * eps / (1.0 + eps), turn = step / (1.0 + eps);
-  const int steps = 2 * way;
+  const int steps = 2 * path;
   SpinDeflection mean;
   for (int k = -steps; k < steps; ++k) {
     disc.move(slide, 0.0, turn, 8);
@@ -248,7 +248,7 @@ TEST_CASE("Tables of a disc with long bristles", "[.spin-table]") {
       "# A disc that slides along x and spins counter-clockwise for good, its bristles not short beside its "
       "radius (dbar_over_R),\n# law uniform_0.5_1.5, redraw: mean deflection along x, aside along y (the "
       "force on the disc is the other way) and\n# torque, over those of kinetic friction. 1000 points with "
-      "40 bristles each, 8 seeds, mean over a way of 100 mean snap\n# lengths of the fastest point after as "
+      "40 bristles each, 8 seeds, mean over a path of 100 mean snap\n# lengths of the fastest point after as "
       "long a beginning (tests/brute_spin.hpp); error: the standard error of the mean\n# over the seeds, the "
       "largest of the three. The points themselves add up to 0.001 at eps <= "
       "0.1.\npressure,dbar_over_R,v_over_omegaR,F_over_muN,aside_over_muN,T_over_muNR,error");

@@ -27,7 +27,7 @@ TEST_CASE("Sliding of 900 bristles has the kinetic force and the fluctuation in 
         const double kinetic = number(find_row(summary, key), "f_kinetic");
         const double relative_sd = number(find_row(summary, key), "rel_sd_F_zeta900_in_time");
         OnePatch patch(plain_material(law.law, rule), plain_options(n, 2, precision));
-        // Chooses steps. SnapRule::keep: bristles snap at fixed places, so the time average is one over
+        // Chooses steps. SnapRule::keep: bristles snap at fixed positions, so the time average is one over
         // phases, which long steps cover soonest. SnapRule::redraw: after 2.3 mean lengths little memory is
         // left, and the step is too short to jump over snaps.
         const double h = dbar * (rule == SnapRule::keep ? 37.1234567 : 2.3);

@@ -139,10 +139,10 @@ TEST_CASE("Denormal numbers never slow a step by more than two times", "[stress]
         OnePatch other = make(material);
         check_below(time_ratio([&](int) { usual.step(1e-4 * dbar, 0.0, n); },
                                [&](int) { other.step(denormal, aside, n); }),
-                    2.0, "a denormal way against a tiny one");
+                    2.0, "a denormal path against a tiny one");
         check_below(time_ratio([&](int) { usual.step(1.6 * dbar, 0.0, n); },
                                [&](int) { other.step(1.6 * dbar, aside, n); }),
-                    2.0, "a denormal way aside against none");
+                    2.0, "a denormal path aside against none");
         // Motion that shrinks from a snap length to nothing, again and again, as a decaying swing does.
         check_below(time_ratio([&](int k) { usual.step(dbar * (k % 50 == 0 ? 1.0 : 1e-8), 0.0, n); },
                                [&](int k) { other.step(dbar * std::pow(10.0, -8.0 * (k % 50)), 0.0, n); }),

@@ -162,8 +162,8 @@ Motion reversal(int k, std::uint32_t n) { return moved(k % 2 ? 3.2 * dbar : -3.2
 Motion square_load(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.0, (k % 2 ? 1.0 : 0.1) * n); }
 Motion in_and_out(int k, std::uint32_t n) { return moved(0.9 * dbar, 0.3 * dbar, k % 2 ? n : 0.0); }
 Motion all_together(int k, std::uint32_t n) {
-  const double way = 3.2 * dbar * (k % 2 ? 1.0 : -1.0);
-  return moved(k % 4 < 2 ? way : 0.0, k % 4 < 2 ? 0.0 : way, (k % 3 ? 1.0 : 0.1) * n);
+  const double path = 3.2 * dbar * (k % 2 ? 1.0 : -1.0);
+  return moved(k % 4 < 2 ? path : 0.0, k % 4 < 2 ? 0.0 : path, (k % 3 ? 1.0 : 0.1) * n);
 }
 
 }  // namespace

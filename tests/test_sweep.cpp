@@ -637,7 +637,7 @@ TEST_CASE("A study's recipe holds all of it, and each part of it is in its hash"
   }
 }
 
-TEST_CASE("Copies of a patch have seeds of their own, and one way", "[sweep]") {
+TEST_CASE("Copies of a patch have seeds of their own, and one path", "[sweep]") {
   const Folder folder;
   const std::string two =
       replaced(slide_scene, "bristles = 200", "bristles = 200\ncount = 2") +

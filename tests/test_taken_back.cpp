@@ -250,10 +250,10 @@ TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits 
   for (int k = 0; k < 300; ++k) {
     const double share = static_cast<double>(random() >> 11) * 0x1p-53;
     const double dt = k % 3 == 0 ? 1000.0 : k % 3 == 1 ? 1e-3 : 1e-12;
-    const double way = (k % 2 == 0 ? 0.7 : -0.1) * share * dbar;
+    const double path = (k % 2 == 0 ? 0.7 : -0.1) * share * dbar;
     std::vector<std::uint64_t> hashes;
     for (OnePatch& patch : patches) {
-      patch.step(way, 0.2 * way, k % 5 == 4 ? 200.0 : 300.0, dt);
+      patch.step(path, 0.2 * path, k % 5 == 4 ? 200.0 : 300.0, dt);
       hashes.push_back(patch.hash());
     }
     REQUIRE(hashes == std::vector<std::uint64_t>(hashes.size(), hashes[0]));
@@ -281,9 +281,9 @@ TEST_CASE(
         const auto share = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
         for (int k = 0; k < 400; ++k) {
           const double dt = 1e-16 * clock * std::pow(10.0, 5.0 * share() - 2.0);
-          const double way = (k % 3 == 0 ? -0.2 : 1.0) * dbar * std::pow(10.0, 2.0 * share() - 1.0);
+          const double path = (k % 3 == 0 ? -0.2 : 1.0) * dbar * std::pow(10.0, 2.0 * share() - 1.0);
           const double load = k % 7 == 6 ? 0.6 * full : full;
-          for (OnePatch* patch : {&lazy, &eager}) patch->step(way, 0.2 * way, load, dt);
+          for (OnePatch* patch : {&lazy, &eager}) patch->step(path, 0.2 * path, load, dt);
           CAPTURE(clock, renewal, infinite, k);
           REQUIRE(lazy.hash() == eager.hash());
         }
@@ -303,14 +303,14 @@ TEST_CASE(
       OnePatch saved(material, infinite_options().with_outputs(Outputs::all));
       OnePatch restored(material, infinite_options().with_outputs(Outputs::all));
       const double length = material.snap_length.mean();
-      // Far from the base of places, to which the first contact is not close, positions lose digits.
+      // Far from the base of positions, to which the first contact is not close, positions lose digits.
       const double far = life % 3 == 0 ? 1e-4 : life % 3 == 1 ? 12e-3 : 0.7;
       saved.step(far * uniform(random), far, 0.0);
       double heading = uniform(random);
       for (int k = 0; k < life % 11; ++k) {
         if (k % 4 == 0) heading = 3.0 * uniform(random);
-        const double way = length * (life % 2 == 0 ? 0.1 : 1.5);
-        saved.step(way * std::cos(heading), way * std::sin(heading), k % 5 == 4 ? 0.6 : 0.9);
+        const double path = length * (life % 2 == 0 ? 0.1 : 1.5);
+        saved.step(path * std::cos(heading), path * std::sin(heading), k % 5 == 4 ? 0.6 : 0.9);
       }
       restored.batch.restore_state(saved_state(saved.batch));
       for (int k = 0; k < 6; ++k) {
@@ -381,18 +381,18 @@ struct SavedBed {
   void set(int number, double x) {
     std::memcpy(bytes.data() + numbers + 8 * static_cast<std::size_t>(number), &x, 8);
   }
-  static std::size_t place(bristle::detail::BedColumn c, std::size_t i) {
+  static std::size_t offset(bristle::detail::BedColumn c, std::size_t i) {
     constexpr std::size_t lanes = bristle::detail::lane_count;
     return columns + 4 * ((i / lanes * bristle::detail::bed_state_columns + c) * lanes + i % lanes);
   }
   float at(bristle::detail::BedColumn c, std::size_t i) const {
     float x;
-    std::memcpy(&x, bytes.data() + place(c, i), 4);
+    std::memcpy(&x, bytes.data() + offset(c, i), 4);
     return x;
   }
   void put(bristle::detail::BedColumn c, std::size_t i, double value) {
     const float x = static_cast<float>(value);
-    std::memcpy(bytes.data() + place(c, i), &x, 4);
+    std::memcpy(bytes.data() + offset(c, i), &x, 4);
   }
 };
 

@@ -17,17 +17,17 @@ int main() {
   bristle::BodyContact<1> contact;
   contact.axes = 1;
   contact.jacobian << 1.0, 0.0;
-  double way = 0.0;
+  double path = 0.0;
   for (int tick = 0; tick < 100; ++tick) {
     const bristle::BodyVector<1> no_force = bristle::BodyVector<1>::Zero();
     bristle::Response out;
     bristle::predict_displacements<1>(batch, 1e-3, body, no_force, {&contact, 1}, {&motion, 1});
     batch.step(1e-3, {&motion, 1}, {&out, 1});
     bristle::apply_end_forces<1>(1e-3, body, no_force, {&contact, 1}, {&out, 1});
-    way += motion.displacement[0];
+    path += motion.displacement[0];
   }
-  std::printf("stopped after %.3f mm\n", 1e3 * way);
+  std::printf("stopped after %.3f mm\n", 1e3 * path);
   // Expects v^2 / (2 mu g) = 1.274 mm, to within the bending of the bristles and one step's delay of the
   // force.
-  return way > 1.15e-3 && way < 1.40e-3 && body.velocity[0] < 1e-3 ? 0 : 1;
+  return path > 1.15e-3 && path < 1.40e-3 && body.velocity[0] < 1e-3 ? 0 : 1;
 }

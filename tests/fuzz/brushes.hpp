@@ -43,22 +43,22 @@ enum class Brush { rubbed, aged };
 
 /// Gives a material one of five kinds of rubbing (residual, renewal) or ageing, or rarely numbers at random.
 /// This saves set-up: a material takes milliseconds, and a batch remembers the last 64.
-inline void rub(Input& input, bristle::Material& m, unsigned way) {
+inline void rub(Input& input, bristle::Material& m, unsigned choice) {
   constexpr double residuals[] = {1.0 / 9.0, 0.0, 0.5, 0.0, 1.0 / 9.0};
   constexpr double renewals[] = {1.0, 0.3, 0.0, 0.0, 8.0};
-  m.residual_length = residuals[way % 5] * m.snap_length.mean();
-  m.shared_renewal = renewals[way % 5];
+  m.residual_length = residuals[choice % 5] * m.snap_length.mean();
+  m.shared_renewal = renewals[choice % 5];
   const unsigned kind = input.choice(64);
   if (kind == 63) m.residual_length = input.number(m.snap_length.mean());
   if (kind == 62) m.shared_renewal = input.number(1.0);
 }
 
-inline void let_age(Input& input, bristle::Material& m, unsigned way) {
+inline void let_age(Input& input, bristle::Material& m, unsigned choice) {
   constexpr double strengths[] = {0.05, 0.5, 0.005, 1.0, 0.3};
   constexpr double times[] = {1e-3, 1.0, 1e-9, 1e3, 1e-3};
-  m.ageing_form = way % 2 == 0 ? bristle::AgeingForm::logarithmic : bristle::AgeingForm::saturating;
-  m.ageing_strength = strengths[way % 5];
-  m.ageing_time = times[way % 5];
+  m.ageing_form = choice % 2 == 0 ? bristle::AgeingForm::logarithmic : bristle::AgeingForm::saturating;
+  m.ageing_strength = strengths[choice % 5];
+  m.ageing_time = times[choice % 5];
   const unsigned kind = input.choice(64);
   if (kind == 63) m.ageing_strength = input.number(0.1);
   if (kind == 62) m.ageing_time = input.number(1.0);

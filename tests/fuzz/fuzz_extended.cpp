@@ -177,10 +177,10 @@ void extended(Bytes bytes) {
         has(first.status, bristle::Status::bad_input))
       continue;
     if (options.outputs != bristle::Outputs::all) continue;
-    double work = 0.0, way = 0.0;
+    double work = 0.0, path = 0.0;
     for (int i = 0; i < 3; ++i) work -= first.mean[i] * motion.displacement[i];
-    for (int i = 0; i < 2; ++i) way += std::fabs(motion.displacement[i]);
-    if (way > 1e3 * scale) continue;
+    for (int i = 0; i < 2; ++i) path += std::fabs(motion.displacement[i]);
+    if (path > 1e3 * scale) continue;
     const double after = twins[0]->patches.stored_energy(ids[0]);
     const double off = before + work - first.damper_work - first.dissipated - first.contact_loss - after;
     const double size = before + after + std::fabs(work) + first.dissipated + std::fabs(first.contact_loss) +

@@ -34,10 +34,10 @@ constexpr Target targets[] = {
 #endif
 };
 
-std::vector<std::filesystem::path> files_of(const char* place) {
-  if (!std::filesystem::is_directory(place)) return {place};
+std::vector<std::filesystem::path> files_of(const char* given) {
+  if (!std::filesystem::is_directory(given)) return {given};
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(place))
+  for (const auto& entry : std::filesystem::directory_iterator(given))
     if (entry.is_regular_file()) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;

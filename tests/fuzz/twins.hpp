@@ -126,9 +126,9 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
       case 15: {
         bristle::Material other = material;
         other.bristle_stiffness *= 2.0;
-        const unsigned way = input.choice(5);
-        if (input.flag()) rub(input, other, way);
-        if (input.flag() && brush == Brush::aged) let_age(input, other, way);
+        const unsigned choice = input.choice(5);
+        if (input.flag()) rub(input, other, choice);
+        if (input.flag() && brush == Brush::aged) let_age(input, other, choice);
         trace(other, options);
         changed = twins.set_material(other) || changed;
         continue;
@@ -148,12 +148,12 @@ inline void walk(Twins& twins, Input& input, const bristle::Material& material,
     if (trial || has(r.status, bristle::Status::bad_input)) continue;
     changed = false;
     if (!balances) continue;
-    double work = 0.0, way = 0.0;
+    double work = 0.0, path = 0.0;
     for (int axis = 0; axis < 2; ++axis) {
       work -= r.mean[axis] * motion.displacement[axis];
-      way += std::fabs(motion.displacement[axis]);
+      path += std::fabs(motion.displacement[axis]);
     }
-    if (way > 1e3 * scale) continue;  // beyond this path rounding of the work exceeds the stored energy
+    if (path > 1e3 * scale) continue;  // beyond this path rounding of the work exceeds the stored energy
     const double after = twins.stored();
     const double off = before + work - r.damper_work - r.dissipated - r.contact_loss - after;
     const double size = before + after + std::fabs(work) + r.dissipated + std::fabs(r.contact_loss) +

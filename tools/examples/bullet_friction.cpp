@@ -60,12 +60,12 @@ btTransform frame_of(const btPersistentManifold& manifold) {
     return btTransform(btQuaternion::getIdentity(), body_of(manifold, round).getWorldTransform().getOrigin());
   return body_of(manifold, moves(*manifold.getBody0()) ? 0 : 1).getWorldTransform();
 }
-bristle::BodyPose place_of(const btCollisionObject& body, const Vector3d& turn) {
-  bristle::BodyPose place;
-  place.centre = from(body.getWorldTransform().getOrigin());
-  for (int i = 0; i < 3; ++i) place.axes.row(i) = from(body.getWorldTransform().getBasis()[i]);
-  place.turn = turn;
-  return place;
+bristle::BodyPose pose_of(const btCollisionObject& body, const Vector3d& turn) {
+  bristle::BodyPose pose;
+  pose.centre = from(body.getWorldTransform().getOrigin());
+  for (int i = 0; i < 3; ++i) pose.axes.row(i) = from(body.getWorldTransform().getBasis()[i]);
+  pose.turn = turn;
+  return pose;
 }
 /// Converts the response of a bed to that of a patch without a damper. Its stiffness is the mean over both
 /// axes.
@@ -303,7 +303,7 @@ void BristleSolver::prepareSolve(int, int) {
   match();
 }
 
-/// Steps patches and beds by the slip of their contacts, taken from the places of the bodies. Only islands
+/// Steps patches and beds by the slip of their contacts, taken from the poses of the bodies. Only islands
 /// that were awake in the last step; patches of sleeping bodies keep their state.
 void BristleSolver::step_patches() {
   motions_.assign(solved_.size(), Motion{});
@@ -314,8 +314,8 @@ void BristleSolver::step_patches() {
     const auto at = std::lower_bound(touching_.begin(), touching_.end(), contact.pair,
                                      [](const auto& a, std::uint64_t pair) { return a.first < pair; });
     if (at == touching_.end() || at->first != contact.pair) continue;  // the bodies have parted
-    const auto place = [&](int k) { return place_of(body_of(*at->second, k), contact.turns[k]); };
-    Vector3d slip = contact.slip.find(place(contact.rider), place(1 - contact.rider));
+    const auto pose = [&](int k) { return pose_of(body_of(*at->second, k), contact.turns[k]); };
+    Vector3d slip = contact.slip.find(pose(contact.rider), pose(1 - contact.rider));
     if (contact.rider == 1) slip = -slip;
     const Vector2d d(contact.frame.along().dot(slip), contact.frame.aside().dot(slip));
     contact.arc = d / last_dt_s_ - contact.by_velocity;
@@ -352,12 +352,12 @@ void BristleSolver::match() {
     for (int p = 0; p < manifold->getNumContacts(); ++p) {
       const btManifoldPoint& point = manifold->getContactPoint(p);
       if (!(point.m_combinedFriction > 0)) continue;
-      const Vector3d place =
+      const Vector3d position =
           from(frame.invXform(on_a ? point.getPositionWorldOnA() : point.getPositionWorldOnB()));
       const Vector3d normal = from(frame.getBasis().transpose() * point.m_normalWorldOnB);
       found_.push_back(&point);
       of_.push_back(manifold);
-      points_.push_back({pair, {place[0], place[1], place[2]}});
+      points_.push_back({pair, {position[0], position[1], position[2]}});
       normals_.insert(normals_.end(), normal.data(), normal.data() + 3);
     }
   }
@@ -368,7 +368,7 @@ void BristleSolver::match() {
 
   before_.swap(known_);
   known_.clear();
-  places_.clear();
+  sorted_points_.clear();
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (keys_[i] == bristle::no_contact_key || matcher_.has_joined(i)) continue;
     const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
@@ -387,19 +387,19 @@ void BristleSolver::match() {
     contact.bed = contact.round >= 0 ? beds_->find_or_add(keys_[i]) : bristle::BedId{};
     contact.scale =
         static_cast<double>(found_[i]->m_combinedFriction) / (contact.bed ? bed_friction_ : kinetic_);
-    places_.push_back({found_[i], index, false});
+    sorted_points_.push_back({found_[i], index, false});
   }
   for (const bristle::HeldContact& held : matcher_.held()) hold(held);
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (!matcher_.has_joined(i) || !patches_.find(keys_[i])) continue;  // surfaces parted at the patch
     const bristle::KeyedContact keyed = patches_.find_or_add_contact(keys_[i]);
-    places_.push_back({found_[i], index_[keyed.index], true});
+    sorted_points_.push_back({found_[i], index_[keyed.index], true});
   }
   find_surfaces();
   patches_.end_step();
   if (beds_) beds_->end_step();
-  std::sort(places_.begin(), places_.end(),
-            [](const Place& a, const Place& b) { return std::less<>{}(a.point, b.point); });
+  std::sort(sorted_points_.begin(), sorted_points_.end(),
+            [](const Listed& a, const Listed& b) { return std::less<>{}(a.point, b.point); });
 }
 
 /// Makes room for a number of contacts. Allocates only if it is larger than ever before.
@@ -442,8 +442,8 @@ void BristleSolver::find_surfaces() {
   surfaces_.clear();
   for (const Contact& contact : known_)
     if (!contact.is_listed) surfaces_.add(contact.pair);
-  for (const Place& place : places_)
-    if (place.joined) surfaces_.add(known_[place.contact].pair);
+  for (const Listed& point : sorted_points_)
+    if (point.joined) surfaces_.add(known_[point.contact].pair);
   for (Contact& contact : known_) {
     contact.surfaces = surfaces_.find(contact.pair);
     if (contact.surfaces >= 0) surfaces_[contact.surfaces].before += contact.normal_load;
@@ -455,11 +455,11 @@ void BristleSolver::find_surfaces() {
   rows_.resize(surfaces_.all().size());
 }
 
-const BristleSolver::Place* BristleSolver::find_place(const btManifoldPoint& point) const {
-  const auto place =
-      std::lower_bound(places_.begin(), places_.end(), &point,
-                       [](const Place& a, const btManifoldPoint* of) { return std::less<>{}(a.point, of); });
-  return place == places_.end() || place->point != &point ? nullptr : &*place;
+const BristleSolver::Listed* BristleSolver::find_listed(const btManifoldPoint& point) const {
+  const auto found =
+      std::lower_bound(sorted_points_.begin(), sorted_points_.end(), &point,
+                       [](const Listed& a, const btManifoldPoint* of) { return std::less<>{}(a.point, of); });
+  return found == sorted_points_.end() || found->point != &point ? nullptr : &*found;
 }
 
 /// Sets Bullet's friction coefficient to 0 while Bullet makes its constraints, so that friction comes from
@@ -487,11 +487,11 @@ void BristleSolver::convertContacts(btPersistentManifold** manifolds, int count,
   for (int row = 0; row < m_tmpSolverContactConstraintPool.size(); ++row) {
     const auto& point =
         *static_cast<const btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint);
-    const Place* const place = find_place(point);
-    if (!place) continue;
-    Contact& contact = known_[place->contact];
+    const Listed* const listed = find_listed(point);
+    if (!listed) continue;
+    Contact& contact = known_[listed->contact];
     if (contact.surfaces >= 0) rows_[static_cast<std::size_t>(contact.surfaces)].push_back(row);
-    if (!place->joined) begin(contact, row, dt_s);
+    if (!listed->joined) begin(contact, row, dt_s);
   }
   for (Contact& contact : known_) {
     if (contact.is_listed) continue;
@@ -522,8 +522,8 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
                                  : contact.bodies[contact.round]->getWorldTransform().getOrigin();
     contact.arm = contact.point - from(centre);
   }
-  const auto place = [&](int k) { return place_of(*contact.objects[k], Vector3d::Zero()); };
-  contact.slip.record(place(contact.rider), place(1 - contact.rider), contact.point,
+  const auto pose = [&](int k) { return pose_of(*contact.objects[k], Vector3d::Zero()); };
+  contact.slip.record(pose(contact.rider), pose(1 - contact.rider), contact.point,
                       is_round(*contact.objects[0]) && is_round(*contact.objects[1]));
   guess_answer(contact, dt_s);
   contact.impulse.setZero();
@@ -536,7 +536,7 @@ void BristleSolver::begin(Contact& contact, int row, double dt_s) {
 /// bodies at one common point, so that it conserves angular momentum too.
 void BristleSolver::set_sides(Contact& contact, const Vector3d& at) {
   const btSolverConstraint& row = m_tmpSolverContactConstraintPool[contact.row];
-  const btVector3 place = to(at);
+  const btVector3 position = to(at);
   contact.point = at;
   contact.start = contact.arc;
   const btVector3 axes[2] = {to(contact.frame.along()), to(contact.frame.aside())};
@@ -552,7 +552,7 @@ void BristleSolver::set_sides(Contact& contact, const Vector3d& at) {
       side.angular[a].setZero();
       side.moment[a].setZero();
       if (!rigid) continue;
-      side.moment[a] = (place - rigid->getCenterOfMassPosition()).cross(side.axis[a]);
+      side.moment[a] = (position - rigid->getCenterOfMassPosition()).cross(side.axis[a]);
       side.linear[a] = side.axis[a] * body.internalGetInvMass();
       contact.start[a] +=
           static_cast<double>(side.axis[a].dot(body.m_linearVelocity + body.m_externalForceImpulse) +
@@ -832,9 +832,9 @@ void BristleSolver::share_loads(double dt_s) {
     double& now = surfaces_[static_cast<int>(i)].now = 0.0;
     for (const int row : rows_[i]) {
       now += load_of(row);
-      const Place* const place = find_place(
+      const Listed* const listed = find_listed(
           *static_cast<const btManifoldPoint*>(m_tmpSolverContactConstraintPool[row].m_originalContactPoint));
-      if (place->joined) known_[place->contact].on_points += load_of(row);
+      if (listed->joined) known_[listed->contact].on_points += load_of(row);
     }
   }
   for (std::size_t i = first_of_group_; i < solved_.size(); ++i) {

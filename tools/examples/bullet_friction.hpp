@@ -1,5 +1,5 @@
 // Friction of bristles in Bullet: a constraint solver in which a patch of bristles at each contact point
-// takes the place of Bullet's friction. An adapter to copy and to change; Bullet 2.89 to 3.24, float or
+// replaces Bullet's friction. An adapter to copy and to change; Bullet 2.89 to 3.24, float or
 // double.
 //
 //   btCollisionDispatcher dispatcher(&configuration);
@@ -20,8 +20,8 @@
 // sequential impulses find the normal impulses. In every sweep each patch adds the impulse with which it
 // answers to the slip at the end of the step, with its stiffness and damping implicit and its elastic force
 // clipped at the force limit. From half of the sweeps on, answers of the patches themselves
-// (PatchBatch::find_force) take the place of the clipped springs. At the beginning of the next step, when
-// Bullet has moved the bodies, the patches step by the slip of the contacts, taken from places
+// (PatchBatch::find_force) replace the clipped springs. At the beginning of the next step, when
+// Bullet has moved the bodies, the patches step by the slip of the contacts, taken from poses
 // (bristle::SlipByPoses), under the normal impulses of the step. They follow the bodies, so nothing drifts,
 // even on turning surfaces.
 //
@@ -110,7 +110,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
     int surfaces = -1;       // index in surfaces_ if Bullet lists other points of the pair than before
     double share = 1.0;      // share of the load of its surfaces
     double on_points = 0.0;  // load of this step on the contact's points, N
-    Eigen::Vector3d held_at = Eigen::Vector3d::Zero();  // place of a contact that is not listed, m
+    Eigen::Vector3d held_at = Eigen::Vector3d::Zero();  // position of a contact that is not listed, m
     Side sides[2];
     Eigen::Matrix<double, 2, 2, Eigen::DontAlign> mobility = Eigen::Matrix2d::Zero();  // 1/kg
     // Slip velocity at the start of the step, m/s. The iterations find that at its end.
@@ -142,7 +142,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
  private:
   /// Point that Bullet lists, with its contact: the index of the contact in known_, and whether the contact
   /// lies elsewhere on the same surfaces.
-  struct Place {
+  struct Listed {
     const btManifoldPoint* point;
     std::size_t contact;
     bool joined;
@@ -153,9 +153,9 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   void hold(const bristle::HeldContact& held);
   void find_surfaces();
   void share_loads(double dt_s);
-  const Place* find_place(const btManifoldPoint& point) const;
+  const Listed* find_listed(const btManifoldPoint& point) const;
   void begin(Contact& contact, int row, double dt_s);
-  void set_sides(Contact& contact, const Eigen::Vector3d& place);
+  void set_sides(Contact& contact, const Eigen::Vector3d& position);
   void guess_answer(Contact& contact, double dt_s);
   bristle::Response find_force(const Contact& contact, const Eigen::Vector2d& slip, double load, double dt_s);
   Eigen::Vector2d axes_of(const Contact& contact) const;
@@ -189,7 +189,7 @@ class BristleSolver : public btSequentialImpulseConstraintSolver {
   std::vector<const btPersistentManifold*> of_;  // manifold of each point in found_
   std::vector<double> normals_;
   std::vector<std::uint64_t> keys_;
-  std::vector<Place> places_;           // sorted by the points' addresses
+  std::vector<Listed> sorted_points_;   // sorted by the points' addresses
   bristle::SurfaceLoads surfaces_;      // pairs of surfaces whose listed points have changed
   std::vector<std::vector<int>> rows_;  // rows of each of these pairs in Bullet's list
   // Pairs of bodies that touch, sorted, with their manifolds.

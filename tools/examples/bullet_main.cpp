@@ -21,15 +21,15 @@ int main(int argc, char** argv) {
       },
       [](const Run& run, const Run& stock) -> std::vector<std::string> {
         const Sample &first = run.samples.front(), &last = run.samples.back();
-        return {fmt::format("{:.4f}", 1e3 * (last.place[0] - first.place[0])),
-                fmt::format("{:.4f}", 1e3 * (last.place[1] - first.place[1])),
+        return {fmt::format("{:.4f}", 1e3 * (last.position[0] - first.position[0])),
+                fmt::format("{:.4f}", 1e3 * (last.position[1] - first.position[1])),
                 fmt::format("{:.3f}", last.turn * 57.29577951308232),
                 fmt::format("{:.1f}", run.contacts),
                 fmt::format("{:.1f}", run.step_us),
                 fmt::format("{:.2f}", run.step_us / stock.step_us)};
       },
       [](const Sample& s) {
-        return fmt::format("{:.4f},{:.9g},{:.9g},{:.9g},{:.9g}", s.t, s.place[0], s.place[1], s.place[2],
-                           s.turn);
+        return fmt::format("{:.4f},{:.9g},{:.9g},{:.9g},{:.9g}", s.t, s.position[0], s.position[1],
+                           s.position[2], s.turn);
       });
 }

@@ -22,8 +22,8 @@ void add_floor(World& world, double coefficient) {
   world.add_box(vector(5.0, 5.0, 0.5), vector(0.0, 0.0, -0.5), 0.0, coefficient);
 }
 
-double heading(const btTransform& place) {
-  const btMatrix3x3& turned = place.getBasis();
+double heading(const btTransform& pose) {
+  const btMatrix3x3& turned = pose.getBasis();
   return std::atan2(static_cast<double>(turned[1][0]), static_cast<double>(turned[0][0]));
 }
 
@@ -43,9 +43,9 @@ class Stepper {
     return world_.contact_points();
   }
   void sample() {
-    const btTransform& place = world_.body(scene_.body).getWorldTransform();
-    Sample now{world_.time(), {}, heading(place)};
-    for (int a = 0; a < 3; ++a) now.place[a] = static_cast<double>(place.getOrigin()[a]);
+    const btTransform& pose = world_.body(scene_.body).getWorldTransform();
+    Sample now{world_.time(), {}, heading(pose)};
+    for (int a = 0; a < 3; ++a) now.position[a] = static_cast<double>(pose.getOrigin()[a]);
     if (!result.samples.empty()) {
       const double last = result.samples.back().turn;
       now.turn = last + std::remainder(now.turn - last, 2.0 * pi);
@@ -54,7 +54,7 @@ class Stepper {
   }
   static double creep(const std::vector<Sample>& s) {
     const std::size_t from = s.size() * 3 / 4;
-    return (s.back().place[0] - s[from].place[0]) / (s.back().t - s[from].t);
+    return (s.back().position[0] - s[from].position[0]) / (s.back().t - s[from].t);
   }
 
   Run result;
@@ -99,14 +99,14 @@ World::World(Friction friction, const btVector3& gravity, const bristle::Coeffic
   }
 }
 
-btRigidBody& World::add(std::unique_ptr<btCollisionShape> shape, const btVector3& place, double mass_kg,
+btRigidBody& World::add(std::unique_ptr<btCollisionShape> shape, const btVector3& position, double mass_kg,
                         double coefficient) {
   btVector3 inertia(0, 0, 0);
   if (mass_kg > 0.0) shape->calculateLocalInertia(scalar(mass_kg), inertia);
   Body made;
-  made.place = std::make_unique<btDefaultMotionState>(btTransform(btQuaternion::getIdentity(), place));
+  made.pose = std::make_unique<btDefaultMotionState>(btTransform(btQuaternion::getIdentity(), position));
   made.body = std::make_unique<btRigidBody>(
-      btRigidBody::btRigidBodyConstructionInfo(scalar(mass_kg), made.place.get(), shape.get(), inertia));
+      btRigidBody::btRigidBodyConstructionInfo(scalar(mass_kg), made.pose.get(), shape.get(), inertia));
   made.shape = std::move(shape);
   btRigidBody& body = *made.body;
   // Sets the root of the wanted friction coefficient on each body, because Bullet multiplies the coefficients
@@ -120,18 +120,18 @@ btRigidBody& World::add(std::unique_ptr<btCollisionShape> shape, const btVector3
   return body;
 }
 
-btRigidBody& World::add_box(const btVector3& half, const btVector3& place, double mass_kg,
+btRigidBody& World::add_box(const btVector3& half, const btVector3& position, double mass_kg,
                             double coefficient) {
   auto box = std::make_unique<btBoxShape>(half);
   box->setMargin(scalar(std::min(0.001, 0.5 * static_cast<double>(half[half.minAxis()]))));
-  return add(std::move(box), place, mass_kg, coefficient);
+  return add(std::move(box), position, mass_kg, coefficient);
 }
 
-btRigidBody& World::add_cylinder(const btVector3& half, const btVector3& place, double mass_kg,
+btRigidBody& World::add_cylinder(const btVector3& half, const btVector3& position, double mass_kg,
                                  double coefficient) {
   auto cylinder = std::make_unique<btCylinderShapeZ>(half);
   cylinder->setMargin(scalar(0.001));
-  return add(std::move(cylinder), place, mass_kg, coefficient);
+  return add(std::move(cylinder), position, mass_kg, coefficient);
 }
 
 btRigidBody& World::add_triangles(int n, double edge, double coefficient) {
@@ -148,11 +148,11 @@ btRigidBody& World::add_triangles(int n, double edge, double coefficient) {
   return body;
 }
 
-btRigidBody& World::add_ball(double radius, const btVector3& place, double mass_kg, double coefficient) {
-  return add(std::make_unique<btSphereShape>(scalar(radius)), place, mass_kg, coefficient);
+btRigidBody& World::add_ball(double radius, const btVector3& position, double mass_kg, double coefficient) {
+  return add(std::make_unique<btSphereShape>(scalar(radius)), position, mass_kg, coefficient);
 }
 
-btRigidBody& World::add_plate(const btVector3& place, double mass_kg, double coefficient) {
+btRigidBody& World::add_plate(const btVector3& position, double mass_kg, double coefficient) {
   auto whole = std::make_unique<btCompoundShape>();
   std::vector<std::unique_ptr<btCollisionShape>> parts;
   const auto put = [&](std::unique_ptr<btCollisionShape> part, const btVector3& at) {
@@ -167,7 +167,7 @@ btRigidBody& World::add_plate(const btVector3& place, double mass_kg, double coe
     put(std::make_unique<btSphereShape>(scalar(plate_height)),
         vector(feet_radius * std::cos(angle), feet_radius * std::sin(angle), 0.0));
   }
-  btRigidBody& body = add(std::move(whole), place, mass_kg, coefficient);
+  btRigidBody& body = add(std::move(whole), position, mass_kg, coefficient);
   bodies_.back().parts = std::move(parts);
   const double along = mass_kg * pushed_half * pushed_half / 3.0;
   body.setMassProps(scalar(mass_kg), vector(along, along, 2.0 * along));

@@ -26,15 +26,15 @@ class World {
         const FrictionOptions& options);
 
   /// Adds a box with these half edges (m) and mass (kg); mass 0 fixes it in place.
-  btRigidBody& add_box(const btVector3& half, const btVector3& place, double mass_kg, double coefficient);
-  btRigidBody& add_cylinder(const btVector3& half, const btVector3& place, double mass_kg,
+  btRigidBody& add_box(const btVector3& half, const btVector3& position, double mass_kg, double coefficient);
+  btRigidBody& add_cylinder(const btVector3& half, const btVector3& position, double mass_kg,
                             double coefficient);
   /// Adds a floor at z = 0 of n x n squares of two triangles each, with edges of `edge` (m).
   btRigidBody& add_triangles(int n, double edge, double coefficient);
-  btRigidBody& add_ball(double radius, const btVector3& place, double mass_kg, double coefficient);
+  btRigidBody& add_ball(double radius, const btVector3& position, double mass_kg, double coefficient);
   /// Adds a square plate on three round feet at the corners of an equilateral triangle, whose loads follow
-  /// from statics. `place` (m): centre of the plate, plate_height above the floor.
-  btRigidBody& add_plate(const btVector3& place, double mass_kg, double coefficient);
+  /// from statics. `position` (m): centre of the plate, plate_height above the floor.
+  btRigidBody& add_plate(const btVector3& position, double mass_kg, double coefficient);
   void step(double dt_s);
   double time() const { return static_cast<double>(steps_) * dt_s_; }
   int contact_points() const;
@@ -50,10 +50,10 @@ class World {
     std::vector<std::unique_ptr<btCollisionShape>> parts;
     std::unique_ptr<btTriangleMesh> triangles;
     std::unique_ptr<btCollisionShape> shape;
-    std::unique_ptr<btDefaultMotionState> place;
+    std::unique_ptr<btDefaultMotionState> pose;
     std::unique_ptr<btRigidBody> body;
   };
-  btRigidBody& add(std::unique_ptr<btCollisionShape> shape, const btVector3& place, double mass_kg,
+  btRigidBody& add(std::unique_ptr<btCollisionShape> shape, const btVector3& position, double mass_kg,
                    double coefficient);
 
   Friction friction_;
@@ -109,8 +109,8 @@ std::vector<Scene> all_scenes();
 
 struct Sample {
   double t;
-  double place[3];  ///< m
-  double turn;      ///< rotation of the body about z, rad
+  double position[3];  ///< m
+  double turn;         ///< rotation of the body about z, rad
 };
 
 using Run = bristle_example::SceneRun<Friction, Sample>;

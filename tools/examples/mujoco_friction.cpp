@@ -275,7 +275,7 @@ void BristleFriction::visit_fields(AnyContact& contact, Visit& visit) {
   bristle::ContactFrame::visit_fields(contact.frame, visit);
   bristle::SlipByPoses::visit_fields(contact.slip, visit);
   for (auto* const vector : {&contact.turn[0], &contact.turn[1], &contact.point, &contact.force,
-                             &contact.place, &contact.moved_by_velocity})
+                             &contact.position, &contact.moved_by_velocity})
     visit(*vector);
   visit(contact.surface), visit(contact.arc), visit(contact.normal_load), visit(contact.scale);
   visit(contact.cells);
@@ -474,14 +474,14 @@ void BristleFriction::match(const mjModel& model, const mjData& data) {
 void BristleFriction::list(const mjModel& model, const mjData& data, const mjContact& found) {
   found_.push_back(&found);
   const int geom = smaller_geom(model, found);
-  Vector3d place = Map<const Vector3d>(found.pos) - centre_of(data, geom),
+  Vector3d position = Map<const Vector3d>(found.pos) - centre_of(data, geom),
            normal = Map<const Vector3d>(found.frame);
   if (!is_round(model, geom)) {
     const Eigen::Matrix3d to_geom = axes_of(model, data, geom).transpose();
-    place = to_geom * place;
+    position = to_geom * position;
     normal = to_geom * normal;
   }
-  found_points_.push_back({pair_of(found), {place[0], place[1], place[2]}});
+  found_points_.push_back({pair_of(found), {position[0], position[1], position[2]}});
   found_normals_.insert(found_normals_.end(), normal.data(), normal.data() + 3);
 }
 
@@ -505,7 +505,7 @@ void BristleFriction::list_asleep([[maybe_unused]] const mjModel& model,
     const int a = static_cast<int>(contact.pair >> 32), b = static_cast<int>(contact.pair & 0xffffffffu);
     const Vector3d normal =
         axes_of(model, data, smaller_geom(model, a, b)).transpose() * contact.frame.normal();
-    found_points_.push_back({contact.pair, {contact.place[0], contact.place[1], contact.place[2]}});
+    found_points_.push_back({contact.pair, {contact.position[0], contact.position[1], contact.position[2]}});
     found_normals_.insert(found_normals_.end(), normal.data(), normal.data() + 3);
   }
 #endif
@@ -663,11 +663,11 @@ void BristleFriction::take_over(const mjModel& model, const mjData& data, const 
     // Keeps the height of a contact point whose height changes by less than 0.1 mm from step to step. The
     // body is only rocking then, and would walk if its friction followed.
     constexpr double hop = 1e-4;  // m
-    const double up = normal.dot(contact.point - centre_of(data, small) - axes * contact.place);
+    const double up = normal.dot(contact.point - centre_of(data, small) - axes * contact.position);
     if (std::fabs(up) < hop) contact.point -= up * normal;
   }
-  contact.place = axes.transpose() * (contact.point - centre_of(data, small));
-  contact.slip.record(place_of(model, data, contact, 0), place_of(model, data, contact, 1), contact.point,
+  contact.position = axes.transpose() * (contact.point - centre_of(data, small));
+  contact.slip.record(pose_of(model, data, contact, 0), pose_of(model, data, contact, 1), contact.point,
                       rounds[0] && rounds[1]);
   contact.scale = found.friction[0] / (rolls ? bed_friction_ : kinetic_);
   contact.row = held_at ? -1 : found.efc_address;
@@ -693,19 +693,19 @@ void BristleFriction::add_cells(const Contact* old, Contact& contact) {
     cells_.push_back(k < before ? cells_before_[first + k] : Cell{});
 }
 
-/// Returns the place of the geom on one side of a contact. Successive contacts mostly have the same geoms, so
+/// Returns the pose of the geom on one side of a contact. Successive contacts mostly have the same geoms, so
 /// the last answers are kept to save time.
-const bristle::BodyPose& BristleFriction::place_of(const mjModel& model, const mjData& data,
-                                                   const Contact& contact, int side) {
+const bristle::BodyPose& BristleFriction::pose_of(const mjModel& model, const mjData& data,
+                                                  const Contact& contact, int side) {
   const int geom = contact.geoms[side];
-  auto& [known, place] = near_[side];
+  auto& [known, pose] = near_[side];
   if (known != geom) {
-    place.centre = centre_of(data, geom);
-    place.axes = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom);
-    place.turn = model.opt.timestep * spin_of(data, model.geom_bodyid[geom]);
+    pose.centre = centre_of(data, geom);
+    pose.axes = Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(data.geom_xmat + 9 * geom);
+    pose.turn = model.opt.timestep * spin_of(data, model.geom_bodyid[geom]);
     known = geom;
   }
-  return place;
+  return pose;
 }
 
 /// Turns the axes of the contact with the bodies. Small turns are only added up until they matter, which
@@ -1096,10 +1096,10 @@ void BristleFriction::end_step(const mjModel& model, const mjData& data) {
   moved_ = slipped_ = true;
 }
 
-/// Returns the slip (m) and spin (rad) of geom2 against geom1 in the last step, from the places of the
+/// Returns the slip (m) and spin (rad) of geom2 against geom1 in the last step, from the poses of the
 /// bodies. Stores by how much the slip differs from velocity times time.
-Vector3d BristleFriction::moved_by_places(const mjModel& model, const mjData& data, Contact& contact) {
-  Vector3d slip = contact.slip.find(place_of(model, data, contact, 0), place_of(model, data, contact, 1));
+Vector3d BristleFriction::moved_by_poses(const mjModel& model, const mjData& data, Contact& contact) {
+  Vector3d slip = contact.slip.find(pose_of(model, data, contact, 0), pose_of(model, data, contact, 1));
   if (model.geom_bodyid[contact.geoms[0]] == contact.bodies[0]) slip = -slip;
   const Vector3d moved(contact.frame.along().dot(slip), contact.frame.aside().dot(slip),
                        contact.moved_by_velocity[2]);
@@ -1116,7 +1116,7 @@ void BristleFriction::step_patches(const mjModel& model, const mjData& data) {
   near_[0].first = near_[1].first = -1;
   for (Contact& contact : contacts_) {
     if ((!contact.patch && !contact.bed) || contact.is_asleep) continue;
-    const Vector3d moved = moved_by_places(model, data, contact);
+    const Vector3d moved = moved_by_poses(model, data, contact);
     if (contact.bed)
       bed_motions_.push_back(bed_motion(model, data, contact, moved));
     else
@@ -1145,10 +1145,10 @@ void BristleFriction::set_motions(Contact& contact, const Vector3d& moved) {
 void BristleFriction::turn_disc(const Contact& contact) {
   bristle::ExtendedResponse sum;
   patches_.read_responses({&contact.moved, 1}, {&responses_[contact.first_cell], contact.cells}, {&sum, 1});
-  places_.resize(contact.cells);
-  patches_.read_cells(contact.patch, 0.0, contact.normal_load, places_);
+  positions_.resize(contact.cells);
+  patches_.read_cells(contact.patch, 0.0, contact.normal_load, positions_);
   for (std::size_t k = 0; k < contact.cells; ++k)
-    cells_[contact.first_cell + k].at = Vector2d(places_[k].position[0], places_[k].position[1]);
+    cells_[contact.first_cell + k].at = Vector2d(positions_[k].position[0], positions_[k].position[1]);
 }
 
 void roll_out(const mjModel& model, const std::vector<mjData*>& data,

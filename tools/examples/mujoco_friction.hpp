@@ -1,5 +1,5 @@
 // Friction of bristles in MuJoCo: its own contacts keep the normal force and lose friction, a bristle patch
-// at each contact point takes its place. An adapter to copy and to change; run with MuJoCo 2.2.2 and
+// at each contact point replaces it. An adapter to copy and to change; run with MuJoCo 2.2.2 and
 // 3.12.1.
 //
 //   mjModel* model = mj_loadXML(...);
@@ -23,7 +23,7 @@
 // The order of a step. After mj_step1, mj_fwdActuation and mj_fwdAcceleration, a clipped predictor finds how
 // each contact will slip (one linear solve for all bodies that touch), and PatchBatch::find_force how its
 // patch will answer. The answers are among the passive forces in mj_step2. Once the next mj_step1 has placed
-// the bodies, patches and beds step by the actual slip of the contacts, taken from places
+// the bodies, patches and beds step by the actual slip of the contacts, taken from poses
 // (bristle::SlipByPoses). They follow the bodies, so nothing drifts, even on turning surfaces. Normal loads
 // are those of the step before, for a new contact those of the step without friction.
 //
@@ -150,7 +150,8 @@ class BristleFriction {
     int geoms[2] = {0, 0};  // the geom that may roll, or the smaller one; the other one
     bristle::SlipByPoses slip;
     std::uint64_t pair = 0;
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();  // point from the smaller geom's centre, in its axes, m
+    Eigen::Vector3d position =
+        Eigen::Vector3d::Zero();  // point from the smaller geom's centre, in its axes, m
     // Velocity of the surfaces against each other beyond that of the bodies (belts), in the axes of
     // `velocity`.
     Eigen::Vector4d surface = Eigen::Vector4d::Zero();
@@ -202,8 +203,8 @@ class BristleFriction {
   static void visit_parts(AnyFriction& of, Visit&& visit);
   void read(const State& state);
   void add_wrenches(const mjModel& model, mjData& data) const;
-  const bristle::BodyPose& place_of(const mjModel& model, const mjData& data, const Contact& contact,
-                                    int side);
+  const bristle::BodyPose& pose_of(const mjModel& model, const mjData& data, const Contact& contact,
+                                   int side);
   const Contact* find_before(std::uint64_t key);
   void take_over(const mjModel& model, const mjData& data, const mjContact& found, std::uint64_t key,
                  const Eigen::Vector3d* held_at);
@@ -227,7 +228,7 @@ class BristleFriction {
   void sum_cells(const Contact& contact, Eigen::Matrix3d& gain, Eigen::Vector3d& pull) const;
   void find_forces(const mjModel& model, const mjData& data);
   void step_patches(const mjModel& model, const mjData& data);
-  Eigen::Vector3d moved_by_places(const mjModel& model, const mjData& data, Contact& contact);
+  Eigen::Vector3d moved_by_poses(const mjModel& model, const mjData& data, Contact& contact);
   void set_motions(Contact& contact, const Eigen::Vector3d& moved);
   void turn_disc(const Contact& contact);
 
@@ -245,7 +246,7 @@ class BristleFriction {
   std::vector<Contact> contacts_, before_;
   std::size_t next_before_ = 0;  // index in before_ at which the next contact is probably found
 
-  // Places of the two geoms of the contact that was asked for last. The next contact mostly has the same
+  // Poses of the two geoms of the contact that was asked for last. The next contact mostly has the same
   // geoms.
   std::pair<int, bristle::BodyPose> near_[2] = {{-1, {}}, {-1, {}}};
 
@@ -262,7 +263,7 @@ class BristleFriction {
   std::vector<bristle::Response> responses_;
   std::vector<bristle::BedMotion> bed_motions_;
   std::vector<bristle::BedResponse> bed_responses_;
-  std::vector<bristle::PatchCell> places_;
+  std::vector<bristle::PatchCell> positions_;
   std::vector<int> dofs_, dofs_before_;  // degrees of freedom of each contact, ascending
   std::vector<double> levers_;           // transposed Jacobians, four values for each entry of dofs_
   std::vector<int> tree_start_;          // first degree of freedom of each kinematic tree

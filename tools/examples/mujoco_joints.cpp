@@ -18,7 +18,7 @@ BristleJoints::BristleJoints(const mjModel& model, const std::vector<int>& joint
         (model.jnt_type[joint] != mjJNT_HINGE && model.jnt_type[joint] != mjJNT_SLIDE))
       throw bristle::Error("BristleJoints: every joint must be a hinge or a slide of the model");
     dofs_.push_back(model.jnt_dofadr[joint]);
-    places_.push_back(model.jnt_qposadr[joint]);
+    addresses_.push_back(model.jnt_qposadr[joint]);
   }
   const auto n = static_cast<Index>(joints.size());
   for (VectorXd* x : {&angle_, &speed_, &motor_, &outside_, &torque_, &by_angle_, &by_speed_}) x->setZero(n);
@@ -36,7 +36,7 @@ void BristleJoints::step(const mjModel& model, mjData& data) {
   VectorXd angle(n), speed(n), acceleration(n);
   for (Index i = 0; i < n; ++i) {
     const int dof = dofs_[static_cast<std::size_t>(i)];
-    angle[i] = data.qpos[places_[static_cast<std::size_t>(i)]];
+    angle[i] = data.qpos[addresses_[static_cast<std::size_t>(i)]];
     speed[i] = data.qvel[dof];
     acceleration[i] = data.qacc_smooth[dof];
     motor_[i] = data.qfrc_actuator[dof];
@@ -82,7 +82,7 @@ void BristleJoints::step(const mjModel& model, mjData& data) {
   for (Index i = 0; i < n; ++i) {
     const int dof = dofs_[static_cast<std::size_t>(i)];
     data.qfrc_applied[dof] -= torque_[i];
-    angle_[i] = data.qpos[places_[static_cast<std::size_t>(i)]];
+    angle_[i] = data.qpos[addresses_[static_cast<std::size_t>(i)]];
     speed_[i] = data.qvel[dof];
   }
   batch_.step(in, {});

@@ -44,7 +44,7 @@ class BristleJoints {
   const Eigen::VectorXd& torque() const { return torque_; }
 
  private:
-  std::vector<int> dofs_, places_;
+  std::vector<int> dofs_, addresses_;
   bristle::JointFriction batch_;
   Eigen::VectorXd angle_, speed_, motor_, outside_, torque_, by_angle_, by_speed_;
   /// Matrix J M^-1 J^T: change of the joints' speeds by an impulse on each joint.

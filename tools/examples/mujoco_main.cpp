@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
                 fmt::format("{:.2f}", run.step_us / std::max(run.contacts, 1.0))};
       },
       [](const Sample& s) {
-        return fmt::format("{:.4f},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", s.t, s.travel, s.turn, s.place[0],
-                           s.place[1], s.place[2]);
+        return fmt::format("{:.4f},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", s.t, s.travel, s.turn, s.position[0],
+                           s.position[1], s.position[2]);
       });
 }

@@ -54,7 +54,7 @@ class Stepper {
       friction_ = std::make_unique<BristleFriction>(*model_, dims, law(), options);
     }
     mj_forward(model_.get(), data_.get());
-    find_place(start_);
+    find_position(start_);
   }
 
   int step() {
@@ -70,13 +70,13 @@ class Stepper {
     Sample now{
         data_->time, 0.0, heading(data_->qpos + model_->jnt_qposadr[model_->body_jntadr[body_]] + 3), {}};
     mj_kinematics(model_.get(), data_.get());
-    find_place(now.place);
+    find_position(now.position);
     for (int a = 0; a < 3; ++a) {
-      now.place[a] -= start_[a];
-      now.travel += scene_.direction[static_cast<std::size_t>(a)] * now.place[a];
+      now.position[a] -= start_[a];
+      now.travel += scene_.direction[static_cast<std::size_t>(a)] * now.position[a];
     }
     if (scene_.radial)
-      now.travel = std::hypot(now.place[0] + start_[0], now.place[1] + start_[1]) - start_[0];
+      now.travel = std::hypot(now.position[0] + start_[0], now.position[1] + start_[1]) - start_[0];
     result.samples.push_back(now);
   }
   double time_step() const { return model_->opt.timestep; }
@@ -88,9 +88,9 @@ class Stepper {
   Run result;
 
  private:
-  void find_place(double (&place)[3]) const {
-    mju_mulMatVec(place, data_->xmat + 9 * body_, scene_.point, 3, 3);
-    for (int a = 0; a < 3; ++a) place[a] += data_->xpos[3 * body_ + a];
+  void find_position(double (&position)[3]) const {
+    mju_mulMatVec(position, data_->xmat + 9 * body_, scene_.point, 3, 3);
+    for (int a = 0; a < 3; ++a) position[a] += data_->xpos[3 * body_ + a];
   }
 
   const Scene& scene_;

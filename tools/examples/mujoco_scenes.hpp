@@ -78,7 +78,7 @@ struct Sample {
   /// Time, s; displacement of the observed point along the scene's direction, m; angle of the body about z,
   /// rad.
   double t, travel, turn;
-  double place[3];  ///< displacement of the observed point, m
+  double position[3];  ///< displacement of the observed point, m
 };
 
 using Run = bristle_example::SceneRun<Friction, Sample>;

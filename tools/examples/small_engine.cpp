@@ -58,7 +58,7 @@ struct Contact {
   int box = 0;               // box with the corner
   int below = -1;            // box whose top it touches; -1: the plane
   Vector3d corner{0, 0, 0};  // corner from the box's centre, in the box's axes, m
-  // Place of the corner at the beginning of the step, m, seen from what is below: in the axes of the box
+  // Position of the corner at the beginning of the step, m, seen from what is below: in the axes of the box
   // below, or from the plane. The slip of the step is measured from it.
   Vector3d under{0, 0, 0};
   Vector3d arm{0, 0, 0};        // corner from the box's centre, in the world's axes
@@ -127,7 +127,7 @@ class World {
 
   /// Returns the distance of a box from the plane's origin, down the plane, m. It shows how far the box has
   /// crept or slid.
-  double place(int box) const { return boxes[box].position[0] - plane[0]; }
+  double travelled(int box) const { return boxes[box].position[0] - plane[0]; }
 
   std::vector<Box> boxes;
   std::vector<Contact> contacts;
@@ -363,11 +363,11 @@ double tapped(Friction kind) {
   World world(kind, 20.0 * M_PI / 180.0, {block});
   double before = 0.0;
   for (int k = 0; k < 960; ++k) {
-    if (k == 240) before = world.place(0);
+    if (k == 240) before = world.travelled(0);
     world.boxes[0].push = k >= 240 && k < 720 && k % 48 < 3 ? Vector3d(0.1, 0.2, 0.3) : Vector3d(0, 0, 0);
     world.step(h);
   }
-  return world.place(0) - before;
+  return world.travelled(0) - before;
 }
 
 /// Returns how fast the top of a stack of five blocks creeps, m/s. The stack stands on a slope of 10 degrees
@@ -383,12 +383,12 @@ double stacked(Friction kind) {
   World world(kind, 10.0 * M_PI / 180.0, boxes);
   double before = 0.0;
   for (int k = 0; k < 1440; ++k) {
-    if (k == 960) before = world.place(4);
+    if (k == 960) before = world.travelled(4);
     const double turns = 2.0 * M_PI * 4.0;
     world.plane_velocity[0] = 2.0 / turns * std::sin(turns * h * (k + 1));
     world.step(h);
   }
-  return (world.place(4) - before) / (480.0 * h);
+  return (world.travelled(4) - before) / (480.0 * h);
 }
 
 /// Returns how far a block on a level plane moves, m, under a push that grows to 1.04 times kinetic friction
@@ -399,7 +399,7 @@ double held(Friction kind) {
     world.boxes[0].push[0] = std::min(k / 240.0, 1.0) * 1.04 * mu * block.mass * g;
     world.step(h);
   }
-  return world.place(0);
+  return world.travelled(0);
 }
 
 /// Returns how far a block thrown at 2 m/s slides, over the exact v^2 / (2 mu g). Semi-implicit steps of time
@@ -407,10 +407,10 @@ double held(Friction kind) {
 double thrown(Friction kind) {
   World world(kind, 0.0, {block});
   for (int k = 0; k < 240; ++k) world.step(h);
-  const double speed = 2.0, start = world.place(0);
+  const double speed = 2.0, start = world.travelled(0);
   world.boxes[0].velocity[0] = speed;
   for (int k = 0; k < 240; ++k) world.step(h);
-  return (world.place(0) - start) / (speed * speed / (2.0 * mu * g) - 0.5 * h * speed);
+  return (world.travelled(0) - start) / (speed * speed / (2.0 * mu * g) - 0.5 * h * speed);
 }
 
 }  // namespace

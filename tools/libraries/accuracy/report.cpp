@@ -244,7 +244,7 @@ Json report_of(const Scene& scene, const AccuracyOptions& options, const Accurac
   for (std::size_t p = 0; p < scene.patches.size(); ++p) {
     Json patch = {{"name", scene.patches[p].name},
                   {"standard_error", r.floor[p]},
-                  {"way_m", r.path[p]},
+                  {"path_m", r.path[p]},
                   {"step_over_mean_snap_length", r.step_over_snap[p]}};
     if (p < r.reference_closed_form.size() && r.reference_closed_form[p])
       patch["rms_to_closed_form"] = *r.reference_closed_form[p];

@@ -55,8 +55,8 @@ void draw(const ExperimentOptions& options, const ExperimentReport& report, Outp
   OutputFile data(temporary_csv("--plot"));
   data.append(experiment_csv(report));
   data.flush();
-  draw_csv(plot_script(options.name), data.place(), picture.place(), is_vector_picture(options.plot), "",
-           "--plot");
+  draw_csv(plot_script(options.name), data.written_path(), picture.written_path(),
+           is_vector_picture(options.plot), "", "--plot");
   picture.finish();
 }
 

@@ -160,7 +160,7 @@ std::vector<Parameter> common_parameters(const std::map<std::string, double>& de
       number_parameter("resolution", 8.0, "",
                        "pieces of path per mean snap length: brush_infinite, brush_rubbed, brush_aged", 1.0,
                        128.0),
-      whole_parameter("seed", 1, "of the random draws: brush", 0, 4294967295.0),
+      whole_parameter("seed", 1, "of the random numbers: brush", 0, 4294967295.0),
   };
   for (Parameter& p : all) {
     if (const auto found = defaults.find(p.name); found != defaults.end()) p.numbers = {found->second};

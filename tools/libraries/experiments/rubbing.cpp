@@ -1,5 +1,5 @@
 // Experiment on a contact that is rubbed to and fro many times: by a stroke, by a trembling hand, in a
-// circle, under a wavering force. It is then moved back over the place where it began.
+// circle, under a wavering force. It is then moved back over the point where it began.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -202,8 +202,8 @@ void ratchets(ExperimentRun& run) {
   }
 }
 
-/// Moves a contact far from where it began and back over that place, and records its friction, which should
-/// not depend on the place.
+/// Moves a contact far from where it began and back over that point, and records its friction, which should
+/// not depend on the point.
 void echo(ExperimentRun& run) {
   const Settings& s = run.settings;
   const double per_length = s.number("steps_per_length"), away = s.number("away");

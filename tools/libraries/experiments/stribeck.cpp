@@ -16,7 +16,7 @@ struct Curve {
   double lowest() const { return *std::min_element(force.begin(), force.end()); }
 };
 
-// Returns the mean friction (N) of steady sliding over a path `way`, measured after a path `settling` over
+// Returns the mean friction (N) of steady sliding over a path `path`, measured after a path `settling` over
 // which a brush forgets its start.
 double steady_force(const std::string& model, const Settings& s, double speed) {
   Subject subject(model, s);

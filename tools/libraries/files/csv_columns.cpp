@@ -49,9 +49,9 @@ void read_header_cell(std::string_view cell, const std::string& where, std::span
   header.present[column] = true;
   header.canonical += name;
   if (bracket == std::string_view::npos) return;
-  const std::string_view rest = cell.substr(bracket + 1);
-  const std::string_view unit = rest.ends_with(']') ? trim(rest.substr(0, rest.size() - 1)) : rest;
-  if (const Unit* const known = rest.ends_with(']') ? find_unit(kind->units, unit) : nullptr) {
+  const std::string_view tail = cell.substr(bracket + 1);
+  const std::string_view unit = tail.ends_with(']') ? trim(tail.substr(0, tail.size() - 1)) : tail;
+  if (const Unit* const known = tail.ends_with(']') ? find_unit(kind->units, unit) : nullptr) {
     header.per_si[column] = known->per_si;
     return;
   }

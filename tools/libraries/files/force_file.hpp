@@ -22,10 +22,11 @@ class ForceFile {
   /// Writes a row. `bristles`: of bristles_in_contact().
   void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
              double load, double bristles, double x, double y);
-  /// Writes what is still buffered, so that a program that reads the path place() sees it. Throws UserError.
+  /// Writes what is still buffered, so that a program that reads the path written_path() sees it. Throws
+  /// UserError.
   void flush();
   /// Returns the path of the file while it is being written; the final name exists only after finish().
-  const std::string& place() const noexcept { return file_.place(); }
+  const std::string& written_path() const noexcept { return file_.written_path(); }
   /// Writes what is still buffered and gives the force file its final name. Throws UserError when the disk is
   /// full.
   void finish();

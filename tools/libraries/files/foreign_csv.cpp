@@ -102,11 +102,11 @@ class Header {
 
   std::vector<bool> present() const {
     std::vector<bool> there;
-    for (const auto& place : of_) there.push_back(place.has_value());
+    for (const auto& column : of_) there.push_back(column.has_value());
     return there;
   }
   const std::vector<std::string_view>& cells() const { return cells_; }
-  std::optional<std::size_t> place(std::size_t kind) const { return of_[kind]; }
+  std::optional<std::size_t> column(std::size_t kind) const { return of_[kind]; }
   std::string_view unit(std::size_t kind) const {
     return split_unit(cells_[*of_[kind]], kinds_[kind].units).unit;
   }
@@ -118,8 +118,8 @@ class Header {
   }
 
  private:
-  bool taken(std::size_t place) const {
-    return std::any_of(of_.begin(), of_.end(), [&](const auto& p) { return p && *p == place; });
+  bool taken(std::size_t column) const {
+    return std::any_of(of_.begin(), of_.end(), [&](const auto& p) { return p && *p == column; });
   }
   std::optional<std::size_t> wished(std::size_t kind, const std::string& name) const {
     for (std::size_t i = 0; i < cells_.size(); ++i)
@@ -169,10 +169,10 @@ bool is_unit_row(const std::vector<std::string_view>& cells, const Header& heade
   for (const std::string_view cell : cells)
     if (is_number(cell)) return false;
   for (std::size_t k = 0; k < kinds.size(); ++k) {
-    const auto place = header.place(k);
-    if (!place || *place >= cells.size()) continue;
-    const NameAndUnit unit = split_unit(cells[*place], kinds[k].units);
-    any = any || find_unit(kinds[k].units, unit.unit.empty() ? cells[*place] : unit.unit);
+    const auto column = header.column(k);
+    if (!column || *column >= cells.size()) continue;
+    const NameAndUnit unit = split_unit(cells[*column], kinds[k].units);
+    any = any || find_unit(kinds[k].units, unit.unit.empty() ? cells[*column] : unit.unit);
   }
   return any;
 }
@@ -247,7 +247,7 @@ class Converter {
 
   void settle_wishes(const Header& header) const {
     for (std::size_t k = 0; k < kinds_.size() && k < wishes_.size(); ++k) {
-      if (wishes_[k].name.empty() || header.place(k)) continue;
+      if (wishes_[k].name.empty() || header.column(k)) continue;
       throw UserError(fmt::format("{}:{}: no column '{}' for {}; the columns are {}", name_,
                                   lines_[at_].number, wishes_[k].name, kinds_[k].name,
                                   listed(header.cells())));
@@ -287,24 +287,24 @@ class Converter {
     out_.units.resize(kinds_.size());
     bool renamed = false;
     for (std::size_t k = 0; k < kinds_.size(); ++k) {
-      const auto place = header.place(k);
-      if (!place) continue;
+      const auto column = header.column(k);
+      if (!column) continue;
       std::string unit(header.unit(k));
-      if (*place < units.size()) {
-        const NameAndUnit below = split_unit(units[*place], kinds_[k].units);
+      if (*column < units.size()) {
+        const NameAndUnit below = split_unit(units[*column], kinds_[k].units);
         unit = below.unit.empty() ? below.name : below.unit;
       }
       if (k < wishes_.size() && wishes_[k].unit) unit = wishes_[k].unit->name;
-      const std::string_view cell = header.cells()[*place];
+      const std::string_view cell = header.cells()[*column];
       renamed = renamed || header.renamed(k);
       out_.headers[k] = one_line(cell);
       out_.units[k] = unit;
       // Leaves a header cell that has an unclosed bracket as it is, so that the reader of the converted text
       // refuses it.
       const bool broken = unit.empty() && cell.find('[') != std::string_view::npos;
-      names[*place] = broken         ? std::string(cell)
-                      : unit.empty() ? std::string(kinds_[k].name)
-                                     : fmt::format("{} [{}]", kinds_[k].name, unit);
+      names[*column] = broken         ? std::string(cell)
+                       : unit.empty() ? std::string(kinds_[k].name)
+                                      : fmt::format("{} [{}]", kinds_[k].name, unit);
     }
     out_.ours = !renamed && out_.notes.empty() &&
                 std::none_of(wishes_.begin(), wishes_.end(), [](const ColumnWish& w) { return w.unit; });

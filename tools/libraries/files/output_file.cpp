@@ -30,16 +30,16 @@ extern "C" void remove_unfinished(int signal_number) {
 }
 
 void note_unfinished(const char* name) {
-  for (auto& place : unfinished) {
+  for (auto& slot : unfinished) {
     const char* none = nullptr;
-    if (place.compare_exchange_strong(none, name)) return;
+    if (slot.compare_exchange_strong(none, name)) return;
   }
 }
 
 void forget_unfinished(const char* name) {
-  for (auto& place : unfinished) {
+  for (auto& slot : unfinished) {
     const char* held = name;
-    if (place.compare_exchange_strong(held, nullptr)) return;
+    if (slot.compare_exchange_strong(held, nullptr)) return;
   }
 }
 

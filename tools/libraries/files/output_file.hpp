@@ -28,7 +28,7 @@ class OutputFile {
   explicit operator bool() const noexcept { return file_ != nullptr; }
   /// Appends text to the file. Throws UserError, for instance on a full disk.
   void append(const std::string& text);
-  /// Flushes the file, so that a program that reads the path place() sees all appended text. Throws
+  /// Flushes the file, so that a program that reads the path written_path() sees all appended text. Throws
   /// UserError.
   void flush();
   /// Completes the file and renames it to its final name. Throws UserError.
@@ -39,7 +39,7 @@ class OutputFile {
   }
   /// Returns the path at which the file is now being written, for a program or library that writes to a path
   /// itself.
-  const std::string& place() const noexcept { return beside_.empty() ? path_ : beside_; }
+  const std::string& written_path() const noexcept { return beside_.empty() ? path_ : beside_; }
 
  private:
   void swap(OutputFile& other) noexcept;

@@ -33,12 +33,12 @@ constexpr std::size_t fewest_to_choose = 40;
 // Number of runs of a brush along the thinned record that a fit takes, as counted on measured records; the
 // time to expect follows from it.
 constexpr double usual_runs = 1200.0;
-// Number of times that a fit is repeated without the samples at turns of the motion. Each fit shows better
-// which samples to leave out.
+// Number of times that a fit is repeated without the samples at reversals of the motion. Each fit shows
+// better which samples to leave out.
 constexpr int most_cuts = 2;
-// Ratio of the smaller to the larger of two successive moves, below which the motion counts as turning
+// Ratio of the smaller to the larger of two successive moves, below which the motion counts as reversing
 // between them.
-constexpr double turning = 0.25;
+constexpr double reversing = 0.25;
 
 volatile std::sig_atomic_t stopped = 0;
 
@@ -198,16 +198,17 @@ double error_in_fifths(const FittedBrush& brush, const FitData& data) {
 FittedBrush choose_by(const FitData& thin, const FitOptions& options,
                       const std::function<void(double)>& progress, std::string& note) {
   const std::vector<bool> fitted = fitted_blocks(thin, {});
-  const FitData train = part_of(thin, fitted), rest = part_of(thin, fitted, false);
-  const bool chooses = std::min(train.samples(), rest.samples()) >= fewest_to_choose;
+  const FitData train = part_of(thin, fitted), remaining = part_of(thin, fitted, false);
+  const bool chooses = std::min(train.samples(), remaining.samples()) >= fewest_to_choose;
   std::vector<FittedBrush> brushes = fit_brushes(chooses ? train : thin, options, Detail::search,
                                                  [&](double share) { progress(0.7 * share); });
   if (!chooses) return brushes.back();
   std::vector<double> errors;
   std::string text;
   for (const FittedBrush& brush : brushes) {
-    errors.push_back(std::sqrt((force_of(brush, rest, Detail::search) - measured_force(rest)).squaredNorm() /
-                               static_cast<double>(rest.force.size())));
+    errors.push_back(
+        std::sqrt((force_of(brush, remaining, Detail::search) - measured_force(remaining)).squaredNorm() /
+                  static_cast<double>(remaining.force.size())));
     text += fmt::format("{}{} {:.3g}", text.empty() ? "" : "; ", brush.name, errors.back());
   }
   const double lowest = *std::min_element(errors.begin(), errors.end());
@@ -242,8 +243,8 @@ double seconds_of_a_run(const FitData& data) {
 
 }  // namespace
 
-std::vector<bool> around_turns(const FitData& data, const FitValues& fitted) {
-  const std::vector<double> x = places_of(data);
+std::vector<bool> around_reversals(const FitData& data, const FitValues& fitted) {
+  const std::vector<double> x = positions_of(data);
   const std::size_t n = data.samples();
   const Eigen::VectorXd friction = friction_measured(data, fitted);
   const auto moved = [&](std::size_t i) { return x[i] - x[i - 1]; };
@@ -251,7 +252,7 @@ std::vector<bool> around_turns(const FitData& data, const FitValues& fitted) {
   std::vector<bool> left_out(n, false), short_of(n, false);
   for (std::size_t i = 0; i < n; ++i) {
     const double before = follows(i) ? moved(i) : 0.0, after = follows(i + 1) ? moved(i + 1) : before;
-    const double least = turning * std::max(std::fabs(before), std::fabs(after));
+    const double least = reversing * std::max(std::fabs(before), std::fabs(after));
     left_out[i] = before * after <= 0.0 || std::min(std::fabs(before), std::fabs(after)) <= least;
     short_of[i] = std::fabs(friction[static_cast<Eigen::Index>(i)]) < fitted[fit_kinetic] * data.load[i];
   }
@@ -265,8 +266,8 @@ std::vector<bool> around_turns(const FitData& data, const FitValues& fitted) {
 FitData samples_that_count(const FitData& moving, std::size_t most, const std::optional<FitValues>& cut_by) {
   const FitData thin = thinned(moving, most);
   if (!cut_by) return thin;
-  const std::vector<bool> left_out = around_turns(thin, *cut_by);
-  const std::vector<double> x = places_of(thin);
+  const std::vector<bool> left_out = around_reversals(thin, *cut_by);
+  const std::vector<double> x = positions_of(thin);
   FitData cut = part_of(thin, left_out, false);
   // Lets the search try presliding lengths down to half of the shortest move that stays, also where the
   // search sees fewer samples than the last fit.
@@ -296,7 +297,7 @@ Choice choose_brush(const FitData& data, const FitOptions& options,
     choice.cut_by = found.values;
     choose();
     choice.brush.found.notes = {
-        "presliding is shorter than the moves between samples: those around turns are left out, where "
+        "presliding is shorter than the moves between samples: those around reversals are left out, where "
         "friction may be anything between its limits"};
   }
   return choice;

@@ -40,24 +40,25 @@ std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& opti
 struct Choice {
   FittedBrush brush;
   FitData thin, moving;  ///< samples for the search, and for the last fit
-  /// Fitted values by which samples around turns are left out; none: all samples are used.
+  /// Fitted values by which samples around reversals are left out; none: all samples are used.
   std::optional<FitValues> cut_by;
   std::string note;  ///< sentence on the errors by which the kind was chosen; may be empty
 };
 
 /// Fits the kinds of brush to half of the blocks of a record, then those whose error on the other half is
 /// nearly the least to all of it. Chooses the simplest of them, unless the error of another one on held-out
-/// fifths is clearly less. If the samples do not resolve presliding, fits again without those around turns.
+/// fifths is clearly less. If the samples do not resolve presliding, fits again without those around
+/// reversals.
 Choice choose_brush(const FitData& data, const FitOptions& options,
                     const std::function<void(double)>& progress);
 
 /// Returns for each sample whether friction there may be anything between its two limits, where presliding is
-/// shorter than the moves between samples: the motion turns there or rests for a single sample, or the
+/// shorter than the moves between samples: the motion reverses there or rests for a single sample, or the
 /// samples from there on fall short of the fitted kinetic friction.
-std::vector<bool> around_turns(const FitData& data, const FitValues& fitted);
+std::vector<bool> around_reversals(const FitData& data, const FitValues& fitted);
 
 /// Returns the samples of a record without rests that count in a fit and in judging one, at most `most`; with
-/// `cut_by` (see Choice), none around turns.
+/// `cut_by` (see Choice), none around reversals.
 FitData samples_that_count(const FitData& moving, std::size_t most, const std::optional<FitValues>& cut_by);
 
 /// Returns the friction force (N, by the body) that a fitted brush computes for the motion of a record.

@@ -34,7 +34,7 @@ class RandomBristles {
     double share = 0.0;
     std::size_t ring = 0;
     for (std::size_t i = 0; i < all_.size(); ++i) {
-      while (ring + 1 < rings.size() && place_of(i) > share + rings[ring].share) share += rings[ring++].share;
+      while (ring + 1 < rings.size() && rank_of(i) > share + rings[ring].share) share += rings[ring++].share;
       all_[i].lever = rings[ring].lever;
     }
     std::shuffle(all_.begin(), all_.end(), random_);
@@ -43,12 +43,12 @@ class RandomBristles {
 
   /// Straightens all bristles, which then have random snap lengths.
   void straighten() {
-    for (Bristle& b : all_) b = {0.0, 0.0, drawn(), b.lever};
+    for (Bristle& b : all_) b = {0.0, 0.0, sampled(), b.lever};
   }
   /// Straightens the bristles that do not touch under a share of the highest load.
   void lift_beyond(double share) {
-    for (std::size_t i = all_.size(); i > 0 && place_of(i - 1) > share; --i)
-      all_[i - 1] = {0.0, 0.0, drawn(), all_[i - 1].lever};
+    for (std::size_t i = all_.size(); i > 0 && rank_of(i - 1) > share; --i)
+      all_[i - 1] = {0.0, 0.0, sampled(), all_[i - 1].lever};
   }
 
   void move(double dx, double dy) {
@@ -76,13 +76,13 @@ class RandomBristles {
     double strength = 0.0;    // deflection at which it snaps, m
     double lever = 1.0;       // path of the bristle over that of the record
   };
-  double place_of(std::size_t i) const { return (static_cast<double>(i) + 0.5) / simulated; }
+  double rank_of(std::size_t i) const { return (static_cast<double>(i) + 0.5) / simulated; }
   double flat() { return std::uniform_real_distribution<double>(0.0, 1.0)(random_); }
-  double drawn() { return strengths_[random_() % sampled_lengths]; }
+  double sampled() { return strengths_[random_() % sampled_lengths]; }
   /// Gives a bristle the residual deflection and a fresh length, and moves it on by the path `left`.
   void renew(Bristle& b, double ex, double ey, double left) {
     const double bent = material_.residual_length + left;
-    b = {bent * ex, bent * ey, drawn(), b.lever};
+    b = {bent * ex, bent * ey, sampled(), b.lever};
   }
 
   void move_straight(double ex, double ey, double path) {
@@ -126,8 +126,9 @@ Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint&
   const double force = point.values[fit_kinetic] * most_load / material.kinetic_coefficient();
   RandomBristles bristles(material, rings_of(data.columns.disc, Detail::search));
   const auto slide_before = [&](StartState start) {
-    const double way = longest_move * material.snap_length.mean();
-    if (start != StartState::straight) bristles.move(start == StartState::forward ? way : -way, 0.0);
+    const double distance = longest_move * material.snap_length.mean();
+    if (start != StartState::straight)
+      bristles.move(start == StartState::forward ? distance : -distance, 0.0);
   };
   slide_before(point.past.start);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(jacobian.cols(), simulated);

@@ -40,8 +40,8 @@ constexpr Unit weighed_units[] = {{"N", 1.0},
                                   {grams, 1e3 / 9.80665},
                                   {"lbf", 1.0 / 4.4482216152605},
                                   {"kip", 1e-3 / 4.4482216152605}};
-constexpr Unit place_units[] = {{"m", 1.0},  {"cm", 1e2},          {"mm", 1e3},           {"um", 1e6},
-                                {"nm", 1e9}, {"in", 1.0 / 0.0254}, {"inch", 1.0 / 0.0254}};
+constexpr Unit position_units[] = {{"m", 1.0},  {"cm", 1e2},          {"mm", 1e3},           {"um", 1e6},
+                                   {"nm", 1e9}, {"in", 1.0 / 0.0254}, {"inch", 1.0 / 0.0254}};
 /// Units in which a file may give a speed. The last three are angular; the speed is then that of a point at
 /// the radius --radius.
 constexpr Unit moving_units[] = {{"m/s", 1.0},
@@ -58,7 +58,7 @@ constexpr Unit moving_units[] = {{"m/s", 1.0},
                                  {"rpm", 9.549296585513721}};
 bool turns_in(std::string_view unit) { return unit == "rad/s" || unit == "deg/s" || unit == "rpm"; }
 constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time},
-                                            {"x", place_units, most_length},
+                                            {"x", position_units, most_length},
                                             {"v", moving_units, most_speed},
                                             {"vx", moving_units, most_speed},
                                             {"speed", moving_units, most_speed},
@@ -66,7 +66,7 @@ constexpr ColumnKind kinds[column_count] = {{"t", time_units, most_time},
                                             {"force", weighed_units, most_force},
                                             {"fx", weighed_units, most_force},
                                             {"friction", weighed_units, most_force},
-                                            {"y", place_units, most_length},
+                                            {"y", position_units, most_length},
                                             {"fy", weighed_units, most_force},
                                             {"angle", angle_units, most_length},
                                             {"torque", torque_units, most_force}};
@@ -74,7 +74,7 @@ constexpr const char* expected = "t,x,load,force";
 
 // Columns that exclude each other: a file may have only one column for position, one for speed, one for
 // force.
-constexpr unsigned place_columns[] = {column_x, column_angle},
+constexpr unsigned position_columns[] = {column_x, column_angle},
                    speed_columns[] = {column_v, column_vx, column_speed},
                    force_columns[] = {column_force, column_fx, column_friction, column_torque};
 
@@ -132,7 +132,7 @@ bool is_record(const std::vector<bool>& present, const FitReading& reading) {
   const auto any = [&](std::span<const unsigned> of) {
     return std::any_of(of.begin(), of.end(), [&](unsigned c) { return present[c]; });
   };
-  return (present[column_t] || reading.rate) && (any(place_columns) || any(speed_columns)) &&
+  return (present[column_t] || reading.rate) && (any(position_columns) || any(speed_columns)) &&
          any(force_columns);
 }
 
@@ -151,7 +151,7 @@ std::string unnamed_columns(const PlainCsv& csv) {
 
 Choice choose(const CsvHeader& header, const PlainCsv& csv, const FitReading& reading,
               const std::string& where) {
-  const Choice choice{pick(header, place_columns, where), pick(header, speed_columns, where),
+  const Choice choice{pick(header, position_columns, where), pick(header, speed_columns, where),
                       pick(header, force_columns, where)};
   const auto need = [&](bool ok, const char* what, const std::string& help) {
     if (!ok)
@@ -307,10 +307,10 @@ FitColumns parse_fit_columns(std::string_view text, const std::string& name, con
   if (reading.radius)
     data.understood.push_back(
         data.disc
-            ? fmt::format("angle and torque of a full disc under an even pressure, as a way and a force at "
+            ? fmt::format("angle and torque of a full disc under an even pressure, as a path and a force at "
                           "its radius of {:.4g} mm",
                           1e3 * lever)
-            : fmt::format("angle and torque as a way and a force at a radius of {:.4g} mm", 1e3 * lever));
+            : fmt::format("angle and torque as a path and a force at a radius of {:.4g} mm", 1e3 * lever));
   if (clipped_rows > 0) {
     data.understood.push_back(
         fmt::format("{} negative loads, down to {:.3g} N, taken as 0", clipped_rows, lowest_load));

@@ -124,23 +124,23 @@ Encoder find_encoder(const FitColumns& c, const std::vector<double>& x) {
 std::vector<double> whole_counts(const std::vector<double>& x, double& quantum) {
   const double first = x.front(), n = static_cast<double>(x.size());
   std::vector<double> counts(x.size(), 0.0);
-  double sum = 0.0, squares = 0.0, places = 0.0, products = 0.0;
+  double sum = 0.0, squares = 0.0, positions = 0.0, products = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (i > 0) counts[i] = counts[i - 1] + std::round((x[i] - x[i - 1]) / quantum);
     sum += counts[i];
     squares += counts[i] * counts[i];
-    places += x[i] - first;
+    positions += x[i] - first;
     products += counts[i] * (x[i] - first);
   }
-  quantum = (products - sum * places / n) / (squares - sum * sum / n);
-  const double zero = first + (places - quantum * sum) / n;
+  quantum = (products - sum * positions / n) / (squares - sum * sum / n);
+  const double zero = first + (positions - quantum * sum) / n;
   for (double& count : counts) count = zero + quantum * count;
   return counts;
 }
 
 /// Smooths the staircase of an encoder where the body moves by single counts: puts positions on the line
-/// between the middles of the steps, at most half a count away. Rests and turns stay; a step that lasts much
-/// longer than its neighbours is a rest.
+/// between the middles of the steps, at most half a count away. Rests and reversals stay; a step that lasts
+/// much longer than its neighbours is a rest.
 std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector<double>& x, double quantum) {
   constexpr double rest = 4.0;
   std::vector<double> smooth = x;
@@ -233,24 +233,25 @@ std::vector<double> find_velocity(const std::vector<double>& t, const std::vecto
 int count_reversals(const std::vector<double>& x, double slack) {
   int reversals = 0, direction = 0;
   double extreme = x.front();
-  for (const double place : x) {
+  for (const double position : x) {
     if (direction == 0) {
-      if (std::fabs(place - extreme) > slack) direction = place > extreme ? 1 : -1;
-      if (direction) extreme = place;
-    } else if (direction * (place - extreme) >= 0.0) {
-      extreme = place;
-    } else if (std::fabs(place - extreme) > slack) {
+      if (std::fabs(position - extreme) > slack) direction = position > extreme ? 1 : -1;
+      if (direction) extreme = position;
+    } else if (direction * (position - extreme) >= 0.0) {
+      extreme = position;
+    } else if (std::fabs(position - extreme) > slack) {
       direction = -direction;
       ++reversals;
-      extreme = place;
+      extreme = position;
     }
   }
   return reversals;
 }
 
-/// Returns whether the motion turns at sample i like a parabola, slower before and faster after the turn. A
-/// stage that reverses suddenly does not; it turns at the sample, or at an unknown place between two samples.
-bool turns_smoothly(const std::vector<double>& x, std::size_t i) {
+/// Returns whether the motion reverses at sample i like a parabola, slower before and faster after the
+/// reversal. A stage that reverses suddenly does not; it reverses at the sample, or at an unknown point
+/// between two samples.
+bool reverses_smoothly(const std::vector<double>& x, std::size_t i) {
   if (i < 2 || i + 2 >= x.size()) return false;
   const double before = x[i - 1] - x[i - 2], a = x[i] - x[i - 1], b = x[i + 1] - x[i],
                after = x[i + 2] - x[i + 1];
@@ -265,28 +266,28 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
                                  const std::vector<double>& load, double noise) {
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    PathPoint turn{0.0, load[i], false, t[i]};
-    double place = 0.0;  // turning point, in sampling intervals after this sample
+    PathPoint reversal{0.0, load[i], false, t[i]};
+    double position = 0.0;  // reversal, in sampling intervals after this sample
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);
       if (a * b < 0.0 && std::min(std::fabs(a), std::fabs(b)) > 4.0 * noise && even > 0.8 && even < 1.25 &&
-          turns_smoothly(x, i)) {
-        place = 0.5 * (a + b) / (a - b);
-        turn.x = x[i] + 0.25 * (a + b) * place;
-        turn.t = t[i] + place * (place > 0.0 ? t[i + 1] - t[i] : t[i] - t[i - 1]);
+          reverses_smoothly(x, i)) {
+        position = 0.5 * (a + b) / (a - b);
+        reversal.x = x[i] + 0.25 * (a + b) * position;
+        reversal.t = t[i] + position * (position > 0.0 ? t[i + 1] - t[i] : t[i] - t[i - 1]);
       }
     }
-    if (place < 0.0) path.push_back(turn);
+    if (position < 0.0) path.push_back(reversal);
     path.push_back({x[i], load[i], true, t[i]});
-    if (place > 0.0) path.push_back(turn);
+    if (position > 0.0) path.push_back(reversal);
   }
   return path;
 }
 
 namespace {
 
-/// Makes the path of a motion in the plane, from the samples alone. Extra turning points, as on one axis, are
+/// Makes the path of a motion in the plane, from the samples alone. Extra reversals, as on one axis, are
 /// not needed: a smooth motion in the plane does not reverse.
 std::vector<PathPoint> make_planar_path(const std::vector<double>& t, const std::vector<double>& x,
                                         const std::vector<double>& y, const std::vector<double>& load) {
@@ -416,7 +417,7 @@ class Between {
   void close(double slack, const PathPoint& end, unsigned axes, std::vector<PathPoint>& path) {
     const PathPoint from = path.empty() ? end : path.back();
     if (axes == 1)
-      put_turns(slack, from, end, path);
+      put_reversals(slack, from, end, path);
     else
       put_corner(slack, from, end, path);
     path.push_back(end);
@@ -424,8 +425,8 @@ class Between {
   }
 
  private:
-  void put_turns(double slack, const PathPoint& from, const PathPoint& end,
-                 std::vector<PathPoint>& path) const {
+  void put_reversals(double slack, const PathPoint& from, const PathPoint& end,
+                     std::vector<PathPoint>& path) const {
     if (passed_.empty()) return;
     const auto [low, high] = std::minmax_element(passed_.begin(), passed_.end(),
                                                  [](const auto& a, const auto& b) { return a.x < b.x; });
@@ -480,7 +481,7 @@ void take_columns(const FitData& data, const std::vector<std::size_t>& stay, Fit
   take(data.velocity, part.velocity);
 }
 
-/// Returns a record that has only the samples with the indices `stay`, in order, and the turning points of
+/// Returns a record that has only the samples with the indices `stay`, in order, and the reversals of
 /// the motion between them.
 FitData taken(const FitData& data, const std::vector<std::size_t>& stay) {
   const std::size_t n = data.samples();
@@ -511,7 +512,7 @@ double rest_slack(const FitData& data) {
 
 }  // namespace
 
-std::vector<double> places_of(const FitData& data) {
+std::vector<double> positions_of(const FitData& data) {
   std::vector<double> x;
   for (const PathPoint& point : data.path)
     if (point.wanted) x.push_back(point.x);
@@ -532,13 +533,15 @@ FitData without_rests(const FitData& data) {
   constexpr std::size_t shortest = 50;  // number of samples of the shortest rest that is thinned out
   const std::size_t n = data.samples();
   const double slack = rest_slack(data);
-  std::vector<PathPoint> places;
+  std::vector<PathPoint> positions;
   for (const PathPoint& point : data.path)
-    if (point.wanted) places.push_back(point);
+    if (point.wanted) positions.push_back(point);
   std::vector<std::size_t> stay;
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1;
-    while (end < n && std::hypot(places[end].x - places[begin].x, places[end].y - places[begin].y) <= slack &&
+    while (end < n &&
+           std::hypot(positions[end].x - positions[begin].x, positions[end].y - positions[begin].y) <=
+               slack &&
            data.load[end] == data.load[begin] && data.columns.follows(end))
       ++end;
     const bool rests = end - begin >= shortest;
@@ -564,21 +567,21 @@ FitData with_samples(const FitData& data, const std::vector<std::size_t>& stay) 
 namespace {
 
 /// Returns the ratio of fast to slow speeds in a record. Slow is a speed below which a fifth lies, fast one
-/// above which a fifth lies, so that brief turns do not count. Takes fifths of the samples and of the
+/// above which a fifth lies, so that brief reversals do not count. Takes fifths of the samples and of the
 /// distance, and returns the larger ratio, because strokes at another speed may show in one of the two only.
 double ratio_of(std::vector<double> speeds) {
   constexpr std::size_t fewest = 20;
   constexpr double tail = 0.2;
   if (speeds.size() < fewest) return 1.0;
   std::sort(speeds.begin(), speeds.end());
-  std::vector<double> way(speeds.size());
-  std::partial_sum(speeds.begin(), speeds.end(), way.begin());
-  const auto at_way = [&](double share) {
-    return speeds[static_cast<std::size_t>(std::lower_bound(way.begin(), way.end(), share * way.back()) -
-                                           way.begin())];
+  std::vector<double> distance(speeds.size());
+  std::partial_sum(speeds.begin(), speeds.end(), distance.begin());
+  const auto at_share = [&](double share) {
+    return speeds[static_cast<std::size_t>(
+        std::lower_bound(distance.begin(), distance.end(), share * distance.back()) - distance.begin())];
   };
   return std::max(quantile_of(speeds, 1.0 - tail) / quantile_of(speeds, tail),
-                  at_way(1.0 - tail) / at_way(tail));
+                  at_share(1.0 - tail) / at_share(tail));
 }
 
 /// Records the speeds at which the body moves.
@@ -661,19 +664,19 @@ std::vector<double> acceleration(const FitData& data) {
   const double mass = data.force_scale * data.range / std::max(2.0 * data.fast * data.fast, 1e-300);
   double left = 0.0;
   std::size_t window = 0;
-  return acceleration(data, places_of(data), mass, left, window);
+  return acceleration(data, positions_of(data), mass, left, window);
 }
 
 namespace {
 
 /// Subtracts mass times acceleration from the measured force, for a sensor that drives the body and so
 /// measures its inertia too.
-void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& places, double mass) {
+void take_off_inertia(FitData& data, const std::vector<std::vector<double>>& positions, double mass) {
   const std::size_t n = data.samples();
   double most = 0.0, left = 0.0;
   std::size_t window = 0;
-  for (std::size_t axis = 0; axis < places.size(); ++axis) {
-    const std::vector<double> a = acceleration(data, places[axis], mass, left, window);
+  for (std::size_t axis = 0; axis < positions.size(); ++axis) {
+    const std::vector<double> a = acceleration(data, positions[axis], mass, left, window);
     for (std::size_t i = 0; i < n; ++i) {
       data.force[axis * n + i] -= mass * a[i];
       most = std::max(most, std::fabs(mass * a[i]));
@@ -733,17 +736,17 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   data.last_time = c.t.back();
 
   data.sample_time = quantile_of(differences(c, c.t), 0.5);
-  std::vector<std::vector<double>> places, velocities;
+  std::vector<std::vector<double>> positions, velocities;
   double square_range = 0.0;
   for (const Axis& axis : axes_of(c)) {
     double quantum = 0.0;
-    const std::vector<double> place = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
+    const std::vector<double> position = c.has_x ? smoothed_positions(c, axis.x, quantum) : axis.x;
     std::vector<double> velocity;
     // Errors of positions, m: `noise` as it is, `coarse` as far as it affects velocities. Smoothed positions
     // of an encoder err by 0.2 counts, at most by half a count.
     double noise = 0.0, coarse = 0.0, longest = 0.0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
-      const std::vector<double> x = slice(place, begin, end);
+      const std::vector<double> x = slice(position, begin, end);
       if (c.has_x) {
         noise = std::max({noise, noise_of(x), 0.5 * quantum});
         coarse = std::max({coarse, noise_of(x), 0.2 * quantum});
@@ -752,10 +755,11 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
       longest = std::max(longest, *high - *low);
     });
     for_parts(c, [&](std::size_t begin, std::size_t end) {
-      append(velocity, c.v.empty() ? find_velocity(slice(c.t, begin, end), slice(place, begin, end), coarse)
-                                   : slice(c.v, begin, end));
+      append(velocity, c.v.empty()
+                           ? find_velocity(slice(c.t, begin, end), slice(position, begin, end), coarse)
+                           : slice(c.v, begin, end));
     });
-    places.push_back(place);
+    positions.push_back(position);
     velocities.push_back(std::move(velocity));
     square_range += longest * longest;
     data.quantum = std::max(data.quantum, quantum);
@@ -768,20 +772,20 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
                           data.range / data.quantum, data.quantum));
   const double noise = data.position_noise;
   const double slack = std::max(5.0 * std::min(noise, 0.01 * data.range), 2.0 * data.quantum);
-  for (std::size_t axis = 0; axis < places.size(); ++axis) {
+  for (std::size_t axis = 0; axis < positions.size(); ++axis) {
     append(data.velocity, velocities[axis]);
     int reversals = 0;
     for_parts(c, [&](std::size_t begin, std::size_t end) {
-      reversals += count_reversals(slice(places[axis], begin, end), slack);
+      reversals += count_reversals(slice(positions[axis], begin, end), slack);
     });
     data.reversals = std::max(data.reversals, reversals);
   }
   for_parts(c, [&](std::size_t begin, std::size_t end) {
     const std::vector<double> t = slice(c.t, begin, end), of_load = slice(data.load, begin, end),
-                              x = slice(places[0], begin, end);
+                              x = slice(positions[0], begin, end);
     std::vector<PathPoint> path = data.axes == 1
                                       ? make_path(t, x, of_load, noise)
-                                      : make_planar_path(t, x, slice(places[1], begin, end), of_load);
+                                      : make_planar_path(t, x, slice(positions[1], begin, end), of_load);
     path.front().begins = begin > 0;
     data.path.insert(data.path.end(), path.begin(), path.end());
   });
@@ -789,8 +793,8 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   std::vector<double> speed, moves;
   for (std::size_t i = 0; i < c.t.size(); ++i) {
     const auto by = [&](const std::vector<double>& x) { return c.follows(i) ? x[i] - x[i - 1] : 0.0; };
-    const double across = data.axes == 2 ? by(places[1]) : 0.0;
-    const double move = std::hypot(by(places[0]), across);
+    const double across = data.axes == 2 ? by(positions[1]) : 0.0;
+    const double move = std::hypot(by(positions[0]), across);
     data.travelled += move;
     if (move > data.quantum) moves.push_back(move);
     speed.push_back(std::hypot(velocities[0][i], data.axes == 2 ? velocities[1][i] : 0.0));
@@ -800,7 +804,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   settle_sign(data, sign);
   data.force_scale = root_mean_square(data.force);
   if (mass > 0.0) {
-    take_off_inertia(data, places, mass);
+    take_off_inertia(data, positions, mass);
     data.force_scale = root_mean_square(data.force);
   }
   return data;

@@ -65,7 +65,7 @@ struct FitData {
 
   /// Velocity for terms that depend on speed, m/s. In the plane, all x components, then all y components.
   std::vector<double> velocity;
-  std::vector<PathPoint> path;  ///< samples of the motion, with turning points between them
+  std::vector<PathPoint> path;  ///< samples of the motion, with reversals between them
 
   /// Whether the load varies so little that the fit takes it as constant.
   bool steady_load = false;
@@ -117,8 +117,8 @@ double root_mean_square(const std::vector<double>& values);
 /// differences, in which even a curved motion hardly shows.
 double noise_of(const std::vector<double>& x);
 
-/// Makes the path that a fit replays: the samples, and the turning points between them, found by parabolas
-/// through samples. Sampling misses the turning points, but friction reverses there.
+/// Makes the path that a fit replays: the samples, and the reversals between them, found by parabolas
+/// through samples. Sampling misses the reversals, but friction reverses there.
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise);
 
@@ -132,7 +132,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
 FitData without_rests(const FitData& data);
 
 /// Returns the positions of the samples along the (first) axis, m, smoothed as in the path.
-std::vector<double> places_of(const FitData& data);
+std::vector<double> positions_of(const FitData& data);
 
 /// Returns the acceleration at the samples of a record on one axis, m/s^2, smoothed as its noise asks.
 std::vector<double> acceleration(const FitData& data);
@@ -141,7 +141,7 @@ std::vector<double> acceleration(const FitData& data);
 /// which the state of the bristles depends.
 FitData with_samples(const FitData& data, const std::vector<std::size_t>& stay);
 
-/// Returns a record of at most `most` evenly chosen samples and of the turning points between them, for a
+/// Returns a record of at most `most` evenly chosen samples and of the reversals between them, for a
 /// faster fit. Sign, noise and speeds stay those of the whole record.
 FitData thinned(const FitData& data, std::size_t most);
 

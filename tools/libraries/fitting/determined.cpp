@@ -89,17 +89,17 @@ bool Fitter::at_an_edge(const FitPoint& point, FitParameter& edge, std::string& 
   for (const FitParameter p : {fit_length, fit_spread, fit_residual, fit_renewal, fit_softening, fit_delay}) {
     if (!contains(point.free, p)) continue;
     const double low = model_.lowest(p), high = model_.highest(p);
-    const double place = FitModel::is_logarithmic(p) ? std::log(point.values[p] / low) / std::log(high / low)
-                                                     : (point.values[p] - low) / (high - low);
-    if (place > 0.01 && place < 0.99) continue;
+    const double height = FitModel::is_logarithmic(p) ? std::log(point.values[p] / low) / std::log(high / low)
+                                                      : (point.values[p] - low) / (high - low);
+    if (height > 0.01 && height < 0.99) continue;
     edge = p;
     why = p == fit_softening || p == fit_delay ? std::string("not one: at the end of what is plausible")
           : p == fit_residual || p == fit_renewal
-              ? (place < 0.5 ? std::string("not seen") : fmt::format("{:g} or more", high))
+              ? (height < 0.5 ? std::string("not seen") : fmt::format("{:g} or more", high))
           : p == fit_spread
-              ? fmt::format("at the {} end of what this law takes", place < 0.5 ? "lower" : "upper")
-          : place < 0.5 ? std::string("presliding is shorter than the data resolve")
-                        : std::string("presliding is longer than the motion");
+              ? fmt::format("at the {} end of what this law takes", height < 0.5 ? "lower" : "upper")
+          : height < 0.5 ? std::string("presliding is shorter than the data resolve")
+                         : std::string("presliding is longer than the motion");
     return true;
   }
   return false;
@@ -228,8 +228,8 @@ FitPoint Fitter::take_middle(FitPoint point, FitParameter open) {
 /// not predict held-out data. If the remaining fit is clearly worse, the fit with all parameters stays.
 FitPoint Fitter::keep_determined(FitPoint point) {
   for (const FitParameter p : {fit_offset, fit_drift, fit_offset_y, fit_drift_y})
-    if (!two_ways()) why_[p] = "the motion has one direction only";
-  if (two_ways() && options_.no_drift) why_[fit_drift] = why_[fit_drift_y] = "held";
+    if (!both_directions()) why_[p] = "the motion has one direction only";
+  if (both_directions() && options_.no_drift) why_[fit_drift] = why_[fit_drift_y] = "held";
   if (!has_spread(options_.law)) why_[fit_spread] = "this law has none to choose";
   const FitPoint whole = point;
   const auto why_whole = why_;

@@ -135,7 +135,7 @@ void Fitter::derive(const FitPoint& point, const Eigen::MatrixXd& cov, double qu
 void Fitter::note(FitResult& result) const {
   if (data_.columns.disc)
     result.notes.push_back(
-        "speeds, ways and forces are those at the rim of the disc; a replay moves a point as the rim moves, "
+        "speeds, paths and forces are those at the rim of the disc; a replay moves a point as the rim moves, "
         "which in sliding has 3/2 of the disc's torque over its radius; the disc itself is Outline::disc of "
         "the library");
   if (data_.axes == 2)
@@ -288,7 +288,7 @@ std::string forgotten_mass(const FitData& data, const FittedBrush& brush,
   const FitData few = thinned(data, fit_samples);
   const Eigen::VectorXd left = measured_force(few) - force_of(brush, few, Detail::search);
   const std::vector<double> a = acceleration(few);
-  const std::vector<bool> unused = cut ? around_turns(few, *cut) : std::vector<bool>(few.samples());
+  const std::vector<bool> unused = cut ? around_reversals(few, *cut) : std::vector<bool>(few.samples());
   double with = 0.0, squares = 0.0, of_a = 0.0;
   for (std::size_t i = 0; i < few.samples(); ++i) {
     if (unused[i]) continue;
@@ -325,7 +325,7 @@ FitResult fit_material(const FitData& data, const FitOptions& options) {
       const Eigen::VectorXd curve = force_of(last, data, Detail::finish);
       result.curve.assign(curve.begin(), curve.end());
     }
-    if (choice.cut_by) result.left_out = around_turns(data, *choice.cut_by);
+    if (choice.cut_by) result.left_out = around_reversals(data, *choice.cut_by);
     for (const std::string& note :
          {choice.note, options.mass > 0.0 ? "" : forgotten_mass(data, last, choice.cut_by),
           std::string(fit_stopped() ? stopped_early : "")})

@@ -108,8 +108,8 @@ struct FitResult {
   Past past;
   /// Force by the body at the samples, N, as fitted, with the sensor's offset and drift.
   std::vector<double> curve;
-  /// For each sample whether the fit left it out, because friction around a turn may be anything there; empty
-  /// if it used all.
+  /// For each sample whether the fit left it out, because friction around a reversal may be anything there;
+  /// empty if it used all.
   std::vector<bool> left_out;
   double residual_rms = 0.0;  ///< rms of measured minus fitted force, N
   double held_out_rms = 0.0;  ///< rms error on parts of the record, each predicted from the rest, N

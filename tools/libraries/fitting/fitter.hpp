@@ -97,10 +97,10 @@ class Fitter {
   /// course of presliding.
   bool resolves(const FitPoint& point) const { return point.values[fit_length] >= data_.finest_move; }
   bool several_speeds() const { return data_.ratio_of_speeds >= one_speed; }
-  /// Returns whether the motion passes, at its turns, through speeds well below the fastest. That suffices to
-  /// fit a damper, which vanishes at high speed, but not a lubricant, for which the speed of sliding has to
-  /// vary.
-  bool slow_turns() const { return data_.fast >= one_speed * data_.slow; }
+  /// Returns whether the motion passes, at its reversals, through speeds well below the fastest. That
+  /// suffices to fit a damper, which vanishes at high speed, but not a lubricant, for which the speed of
+  /// sliding has to vary.
+  bool slow_reversals() const { return data_.fast >= one_speed * data_.slow; }
   FitPoint keep_determined(FitPoint point);
   FitPoint keep_predicting(FitPoint point);
   double held_out(const FitPoint& point);
@@ -158,7 +158,7 @@ class Fitter {
   FitParameterSet linear_set() const;
   /// Returns whether the motion goes forward and backward far enough to tell an offset of the sensor from
   /// friction. A few samples backwards do not suffice.
-  bool two_ways() const;
+  bool both_directions() const;
 
   const FitData& data_;
   const FitOptions& options_;

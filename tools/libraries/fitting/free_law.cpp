@@ -181,20 +181,20 @@ FreeLaw find_free_law(FitModel& model, const FitOptions& options, const FitPoint
     values[fit_spread] = (all.high(i) - all.low(i)) / (all.high(i) + all.low(i)) / std::sqrt(3.0);
     of_bins.col(i) = single.derivative(values, fit_kinetic);
   }
-  VectorXd rest = Eigen::Map<const VectorXd>(data.force.data(), of_bins.rows()) - model.force(about.values) +
-                  model.derivative(about.values, fit_kinetic);
+  VectorXd remaining = Eigen::Map<const VectorXd>(data.force.data(), of_bins.rows()) -
+                       model.force(about.values) + model.derivative(about.values, fit_kinetic);
   FitPoint bare = about;  // fitted point, but without lubricant and damper
   for (const FitParameter p : {fit_viscous, fit_damping, fit_offset, fit_drift}) {
     if (!contains(about.free, p)) continue;
-    rest += about.values[p] / model.scale(about.values, p) * model.derivative(about.values, p);
+    remaining += about.values[p] / model.scale(about.values, p) * model.derivative(about.values, p);
     bare.values[p] = 0.0;
   }
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) take_out(bare.free, p);
 
-  const Weighed plain = weigh(model, of_bins, rest, bare);
+  const Weighed plain = weigh(model, of_bins, remaining, bare);
   Weighed best = plain;
   const auto attempt = [&](const FitPoint& terms) {
-    Weighed tried = weigh(model, of_bins, rest, terms);
+    Weighed tried = weigh(model, of_bins, remaining, terms);
     if (tried.held_out < best.held_out) best = std::move(tried);
   };
   for (const FitPoint& terms : with_terms_of_speed(data, bare)) attempt(terms);

@@ -231,7 +231,7 @@ class Balance {
 
 /// Point of a minimisation: the parameters, the errors of the torque in the fitted blocks, and their
 /// derivatives.
-struct Place {
+struct Trial {
   VectorXd numbers, left;
   MatrixXd by;
   double squares() const { return left.squaredNorm(); }
@@ -239,17 +239,17 @@ struct Place {
 
 /// Fits positive parameters by Levenberg-Marquardt steps. Adds to `runs` how often the model was run along
 /// the log.
-Place minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
+Trial minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
   const auto at = [&](const VectorXd& p, bool with_slopes) {
     runs += with_slopes ? model.runs_with_slopes : 1;
-    Place place;
-    place.numbers = p;
+    Trial trial;
+    trial.numbers = p;
     MatrixXd by;
-    place.left = balance.left(model, p, with_slopes ? &by : nullptr).head(balance.fitted());
-    if (with_slopes) place.by = by.topRows(balance.fitted());
-    return place;
+    trial.left = balance.left(model, p, with_slopes ? &by : nullptr).head(balance.fitted());
+    if (with_slopes) trial.by = by.topRows(balance.fitted());
+    return trial;
   };
-  Place here = at(from, true);
+  Trial here = at(from, true);
   double damping = 1e-2;
   for (int step = 0; step < steps && damping < 1e8 && !(fit_stopped() && step > 0); ++step) {
     MatrixXd a = here.by.transpose() * here.by;
@@ -262,7 +262,7 @@ Place minimise(const Balance& balance, const Model& model, const VectorXd& from,
     const VectorXd least = here.numbers.array().min(1e-3 * from.array()).max(1e-9 * from.array());
     const VectorXd side = a * (here.numbers - least) - g;
     const VectorXd next = (least + solve_nonnegative(a, side, side.size())).array().min(most.array());
-    const Place there = at(next, false);
+    const Trial there = at(next, false);
     if (!(there.squares() < here.squares())) {
       damping *= 4.0;
       continue;
@@ -282,14 +282,14 @@ double rms(const VectorXd& x) {
 JointFit fit_model(const Balance& balance, const Model& model) {
   JointFit fit;
   fit.model = model.name;
-  Place best;
+  Trial best;
   const auto own = static_cast<Eigen::Index>(model.names.size());
   for (const VectorXd& guess : model.guesses) {
     if (fit_stopped() && best.numbers.size() > 0) break;
     VectorXd from = VectorXd::Ones(own + (balance.degrees() > 0.0 ? 2 : 0));
     from.head(own) = guess;
-    const Place place = minimise(balance, model, from, 12, fit.runs);
-    if (best.numbers.size() == 0 || place.squares() < best.squares()) best = place;
+    const Trial trial = minimise(balance, model, from, 12, fit.runs);
+    if (best.numbers.size() == 0 || trial.squares() < best.squares()) best = trial;
   }
   best = minimise(balance, model, best.numbers, 100, fit.runs);
 
@@ -496,11 +496,11 @@ std::vector<Model> rival_models(const JointLog& log, double torque, double speed
   const auto falls = [](const VectorXd& p, Eigen::Index i, double v) {
     return std::exp(-std::pow(std::abs(v) / p[i], std::clamp(p[i + 1], 0.3, 20.0)));
   };
-  const auto starts = [&](std::initializer_list<double> rest) {
+  const auto starts = [&](std::initializer_list<double> others) {
     std::vector<VectorXd> all;
     for (const double fall : {0.1, 1.0}) {
       std::vector<double> p = {inertia, viscous};
-      p.insert(p.end(), rest);
+      p.insert(p.end(), others);
       p.push_back(fall * speed);
       p.push_back(1.5);
       all.push_back(Eigen::Map<const VectorXd>(p.data(), static_cast<Eigen::Index>(p.size())));
@@ -678,7 +678,8 @@ std::string joint_warnings(const JointLog& log, const JointFit& fit) {
         fit.fitted_rms, expected);
   if (const double play = joint_play(log, fit.numbers.front().value); play > 0.0)
     text += fmt::format(
-        "\nWarning: after turns the joint moves on by {:.3g} rad nearly without friction: play (backlash), "
+        "\nWarning: after reversals the joint moves on by {:.3g} rad nearly without friction: play "
+        "(backlash), "
         "which no model here has; friction and inertia are those of the whole.\n",
         play);
   if (!fit.loaded)
@@ -849,7 +850,7 @@ void append(JointLog& log, const JointLog& more) {
 
 double joint_play(const JointLog& log, double inertia) {
   constexpr double absent = 0.3, present = 0.7;  // friction over the median of the moving joint's friction
-  constexpr std::size_t fewest_turns = 4, fewest_blocks = 3;
+  constexpr std::size_t fewest_reversals = 4, fewest_blocks = 3;
   struct Step {
     double angle, speed, friction;
   };
@@ -868,27 +869,27 @@ double joint_play(const JointLog& log, double inertia) {
                      torque - inertia * (log.speed[b] - log.speed[a]) / time});
     a = b;
   }
-  std::vector<double> sizes, ways;
+  std::vector<double> sizes, paths;
   for (const Step& s : steps) sizes.push_back(std::fabs(s.friction));
   if (sizes.empty()) return 0.0;
   const double usual = quantile_of(sizes, 0.5);
-  for (std::size_t turn = 1; turn < steps.size(); ++turn) {
-    if (steps[turn].speed * steps[turn - 1].speed >= 0.0) continue;
-    const double sign = steps[turn].speed > 0.0 ? 1.0 : -1.0;
-    double way = 0.0, without = 0.0;
+  for (std::size_t reversal = 1; reversal < steps.size(); ++reversal) {
+    if (steps[reversal].speed * steps[reversal - 1].speed >= 0.0) continue;
+    const double sign = steps[reversal].speed > 0.0 ? 1.0 : -1.0;
+    double path = 0.0, without = 0.0;
     std::size_t blocks = 0;
-    for (std::size_t i = turn; i < steps.size() && sign * steps[i].speed > 0.0; ++i) {
+    for (std::size_t i = reversal; i < steps.size() && sign * steps[i].speed > 0.0; ++i) {
       const double share = sign * steps[i].friction / usual,
                    move = std::fabs(steps[i].angle - steps[i - 1].angle);
       if (share > present) break;
-      way += move;
+      path += move;
       if (std::fabs(share) > absent) continue;
       without += move;
       ++blocks;
     }
-    ways.push_back(blocks >= fewest_blocks && without > 0.6 * way ? without : 0.0);
+    paths.push_back(blocks >= fewest_blocks && without > 0.6 * path ? without : 0.0);
   }
-  return ways.size() < fewest_turns ? 0.0 : quantile_of(ways, 0.5);
+  return paths.size() < fewest_reversals ? 0.0 : quantile_of(paths, 0.5);
 }
 
 JointLog pieces_of(JointLog log, std::size_t most) {

@@ -32,9 +32,9 @@ struct JointLog {
 /// Appends another log of the same joint, a second behind the end of the first.
 void append(JointLog& log, const JointLog& more);
 
-/// Returns the play (backlash) of a joint of known inertia, rad: the median way after a turn of the motion on
-/// which friction is nearly absent, before it sets in; 0 if friction sets in at once, or steadily as a spring
-/// bends.
+/// Returns the play (backlash) of a joint of known inertia, rad: the median path after a reversal of the
+/// motion on which friction is nearly absent, before it sets in; 0 if friction sets in at once, or steadily
+/// as a spring bends.
 double joint_play(const JointLog& log, double inertia);
 
 /// Returns a log of at most `most` samples: pieces of equal length, evenly spread over a longer log.

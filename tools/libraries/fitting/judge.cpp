@@ -25,8 +25,8 @@ using Eigen::VectorXd;
 // Numbers of samples to which records are thinned to fit brushes and rivals, and the least number that
 // suffices. Rivals get more, because LuGre's equation needs short steps.
 constexpr std::size_t brush_samples = 2000, rival_samples = 20000, fewest_fitted = 20;
-// Least number of samples after turns of the motion with which the report judges reversals.
-constexpr std::size_t fewest_turning = 10;
+// Least number of samples after reversals of the motion with which the report judges reversals.
+constexpr std::size_t fewest_after_reversals = 10;
 // Share of the samples below whose highest path and speed a part of the record counts as in range.
 constexpr double nearly_all = 0.99;
 // Ratio of the errors of two models below which they count as equally close.
@@ -324,33 +324,34 @@ VectorXd maxwell_guess(const FitData& data, double low, double high) {
   return p;
 }
 
-/// Returns for each sample the path, m, since the last turn of the motion (or since the first sample).
-std::vector<double> way_since_turn(const FitData& data) {
+/// Returns for each sample the path, m, since the last reversal of the motion (or since the first sample).
+std::vector<double> path_since_reversal(const FitData& data) {
   const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
-  std::vector<double> ways;
-  double turn = data.path.front().x, extreme = turn, direction = 0.0;
+  std::vector<double> paths;
+  double reversal = data.path.front().x, extreme = reversal, direction = 0.0;
   for (const PathPoint& point : data.path) {
     if (point.begins) {
-      turn = extreme = point.x;
+      reversal = extreme = point.x;
       direction = 0.0;
     }
-    if (direction == 0.0 && std::fabs(point.x - turn) > slack) direction = point.x > turn ? 1.0 : -1.0;
+    if (direction == 0.0 && std::fabs(point.x - reversal) > slack)
+      direction = point.x > reversal ? 1.0 : -1.0;
     if (direction * (point.x - extreme) >= 0.0) {
       extreme = point.x;
     } else if (std::fabs(point.x - extreme) > slack) {
-      turn = extreme;
+      reversal = extreme;
       extreme = point.x;
       direction = -direction;
     }
-    if (point.wanted) ways.push_back(std::fabs(point.x - turn));
+    if (point.wanted) paths.push_back(std::fabs(point.x - reversal));
   }
-  return ways;
+  return paths;
 }
 
 class Judge {
  public:
-  Judge(const FitData& whole, const std::vector<bool>& fitted, double reversal_way)
-      : whole_(whole), fitted_(fitted), reversal_way_(reversal_way), ways_(way_since_turn(whole)) {}
+  Judge(const FitData& whole, const std::vector<bool>& fitted, double reversal_path)
+      : whole_(whole), fitted_(fitted), reversal_path_(reversal_path), paths_(path_since_reversal(whole)) {}
 
   void add(Judgements& all, const std::string& model, std::size_t parameters, const VectorXd& force,
            const std::string& values) const {
@@ -360,30 +361,30 @@ class Judge {
     j.values = values;
     j.fitted = rms(force, [&](std::size_t i) { return fitted_[i]; });
     j.judged.all = rms(force, [&](std::size_t i) { return !fitted_[i]; });
-    j.judged.reversal = rms(force, [&](std::size_t i) { return !fitted_[i] && turns(i); });
-    j.judged.sliding = rms(force, [&](std::size_t i) { return !fitted_[i] && !turns(i); });
+    j.judged.reversal = rms(force, [&](std::size_t i) { return !fitted_[i] && reverses(i); });
+    j.judged.sliding = rms(force, [&](std::size_t i) { return !fitted_[i] && !reverses(i); });
     if (!std::isfinite(j.fitted + j.judged.all)) j.failed = "its force is no number on this record";
     all.models.push_back(j);
   }
   void count(Judgements& all) const {
-    std::vector<double> way[2], speed[2];  // of the judged part, and of the fitted one
-    for (std::size_t i = 0; i < ways_.size(); ++i) {
-      ++(fitted_[i] ? all.fitted_samples : turns(i) ? all.reversal_samples : all.sliding_samples);
-      way[fitted_[i]].push_back(ways_[i]);
+    std::vector<double> distance[2], speed[2];  // of the judged part, and of the fitted one
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      ++(fitted_[i] ? all.fitted_samples : reverses(i) ? all.reversal_samples : all.sliding_samples);
+      distance[fitted_[i]].push_back(paths_[i]);
       speed[fitted_[i]].push_back(std::fabs(whole_.velocity[i]));
     }
-    all.judged_stroke = quantile_of(way[0], nearly_all);
-    all.fitted_stroke = quantile_of(way[1], nearly_all);
+    all.judged_stroke = quantile_of(distance[0], nearly_all);
+    all.fitted_stroke = quantile_of(distance[1], nearly_all);
     all.judged_speed = quantile_of(speed[0], nearly_all);
     all.fitted_speed = quantile_of(speed[1], nearly_all);
   }
 
  private:
-  bool turns(std::size_t i) const { return ways_[i] <= reversal_way_; }
+  bool reverses(std::size_t i) const { return paths_[i] <= reversal_path_; }
   template <class Counts>
   double rms(const VectorXd& force, const Counts& counts) const {
     double squares = 0.0, n = 0.0;
-    for (std::size_t i = 0; i < ways_.size(); ++i) {
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
       if (!counts(i)) continue;
       squares += std::pow(force[static_cast<Eigen::Index>(i)] - whole_.force[i], 2);
       n += 1.0;
@@ -393,8 +394,8 @@ class Judge {
 
   const FitData& whole_;
   const std::vector<bool>& fitted_;
-  double reversal_way_;
-  std::vector<double> ways_;
+  double reversal_path_;
+  std::vector<double> paths_;
 };
 
 std::string brush_values(const FittedBrush& brush) {
@@ -447,7 +448,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   all.until = options.fit_until;
   all.presliding_length = brushes.front().found.point.values[fit_length];
   if (cut_by) {
-    const std::vector<bool> left_out = around_turns(whole, *cut_by);
+    const std::vector<bool> left_out = around_reversals(whole, *cut_by);
     all.left_out = static_cast<std::size_t>(std::count(left_out.begin(), left_out.end(), true));
   }
   const Judge judge(seen, fitted, 2.0 * all.presliding_length);
@@ -531,7 +532,7 @@ std::string judgement_table(const Judgements& all) {
   std::string text;
   if (!all.within_range())
     text = fmt::format(
-        "No verdict: the judged part has ways of {:.3g} mm from a turn and {:.3g} mm/s, the fitted one "
+        "No verdict: the judged part has paths of {:.3g} mm from a reversal and {:.3g} mm/s, the fitted one "
         "{:.3g} mm and {:.3g} mm/s.",
         1e3 * all.judged_stroke, 1e3 * all.judged_speed, 1e3 * all.fitted_stroke, 1e3 * all.fitted_speed);
   else
@@ -539,20 +540,21 @@ std::string judgement_table(const Judgements& all) {
         "Closest to the rest of the record: {}{}.", best([](const Judgement& j) { return j.judged.all; }),
         all.left_out > 0
             ? std::string("; the samples do not resolve presliding, by which reversals are judged")
-        : all.reversal_samples < fewest_turning
-            ? std::string("; too few samples follow a turn to judge reversals")
+        : all.reversal_samples < fewest_after_reversals
+            ? std::string("; too few samples follow a reversal to judge reversals")
             : "; in its reversals: " + best([](const Judgement& j) { return j.judged.reversal; }));
   for (const Judgement& j : all.models)
     if (!j.failed.empty()) text += fmt::format(" Not fitted: {} ({}).", j.model, j.failed);
   text += fmt::format(
-      "\n\nFitted to {} ({} samples), judged on the rest: {} samples within {:.3g} um after a turn "
+      "\n\nFitted to {} ({} samples), judged on the rest: {} samples within {:.3g} um after a reversal "
       "(reversal, "
-      "twice the presliding length), {} beyond (sliding). Ways of up to {:.3g} mm from a turn, {:.3g} mm/s. "
+      "twice the presliding length), {} beyond (sliding). Paths of up to {:.3g} mm from a reversal, {:.3g} "
+      "mm/s. "
       "Residuals in N, rms.{}\n\n",
       all.until ? fmt::format("the first {:g} s", *all.until) : std::string("16 of 32 blocks of time"),
       all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length, all.sliding_samples,
       1e3 * all.fitted_stroke, 1e3 * all.fitted_speed,
-      all.left_out > 0 ? fmt::format(" {} samples around turns count nowhere, as friction there may be "
+      all.left_out > 0 ? fmt::format(" {} samples around reversals count nowhere, as friction there may be "
                                      "anything between its limits.",
                                      all.left_out)
                        : "");

@@ -10,12 +10,12 @@
 
 namespace cli {
 
-/// Rms residuals (N) of a model: on all samples, on those soon after a turn, and on those far from turns; NaN
-/// where there are no such samples.
+/// Rms residuals (N) of a model: on all samples, on those soon after a reversal, and on those far from
+/// reversals; NaN where there are no such samples.
 struct Residuals3 {
   double all = 0.0;
-  double reversal = 0.0;  ///< rms residual within two presliding lengths after a turn, N
-  double sliding = 0.0;   ///< rms residual farther than two presliding lengths after a turn, N
+  double reversal = 0.0;  ///< rms residual within two presliding lengths after a reversal, N
+  double sliding = 0.0;   ///< rms residual farther than two presliding lengths after a reversal, N
 };
 
 struct Judgement {
@@ -28,13 +28,15 @@ struct Judgement {
 };
 
 struct Judgements {
-  std::optional<double> until;     ///< end of the part to which models are fitted, s; none: blocks of time
-  double presliding_length = 0.0;  ///< presliding length, m; up to twice it after a turn counts as reversal
+  std::optional<double> until;  ///< end of the part to which models are fitted, s; none: blocks of time
+  double presliding_length =
+      0.0;  ///< presliding length, m; up to twice it after a reversal counts as reversal
   std::size_t fitted_samples = 0, reversal_samples = 0, sliding_samples = 0;
-  /// Number of samples around turns that are neither fitted nor judged, as a plain fit leaves them out too.
+  /// Number of samples around reversals that are neither fitted nor judged, as a plain fit leaves them out
+  /// too.
   std::size_t left_out = 0;
-  /// Path since a turn (m) and speed (m/s) that 1 % of the samples exceed, in the fitted and in the judged
-  /// part. They show whether the judged part lies within the range of the fitted one.
+  /// Path since a reversal (m) and speed (m/s) that 1 % of the samples exceed, in the fitted and in the
+  /// judged part. They show whether the judged part lies within the range of the fitted one.
   double fitted_stroke = 0.0, judged_stroke = 0.0, fitted_speed = 0.0, judged_speed = 0.0;
   std::vector<Judgement> models;
   std::vector<ModelForce> rivals;  ///< forces of the models other than brushes, on the whole record

@@ -41,8 +41,8 @@ Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   for (const PathPoint& p : path)
     range = std::max(range, std::hypot(p.x - path.front().x, p.y - path.front().y));
   for (const PathPoint& p : path) {
-    const double x = p.x - path.front().x, y = p.y - path.front().y, way = std::hypot(x, y);
-    if (way > 0.01 * range) return {x / way, y / way};
+    const double x = p.x - path.front().x, y = p.y - path.front().y, distance = std::hypot(x, y);
+    if (distance > 0.01 * range) return {x / distance, y / distance};
   }
   return {1.0, 0.0};
 }
@@ -163,8 +163,8 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
   const double steady = steady_path(shape) * unit_length, slide = std::min(steady, 3000.0 * unit_length);
   std::vector<double> forces, across;
   forces.reserve(axes_ * path_.size());
-  // Signed path since the last turn or change of load. A slide on one axis that is longer than `steady` is
-  // not stepped further, because its force, and the state that it leaves, are known.
+  // Signed path since the last reversal or change of load. A slide on one axis that is longer than `steady`
+  // is not stepped further, because its force, and the state that it leaves, are known.
   double slid = 0.0, slid_load = 0.0;
   bool skips = false;
   const auto settle = [&] {
@@ -177,8 +177,8 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
     skips = false;
     if (start == StartState::straight) return;
     const Direction e = first_direction(path_, axes_);
-    const double way = start == StartState::forward ? slide : -slide;
-    brush.step(way * e.x, way * e.y, at.load, 0.0);
+    const double distance = start == StartState::forward ? slide : -slide;
+    brush.step(distance * e.x, distance * e.y, at.load, 0.0);
   };
   begin(past.start, path_.front());
   PathPoint at = path_.front();
@@ -190,8 +190,9 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
       at = point;
     }
     const double dx = (point.x - at.x) * scale, dy = (point.y - at.y) * scale;
-    const bool turns = dx * slid<0.0, other_load = std::fabs(point.load - slid_load)> same_load * slid_load;
-    if (turns || other_load) {
+    const bool reverses =
+        dx * slid<0.0, other_load = std::fabs(point.load - slid_load)> same_load * slid_load;
+    if (reverses || other_load) {
       settle();
       slid = 0.0;
       slid_load = point.load;

@@ -16,7 +16,7 @@ namespace cli {
 struct PathPoint {
   double x = 0.0;       ///< position, m
   double load = 0.0;    ///< normal load, N
-  bool wanted = true;   ///< whether the force is wanted here: false for turning points and samples held out
+  bool wanted = true;   ///< whether the force is wanted here: false for reversals and samples held out
   double t = 0.0;       ///< time of the point, s
   double y = 0.0;       ///< second coordinate, m, for motion in the plane
   bool begins = false;  ///< whether a new record begins here, with a brush that forgot the last one

@@ -75,7 +75,7 @@ std::string replay_dt(const FitData& data) {
 
 /// Draws measured and fitted force into a file, by gnuplot with a built-in script that contains the samples.
 void draw(const FitData& data, const FitResult& result, const std::vector<ModelForce>& beside, bool vectors,
-          const std::string& place, const char* option) {
+          const std::string& picture, const char* option) {
   const std::string names = [&] {
     std::string out;
     for (const ModelForce& rival : beside) out += rival.model + ' ';
@@ -83,7 +83,7 @@ void draw(const FitData& data, const FitResult& result, const std::vector<ModelF
   }();
   const std::string script =
       fmt::format("$samples << END\n{}END\ncsv='$samples'\npng={}\nsvg={}\ntitle={}\nrivals={}\n{}",
-                  fit_csv(data, result, beside), gnuplot_file(place), vectors ? 1 : 0,
+                  fit_csv(data, result, beside), gnuplot_file(picture), vectors ? 1 : 0,
                   gnuplot_string(one_line(data.columns.name)), gnuplot_string(names), fit_plot_script);
   run_gnuplot(script, option);
 }
@@ -210,36 +210,36 @@ std::string fit_table(const FitData& data, const FitResult& r) {
 
 namespace {
 
-constexpr std::size_t most_drawn = 1500;  // limit of samples that a report's curve has
+constexpr std::size_t most_shown = 1500;  // limit of samples that a report's curve has
 
 /// Selects evenly spaced samples for a drawing, including the first and the last sample of each joined file.
-std::vector<std::size_t> drawn(const FitColumns& c) {
-  const std::size_t n = c.t.size(), every = (n + most_drawn - 1) / most_drawn;
-  std::vector<std::size_t> places;
+std::vector<std::size_t> shown_samples(const FitColumns& c) {
+  const std::size_t n = c.t.size(), every = (n + most_shown - 1) / most_shown;
+  std::vector<std::size_t> samples;
   for (std::size_t i = 0; i < n; ++i)
-    if (i % every == 0 || i + 1 == n || !c.follows(i) || !c.follows(i + 1)) places.push_back(i);
-  return places;
+    if (i % every == 0 || i + 1 == n || !c.follows(i) || !c.follows(i + 1)) samples.push_back(i);
+  return samples;
 }
 
-Json taken(const std::vector<double>& values, const std::vector<std::size_t>& places, std::size_t from = 0) {
+Json taken(const std::vector<double>& values, const std::vector<std::size_t>& samples, std::size_t from = 0) {
   Json out = Json::array();
-  for (const std::size_t i : places) out.push_back(values[from + i]);
+  for (const std::size_t i : samples) out.push_back(values[from + i]);
   return out;
 }
 
 /// Returns the prepared data and the fitted force as JSON arrays.
 Json curves(const FitData& data, const FitResult& r) {
-  const std::vector<std::size_t> places = drawn(data.columns);
+  const std::vector<std::size_t> samples = shown_samples(data.columns);
   const std::size_t n = data.samples();
-  Json out = {{"t_s", taken(data.columns.t, places)},
-              {"x_m", taken(data.columns.x, places)},
-              {"load_n", taken(data.load, places)},
-              {"force_n", taken(data.force, places)},
-              {"fit_n", taken(r.curve, places)}};
+  Json out = {{"t_s", taken(data.columns.t, samples)},
+              {"x_m", taken(data.columns.x, samples)},
+              {"load_n", taken(data.load, samples)},
+              {"force_n", taken(data.force, samples)},
+              {"fit_n", taken(r.curve, samples)}};
   if (data.axes == 2) {
-    out["y_m"] = taken(data.columns.y, places);
-    out["force_y_n"] = taken(data.force, places, n);
-    out["fit_y_n"] = taken(r.curve, places, n);
+    out["y_m"] = taken(data.columns.y, samples);
+    out["force_y_n"] = taken(data.force, samples, n);
+    out["fit_y_n"] = taken(r.curve, samples, n);
   }
   return out;
 }
@@ -461,12 +461,12 @@ void fit_record(const FitOptions& options, bool prints, const std::string& judge
   if (motion) motion.write(fit_motion(data));
   if (csv) csv.write(fit_csv(data, result, rivals));
   if (picture) {
-    draw(data, result, rivals, is_vector_picture(options.plot), picture.place(), "--plot");
+    draw(data, result, rivals, is_vector_picture(options.plot), picture.written_path(), "--plot");
     picture.finish();
   }
   if (html) {
     const std::string reports = judged + (judged.empty() ? "" : "\n") + fit_table(data, result);
-    html.write(page(data, result, rivals, filled(reports), page_picture.place()));
+    html.write(page(data, result, rivals, filled(reports), page_picture.written_path()));
   }
   if (json) json.write(fit_json(data, result));
   if (prints) print_report(fit_table(data, result));

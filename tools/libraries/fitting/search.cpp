@@ -61,11 +61,11 @@ std::vector<FitPoint> valleys(const std::vector<FitPoint>& row) {
 
 }  // namespace
 
-bool Fitter::two_ways() const { return data_.reversals > 0 && share_back(data_.path) > least_back; }
+bool Fitter::both_directions() const { return data_.reversals > 0 && share_back(data_.path) > least_back; }
 
 FitParameterSet Fitter::linear_set() const {
   FitParameterSet linear{fit_kinetic};
-  if (!two_ways()) return linear;
+  if (!both_directions()) return linear;
   linear.push_back(fit_offset);
   if (data_.axes == 2) linear.push_back(fit_offset_y);
   if (options_.no_drift) return linear;
@@ -193,7 +193,8 @@ Found Fitter::add_rubbing(const Found& plain) {
 Found Fitter::with_speed_terms(const Found& plain) {
   go_on(plain);
   FitPoint best = plain.point;
-  if (contains(best.free, fit_damping) || (!several_speeds() && !slow_turns()) || fit_stopped()) return plain;
+  if (contains(best.free, fit_damping) || (!several_speeds() && !slow_reversals()) || fit_stopped())
+    return plain;
   for (const FitPoint& candidate : speed_candidates(plain.point))
     if (candidate.free.size() > plain.point.free.size() && better(candidate, best)) best = candidate;
   if (best.free.size() == plain.point.free.size()) return plain;
@@ -226,7 +227,7 @@ Found Fitter::add_stage(const Found& plain) {
     if (justified(point, best)) best = point;
   };
   const auto delayed = [&](FitPoint from) {
-    if (!two_ways() || contains(from.free, fit_delay)) return;
+    if (!both_directions() || contains(from.free, fit_delay)) return;
     from.free.push_back(fit_delay);
     for (const double times : tried_delays) {
       from.values[fit_delay] = std::clamp(times * data_.sample_time, 1.1 * model_.lowest(fit_delay),
@@ -235,7 +236,7 @@ Found Fitter::add_stage(const Found& plain) {
     }
   };
   delayed(core);
-  if (data_.axes == 1 && two_ways() && contains(core.free, fit_length) && resolves(core)) {
+  if (data_.axes == 1 && both_directions() && contains(core.free, fit_length) && resolves(core)) {
     std::vector<FitPoint> starts{core};
     if (contains(best.free, fit_delay)) starts.push_back(best);
     for (FitPoint& from : starts) {
@@ -353,12 +354,12 @@ std::vector<FitPoint> Fitter::speed_candidates(const FitPoint& core) {
 FitPoint Fitter::add_speed_terms(const FitPoint& core) {
   const std::string speeds = fmt::format("{:.3g} and {:.3g} m/s", data_.slow, data_.fast);
   for (const FitParameter p : {fit_viscous, fit_damping, fit_stribeck}) {
-    const bool seen = several_speeds() || (p != fit_viscous && slow_turns());
-    why_[p] = seen         ? "not seen between " + speeds
-              : two_ways() ? "one speed only each way, between " + speeds
-                           : "one speed only, between " + speeds;
+    const bool seen = several_speeds() || (p != fit_viscous && slow_reversals());
+    why_[p] = seen                ? "not seen between " + speeds
+              : both_directions() ? "one speed only each way, between " + speeds
+                                  : "one speed only, between " + speeds;
   }
-  if ((!several_speeds() && !slow_turns()) || fit_stopped()) return core;
+  if ((!several_speeds() && !slow_reversals()) || fit_stopped()) return core;
   FitPoint best = core;
   for (const FitPoint& candidate : speed_candidates(core)) {
     if (candidate.free.size() > core.free.size() && justified(candidate, best)) best = candidate;

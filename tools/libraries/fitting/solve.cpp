@@ -22,13 +22,13 @@ class Coordinates {
     Eigen::VectorXd u(static_cast<Eigen::Index>(from_.free.size()));
     for (std::size_t i = 0; i < from_.free.size(); ++i) {
       const FitParameter p = from_.free[i];
-      double& place = u[static_cast<Eigen::Index>(i)];
+      double& number = u[static_cast<Eigen::Index>(i)];
       if (ranged(p)) {
         const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
         const double share = std::clamp((scaled(p, values[p]) - low) / (high - low), 1e-3, 1.0 - 1e-3);
-        place = std::log(share / (1.0 - share));
+        number = std::log(share / (1.0 - share));
       } else {
-        place = FitModel::is_logarithmic(p) ? std::log(values[p]) : values[p] / units_[i];
+        number = FitModel::is_logarithmic(p) ? std::log(values[p]) : values[p] / units_[i];
       }
     }
     return u;
@@ -38,26 +38,26 @@ class Coordinates {
     FitValues values = from_.values;
     for (std::size_t i = 0; i < from_.free.size(); ++i) {
       const FitParameter p = from_.free[i];
-      const double place = u[static_cast<Eigen::Index>(i)];
+      const double number = u[static_cast<Eigen::Index>(i)];
       if (ranged(p)) {
         const double low = scaled(p, model_.lowest(p)), high = scaled(p, model_.highest(p));
-        const double at = low + (high - low) / (1.0 + std::exp(-place));
+        const double at = low + (high - low) / (1.0 + std::exp(-number));
         // Clamps a parameter to its range, which rounding may leave at an end.
         values[p] =
             std::clamp(FitModel::is_logarithmic(p) ? std::exp(at) : at, model_.lowest(p), model_.highest(p));
       } else {
         values[p] =
-            FitModel::is_logarithmic(p) ? std::exp(std::clamp(place, -40.0, 40.0)) : place * units_[i];
+            FitModel::is_logarithmic(p) ? std::exp(std::clamp(number, -40.0, 40.0)) : number * units_[i];
       }
     }
     return values;
   }
 
   /// Returns the derivative of a parameter by its coordinate, in units of FitModel::scale.
-  double slope(std::size_t i, const FitValues& values, double place) const {
+  double slope(std::size_t i, const FitValues& values, double number) const {
     const FitParameter p = from_.free[i];
     if (ranged(p)) {
-      const double share = 1.0 / (1.0 + std::exp(-place));
+      const double share = 1.0 / (1.0 + std::exp(-number));
       const double width = scaled(p, model_.highest(p)) - scaled(p, model_.lowest(p));
       return width * share * (1.0 - share) / (FitModel::is_logarithmic(p) ? 1.0 : model_.scale(values, p));
     }

@@ -11,10 +11,10 @@ namespace cli {
 inline double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;
   std::sort(values.begin(), values.end());
-  const double place = share * static_cast<double>(values.size() - 1);
-  const auto i = static_cast<std::size_t>(place);
+  const double position = share * static_cast<double>(values.size() - 1);
+  const auto i = static_cast<std::size_t>(position);
   const double next = values[std::min(i + 1, values.size() - 1)];
-  return values[i] + (place - static_cast<double>(i)) * (next - values[i]);
+  return values[i] + (position - static_cast<double>(i)) * (next - values[i]);
 }
 
 /// Median and quartiles of measured values.

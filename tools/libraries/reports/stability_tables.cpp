@@ -57,11 +57,11 @@ Table varied_table(const Json& stability) {
 }
 
 Table stops_table(const Json& stability) {
-  std::vector<std::string> schemes, headers = {"k", "way / mean snap length"};
+  std::vector<std::string> schemes, headers = {"k", "path / mean snap length"};
   std::vector<std::pair<std::string, std::string>> order;
   std::map<std::pair<std::string, std::string>, std::map<std::string, std::string>> ratios;
   for (const Json& row : stability.at("stopping_distances")) {
-    const std::pair key{number_text(row.at("k")), number_text(row.at("way_over_mean_snap_length"))};
+    const std::pair key{number_text(row.at("k")), number_text(row.at("path_over_mean_snap_length"))};
     const std::string scheme = text_of(row, "scheme");
     if (std::find(schemes.begin(), schemes.end(), scheme) == schemes.end()) schemes.push_back(scheme);
     if (!ratios.contains(key)) order.push_back(key);

@@ -31,7 +31,7 @@ PaperLoop::PaperLoop(const bristle::Material& material, std::uint32_t n, double 
   }
 }
 
-double PaperLoop::draw() noexcept { return material_.snap_length.quantile(share_of(random_)); }
+double PaperLoop::sample() noexcept { return material_.snap_length.quantile(share_of(random_)); }
 
 Force PaperLoop::step(Pair displacement, double dt_s, double load_n) noexcept {
   const double touching =
@@ -48,7 +48,7 @@ Force PaperLoop::step(Pair displacement, double dt_s, double load_n) noexcept {
     if (dot(z, z) > delta_[i] * delta_[i]) {
       z = Pair{};
       ++snaps_;
-      if (material_.snap_rule == bristle::SnapRule::redraw) delta_[i] = draw();
+      if (material_.snap_rule == bristle::SnapRule::redraw) delta_[i] = sample();
     }
     sum = sum + share * z;
   }

@@ -35,7 +35,7 @@ class PaperLoop {
   std::uint64_t snaps() const noexcept { return snaps_; }  ///< number of snaps so far
 
  private:
-  double draw() noexcept;  ///< returns a fresh snap length, m
+  double sample() noexcept;  ///< returns a fresh snap length, m
 
   bristle::Material material_;
   double weight_;              ///< physical bristles per bristle of the loop

@@ -14,7 +14,7 @@ struct Relaxed {
 /// Relaxes z towards the target for rate times duration `q`, >= 0. The result lies between z and target for
 /// any q, so a step of any length is stable.
 inline Relaxed relax(Pair z, Pair target, double q) noexcept {
-  const double lost = -std::expm1(-q);  // 1 - exp(-q), share of the way to target
+  const double lost = -std::expm1(-q);  // 1 - exp(-q), share of the path to target
   // Average of exp(-rate t) over the duration of the step, from which the mean of z follows.
   const double mean_left = q > 1e-8 ? lost / q : 1.0 - 0.5 * q;
   const Pair away = z - target;

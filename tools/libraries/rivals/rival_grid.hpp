@@ -1,7 +1,7 @@
 // Grid that puts a friction model of this folder into every cell of a contact area. Friction in sliding and
 // spinning is the sum over the cells.
 //
-// Cell i at the place r_i is a model of its own under its share of the load, with its share of stiffness,
+// Cell i at the position r_i is a model of its own under its share of the load, with its share of stiffness,
 // damping and viscous friction. Its velocity is v_i = v + omega x r_i. Its force F_i adds up to the force F =
 // sum F_i and the torque T = sum r_i x F_i. The cells turn with the body, deflections keep the axes of the
 // surface.

@@ -165,16 +165,16 @@ std::string overload_answer(const Scene& scene, const RunResult& r) {
 /// Returns the reason why a patch's friction stayed below the peak of its material.
 std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, double dt,
                         const FirstLoading& first) {
-  const double mean = m.snap_length.mean(), way = first.way();
+  const double mean = m.snap_length.mean(), path = first.path();
   const auto um = [](double length) { return fmt::format("{:.4g} um", 1e6 * length); };
   if (first.most_load == 0.0) return "the run continues another whose first loading is past";
   const std::string load_rose =
       first.most_load > 1.02 * first.least_load
           ? fmt::format("the load rose from {:.3g} to {:.3g} N meanwhile", first.least_load, first.most_load)
           : "";
-  if (way < mean)
+  if (path < mean)
     return fmt::format("its first loading {} {} and the peak comes within {}{}{}",
-                       first.turned ? "turned back after" : "went no farther than", um(way),
+                       first.turned ? "turned back after" : "went no farther than", um(path),
                        um(m.residual_length + mean), load_rose.empty() ? "" : "; ", load_rose);
   if (first.longest_step > 0.05 * mean)
     return fmt::format(
@@ -185,7 +185,7 @@ std::string peak_reason(const ScenePatch& patch, const bristle::Material& m, dou
   if (!load_rose.empty()) return load_rose;
   if (!(patch.options.lay == bristle::Lay{})) return "its lay has other peaks across and back";
   if (m.ageing_strength > 0.0) return "with ageing it depends on speed and rest";
-  if (first.turned) return fmt::format("its first loading turned back after {}", um(way));
+  if (first.turned) return fmt::format("its first loading turned back after {}", um(path));
   return "its few bristles ripple";
 }
 

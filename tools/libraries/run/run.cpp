@@ -53,12 +53,12 @@ class SceneRun {
   const RunOptions& options_;
   const StepObserver& observer_;
   SceneStepper stepper_;
-  std::vector<Way> ways_;
+  std::vector<CopyPath> copy_paths_;
   std::vector<FirstLoading> first_loadings_;  ///< first loading of each copy
-  /// Place where a body last stuck, from which its sliding is measured. It follows a sliding body at a
+  /// Position where a body last stuck, from which its sliding is measured. It follows a sliding body at a
   /// distance of ten times `length`, the longest mean snap length of its patches.
   struct Hold {
-    double place[2], length;
+    double position[2], length;
     double breaks;  ///< way after which the body has broken away, m
     Sticking sticking;
   };
@@ -73,16 +73,16 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
       options_(options),
       observer_(observer),
       stepper_(scene, batch_options(scene, options), progress_line("set-up", options.quiet)),
-      ways_(stepper_.copies().size()),
-      first_loadings_(options.restore_state.empty() ? ways_.size() : 0),
+      copy_paths_(stepper_.copies().size()),
+      first_loadings_(options.restore_state.empty() ? copy_paths_.size() : 0),
       state_file_(options.save_state) {
   result_.monitor = bristle::DeadlineMonitor(scene.deadline);
   result_.patches.resize(scene.patches.size());
   if (!options.restore_state.empty())
-    result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, ways_);
+    result_.steps_before = restore_run(options.restore_state, stepper_, scene.dt, copy_paths_);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const double(&place)[2] = stepper_.bodies()[b].position();
-    holds_.push_back({{place[0], place[1]}, 0.0, 0.0, {}});
+    const double(&position)[2] = stepper_.bodies()[b].position();
+    holds_.push_back({{position[0], position[1]}, 0.0, 0.0, {}});
     for (const std::size_t p : scene.bodies[b].patches) {
       const bristle::Material& m = scene.materials[scene.patches[p].material].material;
       const double mean = m.snap_length.mean();
@@ -100,7 +100,7 @@ SceneRun::SceneRun(const Scene& scene, const RunOptions& options, const StepObse
     };
     force_files_.push_back(
         std::make_shared<ForceFile>(file, any(bristle::Outputs::mean), any(bristle::Outputs::energy)));
-    result_.patches_written = std::min<std::size_t>(ways_.size(), scene.out_patches);
+    result_.patches_written = std::min<std::size_t>(copy_paths_.size(), scene.out_patches);
   }
 }
 
@@ -118,23 +118,23 @@ void SceneRun::step(double t) {
 // lengths since it last reversed or lost contact.
 void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristle::Motion& motion,
                                 const bristle::Response& response) {
-  Way& way = ways_[c];
+  CopyPath& travelled = copy_paths_[c];
   const double dx = motion.displacement[0], dy = motion.displacement[1];
   if (!(motion.normal_load > 0.0)) {
-    way.slid_x = way.slid_y = 0.0;
+    travelled.slid_x = travelled.slid_y = 0.0;
     return;
   }
   ++result.steps_in_contact;
-  if (dx * way.slid_x + dy * way.slid_y < 0.0) way.slid_x = way.slid_y = 0.0;
-  way.slid_x += dx;
-  way.slid_y += dy;
+  if (dx * travelled.slid_x + dy * travelled.slid_y < 0.0) travelled.slid_x = travelled.slid_y = 0.0;
+  travelled.slid_x += dx;
+  travelled.slid_y += dy;
   const ScenePatch& patch = scene_.patches[stepper_.copies()[c].patch];
   const double fx = response.elastic[0];
   const double fy = patch.options.axes == 2 ? response.elastic[1] : 0.0;
   const double force = std::sqrt(fx * fx + fy * fy);
   if (motion.normal_load >= 0.1 * patch.options.max_normal_load)
     result.highest_coefficient = std::max(result.highest_coefficient, force / motion.normal_load);
-  const double slid = std::sqrt(way.slid_x * way.slid_x + way.slid_y * way.slid_y);
+  const double slid = std::sqrt(travelled.slid_x * travelled.slid_x + travelled.slid_y * travelled.slid_y);
   if ((dx != 0.0 || dy != 0.0) &&
       slid > 10.0 * scene_.materials[patch.material].material.snap_length.mean()) {
     // Adds the magnitude of the force to the sum. Its component along the step would be noisy if an encoder
@@ -146,15 +146,15 @@ void SceneRun::account_friction(std::size_t c, PatchResult& result, const bristl
 }
 
 void SceneRun::account(double t) {
-  for (std::size_t c = 0; c < ways_.size(); ++c) {
+  for (std::size_t c = 0; c < copy_paths_.size(); ++c) {
     const SceneCopy& copy = stepper_.copies()[c];
-    Way& way = ways_[c];
+    CopyPath& travelled = copy_paths_[c];
     PatchResult& result = result_.patches[copy.patch];
     const bristle::Motion& motion = stepper_.motions()[c];
     const bristle::Response& response = stepper_.responses()[c];
     const bristle::Outputs outputs = scene_.patches[copy.patch].options.outputs;
-    way.x += motion.displacement[0];
-    way.y += motion.displacement[1];
+    travelled.x += motion.displacement[0];
+    travelled.y += motion.displacement[1];
     result.overload_steps += has(response.status, bristle::Status::overload);
     result.bad_steps += has(response.status, bristle::Status::bad_input);
     result.load.add(motion.normal_load);
@@ -176,7 +176,7 @@ void SceneRun::account(double t) {
     if (c < result_.patches_written) {
       for (const auto& file : force_files_)
         file->write(t, copy.name, outputs, response, motion.normal_load,
-                    bristles_in_contact(stepper_.batch().info(motion.id)), way.x, way.y);
+                    bristles_in_contact(stepper_.batch().info(motion.id)), travelled.x, travelled.y);
     }
   }
   for (std::size_t b = 0; b < holds_.size(); ++b) account_body(b, t);
@@ -202,8 +202,8 @@ void SceneRun::account_first_loading(std::size_t c, PatchResult& result, const b
   }
   const ScenePatch& patch = scene_.patches[stepper_.copies()[c].patch];
   first.over =
-      first.turned || first.way() > 2.0 * scene_.materials[patch.material].material.snap_length.mean();
-  if (first.way() >= result.first_loading.way()) result.first_loading = first;
+      first.turned || first.path() > 2.0 * scene_.materials[patch.material].material.snap_length.mean();
+  if (first.path() >= result.first_loading.path()) result.first_loading = first;
 }
 
 void SceneRun::account_body(std::size_t b, double t) {
@@ -211,24 +211,24 @@ void SceneRun::account_body(std::size_t b, double t) {
   Sticking& result = hold.sticking;
   const double(&x)[2] = stepper_.bodies()[b].position();
   const double(&v)[2] = stepper_.bodies()[b].velocity();
-  const double dx = x[0] - hold.place[0], dy = x[1] - hold.place[1];
-  const double way = std::sqrt(dx * dx + dy * dy), reach = 10.0 * hold.length;
-  if (way <= hold.breaks && !result.broke_away) {
+  const double dx = x[0] - hold.position[0], dy = x[1] - hold.position[1];
+  const double distance = std::sqrt(dx * dx + dy * dy), reach = 10.0 * hold.length;
+  if (distance <= hold.breaks && !result.broke_away) {
     double applied[2];
     stepper_.bodies()[b].applied_force(t, applied);
     result.time = t;
     result.applied = std::sqrt(applied[0] * applied[0] + applied[1] * applied[1]);
   }
-  const bool slides = way > reach && v[0] * v[0] + v[1] * v[1] > hold.length * hold.length;
+  const bool slides = distance > reach && v[0] * v[0] + v[1] * v[1] > hold.length * hold.length;
   result.broke_away |= slides;
   if (!slides) result.stuck += scene_.dt;
-  if (way <= reach) return;
-  hold.place[0] = x[0] - dx * (reach / way);
-  hold.place[1] = x[1] - dy * (reach / way);
+  if (distance <= reach) return;
+  hold.position[0] = x[0] - dx * (reach / distance);
+  hold.position[1] = x[1] - dy * (reach / distance);
 }
 
 void SceneRun::finish() {
-  for (std::size_t c = 0; c < ways_.size(); ++c) {
+  for (std::size_t c = 0; c < copy_paths_.size(); ++c) {
     PatchResult& result = result_.patches[stepper_.copies()[c].patch];
     const bristle::PatchInfo info = stepper_.batch().info(stepper_.motions()[c].id);
     if (result.info.representatives == 0) result.info = info;
@@ -260,7 +260,7 @@ void SceneRun::finish() {
   for (const auto& file : force_files_) file->finish();
   if (!state_file_) return;
   try {
-    state_file_.write(save_run(stepper_, result_.steps_before + result_.steps, scene_.dt, ways_));
+    state_file_.write(save_run(stepper_, result_.steps_before + result_.steps, scene_.dt, copy_paths_));
   } catch (const UserError& error) {
     result_.save_failure = error.what();
   }
@@ -376,7 +376,7 @@ RunResult SceneRun::run() {
 
 }  // namespace
 
-double FirstLoading::way() const noexcept { return std::sqrt(x * x + y * y); }
+double FirstLoading::path() const noexcept { return std::sqrt(x * x + y * y); }
 
 double ForceStatistics::rms() const noexcept {
   return count ? std::sqrt(square_sum / static_cast<double>(count)) : 0.0;
@@ -425,7 +425,7 @@ void draw_forces(const Scene& scene, const RunResult& result, const std::string&
     if (result.patches[p].sliding_steps > 0 && result.patches[p].first_loading.longest_step < 0.5 * length)
       zoom = std::max(zoom, 5e6 * length);
   }
-  draw_csv(script, result.drawn->place(), picture, vectors,
+  draw_csv(script, result.drawn->written_path(), picture, vectors,
            fmt::format("title = {}\nzoom = {}\n", gnuplot_string(one_line(scene.name)), zoom), option);
 }
 
@@ -471,13 +471,13 @@ void run_command(const RunOptions& given) {
   if (json) json.write(run_json(scene, options, result));
   if (histograms) histograms.write(histogram_csv(*result.realtime));
   if (picture) {
-    draw_forces(scene, result, script, picture.place(), is_vector_picture(options.plot), "--plot");
+    draw_forces(scene, result, script, picture.written_path(), is_vector_picture(options.plot), "--plot");
     picture.finish();
   }
   if (html) {
-    draw_forces(scene, result, script, page_picture.place(), false, "--html");
-    html.write(
-        html_page(scene.name, filled(run_table(scene, options, result)), html_picture(page_picture.place())));
+    draw_forces(scene, result, script, page_picture.written_path(), false, "--html");
+    html.write(html_page(scene.name, filled(run_table(scene, options, result)),
+                         html_picture(page_picture.written_path())));
   }
   // Throws only after the reports are written. A failure to save the state then does not lose them.
   if (!result.save_failure.empty()) throw UserError(result.save_failure);

@@ -65,7 +65,7 @@ struct FirstLoading {
   double least_load = 0.0, most_load = 0.0;  ///< N
   bool turned = false;                       ///< whether the motion turned back
   bool over = false;                         ///< whether it turned back, or went two mean snap lengths
-  double way() const noexcept;
+  double path() const noexcept;
 };
 
 /// Results of one patch of the scene, over all its copies and all steps.

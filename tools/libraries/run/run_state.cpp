@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view first_line = "bristle run 1\n";
 constexpr std::size_t numbers_of_run = 4;  // numbers behind the first line: steps, dt, copies, bodies
-constexpr std::size_t numbers_per_way = 4;
+constexpr std::size_t numbers_per_path = 4;
 
 /// Appends numbers as little-endian 64-bit floats.
 void append_numbers(std::string& bytes, const std::vector<double>& numbers) {
@@ -42,12 +42,13 @@ std::vector<double> to_numbers(std::string_view bytes) {
 }  // namespace
 
 std::string save_run(const SceneStepper& stepper, std::uint64_t steps, double dt,
-                     const std::vector<Way>& ways) {
-  std::vector<double> numbers = {static_cast<double>(steps), dt, static_cast<double>(ways.size()),
+                     const std::vector<CopyPath>& copy_paths) {
+  std::vector<double> numbers = {static_cast<double>(steps), dt, static_cast<double>(copy_paths.size()),
                                  static_cast<double>(stepper.bodies().size())};
-  for (const Way& way : ways) numbers.insert(numbers.end(), {way.x, way.y, way.slid_x, way.slid_y});
-  const std::vector<double> places = stepper.places();
-  numbers.insert(numbers.end(), places.begin(), places.end());
+  for (const CopyPath& path : copy_paths)
+    numbers.insert(numbers.end(), {path.x, path.y, path.slid_x, path.slid_y});
+  const std::vector<double> body_states = stepper.body_states();
+  numbers.insert(numbers.end(), body_states.begin(), body_states.end());
   std::string bytes(first_line);
   append_numbers(bytes, numbers);
   const std::size_t head = bytes.size();
@@ -56,9 +57,10 @@ std::string save_run(const SceneStepper& stepper, std::uint64_t steps, double dt
   return bytes;
 }
 
-std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double dt, std::vector<Way>& ways) {
-  const std::size_t places = stepper.places().size();
-  const std::size_t head = 8 * (numbers_of_run + numbers_per_way * ways.size() + places);
+std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double dt,
+                          std::vector<CopyPath>& copy_paths) {
+  const std::size_t body_states = stepper.body_states().size();
+  const std::size_t head = 8 * (numbers_of_run + numbers_per_path * copy_paths.size() + body_states);
   const auto refuse = [&path](const std::string& why) { throw UserError(fmt::format("{}: {}", path, why)); };
   const std::string file = read_text_file(
       path, std::max(most_data_bytes, first_line.size() + head + stepper.batch().state_size()), true);
@@ -67,9 +69,9 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
   const std::vector<double> numbers = to_numbers(bytes.substr(0, head));
   if (numbers.size() < numbers_of_run) refuse("is cut short");
   const auto bodies = static_cast<double>(stepper.bodies().size());
-  if (numbers[2] != static_cast<double>(ways.size()) || numbers[3] != bodies)
+  if (numbers[2] != static_cast<double>(copy_paths.size()) || numbers[3] != bodies)
     refuse(fmt::format("is of a scene with {} patches and {} bodies; this one has {} and {}", numbers[2],
-                       numbers[3], ways.size(), bodies));
+                       numbers[3], copy_paths.size(), bodies));
   if (numbers[1] != dt)
     refuse(fmt::format("was saved with steps of {} s; the scene's dt is {} s", numbers[1], dt));
   if (bytes.size() < head) refuse("is cut short");
@@ -83,12 +85,12 @@ std::uint64_t restore_run(const std::string& path, SceneStepper& stepper, double
     refuse(error.what());
   }
   const double* at = numbers.data() + numbers_of_run;
-  for (Way& way : ways) {
-    way = {at[0], at[1], at[2], at[3]};
-    at += numbers_per_way;
+  for (CopyPath& it : copy_paths) {
+    it = {at[0], at[1], at[2], at[3]};
+    at += numbers_per_path;
   }
   const auto steps = static_cast<std::uint64_t>(numbers[0]);
-  stepper.set_places({at, places}, steps);
+  stepper.set_body_states({at, body_states}, steps);
   return steps;
 }
 

@@ -42,7 +42,7 @@ class BodyMotion {
   void finish(double dt, bristle::Span<const bristle::Response> responses) noexcept;
 
   /// Sets position (m) and velocity (m/s) of the body, as when a saved run is restored.
-  void set_place(const double (&position)[2], const double (&velocity)[2]) noexcept {
+  void set_motion(const double (&position)[2], const double (&velocity)[2]) noexcept {
     for (int axis = 0; axis < 2; ++axis) {
       position_[axis] = position[axis];
       velocity_[axis] = velocity[axis];

@@ -22,7 +22,7 @@ struct SceneMaterial {
   bristle::Material material;
   /// Friction coefficients of the material, if the scene gives these and not bristle parameters.
   std::optional<bristle::Coefficients> coefficients;
-  std::string where;  ///< place of the table, for messages, as "file:line: [[material]] 'name'"
+  std::string where;  ///< position of the table, for messages, as "file:line: [[material]] 'name'"
 };
 
 /// Contact patch of a scene. It is moved either by a prescribed motion or by a body.
@@ -32,7 +32,7 @@ struct ScenePatch {
   bristle::PatchOptions options;
   std::uint32_t count = 1;   ///< number of copies; copy i has the seed `seed + i`, the name "name.i"
   std::uint32_t stride = 1;  ///< after leaving out copies, copy k is copy k * stride of the file
-  std::string where;         ///< place of the table, for messages: "file:line: [[patch]] 'name'"
+  std::string where;         ///< position of the table, for messages: "file:line: [[patch]] 'name'"
   std::optional<PrescribedMotion> motion;
 
   /// Returns whether a body, and not a prescribed motion, moves the patch.
@@ -51,7 +51,7 @@ struct ForceSine {
   double from = 0.0, until = 0.0;    ///< beginning and end, s
 };
 
-/// Spring (and damper) between a body and a place whose motion is prescribed, such as a hand that pulls.
+/// Spring (and damper) between a body and a point whose motion is prescribed, such as a hand that pulls.
 struct SceneSpring {
   double stiffness = 0.0;  ///< N/m
   double damping = 0.0;    ///< N s/m

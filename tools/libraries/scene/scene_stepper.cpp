@@ -88,11 +88,11 @@ void SceneStepper::add_patches(const ShareDone& progress) {
 
 void SceneStepper::add_bodies() {
   // Indices, in the batch's arrays, of the copies of each patch of the scene.
-  std::vector<std::vector<std::size_t>> places(scene_.patches.size());
-  for (std::size_t c = 0; c < copies_.size(); ++c) places[copies_[c].patch].push_back(c);
+  std::vector<std::vector<std::size_t>> copies_of(scene_.patches.size());
+  for (std::size_t c = 0; c < copies_.size(); ++c) copies_of[copies_[c].patch].push_back(c);
   for (const SceneBody& body : scene_.bodies) {
     std::vector<std::size_t> own;
-    for (const std::size_t p : body.patches) own.insert(own.end(), places[p].begin(), places[p].end());
+    for (const std::size_t p : body.patches) own.insert(own.end(), copies_of[p].begin(), copies_of[p].end());
     std::sort(own.begin(), own.end());
     bodies_.emplace_back(body, std::move(own));
   }
@@ -115,22 +115,22 @@ void SceneStepper::prescribe(double t) {
   }
 }
 
-std::vector<double> SceneStepper::places() const {
-  std::vector<double> places;
+std::vector<double> SceneStepper::body_states() const {
+  std::vector<double> states;
   for (const BodyMotion& body : bodies_) {
-    places.insert(places.end(), std::begin(body.position()), std::end(body.position()));
-    places.insert(places.end(), std::begin(body.velocity()), std::end(body.velocity()));
+    states.insert(states.end(), std::begin(body.position()), std::end(body.position()));
+    states.insert(states.end(), std::begin(body.velocity()), std::end(body.velocity()));
   }
-  return places;
+  return states;
 }
 
-void SceneStepper::set_places(bristle::Span<const double> places, std::uint64_t steps) {
+void SceneStepper::set_body_states(bristle::Span<const double> states, std::uint64_t steps) {
   // Recomputes the prescribed motions up to the restored time instead of reading them. A paced run prepares
   // the next step's motions early, so a saved position would be a step ahead.
   if (steps > 0) prescribe(static_cast<double>(steps - 1) * scene_.dt);
-  const double* at = places.data();
+  const double* at = states.data();
   for (BodyMotion& body : bodies_) {
-    body.set_place({at[0], at[1]}, {at[2], at[3]});
+    body.set_motion({at[0], at[1]}, {at[2], at[3]});
     at += 4;
   }
 }

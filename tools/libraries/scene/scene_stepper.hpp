@@ -42,9 +42,9 @@ class SceneStepper {
   void step(double t);
 
   /// Returns positions and velocities of the bodies. With the batch's state they determine all later steps.
-  std::vector<double> places() const;
-  /// Restores what places() returned, and sets the prescribed motions to the time after `steps` steps.
-  void set_places(bristle::Span<const double> places, std::uint64_t steps);
+  std::vector<double> body_states() const;
+  /// Restores what body_states() returned, and sets the prescribed motions to the time after `steps` steps.
+  void set_body_states(bristle::Span<const double> body_states, std::uint64_t steps);
 
   bristle::PatchBatch& batch() { return batch_; }
   const bristle::PatchBatch& batch() const { return batch_; }

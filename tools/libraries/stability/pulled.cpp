@@ -25,16 +25,16 @@ std::vector<Life> lives(const SpringPull& pull) {
   const double v = pull.speed_m_per_s;
   std::vector<Life> all;
   for (int i = 0; i < bristles; ++i) {
-    const double drawn = m.snap_length.quantile((i + 0.5) / bristles);
-    double age = drawn / v, last = 0.0;
+    const double length = m.snap_length.quantile((i + 0.5) / bristles);
+    double age = length / v, last = 0.0;
     // Iterates to the age at which a bristle snaps; the iteration converges from below.
     for (int k = 0; k < 200 && age - last > 1e-15 * age; ++k) {
       last = age;
-      age = drawn * m.ageing_factor(age) / v;
+      age = length * m.ageing_factor(age) / v;
     }
     const double step = 1e-4 * age;
     const double slope = (m.ageing_factor(age + step) - m.ageing_factor(age - step)) / (2.0 * step);
-    all.push_back({age, v - drawn * slope});
+    all.push_back({age, v - length * slope});
   }
   return all;
 }

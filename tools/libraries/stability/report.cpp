@@ -188,7 +188,7 @@ Json report_of(const StabilityOptions& options, const StabilityResult& result) {
   report["stopping_distances"] = Json::array();
   for (const StopRow& row : result.stops)
     report["stopping_distances"].push_back({{"k", row.k},
-                                            {"way_over_mean_snap_length", row.slide},
+                                            {"path_over_mean_snap_length", row.slide},
                                             {"scheme", to_string(row.scheme)},
                                             {"ratio", row.ratio}});
   report["rests"] = Json::array();

@@ -466,8 +466,8 @@ void Study::check_keys() const {
           break;
         } catch (const UserError& error) {
           const std::vector<std::string> allowed = keys_allowed_by(error.what(), leaf);
-          const bool no_place = std::string_view(error.what()).starts_with(varied.key + ':');
-          if (no_place && attempt == 0) throw;
+          const bool no_field = std::string_view(error.what()).starts_with(varied.key + ':');
+          if (no_field && attempt == 0) throw;
           if (allowed.empty()) {
             known.clear();
             break;

@@ -6,7 +6,7 @@
 #include "tools/products/python/owned.hpp"
 
 namespace bristle_python {
-/// A Python function that gives a bed's pressure at a place, as a C++ type for signatures.
+/// A Python function that gives a bed's pressure at a point, as a C++ type for signatures.
 struct PressureFunction : py::function {
   PYBIND11_OBJECT(PressureFunction, py::function, PyCallable_Check)
 };

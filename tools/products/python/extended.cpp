@@ -77,7 +77,7 @@ void define_outline(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(bristle::PatchCell, position, weight);
   py::class_<Outline>(
       module, "Outline",
-      "Outline and pressure of a patch with an extent, as cells: a place (m, from the centre) "
+      "Outline and pressure of a patch with an extent, as cells: a position (m, from the centre) "
       "and a share of the load each. The shares sum to 1. A negative number of cells, or other "
       "numbers that cannot be, raise bristle.Error.")
       .def(py::init(&outline_of), py::arg("positions"), py::arg("weights"), "Any cells.")

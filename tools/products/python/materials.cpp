@@ -68,7 +68,7 @@ void define_snap_length(py::module_& module) {
       .def_property_readonly("law", &SnapLength::law, "Name of the law.")
       .def_property_readonly("mean", &SnapLength::mean, "E[delta], m.")
       .def_property_readonly("cv", &SnapLength::cv, "Standard deviation over mean.")
-      .def_property_readonly("longest", &SnapLength::longest, "Largest length that is drawn, m.")
+      .def_property_readonly("longest", &SnapLength::longest, "Largest length that is sampled, m.")
       .def("moment", &SnapLength::moment, py::arg("k"), "E[delta^k], m^k, k = 0 to 6.")
       .def(
           "quantile",

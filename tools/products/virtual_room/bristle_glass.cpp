@@ -99,7 +99,7 @@ void BristleGlass::update(const Snapshot& room, float elapsed) {
   for (Hair& hair : hairs_) hair.age_colour = age_colour(hair.age);
   before_ = room.bristles;
   time_ = room.time;
-  for (int axis = 0; axis < 2; ++axis) place_[axis] = room.block_position[axis];
+  for (int axis = 0; axis < 2; ++axis) position_[axis] = room.block_position[axis];
 }
 
 // Shows the cohorts of an infinite brush as groups of hairs, in proportion to their shares of the bristles.
@@ -117,7 +117,7 @@ void BristleGlass::update_cohorts(const Snapshot& room, float simulated) {
       found.push_back({0, now.zx[i], now.zy[i], 0});
     found.back().mass += share;
   }
-  const double moved[2] = {room.block_position[0] - place_[0], room.block_position[1] - place_[1]};
+  const double moved[2] = {room.block_position[0] - position_[0], room.block_position[1] - position_[1]};
   const auto near = static_cast<float>(0.003 * mean);
   for (Cohort& cohort : found) {
     for (const Cohort& old : seen_) {

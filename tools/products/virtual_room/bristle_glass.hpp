@@ -54,8 +54,8 @@ class BristleGlass {
   void find_snaps(const BristleView& now);
 
   BristleView before_;
-  double time_ = 0;           // simulated time of the sample before_, s
-  double place_[2] = {0, 0};  // place of the block in the sample before_, m
+  double time_ = 0;              // simulated time of the sample before_, s
+  double position_[2] = {0, 0};  // position of the block in the sample before_, m
   bool cohorts_ = false;
   float grows_ = 0;
   std::vector<Cohort> seen_;

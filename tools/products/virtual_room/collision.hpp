@@ -22,7 +22,7 @@ inline constexpr int corners = 8;
 enum class Surface : unsigned char { floor, end_wall, left_wall, right_wall, roof };
 inline constexpr int surfaces = 5;
 
-/// Place at which two bodies (block, tool, or a surface of the room) touch or nearly do.
+/// Point at which two bodies (block, tool, or a surface of the room) touch or nearly do.
 struct Touch {
   enum class Pair : unsigned char { block_surface, block_tool, tool_surface } pair = Pair::block_surface;
   Surface surface = Surface::floor;  ///< surface of the room; unused for block_tool

@@ -85,7 +85,7 @@ inline constexpr std::array<double, 5> rests_s = {0.1, 0.3, 1.0, 3.0, 10.0};
 inline constexpr double slide_speed = 8e-3, slide_lasts = 1.0;  ///< speed (m/s) and duration (s) of a slide
 
 struct RestPhase {
-  double place = 0.0;  ///< place of the carriage that moves the blocks, m
+  double position = 0.0;  ///< position of the carriage that moves the blocks, m
   bool slides = false;
   double rested = 0.0;  ///< duration of the rest before this slide or, at rest, of this rest, s
 };
@@ -99,7 +99,7 @@ inline RestPhase rest_phase(double t) {
   RestPhase phase;
   for (std::size_t i = 0; i <= rests_s.size(); ++i) {
     const double slid = std::min(left, slide_lasts);
-    phase.place += slide_speed * slid;
+    phase.position += slide_speed * slid;
     if ((left -= slide_lasts) < 0.0 || i == rests_s.size()) {
       phase.slides = true;
       phase.rested = i == 0 ? 0.0 : rests_s[i - 1];
@@ -110,16 +110,16 @@ inline RestPhase rest_phase(double t) {
       break;
     }
   }
-  if (back) phase.place = far - phase.place;
+  if (back) phase.position = far - phase.position;
   return phase;
 }
 
-/// Returns the place of the carriage (m along x, from the middle of the floor) at time t.
-inline double carriage_place(const Settings& s, double t) {
+/// Returns the position of the carriage (m along x, from the middle of the floor) at time t.
+inline double carriage_position(const Settings& s, double t) {
   constexpr double turn = 2.0 * 3.14159265358979323846;
   if (s.compare == Comparison::rubbing)
     return rubbing_amplitude * s.presliding_length * std::sin(turn * rubbing_per_s * t);
-  return s.compare == Comparison::rest ? rest_phase(t).place : 0.0;
+  return s.compare == Comparison::rest ? rest_phase(t).position : 0.0;
 }
 
 /// Period of a pair of taps on the block, one down the slope and one up, s.
@@ -127,7 +127,7 @@ inline constexpr double tap_pair = 0.5;
 
 // Figures that are shown for each compared block.
 
-/// Measures how far a block creeps on a tapped slope. The block swings under the taps, so its place is
+/// Measures how far a block creeps on a tapped slope. The block swings under the taps, so its position is
 /// averaged over pairs of taps.
 class Moved {
  public:
@@ -139,16 +139,16 @@ class Moved {
     *this = {};
     since_ = time_s;
   }
-  /// Adds the block's place down the slope (m) at a tick. Call it every tick.
+  /// Adds the block's position down the slope (m) at a tick. Call it every tick.
   void take(double time_s, double x) noexcept {
     const double pair = std::floor(time_s / tap_pair);
     if (pair != pair_) {
-      if (count_ > 0.0) {  // a pair of taps has ended: takes its mean place
-        const double place = sum_ / count_;
+      if (count_ > 0.0) {  // a pair of taps has ended: takes its mean position
+        const double position = sum_ / count_;
         if (pair_ * tap_pair >= since_ + settles && begun_) {
-          moved_ = place - from_;
+          moved_ = position - from_;
         } else {
-          from_ = place;
+          from_ = position;
           begun_ = true;
         }
       }

@@ -116,9 +116,9 @@ void Friction::move_pad(double dt_s, const Velocity& mean,
   if (cells_ == 0) return;
   for (const PatchContact& c : contacts) {
     if (!is_pad(c.patch)) continue;
-    const Eigen::Vector2d way = dt_s * c.rows * mean;
-    pad_motion_.displacement[0] = way[0];
-    pad_motion_.displacement[1] = way[1];
+    const Eigen::Vector2d move = dt_s * c.rows * mean;
+    pad_motion_.displacement[0] = move[0];
+    pad_motion_.displacement[1] = move[1];
     pad_motion_.displacement[2] = dt_s * c.spin.dot(mean);
   }
   pad_->write_motions({&pad_motion_, 1}, {motions_.data() + points_, cells_});
@@ -154,12 +154,12 @@ Velocity Friction::find_rival_motion(double dt_s, const Body& body, const Veloci
   Vector9 u = start;
   Vector9 r = residual(u, true);
   for (int k = 0; k < most_steps && r.norm() > tolerance * scale; ++k) {
-    Vector9 way = slope.partialPivLu().solve(r);
-    if (!way.allFinite()) break;
-    Vector9 trial = u + way, next = residual(trial, false);
+    Vector9 move = slope.partialPivLu().solve(r);
+    if (!move.allFinite()) break;
+    Vector9 trial = u + move, next = residual(trial, false);
     for (int h = 0; h < most_halvings && !(next.norm() < r.norm()); ++h) {
-      way *= 0.5;
-      trial = u + way;
+      move *= 0.5;
+      trial = u + move;
       next = residual(trial, false);
     }
     if (!(next.norm() < r.norm())) break;

@@ -108,10 +108,10 @@ Triangles make_rectangle() {
 Triangles make_coil(const Vector3f& from, const Vector3f& to, int turns, float radius, float thickness) {
   constexpr int around = 8, per_turn = 20;
   Triangles shape;
-  const Vector3f way = to - from;
-  const float length = way.norm();
+  const Vector3f path = to - from;
+  const float length = path.norm();
   if (!(length > 1e-6f)) return shape;
-  const Vector3f ahead = way / length;
+  const Vector3f ahead = path / length;
   const Vector3f side = ahead.unitOrthogonal(), third = ahead.cross(side);
   const int rings = turns * per_turn + 1;
   add_skin(shape, rings, around, [&](int ring, int i) -> Vertex {
@@ -124,7 +124,7 @@ Triangles make_coil(const Vector3f& from, const Vector3f& to, int turns, float r
         (ahead * length / (2 * pi * static_cast<float>(turns)) + turn * radius * open).normalized();
     const float a = 2 * pi * share(i, around);
     const Vector3f normal = std::cos(a) * out + std::sin(a) * tangent.cross(out).normalized();
-    return {from + way * t + out * radius * open + thickness * normal, normal};
+    return {from + path * t + out * radius * open + thickness * normal, normal};
   });
   return shape;
 }

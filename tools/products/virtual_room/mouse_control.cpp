@@ -50,12 +50,12 @@ void MouseControl::hold(const Ray& ray, bool begins, bool fine, const Snapshot& 
   const Eigen::Matrix3f to_room = room_tilt(room.settings.slope).transpose();
   const Eigen::Vector3d from = (to_room * ray.from).cast<double>(),
                         along = (to_room * ray.along).cast<double>();
-  const double way = (height_ - from.z()) / along.z();
-  if (!(std::isfinite(way) && way > 0)) {
+  const double path = (height_ - from.z()) / along.z();
+  if (!(std::isfinite(path) && path > 0)) {
     if (!hand_.holds) put(hand_.position[0], hand_.position[1], measures);
     return;
   }
-  const Eigen::Vector3d at = from + way * along;
+  const Eigen::Vector3d at = from + path * along;
   if (begins || fine != fine_) {
     const bool stays = !begins || hand_.holds;
     for (int i = 0; i < 2; ++i) {
@@ -85,8 +85,8 @@ void MouseControl::push(int right, int away, bool fine, double elapsed_s, const 
     height_ = std::clamp(room.tool[2], measures.tool_radius, measures.height - measures.tool_radius);
     put(room.tool[0], room.tool[1], measures);
   }
-  const double way = (fine ? fine_gain : 1.0) * key_speed * elapsed_s;
-  put(hand_.position[0] + way * right, hand_.position[1] + way * away, measures);
+  const double path = (fine ? fine_gain : 1.0) * key_speed * elapsed_s;
+  put(hand_.position[0] + path * right, hand_.position[1] + path * away, measures);
 }
 
 double MouseControl::turn(int left, bool fine, double elapsed_s, const Snapshot& room) {

@@ -11,7 +11,7 @@ namespace room {
 
 struct MouseButtons {
   bool left = false, right = false, middle = false;
-  bool fine = false;  ///< whether the hand moves a tenth of the pointer's way
+  bool fine = false;  ///< whether the hand moves a tenth of the pointer's path
 };
 
 class MouseControl {

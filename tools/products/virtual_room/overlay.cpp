@@ -142,7 +142,7 @@ void label_slope(const Pen& pen, const Layout& layout, const Snapshot& room, con
   }
 }
 
-// Place (0 to 1) and colour of a stop of a colour scale.
+// Position (0 to 1) and colour of a stop of a colour scale.
 struct Stop {
   float at;
   ImU32 colour;

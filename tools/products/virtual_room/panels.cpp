@@ -423,10 +423,10 @@ void draw_settings(const Layout& layout, const Fonts& fonts, const Snapshot& roo
     panel.changed = true;
   }
   bool undone = false;
-  static constexpr const char* ways_back[] = {"Defaults", "Undo"};
+  static constexpr const char* back_labels[] = {"Defaults", "Undo"};
   static constexpr const char* back_says[] = {"all settings as they were at the beginning",
                                               "Ctrl+Z: as before the last change"};
-  const int back = panel.choice(ways_back, back_says, 2, -1);
+  const int back = panel.choice(back_labels, back_says, 2, -1);
   if (back == 0) {
     s = state.beginning;
     panel.changed = true;

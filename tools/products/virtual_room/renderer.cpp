@@ -36,7 +36,7 @@ enum Look { lit, tiles, glowing };
 
 struct Body {
   const Mesh* mesh;
-  Affine3f place;
+  Affine3f transform;
   Vector3f colour;
   int look = lit;
   float gloss = 0.1f, alpha = 1.0f;
@@ -57,7 +57,7 @@ Affine3f between(const Vector3f& from, const Vector3f& to, float radius) {
   return t;
 }
 
-// Returns the transform of a body at a place, turned by a quaternion w, x, y, z.
+// Returns the transform of a body at a position, turned by a quaternion w, x, y, z.
 Affine3f pose(const Vector3f& at, const double (&wxyz)[4]) {
   const Eigen::Quaterniond turn(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   return Eigen::Translation3f(at) * turn.cast<float>().normalized();
@@ -184,7 +184,7 @@ struct Renderer::Impl {
     glGenBuffers(1, &hairs);
     glBindVertexArray(strand.vertex_array());
     glBindBuffer(GL_ARRAY_BUFFER, hairs);
-    // Number of components of each attribute of a hair: place, state and shape.
+    // Number of components of each attribute of a hair: position, state and shape.
     constexpr GLint sizes[] = {4, 2, 3};
     std::size_t offset = 0;
     for (GLuint i = 2; i < 5; ++i) {
@@ -222,14 +222,14 @@ struct Renderer::Impl {
                           {{0, half.y(), 0}, {0, -1, 0}, half.x()},
                           {{0, -half.y(), 0}, {0, 1, 0}, half.x()}};
     for (const Side& side : sides) {
-      Affine3f place = Affine3f::Identity();
+      Affine3f transform = Affine3f::Identity();
       const Vector3f up = Vector3f::UnitZ();
-      place.matrix().col(0).head<3>() = up.cross(side.inward) * side.wide;
-      place.matrix().col(1).head<3>() = up * half.z() / 2;
-      place.matrix().col(2).head<3>() = side.inward;
-      place.matrix().col(3).head<3>() = side.middle + up * half.z() / 2;
+      transform.matrix().col(0).head<3>() = up.cross(side.inward) * side.wide;
+      transform.matrix().col(1).head<3>() = up * half.z() / 2;
+      transform.matrix().col(2).head<3>() = side.inward;
+      transform.matrix().col(3).head<3>() = side.middle + up * half.z() / 2;
       const bool seen = side.inward.dot(eye - side.middle) > 0;
-      add(seen ? bodies : clear, rectangle, place, wall_paint, seen ? lit : glowing, 0.04f,
+      add(seen ? bodies : clear, rectangle, transform, wall_paint, seen ? lit : glowing, 0.04f,
           seen ? 1.0f : 0.05f);
     }
     const bool under_roof = eye.z() < half.z();
@@ -257,24 +257,24 @@ struct Renderer::Impl {
     add(bodies, sphere, placed(tool, Vector3f::Constant(radius)), tool_paint, lit, 0.6f);
     const Vector3f paint = room.device_lost ? lost_paint : hand_paint;
     add(bodies, sphere, placed(hand, Vector3f::Constant(0.55f * radius)), paint, lit, 0.5f);
-    // Draws the hand as a stylus that points from above and behind at the hand's place.
+    // Draws the hand as a stylus that points from above and behind at the hand's position.
     const Vector3f ahead = Vector3f(-0.42f, -0.30f, 1.0f).normalized();
     add(bodies, cone, between(hand + 0.024f * ahead, hand, 0.0042f), paint, lit, 0.5f);
     add(bodies, rod, between(hand + 0.024f * ahead, hand + 0.105f * ahead, 0.0042f), 0.35f * paint, lit,
         0.4f);
     add(bodies, rod, between(hand + 0.034f * ahead, hand + 0.042f * ahead, 0.0046f), tool_paint, lit, 0.6f);
     add(bodies, sphere, placed(hand + 0.105f * ahead, Vector3f::Constant(0.0042f)), 0.35f * paint, lit, 0.4f);
-    const Vector3f way = hand - tool;
-    if (room.held && way.norm() > 0.5f * radius) {
+    const Vector3f path = hand - tool;
+    if (room.held && path.norm() > 0.5f * radius) {
       spring.replace(make_coil(tool, hand, 9, 0.0034f, 0.00065f));
       add(bodies, spring, Affine3f::Identity(), Vector3f(0.62f, 0.64f, 0.66f), lit, 0.7f);
     }
   }
 
   void place_arrow(const Vector3f& from, const Vector3f& to, const Vector3f& paint) {
-    const Vector3f way = to - from;
-    const float length = way.norm(), head = std::min(0.018f, 0.6f * length);
-    const Vector3f neck = to - way * (head / length);
+    const Vector3f path = to - from;
+    const float length = path.norm(), head = std::min(0.018f, 0.6f * length);
+    const Vector3f neck = to - path * (head / length);
     // Draws the arrow twice: as it is, and as a ghost that shows faintly through bodies in front of it.
     for (const bool ghost : {false, true}) {
       auto& list = ghost ? ghosts : bodies;
@@ -319,9 +319,9 @@ struct Renderer::Impl {
     }
   }
 
-  void add(std::vector<Body>& list, const Mesh& mesh, const Affine3f& place, const Vector3f& colour, int look,
-           float gloss, float alpha = 1.0f) {
-    list.push_back({&mesh, tilt * place, colour, look, gloss, alpha});
+  void add(std::vector<Body>& list, const Mesh& mesh, const Affine3f& transform, const Vector3f& colour,
+           int look, float gloss, float alpha = 1.0f) {
+    list.push_back({&mesh, tilt * transform, colour, look, gloss, alpha});
   }
 
   void place_all(const Snapshot& room, const Camera& camera) {
@@ -341,8 +341,8 @@ struct Renderer::Impl {
 
   void draw_bodies(const std::vector<Body>& list) {
     for (const Body& body : list) {
-      const Matrix3f normals = body.place.linear().inverse().transpose();
-      bodies_program.set("model", Matrix4f(body.place.matrix()));
+      const Matrix3f normals = body.transform.linear().inverse().transpose();
+      bodies_program.set("model", Matrix4f(body.transform.matrix()));
       bodies_program.set("normals", normals);
       bodies_program.set("colour", body.colour);
       bodies_program.set("look", body.look);

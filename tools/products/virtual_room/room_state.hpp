@@ -177,7 +177,7 @@ struct Snapshot : Figures, SurfaceFigures {
 
   std::size_t compared = 0;
   ComparedBlock beside[most_compared];
-  /// Centre of the tool's sphere, and place of the hand that pulls it, m.
+  /// Centre of the tool's sphere, and position of the hand that pulls it, m.
   double tool[3] = {0, 0, 0}, device[3] = {0, 0, 0};
   double applied[3] = {0, 0, 0};       ///< force of the tool on the block, N
   double friction[3] = {0, 0, 0};      ///< friction of all patches but the tool's on the block, N

@@ -8,20 +8,20 @@
 
 namespace room {
 
-/// Places of a hand that moves the block along x. The tool comes to the block from behind and low, so that
+/// Positions of a hand that moves the block along x. The tool comes to the block from behind and low, so that
 /// its push hardly shifts load between the corners; after that its spring pulls.
-struct PullPlaces {
+struct PullPoints {
   /// Time until the hand reaches the block (s), gap before that (m), height of the hand over the floor (m).
   static constexpr double approach = 0.3, gap = 2e-3, height = 1e-3;
-  double touching;  ///< place of the tool when it touches the block, m
+  double touching;  ///< position of the tool when it touches the block, m
 
   /// Path of the hand, m, from `touching` until the force of the spring is the peak of friction. Bristles
   /// bend meanwhile.
   double to_peak;
   double z;
 
-  /// Computes the places of a pull; `peak` is the highest friction of first loading, over load.
-  PullPlaces(const Settings& s, double peak, const RoomMeasures& m)
+  /// Computes the points of a pull; `peak` is the highest friction of first loading, over load.
+  PullPoints(const Settings& s, double peak, const RoomMeasures& m)
       : touching(-0.5 * m.block[0] - m.tool_radius), z(m.tool_radius + height) {
     const double load = load_at_rest(s);
     const double force = peak * load - s.mass * gravity * std::sin(s.slope);
@@ -34,10 +34,10 @@ struct PullPlaces {
 /// and grows for two more; then the hand lets go. `peak` is friction over load.
 inline HandMotion slow_pull(const Settings& s, double peak, const RoomMeasures& m) {
   constexpr double to_peak = 2.0;  // time from the reset to the peak of the force, s
-  const PullPlaces places(s, peak, m);
+  const PullPoints points(s, peak, m);
   HandMotion motion;
-  motion.rows = {places.at(0.0, places.touching - places.gap), places.at(places.approach, places.touching),
-                 places.at(places.approach + 2.0 * to_peak, places.touching + 2.0 * places.to_peak)};
+  motion.rows = {points.at(0.0, points.touching - points.gap), points.at(points.approach, points.touching),
+                 points.at(points.approach + 2.0 * to_peak, points.touching + 2.0 * points.to_peak)};
   HandRow end = motion.rows.back();
   end.t += 0.5;
   motion.rows.push_back(end);
@@ -65,21 +65,21 @@ inline const char* tour_says(double t) {
   return "";
 }
 
-/// Returns the motion of the tour's hand: it goes 0.6 of the way to the peak (some 0.8 of its force), waits,
+/// Returns the motion of the tour's hand: it goes 0.6 of the path to the peak (some 0.8 of its force), waits,
 /// lets the block go back, and then pushes through the peak.
 inline HandMotion tour_hand(const Settings& s, double peak, const RoomMeasures& m) {
-  const PullPlaces places(s, peak, m);
-  const double away = places.touching - places.gap;
+  const PullPoints points(s, peak, m);
+  const double away = points.touching - points.gap;
   HandMotion motion;
-  motion.rows = {places.at(0.0, away),
-                 places.at(0.5, places.touching),
-                 places.at(3.0, places.touching + 0.6 * places.to_peak),
-                 places.at(5.0, places.touching + 0.6 * places.to_peak),
-                 places.at(6.0, away),
-                 places.at(8.0, away),
-                 places.at(8.3, places.touching),
-                 places.at(12.0, places.touching + 2.0 * places.to_peak),
-                 places.at(tour_hand_s - 0.1, places.touching + 2.0 * places.to_peak)};
+  motion.rows = {points.at(0.0, away),
+                 points.at(0.5, points.touching),
+                 points.at(3.0, points.touching + 0.6 * points.to_peak),
+                 points.at(5.0, points.touching + 0.6 * points.to_peak),
+                 points.at(6.0, away),
+                 points.at(8.0, away),
+                 points.at(8.3, points.touching),
+                 points.at(12.0, points.touching + 2.0 * points.to_peak),
+                 points.at(tour_hand_s - 0.1, points.touching + 2.0 * points.to_peak)};
   HandRow end = motion.rows.back();
   end.t = tour_hand_s;
   end.hand.holds = false;

@@ -101,7 +101,7 @@ void World::reset() noexcept {
   target_velocity_.setZero();
   held_ = caught_up_ = false;
   body_ = {};
-  places_ = {};
+  kept_contacts_ = {};
   patch_used_ = {};
   contact_count_ = 0;
   device_force_.setZero();
@@ -156,22 +156,22 @@ void World::move_target(double dt, const Hand& hand, double grip) noexcept {
   const Vector3 wanted(hand.position[0], hand.position[1], hand.position[2]);
   if (!held_) put_tool(wanted);
   const Vector3 before = target_;
-  const Vector3 way = wanted - target_;
-  const double length = way.norm(), longest = (caught_up_ ? fastest_target : catching_up) * dt;
+  const Vector3 missing = wanted - target_;
+  const double length = missing.norm(), longest = (caught_up_ ? fastest_target : catching_up) * dt;
   caught_up_ = caught_up_ || length <= longest;
-  target_ += length > longest ? Vector3(way * (longest / length)) : way;
+  target_ += length > longest ? Vector3(missing * (longest / length)) : missing;
   target_velocity_ = (target_ - before) / dt;
 }
 
-// Puts the tool at the hand's place when the hand first takes hold of it after the reset, unless that place
+// Puts the tool at the hand's position when the hand first takes hold of it after the reset, unless that
 // is inside the block.
-void World::put_tool(const Vector3& place) noexcept {
+void World::put_tool(const Vector3& hand) noexcept {
   held_ = true;
   const Vector3 half(0.5 * measures_.block[0], 0.5 * measures_.block[1], 0.5 * measures_.block[2]);
   const Vector3 out =
-      ((block_.orientation.conjugate() * (place - block_.position)).cwiseAbs() - half).cwiseMax(0.0);
+      ((block_.orientation.conjugate() * (hand - block_.position)).cwiseAbs() - half).cwiseMax(0.0);
   if (out.norm() < measures_.tool_radius) return;
-  tool_ = target_ = place;
+  tool_ = target_ = hand;
   caught_up_ = true;
   body_.velocity.tail<3>().setZero();
   find_touches(measures_, block_, tool_, touches_);
@@ -231,7 +231,7 @@ void World::add_turn(double dt, double angle, Velocity& external) noexcept {
 void World::add_carriage(double dt, Velocity& external) noexcept {
   const Settings& s = parameters_.settings;
   const double damper = 2.0 * std::sqrt(carriage_stiffness * s.mass), gain = dt * carriage_stiffness + damper;
-  const double now = carriage_place(s, time_), next = carriage_place(s, time_ + dt);
+  const double now = carriage_position(s, time_), next = carriage_position(s, time_ + dt);
   const double target[2] = {now, 0.0}, speed[2] = {(next - now) / dt, 0.0};
   for (int axis = 0; axis < 2; ++axis) {
     const double longest = carriage_force / carriage_stiffness;
@@ -250,19 +250,19 @@ void World::find_loads(double dt, Velocity& external) noexcept {
   Vector9 push = external;
   for (std::size_t i = 0; i < touches_.count; ++i) {
     const Touch& touch = touches_.list[i];
-    Place& place = places_[static_cast<std::size_t>(touch.key())];
+    KeptContact& kept = kept_contacts_[static_cast<std::size_t>(touch.key())];
     const Vector3 arm = touch.point - block_.position;
     NormalContact& c = normals_[i];
     c.row = row_along(touch, arm, touch.normal);
     c.depth = -touch.gap;
     c.damping = c.depth > 0.0 ? damper : 0.0;
     c.presses = c.depth > 0.0;
-    turn_axes(touch, place);
+    turn_axes(touch, kept);
     for (int axis = 0; axis < 3; ++axis) {
-      if (place.force[axis] == 0.0) continue;
-      push += place.force[axis] * row_along(touch, arm, Vector3::Unit(axis));
+      if (kept.force[axis] == 0.0) continue;
+      push += kept.force[axis] * row_along(touch, arm, Vector3::Unit(axis));
     }
-    if (place.torque != 0.0) push += place.torque * spin_row(touch);
+    if (kept.torque != 0.0) push += kept.torque * spin_row(touch);
   }
   const Vector9 start = body_.velocity;
   const Vector9 momentum = coupled_.mass * start + dt * push;
@@ -290,23 +290,23 @@ void World::find_loads(double dt, Velocity& external) noexcept {
   }
   for (std::size_t i = 0; i < touches_.count; ++i) {
     const NormalContact& c = normals_[i];
-    Place& place = places_[static_cast<std::size_t>(touches_.list[i].key())];
+    KeptContact& kept = kept_contacts_[static_cast<std::size_t>(touches_.list[i].key())];
     const double gain = gain_of(c);
     const double load = c.presses ? std::max(normal_stiffness * c.depth - gain * c.row.dot(u), 0.0) : 0.0;
-    if (load == 0.0 || std::fabs(load - place.load) > load_grain * load) place.load = load;
+    if (load == 0.0 || std::fabs(load - kept.load) > load_grain * load) kept.load = load;
     if (!c.presses) continue;
     coupled_.mass += (dt * gain) * c.row * c.row.transpose();
     external += (normal_stiffness * c.depth - gain * c.row.dot(start)) * c.row;
   }
 }
 
-void World::turn_axes(const Touch& touch, Place& place) const noexcept {
-  // Turns the tangent axes of a contact place with its normal, so that bristles keep their directions.
-  if (touch.pair == Touch::Pair::block_surface) place.along = along_of(touch.surface);
-  Vector3 along = place.along - touch.normal * touch.normal.dot(place.along);
+void World::turn_axes(const Touch& touch, KeptContact& kept) const noexcept {
+  // Turns the tangent axes of a contact with its normal, so that bristles keep their directions.
+  if (touch.pair == Touch::Pair::block_surface) kept.along = along_of(touch.surface);
+  Vector3 along = kept.along - touch.normal * touch.normal.dot(kept.along);
   if (along.norm() < 0.1) along = touch.normal.unitOrthogonal();
-  place.along = along.normalized();
-  place.aside = touch.normal.cross(place.along);
+  kept.along = along.normalized();
+  kept.aside = touch.normal.cross(kept.along);
 }
 
 int World::free_patch(const Touch& touch) const noexcept {
@@ -325,11 +325,11 @@ int World::free_patch(const Touch& touch) const noexcept {
   return -1;
 }
 
-TangentRows World::tangent_rows(const Touch& touch, const Place& place) const noexcept {
+TangentRows World::tangent_rows(const Touch& touch, const KeptContact& kept) const noexcept {
   const Vector3 arm = touch.point - block_.position;
   TangentRows rows;
-  rows.row(0) = row_along(touch, arm, place.along).transpose();
-  rows.row(1) = row_along(touch, arm, place.aside).transpose();
+  rows.row(0) = row_along(touch, arm, kept.along).transpose();
+  rows.row(1) = row_along(touch, arm, kept.aside).transpose();
   return rows;
 }
 
@@ -351,22 +351,22 @@ void World::collect_patches() noexcept {
   for (std::size_t i = 0; i < touches_.count; ++i) {
     const Touch& touch = touches_.list[i];
     if (touch.pair == Touch::Pair::tool_surface) continue;
-    Place& place = places_[static_cast<std::size_t>(touch.key())];
+    KeptContact& kept = kept_contacts_[static_cast<std::size_t>(touch.key())];
     near[static_cast<std::size_t>(touch.key())] = true;
-    if (place.patch < 0 && place.load > 0.0) {
-      place.patch = free_patch(touch);
-      place.way[0] = place.way[1] = 0.0;
-      if (place.patch >= 0) patch_used_[static_cast<std::size_t>(place.patch)] = true;
+    if (kept.patch < 0 && kept.load > 0.0) {
+      kept.patch = free_patch(touch);
+      kept.moved[0] = kept.moved[1] = 0.0;
+      if (kept.patch >= 0) patch_used_[static_cast<std::size_t>(kept.patch)] = true;
     }
-    if (place.patch >= 0) add(place.patch, tangent_rows(touch, place), spin_row(touch), place.load, i);
+    if (kept.patch >= 0) add(kept.patch, tangent_rows(touch, kept), spin_row(touch), kept.load, i);
   }
   for (std::size_t k = 0; k < touch_keys; ++k) {
-    Place& place = places_[k];
+    KeptContact& kept = kept_contacts_[k];
     if (near[k]) continue;
-    place.load = 0.0;
-    if (place.patch >= 0) add(place.patch, TangentRows::Zero(), Velocity::Zero(), 0.0, touches_.count);
-    if (place.patch >= 0) patch_used_[static_cast<std::size_t>(place.patch)] = false;
-    place = {};
+    kept.load = 0.0;
+    if (kept.patch >= 0) add(kept.patch, TangentRows::Zero(), Velocity::Zero(), 0.0, touches_.count);
+    if (kept.patch >= 0) patch_used_[static_cast<std::size_t>(kept.patch)] = false;
+    kept = {};
   }
 }
 
@@ -388,35 +388,35 @@ void World::keep_forces(double dt, const Velocity& mean) noexcept {
   for (std::size_t i = 0; i < contact_count_; ++i) {
     const PatchContact& c = contacts_[i];
     if (contact_touch_[i] >= touches_.count) continue;
-    Place& place = places_[static_cast<std::size_t>(touches_.list[contact_touch_[i]].key())];
-    const Eigen::Vector2d way = dt * c.rows * mean;
-    place.way[0] += way[0];
-    place.way[1] += way[1];
-    place.axis.move(way[0], way[1], parameters_.settings.presliding_length);
-    place.force = c.force[0] * place.along + c.force[1] * place.aside;
-    place.limit = c.limit;
-    place.torque = c.torque;
-    place.torque_limit = c.torque_limit;
+    KeptContact& kept = kept_contacts_[static_cast<std::size_t>(touches_.list[contact_touch_[i]].key())];
+    const Eigen::Vector2d moved = dt * c.rows * mean;
+    kept.moved[0] += moved[0];
+    kept.moved[1] += moved[1];
+    kept.axis.move(moved[0], moved[1], parameters_.settings.presliding_length);
+    kept.force = c.force[0] * kept.along + c.force[1] * kept.aside;
+    kept.limit = c.limit;
+    kept.torque = c.torque;
+    kept.torque_limit = c.torque_limit;
     if (c.load > 0.0) continue;
     patch_used_[c.patch] = false;
-    place.patch = -1;
-    place.force.setZero();
-    place.torque = 0.0;
+    kept.patch = -1;
+    kept.force.setZero();
+    kept.torque = 0.0;
   }
 }
 
 Vector3 World::friction() const noexcept {
   Vector3 sum = Vector3::Zero();
-  for (std::size_t k = 0; k < surfaces * corners; ++k) sum += places_[k].force;
+  for (std::size_t k = 0; k < surfaces * corners; ++k) sum += kept_contacts_[k].force;
   return sum;
 }
 
 void World::plot(PlotPoint& to) const noexcept {
   double friction = 0.0, holds = 0.0;
   for (std::size_t corner = 0; corner < corners; ++corner) {  // the corners on the floor come first
-    const Place& place = places_[corner];
-    friction += place.axis.along(place.force.dot(place.along), place.force.dot(place.aside));
-    if (place.patch >= 0) holds += place.limit;
+    const KeptContact& kept = kept_contacts_[corner];
+    friction += kept.axis.along(kept.force.dot(kept.along), kept.force.dot(kept.aside));
+    if (kept.patch >= 0) holds += kept.limit;
   }
   const Vector3 force = applied();
   to.time = static_cast<float>(time_);
@@ -428,10 +428,10 @@ void World::plot(PlotPoint& to) const noexcept {
 }
 
 Vector3 World::applied() const noexcept {
-  const Place& place = places_[surfaces * corners];
-  Vector3 force = place.force;
+  const KeptContact& kept = kept_contacts_[surfaces * corners];
+  Vector3 force = kept.force;
   for (std::size_t i = 0; i < touches_.count; ++i) {
-    if (touches_.list[i].pair == Touch::Pair::block_tool) force += place.load * touches_.list[i].normal;
+    if (touches_.list[i].pair == Touch::Pair::block_tool) force += kept.load * touches_.list[i].normal;
   }
   return force;
 }
@@ -476,35 +476,35 @@ void World::show(Snapshot& to) const noexcept {
   to.bristles_total = 0;
   for (std::size_t i = 0; i < touches_.count && to.contacts < most_contacts; ++i) {
     const Touch& touch = touches_.list[i];
-    const Place& place = places_[static_cast<std::size_t>(touch.key())];
-    if (place.patch < 0) continue;
+    const KeptContact& kept = kept_contacts_[static_cast<std::size_t>(touch.key())];
+    if (kept.patch < 0) continue;
     ContactView& view = to.contact[to.contacts++];
     view.key = static_cast<std::uint64_t>(touch.key()) + 1;
     view.between = between_of(touch);
     copy(touch.point, view.point);
     copy(touch.normal, view.normal);
-    copy(place.along, view.along);
-    copy(place.aside, view.aside);
-    copy(place.force, view.friction);
-    view.load = place.load;
-    view.limit = place.limit;
-    view.torque = place.torque;
-    view.torque_limit = place.torque_limit;
+    copy(kept.along, view.along);
+    copy(kept.aside, view.aside);
+    copy(kept.force, view.friction);
+    view.load = kept.load;
+    view.limit = kept.limit;
+    view.torque = kept.torque;
+    view.torque_limit = kept.torque_limit;
     if (parameters_.settings.model == FrictionModel::brush)
-      to.bristles_total += bristles_of(parameters_.settings, static_cast<std::size_t>(place.patch));
+      to.bristles_total += bristles_of(parameters_.settings, static_cast<std::size_t>(kept.patch));
   }
 }
 
 void World::show_bristles(BristleView& to) noexcept {
   const auto index = [](std::uint64_t key) { return static_cast<std::size_t>(key - 1); };
-  if (shown_key_ == 0 || places_[index(shown_key_)].patch < 0) {
+  if (shown_key_ == 0 || kept_contacts_[index(shown_key_)].patch < 0) {
     shown_key_ = 0;
     double highest = 0.0;
     for (std::size_t k = 0; k <= surfaces * corners; ++k) {
       // Shows bristles of the tool's contact (the last in the list) only if there is no other contact.
       if (k == surfaces * corners && shown_key_ != 0) break;
-      if (places_[k].patch < 0 || places_[k].load <= highest) continue;
-      highest = places_[k].load;
+      if (kept_contacts_[k].patch < 0 || kept_contacts_[k].load <= highest) continue;
+      highest = kept_contacts_[k].load;
       shown_key_ = k + 1;
     }
   }
@@ -513,7 +513,7 @@ void World::show_bristles(BristleView& to) noexcept {
   to.count = 0;
   if (shown_key_ == 0 || parameters_.settings.model != FrictionModel::brush) return;
   double zx[bristles_shown], zy[bristles_shown], delta[bristles_shown];
-  const auto patch = static_cast<std::size_t>(places_[index(shown_key_)].patch);
+  const auto patch = static_cast<std::size_t>(kept_contacts_[index(shown_key_)].patch);
   to.total = bristles_of(parameters_.settings, patch);
   to.count = batch_.read_bristles(friction_.patch(patch), zx, zy, delta);
   for (std::size_t i = 0; i < to.count; ++i) {
@@ -528,13 +528,13 @@ std::size_t World::patch_forces(std::array<PatchForce, patch_count>& to) const n
   for (std::size_t i = 0; i < contact_count_; ++i) {
     if (contact_touch_[i] >= touches_.count) continue;
     const int key = touches_.list[contact_touch_[i]].key();
-    const Place& place = places_[static_cast<std::size_t>(key)];
+    const KeptContact& kept = kept_contacts_[static_cast<std::size_t>(key)];
     const PatchContact& c = contacts_[i];
     to[count++] = {c.patch,
                    key,
                    {c.force[0], c.force[1]},
                    c.load,
-                   {place.way[0], place.way[1]},
+                   {kept.moved[0], kept.moved[1]},
                    friction_.active_bristles(c.patch),
                    c.status};
   }

@@ -66,17 +66,17 @@ class World {
   std::size_t patch_forces(std::array<PatchForce, patch_count>& to) const noexcept;
 
  private:
-  // State of a contact place (a corner on a surface, or the tool), kept for as long as it touches.
-  struct Place {
+  // State of a contact (a corner on a surface, or the tool), kept for as long as it touches.
+  struct KeptContact {
     int patch = -1;
     Vector3 along = Vector3::UnitX(), aside = Vector3::UnitY();
-    Vector3 force = Vector3::Zero();  // friction of this place's patch on the block, N
+    Vector3 force = Vector3::Zero();  // friction of its patch on the block, N
     double load = 0.0, limit = 0.0;   // normal load, and highest elastic friction under it, N
 
     // Torque that the tool's pad exerts on the block about the normal, and its highest value, N m.
     double torque = 0.0, torque_limit = 0.0;
-    double way[2] = {0, 0};  // displacement along the tangent axes since the touch began, m
-    MotionAxis axis;         // axis of that displacement, in the tangent axes
+    double moved[2] = {0, 0};  // displacement along the tangent axes since the touch began, m
+    MotionAxis axis;           // axis of that displacement, in the tangent axes
   };
   struct NormalContact {
     Velocity row;  // row whose product with the nine velocities is the speed of the opening gap
@@ -85,7 +85,7 @@ class World {
   };
 
   void move_target(double dt_s, const Hand& hand, double grip) noexcept;
-  void put_tool(const Vector3& place) noexcept;
+  void put_tool(const Vector3& hand) noexcept;
   void refresh_mass() noexcept;
   Velocity force_beside_contacts(const Hand& hand) const noexcept;
   void add_hand_spring(double dt_s, double grip, double force_limit, Velocity& external) noexcept;
@@ -94,10 +94,10 @@ class World {
   void find_loads(double dt_s, Velocity& external) noexcept;
   void collect_patches() noexcept;
   int free_patch(const Touch& touch) const noexcept;
-  void turn_axes(const Touch& touch, Place& place) const noexcept;
+  void turn_axes(const Touch& touch, KeptContact& kept) const noexcept;
   void move(double dt_s, const Velocity& mean) noexcept;
   void keep_forces(double dt_s, const Velocity& mean) noexcept;
-  TangentRows tangent_rows(const Touch& touch, const Place& place) const noexcept;
+  TangentRows tangent_rows(const Touch& touch, const KeptContact& kept) const noexcept;
 
   RoomMeasures measures_;
   Friction friction_;
@@ -113,7 +113,7 @@ class World {
   Body coupled_;            // body_ plus the hand's spring and normal contacts in its mass
   // Contacts that act in this tick, and contacts found at its end, which act in the next.
   Touches touches_, found_;
-  std::array<Place, touch_keys> places_{};
+  std::array<KeptContact, touch_keys> kept_contacts_{};
   std::array<NormalContact, touch_keys> normals_{};
   std::array<bool, patch_count> patch_used_{};
   std::array<PatchContact, patch_count> contacts_{};

@@ -32,8 +32,8 @@ function makeComparison(library, number) {
     Object.assign(axes, {x1: end, y0: it.least ?? low - 0.05 * (high - low), y1: it.most ?? high + 0.08 * (high - low)});
     axes.draw(it.x, 1);
     axes.inside(() => curves.forEach(({points}, model) => {
-      const places = Array.from(points, (value, i) => i % 2 ? axes.y(it.scale * value) : axes.x(value));
-      stroke(view.context, places, colours[modelColours[model]], 1.8);
+      const inPixels = Array.from(points, (value, i) => i % 2 ? axes.y(it.scale * value) : axes.x(value));
+      stroke(view.context, inPixels, colours[modelColours[model]], 1.8);
     }));
   };
   new ResizeObserver(draw).observe(view.canvas);

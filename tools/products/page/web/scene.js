@@ -7,7 +7,7 @@ const keepWithin = 0.026;  // distance from the picture's middle beyond which it
 
 function makeScene() {
   const view = openCanvas('scene');
-  let middle = 0;  // place on the floor at the picture's middle, m
+  let middle = 0;  // position on the floor at the picture's middle, m
 
   const pixelsPerMetre = () => view.width / worldWidth;
   const toScreen = (x) => view.width / 2 + (x - middle) * pixelsPerMetre();
@@ -85,7 +85,7 @@ function makeScene() {
 
   return {
     canvas: view.canvas,
-    /** Returns the place on the floor (m) under a pointer's clientX. */
+    /** Returns the position on the floor (m) under a pointer's clientX. */
     toWorld(clientX) {
       const box = view.canvas.getBoundingClientRect();
       return middle + (clientX - box.left - view.width / 2) / pixelsPerMetre();
