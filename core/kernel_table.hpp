@@ -44,8 +44,8 @@ struct alignas(64) Block {
   /// Least deflection at which a bristle of the block snaps first, scaled. It is the reach of a block without
   /// deflections.
   float shortest;
-  /// 1 = all deflections of the block are zero. Its columns z and (redraw) delta then have nothing valid, so
-  /// that a new contact need not write them.
+  /// 1 = all deflections of the block are zero. Its columns z and (redraw) delta then contain no valid
+  /// numbers, so that a new contact need not write them.
   std::uint32_t zero;
 };
 

@@ -96,7 +96,7 @@ struct BrushLaw {
   double piece;     ///< usual length of a piece of path that is computed at once, scaled
   double slow;      ///< distance from the ends of a step from which its pieces grow, scaled
   double growth;    ///< greatest length of a piece over `piece`
-  double forget;    ///< path of a step, scaled, that is computed; what a longer one has beyond is steady
+  double forget;    ///< longest path that a step computes, scaled; beyond it the slide is steady
   /// Largest factor by which the squared distance of two cohorts may grow when they are moved apart. 1: none
   /// is moved.
   double most_apart;

@@ -104,8 +104,7 @@ void step_bed(const BedStep& given, float* columns, BedSums& sums) {
     V static_limit = limit;
     V kinetic_over_static = one;
     if constexpr (drops) {
-      // Gives a bristle that slid its static friction limit back when the motion reverses, because it
-      // sticks then.
+      // Restores the static limit of a bristle that slid when the motion reverses, because it sticks then.
       const auto slid_on = (at[bed_slid] * kept > none) & (zx * dx + zy * dy >= none);
       static_limit = select_lanes(slid_on, limit, limit * V(step.static_over_kinetic));
       kinetic_over_static = select_lanes(slid_on, one, V(step.kinetic_over_static));

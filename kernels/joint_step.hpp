@@ -136,7 +136,7 @@ void step_joints(const JointStep& step) {
       const SlideStart<V> start = slide_start<double, 1>(z, none, e, none);
       V start_limit = limit_ahead;
       if constexpr (drops) {
-        // Gives a bristle that slid its static limit back when the motion reverses, because it sticks then.
+        // Restores the static limit of a bristle that slid when the motion reverses, because it sticks then.
         const auto reverses = start.along < none;
         start_limit = select_lanes(e > none, select_lanes(reverses, starts_at.forward * scale, reach.forward),
                                    select_lanes(reverses, starts_at.backward * scale, reach.backward));

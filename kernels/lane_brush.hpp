@@ -160,7 +160,7 @@ class BrushStepper : BrushLoads<E, T, axes, books> {
     V z_square = V(T(0)), rank = V(T(0)), rank_square = V(T(0));
     Vector gap_z;
     V kept = V(T(0));       ///< share that did not snap
-    Vector moment;          ///< share x position of it
+    Vector moment;          ///< share x position of the bristles that did not snap
     V renewable = V(T(0));  ///< share x path on which it can be renewed
   };
   /// Adds bristles of cohort j to the sums, which snapped along the last `path` of the piece: their share,

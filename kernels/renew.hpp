@@ -145,8 +145,8 @@ class Renewer {
     }
   }
 
-  /// Makes those selections, in their order, whose bristle is in this renewer's range. Those of other
-  /// bristles are another renewer's.
+  /// Makes, in order, the selections whose bristle is in this renewer's range. Other renewers make the
+  /// others.
   void renew_range() {
     Selections selected, ready;
     Waiting waiting;

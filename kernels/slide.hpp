@@ -158,7 +158,7 @@ struct Tractrix {
 template <class V>
 struct Slid {
   V x, y;             ///< z', the deflection at the end of the step
-  V path;             ///< distance over which the tip stuck; it slid over the remaining step
+  V path;             ///< path over which the tip sticks; it slides along the remaining path
   V integral_x = {};  ///< integral of the deflection z over the step (only with `mean`)
   V integral_y = {};
   V dissipated = {};  ///< dissipated energy over stiffness (only with `energy`)

@@ -271,7 +271,8 @@ TEST_CASE("A thousand and 2^53 snap lengths in a step leave the right force and 
   }
 }
 
-TEST_CASE("A path to and fro inside a step is not seen: the force is that of the net path", "[extremes]") {
+TEST_CASE("A motion to and fro inside a step is not seen: the force is that of the net displacement",
+          "[extremes]") {
   constexpr std::uint32_t n = 4000;
   for (const Kind& kind : kinds()) {
     INFO(kind.name());

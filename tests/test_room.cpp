@@ -669,7 +669,7 @@ TEST_CASE("The room turns to infinitely many bristles live, and shows them", "[r
   CHECK(oldest > 0.05 * settings.presliding_length);
   CHECK(oldest < settings.presliding_length);
   run.until(1.0);
-  // Checks that the block swings back to its position.
+  // Checks that the block swings back to where it lay.
   CHECK(std::fabs(run.now().block_position[0] - position) < 0.5 * settings.presliding_length);
 
   settings.shared_renewal = 2.0;

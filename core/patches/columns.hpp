@@ -17,7 +17,7 @@
 
 namespace bristle::detail {
 
-/// Kind of a column of representatives: what it has for a bristle out of contact, and what reset, save and
+/// Kind of a column of representatives: its value for a bristle out of contact, and what reset, save and
 /// a change of material do to it. Other contact models fill and save their columns themselves.
 enum class Filler : unsigned char {
   zero,  ///< state, saved: deflections, 0 for a bristle out of contact; a new material rescales them

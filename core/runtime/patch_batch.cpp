@@ -177,7 +177,7 @@ Response PatchBatch::Impl::find_force(double dt_s, const Motion& motion) noexcep
     try_step(*p, motion, dt_s, 0.0, response);
     return response;
   }
-  // Tries a copy, because applying a load moves bristles in and out of contact, and some trials change a
+  // Runs the trial on a copy: applying a load moves bristles in and out of contact, and some trials change a
   // patch. The copy serves all trials under that load up to the first that changes it.
   if (trial.of != p || trial.normal_load != motion.normal_load) {
     p->model->copy(*p, trial.patch, scratch.memory.get());

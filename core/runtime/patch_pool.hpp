@@ -36,7 +36,7 @@ struct Outlook {
 
 struct LaneBlock;
 
-/// Block and lane that have a slot's contact, if it is in a lane. A step needs no more to write the contact's
+/// Block and lane of a slot's contact, if it is in a lane. A step needs no more to write the contact's
 /// motion.
 struct LaneAddress {
   LaneBlock* block = nullptr;  ///< null if the patch is in no lane

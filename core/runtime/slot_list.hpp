@@ -1,4 +1,4 @@
-// Ids of what a batch has, and the slots that they name.
+// Ids of the objects of a batch (patches, outlines, beds), and the slots that the ids name.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace bristle::detail {
 
-// Return the slot of an id, its generation, and the id of both. What a slot has (a patch, an outline, a
-// bed) has a generation of its own, counted from 1, so the id of something removed is recognised.
+// Convert between an id and its slot and generation. Each object that takes a slot gets a new generation,
+// counted from 1, so the id of a removed one is recognised.
 template <class Id>
 constexpr std::uint32_t slot_of(Id id) noexcept {
   return static_cast<std::uint32_t>(id.value) - 1;
@@ -113,8 +113,8 @@ class SlotList {
   }
   std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(generations_.size()); }
   std::uint32_t generation(std::uint32_t slot) const noexcept { return generations_[slot]; }
-  /// Sets the generation of a slot, as if it had had that many patches. Tests of the last generation need
-  /// it.
+  /// Sets the generation of a slot, which counts the objects that took it. Tests of the last generation need
+  /// this.
   void set_generation(std::uint32_t slot, std::uint32_t generation) noexcept {
     generations_[slot] = generation;
   }

@@ -401,7 +401,8 @@ const char* find_fault(const Patch& p, const Patch& contact, ByteReader read) no
       sum[axis] += share * wide(c.position[axis]);
     }
     const double to_snap = wide(c.reach) * growth + law.residual - std::sqrt(square);
-    // No cohort is bent beyond its reach, at the strength that its bristles have at most.
+    // Refuses a cohort bent beyond its reach: its bristles would have snapped. Takes the greatest strength
+    // that ageing gives.
     if (!(to_snap >= -rounding * farthest)) return "a cohort's position";
     if (slack > std::max(to_snap, 0.0) + rounding * farthest) return "slack";
     all += share;

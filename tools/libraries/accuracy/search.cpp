@@ -113,7 +113,7 @@ void find_step_slopes(AccuracyStudy& study, std::size_t p) {
             std::string(carried ? "2 in smooth motion (midpoint rule), 1 through break-away and stops"
                                 : "none while straight under constant load within a step; else 2 (mean, "
                                   "smooth) or 1 (turning back, load)") +
-                (redraw ? "; the scatter of other samples hides it" : ""));
+                (redraw ? "; the scatter of other random lengths hides it" : ""));
   if (r.no_paper_loop.empty())
     add_slope(study, p, "step length, the paper's loop (work)", paper,
               fmt::format("1: loses about v dt / (2 delta); fitted below {} mean snap lengths a step",

@@ -18,15 +18,16 @@ constexpr Bound bounds[] = {
      "instructions: in half of the blocks of 256 a bristle snaps, and they are rewritten whole"},
     {"in_cache/all_snap",
      "instructions: sums, comparisons and selections share two of the processor's pipes"},
-    {"in_cache/redraw", "latency: the operations of a sample follow one another"},
+    {"in_cache/redraw", "latency: the operations of sampling a length follow one another"},
     {"tick/900", "instructions: two thirds in the blocks, one in the call"},
     {"stuck/", "instructions of the call: no block is visited"},
     {"any_speed/keep",
      "instructions: beyond 4096 lengths a step is taken in double, a root and a quotient each"},
-    {"any_speed/redraw/uniform", "latency: samples follow one another until a jump is exact enough"},
-    {"any_speed/redraw/exponential", "instructions: a logarithm a sample"},
+    {"any_speed/redraw/uniform", "latency: sampled lengths follow one another until a jump is exact enough"},
+    {"any_speed/redraw/exponential", "instructions: a logarithm per sampled length"},
     {"any_speed/redraw/",
-     "loads: samples follow one another until a jump is exact enough, each a look-up at a random index of a "
+     "loads: sampled lengths follow one another until a jump is exact enough, each a look-up at a random "
+     "index of a "
      "table, 45 cycles for 16 bristles"},
     {"hand/over_keep",
      "loads: renewals read and write bristles at random indices and look lengths up; keep does neither"},
@@ -46,9 +47,9 @@ constexpr Bound bounds[] = {
     {"threads/back_to_back",
      "latency: fork and join, and whole groups of 16,384 bristles to a thread; then bytes"},
     {"threads/default_material",
-     "loads: bristles at random indices; and every thread passes over all samples"},
+     "loads: bristles at random indices; and every thread passes over all renewals"},
     {"threads/paced", "latency: a worker that sleeps begins some 30 us after the caller"},
-    {"tick/redraw", "latency: the operations of a sample follow one another"},
+    {"tick/redraw", "latency: the operations of sampling a length follow one another"},
     {"tick/infinite", "instructions"},
     {"tick/", "bytes: more than the caches hold"},
 };

@@ -22,7 +22,7 @@ class ForceFile {
   /// Writes a row. `bristles`: of bristles_in_contact().
   void write(double t, const std::string& patch, bristle::Outputs outputs, const bristle::Response& response,
              double load, double bristles, double x, double y);
-  /// Writes what is still buffered, so that a program that reads the path written_path() sees it. Throws
+  /// Writes what is still buffered, so that a program that reads the file at written_path() sees it. Throws
   /// UserError.
   void flush();
   /// Returns the path of the file while it is being written; the final name exists only after finish().

@@ -28,7 +28,8 @@ class OutputFile {
   explicit operator bool() const noexcept { return file_ != nullptr; }
   /// Appends text to the file. Throws UserError, for instance on a full disk.
   void append(const std::string& text);
-  /// Flushes the file, so that a program that reads the path written_path() sees all appended text. Throws
+  /// Flushes the file, so that a program that reads the file at written_path() sees all appended
+  /// text. Throws
   /// UserError.
   void flush();
   /// Completes the file and renames it to its final name. Throws UserError.

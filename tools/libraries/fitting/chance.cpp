@@ -59,7 +59,8 @@ class RandomBristles {
     for (int step = 0; step < steps; ++step) move_straight(dx / whole, dy / whole, path / steps);
   }
 
-  /// Adds to row i of `sums` the force of bristle i, per unit of deflection, times the weights of the axes.
+  /// Adds to column i of `sums` the deflection of bristle i times its lever, `factor` and the weights of the
+  /// axes.
   void add_to(Eigen::MatrixXd& sums, double factor, const Eigen::VectorXd& of_x,
               const Eigen::VectorXd& of_y) const {
     for (std::size_t i = 0; i < all_.size(); ++i) {

@@ -267,7 +267,7 @@ std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector
   std::vector<PathPoint> path;
   for (std::size_t i = 0; i < x.size(); ++i) {
     PathPoint reversal{0.0, load[i], false, t[i]};
-    double position = 0.0;  // reversal, in sampling intervals after this sample
+    double position = 0.0;  // point of reversal, in sampling intervals after this sample
     if (i > 0 && i + 1 < x.size()) {
       const double a = x[i] - x[i - 1], b = x[i + 1] - x[i];
       const double even = (t[i] - t[i - 1]) / (t[i + 1] - t[i]);

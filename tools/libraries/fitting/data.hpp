@@ -118,7 +118,7 @@ double root_mean_square(const std::vector<double>& values);
 double noise_of(const std::vector<double>& x);
 
 /// Makes the path that a fit replays: the samples, and the reversals between them, found by parabolas
-/// through samples. Sampling misses the reversals, but friction reverses there.
+/// through samples. Sampling misses the points of reversal, where friction changes its sign.
 std::vector<PathPoint> make_path(const std::vector<double>& t, const std::vector<double>& x,
                                  const std::vector<double>& load, double noise);
 

@@ -59,7 +59,7 @@ class SceneRun {
   /// distance of ten times `length`, the longest mean snap length of its patches.
   struct Hold {
     double position[2], length;
-    double breaks;  ///< way after which the body has broken away, m
+    double breaks;  ///< distance beyond which the body has broken away, m
     Sticking sticking;
   };
   std::vector<Hold> holds_;
