@@ -118,18 +118,18 @@ class RandomBristles {
 }  // namespace
 
 Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint& point,
-                                          const Eigen::MatrixXd& jacobian) {
+                                          const Eigen::MatrixXd& jacobian, double most_load) {
   const FitData& data = model.data();
   const auto samples = static_cast<Eigen::Index>(data.samples());
   const bristle::Material material = model.unit_material(point.values);
-  double most_load = 0.0;
-  for (const double load : data.load) most_load = std::max(most_load, load);
   const double force = point.values[fit_kinetic] * most_load / material.kinetic_coefficient();
   RandomBristles bristles(material, rings_of(data.columns.disc, Detail::search));
+  const Direction first = first_direction(data.path, data.axes);
   const auto slide_before = [&](StartState start) {
-    const double distance = longest_move * material.snap_length.mean();
-    if (start != StartState::straight)
-      bristles.move(start == StartState::forward ? distance : -distance, 0.0);
+    if (start == StartState::straight) return;
+    const double distance =
+        (start == StartState::forward ? longest_move : -longest_move) * material.snap_length.mean();
+    bristles.move(distance * first.x, distance * first.y);
   };
   slide_before(point.past.start);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(jacobian.cols(), simulated);

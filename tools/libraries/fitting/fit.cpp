@@ -180,14 +180,15 @@ double Fitter::bristles_shown(const FitPoint& point, const Eigen::VectorXd& resi
 /// bristles of this contact differ from their law, or the scatter of residuals if that is larger. The same
 /// first lengths act in every loop, so that residuals show only part of the chance.
 Eigen::MatrixXd Fitter::covariance_with_chance(const FitPoint& point, const Eigen::MatrixXd& j,
-                                               const Eigen::VectorXd& r) {
-  const Eigen::MatrixXd shown = covariance(j, r, correlated_samples(r));
+                                               const Eigen::VectorXd& r, double correlated) {
+  const Eigen::MatrixXd shown = covariance(j, r, correlated);
   if (options_.rule == bristle::SnapRule::slide || !contains(point.free, fit_length)) return shown;
   const Eigen::Index pairs = r.size() - 1;
   const double noise = (r.tail(pairs) - r.head(pairs)).squaredNorm() / (2.0 * static_cast<double>(pairs));
   const double most_load = *std::max_element(data_.load.begin(), data_.load.end());
-  Eigen::MatrixXd cov = noise * inverse_normal_matrix(j) +
-                        covariance_of_one_bristle(model_, point, j) / (bristles_shown(point, r) * most_load);
+  Eigen::MatrixXd cov =
+      noise * inverse_normal_matrix(j) +
+      covariance_of_one_bristle(model_, point, j, most_load) / (bristles_shown(point, r) * most_load);
   raise_to(cov, shown);
   return cov;
 }
@@ -216,7 +217,7 @@ FitResult Fitter::report(const FitPoint& point) {
   result.correlated_samples = correlated_samples(r);
   const Eigen::MatrixXd j = jacobian(model_, point);
   result.held_out_rms = std::sqrt(held_out_squares(j, r, data_.samples()) / static_cast<double>(r.size()));
-  Eigen::MatrixXd cov = covariance_with_chance(point, j, r);
+  Eigen::MatrixXd cov = covariance_with_chance(point, j, r, result.correlated_samples);
   raise_to_parts(cov, j, r, data_.samples());
   const double count = static_cast<double>(samples()) / result.correlated_samples;
   const double quantile = student_quantile(count - static_cast<double>(point.free.size()));

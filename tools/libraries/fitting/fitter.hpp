@@ -127,7 +127,7 @@ class Fitter {
   std::string why_no_peak(const FitPoint& point, const FitResult& result);
   double bristles_shown(const FitPoint& point, const Eigen::VectorXd& residuals);
   Eigen::MatrixXd covariance_with_chance(const FitPoint& point, const Eigen::MatrixXd& jacobian,
-                                         const Eigen::VectorXd& residuals);
+                                         const Eigen::VectorXd& residuals, double correlated);
   FitResult report(const FitPoint& point);
   void note(FitResult& result) const;
   void derive(const FitPoint& point, const Eigen::MatrixXd& cov, double quantile, FitResult& result);

@@ -45,16 +45,15 @@ struct RivalModel {
 
 /// Returns the friction of a rival model along the path of a record (N, by the body).
 VectorXd friction_along(const rivals::Rival& fresh, const FitData& data, StartState start) {
-  rivals::Rival slid = fresh;
+  rivals::Rival rival = fresh;
   if (start != StartState::straight) {  // slides far before the record begins
     const double from = start == StartState::forward ? 10.0 * data.range : -10.0 * data.range;
     for (int i = 0; i < 100; ++i)
-      rivals::step(slid, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
+      rivals::step(rival, {0.01 * from, 0.0}, 0.1 * data.range / std::max(data.slow, 1e-12),
                    data.load.front());
   }
   VectorXd force(static_cast<Eigen::Index>(data.force.size()));
   Eigen::Index sample = 0;
-  rivals::Rival rival = slid;
   double x = data.path.front().x, before = data.path.front().t - data.sample_time;
   for (const PathPoint& point : data.path) {
     if (point.begins) {

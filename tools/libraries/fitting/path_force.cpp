@@ -30,11 +30,8 @@ double steady_path(const BrushShape& shape) {
   return shape.rule == SnapRule::redraw ? 10.0 + 0.4 / (s * s) + 20.0 * s * s * s : 1e300;
 }
 
-struct Direction {
-  double x, y;
-};
-/// Returns the direction of an assumed slide before the record: +x on one axis, that of the first motion in
-/// the plane.
+}  // namespace
+
 Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   if (axes == 1) return {1.0, 0.0};
   double range = 0.0;
@@ -46,8 +43,6 @@ Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
   }
   return {1.0, 0.0};
 }
-
-}  // namespace
 
 bristle::Material BrushShape::material(double length) const {
   bristle::Material m;

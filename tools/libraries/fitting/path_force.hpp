@@ -29,6 +29,13 @@ enum class StartState : unsigned char {
   backward   ///< state after a long slide towards -x (in the plane, against the first motion)
 };
 
+struct Direction {
+  double x, y;
+};
+/// Returns the direction of an assumed slide before the record: +x on one axis, that of the first motion in
+/// the plane.
+Direction first_direction(const std::vector<PathPoint>& path, unsigned axes);
+
 /// State of the bristles before the first sample of each record.
 struct Past {
   StartState start = StartState::straight;

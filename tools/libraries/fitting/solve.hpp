@@ -56,8 +56,9 @@ Eigen::MatrixXd covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorX
 
 /// Returns the covariance of the free parameters over contacts of one bristle each, in units of
 /// FitModel::scale, by simulating single bristles along the path. A contact of n bristles has the n-th part.
+/// `most_load` is the highest load of the record, N.
 Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint& point,
-                                          const Eigen::MatrixXd& jacobian);
+                                          const Eigen::MatrixXd& jacobian, double most_load);
 
 /// Raises each variance to that of `other` if the latter is larger; correlations stay.
 void raise_to(Eigen::MatrixXd& covariance, const Eigen::MatrixXd& other);
