@@ -454,4 +454,18 @@ TEST_CASE("Tables of every command and experiment fit 80 columns", "[answers]") 
   CHECK(experiments == 16);
 }
 
+TEST_CASE("Colour is for terminals, and NO_COLOR takes it away", "[answers]") {
+  if (std::system("command -v script > /dev/null") != 0) return;
+  const Folder folder;
+  const auto on_terminal = [&](const std::string& environment) {
+    return output_of(environment + " script -qec \"'" BRISTLE_CLI "' run " + scene("stroke") +
+                     " --steps 3 --bristles 10\" /dev/null </dev/null 2>&1");
+  };
+  const std::string bold = "\x1B[1m";
+  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR="), Contains(bold));
+  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR=1"), !Contains("\x1B["));
+  CHECK_THAT(on_terminal("TERM=dumb NO_COLOR="), !Contains("\x1B["));
+  CHECK_THAT(run_cli(folder, "run " + scene("stroke") + " --steps 3 --bristles 10").out, !Contains("\x1B["));
+}
+
 }  // namespace bristle_test::test_answers
