@@ -589,7 +589,9 @@ ids = batch.add_many(4, bristle.Material(), bristle.PatchOptions(max_normal_load
 motions, responses = bristle.motions(ids, 1.0), bristle.responses(4)
 motions.displacement[:, 0] = 3e-4
 pad = beds.add(bristle.BedMaterial(0.8).with_presliding(1e-3), bristle.BedShape.disc(6e-3, rings=60), max_normal_load=5.0)
-work = [lambda: batch.step(1e-3, motions, responses), lambda: beds.step([pad], [[5e-4, 0, 0, 0, 0, 5.0]])]
+outline = bristle.Outline.disc(1e-3, rings=40)
+work = [lambda: batch.step(1e-3, motions, responses), lambda: beds.step([pad], [[5e-4, 0, 0, 0, 0, 5.0]]),
+        lambda: outline.positions]
 if {HAS_TOOLS}:
     work += [lambda: bristle.run_scene({str(SCENES / "stroke.toml")!r}, steps=400000, out_patches=0)] * 12
 for one in work:

@@ -55,9 +55,8 @@ py::dict find_force(Beds& self, const Ids& ids, const Numbers& motions) {
 
 py::dict bristles_of(Beds& self, bristle::BedId id) {
   const Beds::Turn turn(self);
-  const std::size_t size = self.batch.info(id).bristles;
-  py::array_t<bristle::BedBristle> bristles(static_cast<py::ssize_t>(size));
-  self.batch.read_bristles(id, {bristles.mutable_data(), size});
+  std::vector<bristle::BedBristle> bristles(self.batch.info(id).bristles);
+  self.batch.read_bristles(id, {bristles.data(), bristles.size()});
   return columns_of(bristles);
 }
 

@@ -26,11 +26,6 @@ Outline outline_of(const Numbers& positions, const Numbers& weights) {
   return outline;
 }
 
-py::dict cells_of(const Outline& outline) {
-  return columns_of(
-      py::array_t<bristle::PatchCell>(static_cast<py::ssize_t>(outline.cells.size()), outline.cells.data()));
-}
-
 struct OwnBatch {
   bristle::PatchBatch own;
 };
@@ -94,14 +89,14 @@ void define_outline(py::module_& module) {
                      "N: the load at which the outline has its size, which grows with the cube root of the "
                      "load; 0 = fixed.")
       .def_property_readonly(
-          "positions", [](const Outline& outline) { return Numbers(cells_of(outline)["position"]); },
+          "positions", [](const Outline& outline) { return Numbers(columns_of(outline.cells)["position"]); },
           "Of the cells, m: shape (n, 2), a copy.")
       .def_property_readonly(
-          "weights", [](const Outline& outline) { return Numbers(cells_of(outline)["weight"]); },
+          "weights", [](const Outline& outline) { return Numbers(columns_of(outline.cells)["weight"]); },
           "Shares of the load, a copy.")
       .def("__len__", [](const Outline& outline) { return outline.cells.size(); })
       .def("__reduce__", [](const Outline& outline) {
-        const py::dict cells = cells_of(outline);
+        const py::dict cells = columns_of(outline.cells);
         return py::make_tuple(
             py::type::of<Outline>(), py::make_tuple(cells["position"], cells["weight"]),
             py::make_tuple(py::none(), py::dict("full_size_load"_a = outline.full_size_load)));

@@ -76,23 +76,25 @@ auto in_turn(Result (Object::*method)(Arguments...) const) {
   };
 }
 
-/// Returns the columns of an array of structs, each as an array of its own, by name. Copies them here,
-/// because numpy's copy() lets go of the interpreter's lock: a daemon thread of a program that ends meanwhile
-/// would end within this call.
-inline py::dict columns_of(const py::array& rows) {
-  const py::object fields = rows.dtype().attr("fields");
-  const auto* const from = static_cast<const std::byte*>(rows.data());
+/// Returns the columns of structs, each as an array of its own, by name. The struct needs a
+/// PYBIND11_NUMPY_DTYPE. Copies the columns here, because numpy's copy() lets go of the interpreter's lock: a
+/// daemon thread of a program that ends meanwhile would end within this call.
+template <class Row>
+py::dict columns_of(const std::vector<Row>& rows) {
+  const py::dtype row = py::dtype::of<Row>();
+  const py::object fields = row.attr("fields");
+  const auto* const from = reinterpret_cast<const std::byte*>(rows.data());
   py::dict columns;
-  for (const py::handle name : rows.dtype().attr("names")) {
+  for (const py::handle name : row.attr("names")) {
     const py::tuple field = fields[name];  // type and offset in bytes
     const auto type = field[0].cast<py::dtype>();
-    std::vector<py::ssize_t> shape{rows.size()};
+    std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(rows.size())};
     for (const py::handle size : type.attr("shape")) shape.push_back(size.cast<py::ssize_t>());
     py::array column(type.attr("base").cast<py::dtype>(), shape);
-    const auto offset = field[1].cast<py::ssize_t>(), width = type.itemsize();
+    const auto offset = field[1].cast<std::size_t>(), width = static_cast<std::size_t>(type.itemsize());
     auto* const to = static_cast<std::byte*>(column.mutable_data());
-    for (py::ssize_t i = 0; i < rows.size(); ++i)
-      std::memcpy(to + i * width, from + i * rows.itemsize() + offset, static_cast<std::size_t>(width));
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      std::memcpy(to + i * width, from + i * sizeof(Row) + offset, width);
     columns[name] = column;
   }
   return columns;
@@ -112,14 +114,13 @@ py::dict step_rows(Self& self, const Ids& ids, const Numbers& numbers, const Go&
   std::vector<Motion> in;
   for (py::ssize_t i = 0; i < ids.shape(0); ++i)
     in.push_back(Row::motion({ids.at(i)}, numbers.data() + i * Row::size));
-  py::array_t<Response> rows(ids.shape(0));
-  const bristle::Span<Response> out{rows.mutable_data(), in.size()};
-  std::fill_n(out.data(), out.size(), Response{});
+  std::vector<Response> out(in.size());
   self.use([&](auto& batch) {
     const WithoutLock unlocked;
-    go(batch, bristle::Span<const Motion>{in.data(), in.size()}, out);
+    go(batch, bristle::Span<const Motion>{in.data(), in.size()},
+       bristle::Span<Response>{out.data(), out.size()});
   });
-  return columns_of(rows);
+  return columns_of(out);
 }
 
 using Room = std::optional<py::array>;  // array of the caller that a step writes
