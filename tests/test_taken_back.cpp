@@ -598,6 +598,7 @@ TEST_CASE("Each bound of a saved infinite brush refuses what it is for", "[state
                  {"stiffness", saved_contact, 1e-3},
                  {"phase", saved_contact + 8, 1.5},
                  {"the position", saved_axes, 1e3},
+                 {"a cohort's position", saved_axes, 2.5},  // all cohorts beyond their reach
                  {"the shares", saved_contact, 0.0}};
   for (const auto& forged : numbers) refuses(plain, forged.bound, forged.at, forged.number);
   const struct {
