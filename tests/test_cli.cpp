@@ -766,11 +766,11 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
   }
   CHECK(sliding == std::vector<std::string>{"2 axes, slide, end, single, patches of 32"});
   // Expects rows for rest, tremor, three straight slides, a zigzag, two bends, three motions under a load
-  // that ripples and four with right angles, for one patch, for a hundred and for ten thousand.
-  REQUIRE(report["infinite"].size() == 3 * (2 + 3 + 1 + 2 + 3 + 4));
+  // that ripples and four with right angles, for one patch and for a hundred.
+  REQUIRE(report["infinite"].size() == 2 * (2 + 3 + 1 + 2 + 3 + 4));
   for (const json& row : report["infinite"]) {
     CHECK(row["resolution"] == 8);
-    CHECK((row["patches"] == 1 || row["patches"] == 100 || row["patches"] == 10'000));
+    CHECK((row["patches"] == 1 || row["patches"] == 100));
     CHECK(row["p99_s"] > 0.0);
     CHECK(row["kernel"] == "default material, 2 axes, infinite, end, single");
     CHECK(row["ns_per_patch"] > 0.0);

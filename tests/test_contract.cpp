@@ -377,7 +377,7 @@ void forge_states(const std::vector<int>& lengths, std::size_t others, std::size
 
 TEST_CASE("A state of every kind with forged numbers and a true checksum is refused or does no harm",
           "[contract][state][hostile]") {
-  forge_states({7}, 40, 400);
+  forge_states({7}, 20, 200);
 }
 
 // Forges numbers at every place. Runs on request only, because it takes minutes.

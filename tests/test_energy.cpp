@@ -172,7 +172,7 @@ void check_walk(const PatchCase& c, unsigned seed, int steps) {
 }  // namespace
 
 TEST_CASE("The energy balance with the mean force holds in every step of every kind of patch", "[energy]") {
-  const int steps = static_cast<int>(test_size(400));
+  const int steps = static_cast<int>(test_size(240));
   for (const PatchCase& c : every_variant(530)) {  // 530 bristles fill two blocks and part of a third
     if (c.options.outputs != Outputs::all || c.options.bristles > 1000) continue;
     // Takes more walks for springs that slide: some errors need a slide after a load that falls far.

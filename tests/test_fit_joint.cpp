@@ -77,7 +77,7 @@ TEST_CASE("A fit of a joint recovers its numbers by direction", "[fit][joints]")
 
 TEST_CASE("A fit by a joint's own derivatives ends where one by differences does, in a quarter of the runs",
           "[fit][joints]") {
-  const JointLog log = made_up_log(6.0);
+  const JointLog log = made_up_log(3.0);
   const JointFit own = cli::fit_joint(log), by_differences = cli::fit_joint(log, {}, true);
   CHECK(own.fitted_rms < 1.01 * by_differences.fitted_rms);
   CHECK(4 * own.runs < by_differences.runs);
