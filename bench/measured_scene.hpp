@@ -3,7 +3,6 @@
 
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <bristle/bristle.hpp>
 #include <bristle/deadline_monitor.hpp>
 #include <cstdint>

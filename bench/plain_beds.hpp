@@ -2,8 +2,6 @@
 // rules of plain_loops.hpp.
 #pragma once
 
-#include <cstddef>
-
 #include "plain_loops.hpp"
 
 namespace bristle::plain {

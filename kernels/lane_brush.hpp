@@ -24,8 +24,8 @@ namespace {
 /// Survival S(R) below which a cohort with a small share ends at once. One of which more is left is newborn
 /// rather than spent, and ends a hundred times later.
 constexpr double spent = 0.01;
-/// Hazard of renewals, and the path along which it grew, from which on they are made. Renewals of
-/// shorter steps wait, as single precision would round them away.
+/// Least hazard of renewals that are made, and longest path on which a smaller one waits: single precision
+/// would round away the renewals of short steps.
 constexpr double least_hazard = 0x1p-10, longest_wait = 0x1p-7;
 /// Largest hazard of renewal in a piece. The series for exp(-hazard) is valid up to it.
 constexpr double highest_hazard_of_piece = 4.0;

@@ -1,9 +1,7 @@
 // What may not change the bits of a patch of any variant: blocks that are skipped, outputs that are computed.
 #include <catch2/catch.hpp>
 
-#include <cmath>
 #include <cstddef>
-#include <string>
 #include <vector>
 
 #include "expect.hpp"

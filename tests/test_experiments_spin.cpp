@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "expect.hpp"
 #include "experiment_runs.hpp"

@@ -2,8 +2,6 @@
 // known, and a maximum.
 #pragma once
 
-#include <algorithm>
-
 #include "core/materials/elementary.hpp"
 
 namespace bristle::detail {

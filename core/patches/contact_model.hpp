@@ -34,8 +34,8 @@ struct ContactModel {
   double (*apply_load)(Patch&, double normal_load_n) noexcept = nullptr;
 
   /// Steps a patch that moves, on one thread, and fills the sums over the bristles. A trial step
-  /// (PatchStep::kernel.stores is 0) must change no state; for patches where it would (changes_in_trials())
-  /// the caller steps a copy instead.
+  /// (PatchStep::kernel.stores is 0) must change no state; for patches where it would (needs_copy()) the
+  /// caller steps a copy instead.
   void (*step_bristles)(Patch&, PatchStep&, StepSums&) noexcept = nullptr;
 
   /// Operations that divide a step among several threads; null: one thread takes the whole step.

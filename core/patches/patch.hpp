@@ -83,7 +83,7 @@ struct alignas(64) Patch {
   std::uint32_t generation = 0;  ///< generation of the patch in this slot; 0 = the slot is empty
   bool rests : 1 = false;        ///< whether the numbers of this cache line answer a step without motion
   bool overloaded : 1 = false;
-  bool stuck : 1 = false;  ///< whether no bristle could snap in the last step; a hint for prefetching
+  bool snap_free : 1 = false;  ///< whether no bristle could snap in the last step; a hint for prefetching
   std::uint8_t axes = 2;
   Outputs outputs = Outputs::end;
   std::uint64_t last_step = 0;     ///< number of the last step that named the patch; finds repeated ids

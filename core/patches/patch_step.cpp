@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
 #include "core/common/assert.hpp"
 #include "core/materials/elementary.hpp"
@@ -235,7 +234,7 @@ template <bool plain>
   p.pending_snaps = 0;
   p.elastic[0] = elastic[0];
   p.elastic[1] = elastic[1];
-  p.stuck = stuck;
+  p.snap_free = stuck;
   p.rests = plain || !p.ages;  // an ageing patch at rest must be stepped, because its force limit grows
   if (!plain && p.ages) note_slide(p, step, growth);
 }
@@ -408,7 +407,7 @@ std::uint64_t end_step(Patch& p, const Motion& motion, double dt_s, const PatchS
 }
 
 bool needs_copy(const Patch& p, const Motion& motion) noexcept {
-  if (!changes_in_trials(p)) return false;
+  if (!p.renews && !books_work(p)) return false;
   PatchStep step;
   read_motion<false, false>(p, displacement_of<false>(p, motion).by, 1.0, false, step);
   return find_bound(p, step) == Bound::none;

@@ -70,9 +70,6 @@ std::uint32_t begin_step(Patch& patch, const Motion& motion, double dt_s, PatchS
 std::uint64_t end_step(Patch& patch, const Motion& motion, double dt_s, const PatchStep& step,
                        const Totals* totals, Response& out) noexcept;
 
-/// Returns whether a trial step of the patch would change its bristles, if the bound on snapping does not
-/// answer it. Such a trial needs a copy of the patch.
-inline bool changes_in_trials(const Patch& p) noexcept { return p.renews || books_work(p); }
 /// Returns whether a trial of this motion under the present load must be made on a copy of the patch, because
 /// it would change bristles.
 bool needs_copy(const Patch& patch, const Motion& motion) noexcept;

@@ -231,7 +231,7 @@ class Scheduler::Step {
       const Patch& p = s.pool.patch(slot);
       if (find_bound(p, items.motion(i + records_ahead)) == Bound::rest) return;
       fetch(&p.position, sizeof(Patch) / 64 - 1);
-      if (!p.stuck) fetch(p.record, p.fetched_lines);
+      if (!p.snap_free) fetch(p.record, p.fetched_lines);
     }
   }
 

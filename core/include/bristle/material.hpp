@@ -26,8 +26,7 @@ enum class SnapRule : unsigned char {
   redraw,
   keep,  ///< every bristle keeps its snap length for ever: "delta of bristle lambda"
   /// Nothing snaps: a bristle slides, bent by its snap length, until the motion reverses (Maxwell slip,
-  /// Iwan,
-  /// Prandtl and Ishlinskii). Has no residual and no renewal; takes every law.
+  /// Iwan, Prandtl and Ishlinskii). Has no residual and no renewal; takes every law.
   slide
 };
 

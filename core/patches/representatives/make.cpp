@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstring>
 #include <new>
-#include <string>
 #include <type_traits>
 
 #include "core/common/assert.hpp"

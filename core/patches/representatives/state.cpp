@@ -1,7 +1,6 @@
 // Energy, hash, saved bytes and reading of a patch of representatives. core/patches/SAVED_STATE.md has the
 // format.
 #include <algorithm>
-#include <cmath>
 
 #include "core/common/hashing.hpp"
 #include "core/patches/representatives/population.hpp"

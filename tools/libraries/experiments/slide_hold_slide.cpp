@@ -2,7 +2,6 @@
 // different duration, and the force during the hold (Dieterich 1972; Marone 1998).
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "tools/libraries/experiments/experiment.hpp"
 #include "tools/libraries/experiments/sliding.hpp"

@@ -1,7 +1,6 @@
 // Experiment on the Stribeck effect: steady friction against speed, lubricated and dry.
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "tools/libraries/experiments/experiment.hpp"
 #include "tools/libraries/experiments/subject.hpp"

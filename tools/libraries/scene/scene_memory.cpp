@@ -1,6 +1,5 @@
 #include "tools/libraries/scene/scene_memory.hpp"
 
-#include <algorithm>
 #include <map>
 #include <string>
 #include <tuple>

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <vector>
 
 #include <bristle/material.hpp>
 #include <bristle/patch.hpp>

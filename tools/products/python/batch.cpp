@@ -1,5 +1,4 @@
 // Binds PatchBatch.
-#include <memory>
 #include <optional>
 #include <string>
 

@@ -1,6 +1,5 @@
 // Binds Outline and ExtendedPatches.
 #include <string>
-#include <vector>
 
 #include "tools/products/python/owned.hpp"
 

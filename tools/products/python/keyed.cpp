@@ -1,9 +1,7 @@
 // Binds KeyedPatches and KeyedBeds: keys in, ids out, as numpy arrays.
 #include <chrono>
 #include <memory>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "tools/products/python/batch.hpp"
 

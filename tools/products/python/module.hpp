@@ -3,7 +3,6 @@
 
 #include <unistd.h>
 
-#include <atomic>
 #include <string>
 #include <type_traits>
 #include <utility>

@@ -2,7 +2,6 @@
 // by one thread at a time, columns of responses and of the caller, the state as bytes.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstring>
 #include <memory>

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cfloat>
 #include <cmath>
-#include <iterator>
 
 #include "tools/libraries/reports/numbers.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
