@@ -427,4 +427,24 @@ TEST_CASE("An object of every kind that was reset is a new one", "[contract]") {
   }
 }
 
+TEST_CASE("Columns of bristles are written as far as the columns and the bristles reach", "[contract]") {
+  const PatchOptions twenty = plain_options(20), infinite = infinite_options(8.0);
+  for (const auto& [rule, options] : {std::pair{SnapRule::redraw, twenty}, std::pair{SnapRule::slide, twenty},
+                                      std::pair{SnapRule::redraw, infinite}}) {
+    OnePatch patch(plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), rule), options);
+    patch.step(0.3 * dbar, 0.1 * dbar, options.max_normal_load);
+    for (const std::size_t asked : {std::size_t{7}, std::size_t{20}, std::size_t{30}}) {
+      std::vector<double> x(40, -1.0), y = x, delta = x;
+      const std::size_t got =
+          patch.batch.read_bristles(patch.id, {x.data(), asked}, {y.data(), asked}, {delta.data(), asked});
+      CHECK(got ==
+            (options.population == bristle::Population::infinite ? asked : std::min<std::size_t>(asked, 20)));
+      for (const std::vector<double>& column : {x, y, delta}) {
+        CHECK(static_cast<std::size_t>(std::count(column.begin(), column.end(), -1.0)) == 40 - got);
+        CHECK(column[got - 1] != -1.0);
+      }
+    }
+  }
+}
+
 }  // namespace bristle_test::test_contract

@@ -167,14 +167,13 @@ void read_bristles(const Patch& p, std::size_t count, Span<double> zx, Span<doub
   const Lane<T> lane(p);
   const SlideLaw<T>& law = lane.block.law;
   const double k = lane.stiffness(), of_load = p.normal_load * law.stiffness_per_newton;
+  const bool in = k > 0.0;
+  const double per_newton = in ? law.metres_per_length / k : 0.0;
   for (std::size_t j = 0; j < count; ++j) {
     const auto i = static_cast<std::uint32_t>(j);
-    const bool in = i < lane.springs() && k > 0.0;
-    const double per_newton = in ? law.metres_per_length / k : 0.0;
     if (!zx.empty()) zx[j] = in ? lane.force(i, 0) * per_newton : 0.0;
     if (!zy.empty()) zy[j] = in ? lane.force(i, 1) * per_newton : 0.0;
-    if (!delta.empty())
-      delta[j] = i < lane.springs() ? lane.limit(i) * law.metres_per_length * (in ? of_load / k : 1.0) : 0.0;
+    if (!delta.empty()) delta[j] = lane.limit(i) * law.metres_per_length * (in ? of_load / k : 1.0);
   }
 }
 
