@@ -181,7 +181,6 @@ class HapticPoint {
   /// after a jump that the hand did not make (the device was indexed, the scene was moved).
   void restart() noexcept {
     started_ = false;
-    missed_s_ = 0.0;
     velocity_.restart();
   }
 
