@@ -168,6 +168,8 @@ TEST_CASE("A free law finds lengths that no family has", "[fit]") {
   CHECK_THAT(cli::fit_toml(any.data, free, any.result), Contains("law = \"table\", quantiles = ["));
   free.rule = SnapRule::redraw;
   CHECK_THAT(refusal(csv, free), Contains("--law free is for --rule slide"));
+  CHECK_THAT(refusal(csv, of_rule(SnapRule::keep)),
+             Contains("data.csv: rule is keep; allowed: redraw, slide"));
 }
 
 TEST_CASE("Lengths and the damper beside them are found together", "[fit]") {

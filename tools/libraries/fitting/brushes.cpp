@@ -61,9 +61,7 @@ FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule ru
     throw UserError("--law: allowed are lognormal, normal, uniform, exponential, free");
   if (options.law == SnapLaw::table && (rule != SnapRule::slide || data.axes == 2))
     throw UserError(data.columns.name + ": --law free is for --rule slide, and for one axis");
-  if (rule == SnapRule::keep)
-    throw UserError(
-        "rule: allowed are redraw, slide; no public record needs bristles that keep their lengths");
+  if (rule == SnapRule::keep) throw UserError(data.columns.name + ": rule is keep; allowed: redraw, slide");
   if (rule == SnapRule::redraw) return held;
   if (options.residual.value_or(0.0) != 0.0 || options.renewal.value_or(0.0) != 0.0)
     throw UserError("--residual and --renewal: other values than 0 need --rule redraw");
