@@ -806,7 +806,7 @@ class Fit(unittest.TestCase):
             (lambda: bristle.fit(t, x, force, LOAD, law="table"), '"table" is not one of "lognormal"'),
             (lambda: bristle.fit(t, x, force, LOAD, residual=1.0), "residual is 1.0; allowed: 0.0 to 0.95 or None"),
             (lambda: bristle.fit(t, x, force, LOAD, renewal=-1.0), "renewal is -1.0; allowed: 0.0 to 8.0 or None"),
-            (lambda: bristle.fit(t, x, force, LOAD, rule="keep", renewal=1.0), "rule: allowed are redraw, slide"),
+            (lambda: bristle.fit(t, x, force, LOAD, rule="keep", renewal=1.0), "rule is keep; allowed: redraw, slide"),
             (lambda: bristle.fit("/nowhere/data.csv"), "/nowhere/data.csv: cannot be read"),
             (lambda: bristle.fit([]), "file is an empty list"),
             (lambda: bristle.fit(t, x, force, LOAD, mass=-1.0), "mass is -1.0; allowed: 0.0 to 1000000.0 kg"),
