@@ -151,13 +151,11 @@ inline AfterFarStep land_redraw(const KernelLaw& law, const FarAge& aged, double
 /// equal.
 inline AfterFarStep land_keep_aged(const AgeingLaw<double>& ageing, double remaining, double delta,
                                    std::uint32_t phase) {
-  AfterFarStep land{remaining, 0.0, 0.0, 0.0};
   const double length = aged_length<double>(ageing, delta, remaining);
-  land.count = whole_part(remaining / length);
-  land.deflection = least(most(remaining - land.count * length, 0.0), length);
-  if (remaining > phase_is_lost) land.deflection = share_of<double>(phase) * length;
-  land.squares = land.count * (length * length);
-  return land;
+  const double count = whole_part(remaining / length);
+  const double deflection = remaining > phase_is_lost ? share_of<double>(phase) * length
+                                                      : least(most(remaining - count * length, 0.0), length);
+  return {deflection, count * (length * length), count, 0.0};
 }
 
 /// Returns the key for the random noise of a block's sum of delta^2: the random states of its first row

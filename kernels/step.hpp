@@ -135,9 +135,7 @@ class Stepper {
 
   /// Returns whether the patch ends the step within `reach` of `anchor`. Then nothing snaps on the path
   /// either: the deflections within a snap length form a disc, which is convex.
-  bool within(const std::int64_t (&anchor)[2], double reach) const {
-    return reach > 0.0 && distance(anchor) < reach;
-  }
+  bool within(const std::int64_t (&anchor)[2], double reach) const { return distance(anchor) < reach; }
 
   void visit(std::uint32_t b) {
     Block& block = patch.blocks[b];
