@@ -106,13 +106,25 @@ TEST_CASE("groups are refused as a whole, and one contact of a group cannot be r
     CHECK(batch.find_force(tick, step).status == why);
     CHECK(batch.state_hash() == hash);
   };
-  bristle::GroupStep step = good;
-  step.normal_load = short_one;
-  refused(step, Status::bad_input);
-  step = good;
-  step.end[1] = short_one;
-  refused(step, Status::bad_input);
-  step = good;
+  using Step = bristle::GroupStep;
+  const auto refused_with = [&](const auto& shorten) {
+    Step step = good;
+    shorten(step);
+    refused(step, Status::bad_input);
+  };
+  for (const int axis : {0, 1}) {
+    refused_with([&](Step& s) { s.displacement[axis] = short_one; });
+    refused_with([&](Step& s) { s.velocity[1 - axis] = x, s.velocity[axis] = short_one; });
+    for (const auto column : {&Step::end, &Step::elastic, &Step::damper, &Step::mean})
+      refused_with([&](Step& s) { (s.*column)[axis] = short_one; });
+  }
+  for (const auto column : {&Step::stiffness, &Step::damping, &Step::force_limit, &Step::dissipated,
+                            &Step::contact_loss, &Step::damper_work})
+    refused_with([&](Step& s) { s.*column = short_one; });
+  std::vector<std::uint64_t> short_snaps(19);
+  refused_with([&](Step& s) { s.normal_load = short_one; });
+  refused_with([&](Step& s) { s.snaps = short_snaps; });
+  Step step = good;
   step.displacement[1] = {};
   refused(step, Status::bad_input);
   step = good;
