@@ -462,6 +462,10 @@ TEST_CASE("a long step of bristles that age ends as many short ones do", "[agein
       expect_near(step.dissipated / dissipated, 1.0, 2e-3 + sigmas * std::sqrt(2.0 / static_cast<double>(n)),
                   "energy of the snaps, over many steps'");
     }
+    // Kernels step each bristle in double precision where the path exceeds 2^60 mean lengths.
+    AgeingBrush far(material, n), near(material, n, Precision::single, 1, 2);
+    const double end = far.slide(1.9e18, 2.0), expected = near.slide(1e3, 2.0);
+    expect_near(end, expected, sigmas * std::hypot(far.error(), near.error()), "steady sliding");
   }
 }
 
