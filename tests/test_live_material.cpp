@@ -320,4 +320,24 @@ TEST_CASE("Fractions of bristles that live changes snap are counted on", "[load]
   }
 }
 
+TEST_CASE("Bristles with a lay that snap in a live change leave a force along that before",
+          "[live_material]") {
+  // All bristles snap to their residual along their deflection, which shortens the force and does not turn
+  // it.
+  const Material before = plain_material(SnapLength::uniform(0.9 * dbar, 1.1 * dbar), SnapRule::redraw)
+                              .with_residual_length(0.3 * dbar);
+  const Material after = Material(before).with_snap_length(SnapLength::uniform(0.09 * dbar, 0.11 * dbar));
+  for (const auto population : {bristle::Population::infinite, bristle::Population::representatives}) {
+    OnePatch patch(before, PatchOptions{}
+                               .with_population(population)
+                               .with_max_normal_load(1.0)
+                               .with_lay(bristle::Lay{}.with_angle(0.5).with_limit_ratio(1.8)));
+    const Response bent = patch.step(0.7 * dbar, -0.2 * dbar, 1.0);
+    patch.batch.set_material(patch.id, after);
+    const Response left = patch.step(0.0, 0.0, 1.0);
+    CHECK(std::hypot(left.elastic[0], left.elastic[1]) < 0.6 * std::hypot(bent.elastic[0], bent.elastic[1]));
+    CHECK(left.elastic[0] * bent.elastic[1] == Approx(left.elastic[1] * bent.elastic[0]).epsilon(1e-5));
+  }
+}
+
 }  // namespace bristle_test::test_live_material
