@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
@@ -518,11 +519,17 @@ TEST_CASE("A material without residual lets bristles beyond its lengths slip alo
   CHECK(r.dissipated == Approx(0.5 * 100.0 * (4.0 - 0.25) * dbar * dbar));
 }
 
-TEST_CASE("read_bristles gives snap lengths without the residual", "[rubbing]") {
+TEST_CASE("read_bristles gives the deflections that add up to the force, and lengths without the residual",
+          "[rubbing]") {
   OnePatch patch(rubbed(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw, 0.4, 1.0),
-                 plain_options(2000, 1));
-  for (int k = 0; k < 40; ++k) patch.step(0.3 * dbar, 0.0, 2000.0);
-  const Bristles b = read(patch, 2000);
+                 plain_options(260, 1));  // a block of 256 bristles, and four in a second, which seldom snap
+  Bristles b;
+  for (int k = 0; k < 400; ++k) {
+    const Response r = patch.step(0.05 * dbar, 0.0, 260.0);
+    b = read(patch, 260);
+    const double sum = std::accumulate(b.zx.begin(), b.zx.end(), 0.0);
+    expect_near(r.elastic[0], -sum, 1e-6 * sum, "force of a stiffness of 1 N/m");
+  }
   for (std::size_t i = 0; i < b.delta.size(); ++i) {
     expect(b.delta[i] > 0.499 * dbar && b.delta[i] < 1.501 * dbar, "a snap length of the law");
     expect(b.zx[i] > 0.399 * dbar && b.zx[i] < (b.delta[i] + 0.401 * dbar), "bent by the residual at least");
