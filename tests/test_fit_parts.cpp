@@ -347,21 +347,36 @@ TEST_CASE("Rivals of several files begin anew in each", "[fit][files]") {
   const cli::Judgements all =
       cli::judge_rivals(cli::join_fit_columns({file(0.0, 1), file(0.02, 2), file(-0.01, 3)}), options);
   CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples == 3 * 420);
-  CHECK(all.judged_stroke < 200e-6);
+  CHECK(all.judged.stroke < 200e-6);
   const auto judged = std::find_if(all.models.begin(), all.models.end(),
                                    [](const cli::Judgement& j) { return j.model == "Maxwell-slip"; });
   REQUIRE(judged != all.models.end());
   CHECK(judged->judged.all < 1.1 * 0.005);
-  for (const cli::ModelForce& rival : all.rivals) REQUIRE(rival.force.size() == 3 * 420);
   // The first stroke of each file starts from the same rest.
-  const auto maxwell = std::find_if(all.rivals.begin(), all.rivals.end(), [](const cli::ModelForce& rival) {
-    return rival.model == "Maxwell-slip";
-  });
-  REQUIRE(maxwell != all.rivals.end());
-  for (std::size_t i = 0; i < 420; ++i) {
-    CHECK(maxwell->force[420 + i] == Approx(maxwell->force[i]).margin(1e-3));
-    CHECK(maxwell->force[840 + i] == Approx(maxwell->force[i]).margin(1e-3));
+  REQUIRE(all.rivals.size() == 3);
+  for (const cli::ModelForce& rival : all.rivals) {
+    CAPTURE(rival.model);
+    REQUIRE(rival.force.size() == 3 * 420);
+    for (std::size_t i = 0; i < 420; ++i) {
+      CHECK(rival.force[420 + i] == Approx(rival.force[i]).margin(1e-3));
+      CHECK(rival.force[840 + i] == Approx(rival.force[i]).margin(1e-3));
+    }
   }
+}
+
+TEST_CASE("Of a long rest ever fewer samples stay", "[fit]") {
+  // One second of motion, three of rest, one of motion back, at 100 Hz.
+  const cli::FitData data = prepared(rows_of("t,x,load,force", 500, [](double t) {
+    const double x = t < 1.0 ? t : t < 4.0 ? 1.0 : 5.0 - t;
+    return fmt::format("{:.9g},2,{}", 1e-4 * x, t < 2.0 ? 0.7 : -0.7);
+  }));
+  std::vector<double> rest;
+  for (const double t : cli::without_rests(data).columns.t)
+    if (t > 0.995 && t < 4.0) rest.push_back(t);
+  REQUIRE(rest.size() > 15);
+  CHECK(rest.size() < 30);
+  for (std::size_t i = 0; i < 5; ++i) CHECK(rest[i] == Approx(1.0 + 0.01 * static_cast<double>(i)));
+  CHECK(cli::without_rests(data).samples() - rest.size() >= 199);
 }
 
 TEST_CASE("Several files keep their rows, axes and beginnings", "[fit][files]") {
@@ -460,6 +475,10 @@ TEST_CASE("Columns keep what the file says, and what was changed is not replayed
   clips.clip_load = 0.01;
   CHECK(parse("t,x,load,force\n0,0,1,1\n1,1,1,1\n", clips).replayable);
   CHECK_FALSE(parse("t,x,load,force\n0,0,1,1\n1,1,-0.005,1\n", clips).replayable);
+  CHECK(parse("t,x,load,force\n0,0,1,1\n1,1,-0.01,1\n", clips).load[1] == 0.0);
+  CHECK_THROWS_WITH(parse("t,x,load,force\n0,0,1,1\n1,1,-0.011,1\n", clips), Contains("-0.01 N or more"));
+  // A position is the area under the speed, which is taken as linear between rows.
+  CHECK(parse("t,v,load,force\n0,0,1,1\n1,2,1,1\n2,6,1,1\n", {}).x == std::vector<double>{0.0, 1.0, 5.0});
   const cli::FitColumns scaled = parse("t[ms],x[um],load,force\n0,3,1,1\n7,4,1,1\n", {});
   CHECK(scaled.x[0] == Approx(3e-6));
   cli::FitColumns short_of_loads = parse("t,x,load,force\n0,0,1,1\n1,1,1,1\n", {});

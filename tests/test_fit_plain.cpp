@@ -107,19 +107,19 @@ TEST_CASE("Rivals of strokes that grow are fitted and judged over the whole rang
   CHECK(all.fitted_samples + all.reversal_samples + all.sliding_samples + all.left_out == 6000);
   CHECK(all.fitted_samples > 2300);
   CHECK(all.fitted_samples < 3000);
-  CHECK(all.fitted_stroke == Approx(4e-3).epsilon(0.02));
-  CHECK(all.judged_stroke == Approx(4e-3).epsilon(0.02));
-  CHECK(all.fitted_speed == Approx(2e-3 * M_PI).epsilon(0.02));
-  CHECK(all.judged_speed == Approx(2e-3 * M_PI).epsilon(0.02));
+  CHECK(all.fitted.stroke == Approx(4e-3).epsilon(0.02));
+  CHECK(all.judged.stroke == Approx(4e-3).epsilon(0.02));
+  CHECK(all.fitted.speed == Approx(2e-3 * M_PI).epsilon(0.02));
+  CHECK(all.judged.speed == Approx(2e-3 * M_PI).epsilon(0.02));
   for (const cli::Judgement& j : all.models) CHECK(j.judged.all < 2.0 * j.fitted);
   options.fit_until = 4.0;  // strokes of a hundredth of what follows
   options.choose_rule = false;
   const cli::Judgements beyond = cli::judge_rivals(columns, options);
   CHECK_FALSE(beyond.within_range());
-  CHECK(beyond.fitted_stroke == Approx(40e-6).epsilon(0.05));
-  CHECK(beyond.judged_stroke == Approx(4e-3).epsilon(0.02));
-  CHECK(beyond.fitted_speed == Approx(20e-6 * M_PI).epsilon(0.05));
-  CHECK(beyond.judged_speed == Approx(2e-3 * M_PI).epsilon(0.02));
+  CHECK(beyond.fitted.stroke == Approx(40e-6).epsilon(0.05));
+  CHECK(beyond.judged.stroke == Approx(4e-3).epsilon(0.02));
+  CHECK(beyond.fitted.speed == Approx(20e-6 * M_PI).epsilon(0.05));
+  CHECK(beyond.judged.speed == Approx(2e-3 * M_PI).epsilon(0.02));
 }
 
 TEST_CASE("Rivals are fitted to and judged by the samples that a plain fit uses", "[fit]") {

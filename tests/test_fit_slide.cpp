@@ -144,8 +144,19 @@ TEST_CASE("A model that cannot be fitted is named, and does not take the verdict
   all.models.push_back({"LuGre", 7, 0.2, {0.2005, 0.2, 0.2}, "", ""});
   all.reversal_samples = 100;
   CHECK_THAT(cli::judgement_table(all), Contains("Coulomb (LuGre as close)"));
-  all.fitted_stroke = 1e-3;
-  all.judged_stroke = 3e-3;
+  // A model whose error exceeds the least by less than the scatter over blocks is as close; one that is a
+  // little worse in every block is not.
+  all.models.resize(1);
+  all.models[0].squares = {{0, 1.0}, {1, 1.0}, {2, 1.0}, {3, 1.0}};
+  cli::Judgement scattered{
+      "scattered", 4, 0.2, {0.25, 0.3, 0.25}, "", "", {{0, 5.0}, {1, 0.5}, {2, 1.0}, {3, 0.5}}, {}},
+      steady{"steady", 4, 0.2, {0.22, 0.3, 0.22}, "", "", {{0, 1.2}, {1, 1.3}, {2, 1.2}, {3, 1.3}}, {}};
+  all.models.push_back(scattered);
+  all.models.push_back(steady);
+  CHECK_THAT(cli::judgement_table(all),
+             Contains("record: Coulomb (scattered as close); in its reversals: Coulomb."));
+  all.fitted.stroke = 1e-3;
+  all.judged.stroke = 3e-3;
   CHECK_THAT(cli::judgement_table(all), Contains("No verdict: the judged part has paths of 3 mm"));
 }
 

@@ -10,6 +10,7 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/platform/platform.hpp"
 #include "tools/libraries/reports/progress.hpp"
+#include "tools/libraries/reports/quantile.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 
 namespace cli {
@@ -27,9 +28,8 @@ constexpr double clearly_closer = 0.97;
 // Largest error on held-out blocks, over the least error of all brushes, with which a brush is fitted to the
 // whole record as well.
 constexpr double nearly_closest = 1.1;
-// Least number of samples in the fitted blocks, and in the held-out ones, with which a fit chooses between
-// kinds of brush.
-constexpr std::size_t fewest_to_choose = 40;
+// Share of the samples below whose highest path and speed a part of the record counts as in range.
+constexpr double nearly_all = 0.99;
 // Number of runs of a brush along the thinned record that a fit takes, as counted on measured records; the
 // time to expect follows from it.
 constexpr double usual_runs = 1200.0;
@@ -73,6 +73,40 @@ FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule ru
 
 void stop_fits_on_signals() { platform::on_stop_signals(&stop); }
 bool fit_stopped() noexcept { return stopped != 0; }
+
+std::vector<double> path_since_reversal(const FitData& data) {
+  const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
+  std::vector<double> paths;
+  double reversal = data.path.front().x, extreme = reversal, direction = 0.0;
+  for (const PathPoint& point : data.path) {
+    if (point.begins) {
+      reversal = extreme = point.x;
+      direction = 0.0;
+    }
+    if (direction == 0.0 && std::fabs(point.x - reversal) > slack)
+      direction = point.x > reversal ? 1.0 : -1.0;
+    if (direction * (point.x - extreme) >= 0.0) {
+      extreme = point.x;
+    } else if (std::fabs(point.x - extreme) > slack) {
+      reversal = extreme;
+      extreme = point.x;
+      direction = -direction;
+    }
+    if (point.wanted) paths.push_back(std::fabs(point.x - reversal));
+  }
+  return paths;
+}
+
+Reach reach_of(const FitData& data, const std::vector<bool>& part, bool which) {
+  const std::vector<double> path = path_since_reversal(data);
+  std::vector<double> paths, speeds;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (part[i] != which) continue;
+    paths.push_back(path[i]);
+    speeds.push_back(std::fabs(data.velocity[i]));
+  }
+  return {quantile(std::move(paths), nearly_all), quantile(std::move(speeds), nearly_all)};
+}
 
 std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until) {
   std::vector<bool> fitted;
@@ -192,15 +226,24 @@ double error_in_fifths(const FittedBrush& brush, const FitData& data) {
   return std::sqrt(held_out_squares(j, left, data.samples()) / static_cast<double>(left.size()));
 }
 
-/// Chooses a brush by the samples of `thin`, as choose_brush() does by those of the whole record.
-FittedBrush choose_by(const FitData& thin, const FitOptions& options,
-                      const std::function<void(double)>& progress, std::string& note) {
-  const std::vector<bool> fitted = fitted_blocks(thin, {});
+/// Chooses a brush by the samples of `choice.thin`, as choose_brush() does by those of the whole record.
+void choose_by_thin(Choice& choice, const FitOptions& options, const std::function<void(double)>& progress) {
+  const FitData& thin = choice.thin;
+  std::vector<bool> fitted = fitted_blocks(thin, options.fit_until);
+  choice.other_half =
+      !options.fit_until && !reach_of(thin, fitted, true).covers(reach_of(thin, fitted, false));
+  if (choice.other_half) fitted.flip();
   const FitData train = part_of(thin, fitted), remaining = part_of(thin, fitted, false);
   const bool chooses = std::min(train.samples(), remaining.samples()) >= fewest_to_choose;
-  std::vector<FittedBrush> brushes = fit_brushes(chooses ? train : thin, options, Detail::search,
-                                                 [&](double share) { progress(0.7 * share); });
-  if (!chooses) return brushes.back();
+  choice.failed.clear();
+  std::vector<FittedBrush> brushes = fit_brushes(
+      chooses ? train : thin, options, Detail::search, [&](double share) { progress(0.7 * share); },
+      &choice.failed);
+  if (!chooses) {
+    choice.brush = brushes.back();
+    return;
+  }
+  choice.of_part = brushes;
   std::vector<double> errors;
   std::string text;
   for (const FittedBrush& brush : brushes) {
@@ -222,9 +265,9 @@ FittedBrush choose_by(const FitData& thin, const FitOptions& options,
     progress(0.75);
   }
   if (brushes.size() > 1)
-    note = fmt::format("{} is taken of the kinds of brush by their errors on blocks held out (N rms): {}",
-                       best->name, text);
-  return std::move(*best);
+    choice.note = fmt::format(
+        "{} is taken of the kinds of brush by their errors on blocks held out (N rms): {}", best->name, text);
+  choice.brush = std::move(*best);
 }
 
 /// Measures how long (s) the paper's brush takes to run once along a record.
@@ -282,7 +325,7 @@ Choice choose_brush(const FitData& data, const FitOptions& options,
   const auto choose = [&] {
     choice.thin = samples_that_count(moving, search_samples, choice.cut_by);
     choice.moving = samples_that_count(moving, fit_samples, choice.cut_by);
-    choice.brush = choose_by(choice.thin, options, progress, choice.note);
+    choose_by_thin(choice, options, progress);
   };
   announce("fit", options.quiet,
            [&] { return usual_runs * seconds_of_a_run(thinned(moving, search_samples)); });

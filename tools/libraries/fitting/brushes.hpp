@@ -11,11 +11,25 @@ namespace cli {
 
 /// Largest number of samples to which a chosen brush is fitted; a longer record is thinned to it.
 inline constexpr std::size_t fit_samples = 10000;
+/// Least number of samples in the fitted blocks, and in the held-out ones, with which a fit chooses between
+/// kinds of brush.
+inline constexpr std::size_t fewest_to_choose = 40;
 
 /// Returns for each sample of a record whether models are fitted to it, or it is held out to judge them.
 /// Fitted are the first `until` seconds or, without that, 16 of 32 blocks of equal time, in the order of Thue
 /// and Morse (0110 1001 ...), so that no period of the motion falls into the fitted blocks alone.
 std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until);
+
+/// Returns for each sample the path, m, since the last reversal of the motion (or since the first sample).
+std::vector<double> path_since_reversal(const FitData& data);
+
+/// Path since a reversal (m) and speed (m/s) that 1 % of the samples of a part of a record exceed.
+struct Reach {
+  double stroke = 0.0, speed = 0.0;
+  /// Returns whether models fitted to a part of this reach need not extrapolate in a part of the other one.
+  bool covers(const Reach& other) const { return other.stroke <= 1.2 * stroke && other.speed <= 1.2 * speed; }
+};
+Reach reach_of(const FitData& data, const std::vector<bool>& part, bool which);
 
 /// Returns the record with the force of the fitted blocks only (`which` false: of the held-out ones). The
 /// motion stays whole, because the state of the bristles depends on all motion before.
@@ -40,15 +54,20 @@ std::vector<FittedBrush> fit_brushes(const FitData& data, const FitOptions& opti
 struct Choice {
   FittedBrush brush;
   FitData thin, moving;  ///< samples for the search, and for the last fit
+  /// Whether the kinds of brush were fitted to the other half of the blocks, in which the motion has the
+  /// wider range, so that they need not extrapolate.
+  bool other_half = false;
+  std::vector<FittedBrush> of_part;  ///< kinds of brush as fitted to a part; empty without held-out samples
+  std::vector<std::pair<std::string, std::string>> failed;  ///< kinds that cannot be fitted, and the reasons
   /// Fitted values by which samples around reversals are left out; none: all samples are used.
   std::optional<FitValues> cut_by;
   std::string note;  ///< sentence on the errors by which the kind was chosen; may be empty
 };
 
-/// Fits the kinds of brush to half of the blocks of a record, then those whose error on the other half is
-/// nearly the least to all of it. Chooses the simplest of them, unless the error of another one on held-out
-/// fifths is clearly less. If the samples do not resolve presliding, fits again without those around
-/// reversals.
+/// Fits the kinds of brush to half of the blocks of a record (or to its first `fit_until` seconds), then
+/// those whose error on the other half is nearly the least to all of it. Chooses the simplest of them, unless
+/// the error of another one on held-out fifths is clearly less. If the samples do not resolve presliding,
+/// fits again without those around reversals.
 Choice choose_brush(const FitData& data, const FitOptions& options,
                     const std::function<void(double)>& progress);
 

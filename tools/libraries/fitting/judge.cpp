@@ -13,6 +13,7 @@
 #include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
+#include "tools/libraries/reports/quantile.hpp"
 #include "tools/libraries/reports/table.hpp"
 #include "tools/libraries/rivals/rival.hpp"
 
@@ -22,13 +23,13 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Numbers of samples to which records are thinned to fit brushes and rivals, and the least number that
-// suffices. Rivals get more, because LuGre's equation needs short steps.
-constexpr std::size_t brush_samples = 2000, rival_samples = 20000, fewest_fitted = 20;
+// Number of samples to which records are thinned to fit rivals: more than for brushes, because LuGre's
+// equation needs short steps.
+constexpr std::size_t rival_samples = 20000;
+// Number of blocks of time over which the scatter of errors is taken.
+constexpr double scatter_blocks = 32.0;
 // Least number of samples after reversals of the motion with which the report judges reversals.
 constexpr std::size_t fewest_after_reversals = 10;
-// Share of the samples below whose highest path and speed a part of the record counts as in range.
-constexpr double nearly_all = 0.99;
 // Ratio of the errors of two models below which they count as equally close.
 constexpr double alike = 1.01;
 
@@ -323,30 +324,6 @@ VectorXd maxwell_guess(const FitData& data, double low, double high) {
   return p;
 }
 
-/// Returns for each sample the path, m, since the last reversal of the motion (or since the first sample).
-std::vector<double> path_since_reversal(const FitData& data) {
-  const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);
-  std::vector<double> paths;
-  double reversal = data.path.front().x, extreme = reversal, direction = 0.0;
-  for (const PathPoint& point : data.path) {
-    if (point.begins) {
-      reversal = extreme = point.x;
-      direction = 0.0;
-    }
-    if (direction == 0.0 && std::fabs(point.x - reversal) > slack)
-      direction = point.x > reversal ? 1.0 : -1.0;
-    if (direction * (point.x - extreme) >= 0.0) {
-      extreme = point.x;
-    } else if (std::fabs(point.x - extreme) > slack) {
-      reversal = extreme;
-      extreme = point.x;
-      direction = -direction;
-    }
-    if (point.wanted) paths.push_back(std::fabs(point.x - reversal));
-  }
-  return paths;
-}
-
 class Judge {
  public:
   Judge(const FitData& whole, const std::vector<bool>& fitted, double reversal_path)
@@ -362,24 +339,28 @@ class Judge {
     j.judged.all = rms(force, [&](std::size_t i) { return !fitted_[i]; });
     j.judged.reversal = rms(force, [&](std::size_t i) { return !fitted_[i] && reverses(i); });
     j.judged.sliding = rms(force, [&](std::size_t i) { return !fitted_[i] && !reverses(i); });
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      if (fitted_[i]) continue;
+      const double square = std::pow(force[static_cast<Eigen::Index>(i)] - whole_.force[i], 2);
+      j.squares[block_of(i)] += square;
+      if (reverses(i)) j.reversal_squares[block_of(i)] += square;
+    }
     if (!std::isfinite(j.fitted + j.judged.all)) j.failed = "its force is no number on this record";
     all.models.push_back(j);
   }
   void count(Judgements& all) const {
-    std::vector<double> distance[2], speed[2];  // of the judged part, and of the fitted one
-    for (std::size_t i = 0; i < paths_.size(); ++i) {
+    for (std::size_t i = 0; i < paths_.size(); ++i)
       ++(fitted_[i] ? all.fitted_samples : reverses(i) ? all.reversal_samples : all.sliding_samples);
-      distance[fitted_[i]].push_back(paths_[i]);
-      speed[fitted_[i]].push_back(std::fabs(whole_.velocity[i]));
-    }
-    all.judged_stroke = quantile_of(distance[0], nearly_all);
-    all.fitted_stroke = quantile_of(distance[1], nearly_all);
-    all.judged_speed = quantile_of(speed[0], nearly_all);
-    all.fitted_speed = quantile_of(speed[1], nearly_all);
+    all.fitted = reach_of(whole_, fitted_, true);
+    all.judged = reach_of(whole_, fitted_, false);
   }
 
  private:
   bool reverses(std::size_t i) const { return paths_[i] <= reversal_path_; }
+  /// Returns the number of the block of time in which a sample lies, from its share of the record's time.
+  int block_of(std::size_t i) const {
+    return static_cast<int>(scatter_blocks * (whole_.columns.t[i] - whole_.first_time) / whole_.length());
+  }
   template <class Counts>
   double rms(const VectorXd& force, const Counts& counts) const {
     double squares = 0.0, n = 0.0;
@@ -412,36 +393,30 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   if (columns.planar())
     throw UserError(columns.name + ": --rivals has one axis; leave out y and fy, or fit without --rivals");
   const FitData whole = prepare_fit_data(columns, options.sign, options.load, options.mass);
-  Progress progress("rivals", options.quiet);
-  const std::optional<FitValues> cut_by =
-      choose_brush(whole, options, [&](double share) { progress.update(0.3 * share); }).cut_by;
-  const FitData moving = without_rests(whole), seen = samples_that_count(moving, moving.samples(), cut_by);
-  std::vector<bool> fitted = fitted_blocks(seen, options.fit_until);
-  // Fits to that half of the record in which the motion has the wider range, so that no model has to
-  // extrapolate to the other half.
-  Judgements halves;
-  Judge(seen, fitted, 0.0).count(halves);
-  const bool other_half = !options.fit_until && !halves.within_range();
-  if (other_half) fitted.flip();
-  const auto fitted_part = [&](std::size_t most) {
-    const FitData thin = samples_that_count(moving, most, cut_by);
-    return part_of(thin, fitted_blocks(thin, options.fit_until), !other_half);
-  };
-  const FitData train = fitted_part(rival_samples), brush_train = fitted_part(brush_samples);
-  if (std::all_of(fitted.begin(), fitted.end(), [](bool is) { return is; }))
+  if (options.fit_until && *options.fit_until >= whole.length())
     throw UserError(fmt::format("--fit-until {:g} s: nothing is left to judge; the record ends after {:g} s",
-                                options.fit_until.value_or(0.0), whole.length()));
-  if (train.samples() < fewest_fitted)
-    throw UserError(fmt::format("{}: {} samples to fit to; --rivals needs at least {}", columns.name,
-                                train.samples(), fewest_fitted));
-
-  // Fits the brushes without a drift of the sensor. A fitted drift would be extrapolated beyond the fitted
-  // part.
+                                *options.fit_until, whole.length()));
+  Progress progress("rivals", options.quiet);
+  // Fits the brushes without a drift of the sensor, which the rivals do not have, and which would be
+  // extrapolated beyond the first seconds.
   FitOptions held = options;
   held.no_drift = true;
-  std::vector<std::pair<std::string, std::string>> failed;
-  const std::vector<FittedBrush> brushes = fit_brushes(
-      brush_train, held, Detail::search, [&](double share) { progress.update(0.3 + 0.4 * share); }, &failed);
+  const Choice choice = choose_brush(whole, held, [&](double share) { progress.update(0.7 * share); });
+  const std::optional<FitValues>& cut_by = choice.cut_by;
+  const FitData moving = without_rests(whole), seen = samples_that_count(moving, moving.samples(), cut_by);
+  const auto fitted_in = [&](const FitData& data) {
+    std::vector<bool> fitted = fitted_blocks(data, options.fit_until);
+    if (choice.other_half) fitted.flip();
+    return fitted;
+  };
+  const std::vector<bool> fitted = fitted_in(seen);
+  const FitData dense = samples_that_count(moving, rival_samples, cut_by),
+                train = part_of(dense, fitted_in(dense));
+  const std::vector<FittedBrush>& brushes = choice.of_part;
+  if (brushes.empty())
+    throw UserError(
+        fmt::format("{}: {} samples to fit to, {} to judge by; --rivals needs at least {} of each",
+                    columns.name, train.samples(), dense.samples() - train.samples(), fewest_to_choose));
 
   Judgements all;
   all.until = options.fit_until;
@@ -454,7 +429,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   judge.count(all);
   const auto add_failed = [&](const std::string& name, int parameters, const std::string& reason) {
     const double none = std::nan("");
-    all.models.push_back({name, parameters, none, {none, none, none}, {}, reason});
+    all.models.push_back({name, parameters, none, {none, none, none}, {}, reason, {}, {}});
   };
   const auto add_rival = [&](const RivalModel& model, const std::vector<VectorXd>& guesses, double done) {
     const RivalFit fit = best_fit(model, train, guesses);
@@ -513,35 +488,63 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   for (const FittedBrush& brush : brushes)
     judge.add(all, brush.name, brush.found.point.free.size(), force_of(brush, seen, Detail::finish),
               brush_values(brush));
-  for (const auto& [name, reason] : failed) add_failed(name, 0, reason);
+  for (const auto& [name, reason] : choice.failed) add_failed(name, 0, reason);
   return all;
 }
 
+namespace {
+
+/// Returns whether a model is as close as the closest one: if their errors are equal as printed, or differ by
+/// less than the 95 % interval that their scatter over the judged blocks of time leaves.
+bool as_close(const Judgement& model, const Judgement& closest, double Residuals3::*error,
+              BlockSquares Judgement::*squares) {
+  if (model.judged.*error < alike * (closest.judged.*error)) return true;
+  const double blocks = static_cast<double>((model.*squares).size());
+  if (blocks < 2.0) return false;
+  double sum = 0.0, of_squares = 0.0;
+  for (const auto& [block, square] : model.*squares) {
+    const double more = square - (closest.*squares).at(block);
+    sum += more;
+    of_squares += more * more;
+  }
+  const double scatter = std::sqrt((blocks * of_squares - sum * sum) / (blocks - 1.0));
+  return sum < student_quantile(blocks - 1.0) * scatter;
+}
+
+/// Returns the name of the model with the least error, and the names of those that are as close.
+std::string closest_models(const Judgements& all, double Residuals3::*error,
+                           BlockSquares Judgement::*squares) {
+  const auto counts = [&](const Judgement& j) { return j.failed.empty() && !std::isnan(j.judged.*error); };
+  const Judgement* least = nullptr;
+  for (const Judgement& j : all.models)
+    if (counts(j) && (least == nullptr || j.judged.*error < least->judged.*error)) least = &j;
+  if (least == nullptr) return {};
+  std::string others;
+  for (const Judgement& j : all.models)
+    if (&j != least && counts(j) && as_close(j, *least, error, squares))
+      others += (others.empty() ? "" : "; ") + j.model;
+  return least->model + (others.empty() ? "" : " (" + others + " as close)");
+}
+
+}  // namespace
+
 std::string judgement_table(const Judgements& all) {
-  const auto best = [&](const auto& of) -> std::string {
-    const Judgement* least = nullptr;
-    for (const Judgement& j : all.models)
-      if (j.failed.empty() && !std::isnan(of(j)) && (least == nullptr || of(j) < of(*least))) least = &j;
-    // Names no winner among models whose printed errors are equal.
-    for (const Judgement& j : all.models)
-      if (least != nullptr && &j != least && j.failed.empty() && of(j) < alike * of(*least))
-        return least->model + " (" + j.model + " as close)";
-    return least != nullptr ? least->model : std::string();
-  };
   std::string text;
   if (!all.within_range())
     text = fmt::format(
         "No verdict: the judged part has paths of {:.3g} mm from a reversal and {:.3g} mm/s, the fitted one "
         "{:.3g} mm and {:.3g} mm/s.",
-        1e3 * all.judged_stroke, 1e3 * all.judged_speed, 1e3 * all.fitted_stroke, 1e3 * all.fitted_speed);
+        1e3 * all.judged.stroke, 1e3 * all.judged.speed, 1e3 * all.fitted.stroke, 1e3 * all.fitted.speed);
   else
     text = fmt::format(
-        "Closest to the rest of the record: {}{}.", best([](const Judgement& j) { return j.judged.all; }),
+        "Closest to the rest of the record: {}{}.",
+        closest_models(all, &Residuals3::all, &Judgement::squares),
         all.left_out > 0
             ? std::string("; the samples do not resolve presliding, by which reversals are judged")
         : all.reversal_samples < fewest_after_reversals
             ? std::string("; too few samples follow a reversal to judge reversals")
-            : "; in its reversals: " + best([](const Judgement& j) { return j.judged.reversal; }));
+            : "; in its reversals: " +
+                  closest_models(all, &Residuals3::reversal, &Judgement::reversal_squares));
   for (const Judgement& j : all.models)
     if (!j.failed.empty()) text += fmt::format(" Not fitted: {} ({}).", j.model, j.failed);
   text += fmt::format(
@@ -552,7 +555,7 @@ std::string judgement_table(const Judgements& all) {
       "Residuals in N, rms.{}\n\n",
       all.until ? fmt::format("the first {:g} s", *all.until) : std::string("16 of 32 blocks of time"),
       all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length, all.sliding_samples,
-      1e3 * all.fitted_stroke, 1e3 * all.fitted_speed,
+      1e3 * all.fitted.stroke, 1e3 * all.fitted.speed,
       all.left_out > 0 ? fmt::format(" {} samples around reversals count nowhere, as friction there may be "
                                      "anything between its limits.",
                                      all.left_out)

@@ -2,11 +2,12 @@
 // time, half of the record, and compares their errors on the rest.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tools/libraries/fitting/fit.hpp"
+#include "tools/libraries/fitting/brushes.hpp"
 
 namespace cli {
 
@@ -18,13 +19,17 @@ struct Residuals3 {
   double sliding = 0.0;   ///< rms residual farther than two presliding lengths after a reversal, N
 };
 
+/// Sums of squared errors (N^2) of judged samples, by the number of the block of time.
+using BlockSquares = std::map<int, double>;
+
 struct Judgement {
   std::string model;
   int parameters = 0;  ///< number of fitted parameters, including the sensor's offset
   double fitted = 0.0;
   Residuals3 judged;
-  std::string values;  ///< fitted parameters, as text
-  std::string failed;  ///< reason why no fit was possible; empty if fitted
+  std::string values;                                ///< fitted parameters, as text
+  std::string failed;                                ///< reason why no fit was possible; empty if fitted
+  BlockSquares squares = {}, reversal_squares = {};  ///< of all judged samples, and of those after reversals
 };
 
 struct Judgements {
@@ -35,17 +40,13 @@ struct Judgements {
   /// Number of samples around reversals that are neither fitted nor judged, as a plain fit leaves them out
   /// too.
   std::size_t left_out = 0;
-  /// Path since a reversal (m) and speed (m/s) that 1 % of the samples exceed, in the fitted and in the
-  /// judged part. They show whether the judged part lies within the range of the fitted one.
-  double fitted_stroke = 0.0, judged_stroke = 0.0, fitted_speed = 0.0, judged_speed = 0.0;
+  Reach fitted, judged;  ///< of the fitted and of the judged part
   std::vector<Judgement> models;
   std::vector<ModelForce> rivals;  ///< forces of the models other than brushes, on the whole record
 
   /// Returns whether the judged part lies within the range of the fitted one. Beyond it models extrapolate,
   /// and no verdict is given.
-  bool within_range() const {
-    return judged_stroke <= 1.2 * fitted_stroke && judged_speed <= 1.2 * fitted_speed;
-  }
+  bool within_range() const { return fitted.covers(judged); }
 };
 
 /// Fits brushes and rival friction models to blocks of the record (or to its first `fit_until` seconds), and
