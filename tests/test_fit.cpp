@@ -278,7 +278,7 @@ TEST_CASE("Shared renewal is found beside a damper", "[fit]") {
   }
   const Fitted fitted = fit(csv);
   check_recovered(fitted[cli::fit_length], length, 0.35 * length);
-  check_recovered(fitted[cli::fit_renewal], renewal, 1.2 * renewal);
+  check_recovered(fitted[cli::fit_renewal], renewal, renewal);
   check_recovered(fitted[cli::fit_damping], damping, 0.3 * damping);
 }
 

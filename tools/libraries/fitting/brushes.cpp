@@ -10,7 +10,6 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/platform/platform.hpp"
 #include "tools/libraries/reports/progress.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 
 namespace cli {
@@ -105,7 +104,7 @@ Reach reach_of(const FitData& data, const std::vector<bool>& part, bool which) {
     paths.push_back(path[i]);
     speeds.push_back(std::fabs(data.velocity[i]));
   }
-  return {quantile(std::move(paths), nearly_all), quantile(std::move(speeds), nearly_all)};
+  return {quantile_of(std::move(paths), nearly_all), quantile_of(std::move(speeds), nearly_all)};
 }
 
 std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until) {

@@ -9,7 +9,6 @@
 #include <Eigen/Cholesky>
 
 #include "tools/libraries/files/user_error.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 
 namespace cli {
 namespace {
@@ -169,6 +168,13 @@ std::vector<double> smooth_creep(const std::vector<double>& t, const std::vector
 
 }  // namespace
 
+double quantile_of(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
 double root_mean_square(const std::vector<double>& values) {
   double squares = 0.0;
   for (const double value : values) squares += value * value;
@@ -181,7 +187,7 @@ double noise_of(const std::vector<double>& x) {
     fourth.push_back(std::fabs(x[i] - 4.0 * x[i - 1] + 6.0 * x[i - 2] - 4.0 * x[i - 3] + x[i - 4]));
   // Converts the median to the standard deviation of the noise. The median of the magnitude of normal noise
   // is 0.6745 standard deviations, and a fourth difference has sqrt(70) times the deviation of one value.
-  return quantile(fourth, 0.5) / (0.6745 * std::sqrt(70.0));
+  return quantile_of(fourth, 0.5) / (0.6745 * std::sqrt(70.0));
 }
 
 std::vector<double> smoothed_positions(const FitColumns& c, const std::vector<double>& x, double& quantum) {
@@ -315,7 +321,8 @@ std::vector<Axis> axes_of(const FitColumns& c) {
 double relative_work(const FitColumns& c) {
   double work = 0.0, most = 0.0;
   for (const auto& [x, f] : axes_of(c)) {
-    const double middle = share_back(c, x) > to_and_fro ? 0.5 * (quantile(f, 0.02) + quantile(f, 0.98)) : 0.0;
+    const double middle =
+        share_back(c, x) > to_and_fro ? 0.5 * (quantile_of(f, 0.02) + quantile_of(f, 0.98)) : 0.0;
     for (std::size_t i = 1; i < x.size(); ++i) {
       if (!c.follows(i)) continue;
       const double w = (0.5 * (f[i] + f[i - 1]) - middle) * (x[i] - x[i - 1]);
@@ -573,7 +580,7 @@ double ratio_of(std::vector<double> speeds) {
     return speeds[static_cast<std::size_t>(
         std::lower_bound(distance.begin(), distance.end(), share * distance.back()) - distance.begin())];
   };
-  return std::max(quantile(speeds, 1.0 - tail) / quantile(speeds, tail),
+  return std::max(quantile_of(speeds, 1.0 - tail) / quantile_of(speeds, tail),
                   at_share(1.0 - tail) / at_share(tail));
 }
 
@@ -586,8 +593,8 @@ void describe_motion(FitData& data, const std::vector<double>& speed) {
     speeds.push_back(speed[i]);
     (data.velocity[i] > 0.0 ? forth : back).push_back(speed[i]);
   }
-  data.slow = quantile(speeds, 0.1);
-  data.fast = quantile(speeds, 0.9);
+  data.slow = quantile_of(speeds, 0.1);
+  data.fast = quantile_of(speeds, 0.9);
   // Compares speeds within each direction only. Between the directions friction may differ by an offset of
   // the sensor, not by speed.
   data.ratio_of_speeds = data.axes == 1 ? std::max(ratio_of(forth), ratio_of(back)) : ratio_of(speeds);
@@ -625,7 +632,7 @@ std::vector<double> acceleration(const FitData& data, const std::vector<double>&
   constexpr std::size_t widest = 25;
   const FitColumns& c = data.columns;
   const bool of_speed = !c.v.empty();
-  const double dt = quantile(differences(c, c.t), 0.5);
+  const double dt = quantile_of(differences(c, c.t), 0.5);
   double noise = of_speed ? 0.0 : 0.3 * data.quantum;
   for_parts(c, [&](std::size_t begin, std::size_t end) {
     noise = std::max(noise, noise_of(slice(of_speed ? c.v : x, begin, end)));
@@ -689,7 +696,8 @@ void take_out_wild_rows(FitColumns& c) {
   constexpr double far = 3.0;          // distance from the middle, in widths of the others' range
   constexpr double most_wild = 0.005;  // share of wild rows beyond which they are the record
   if (c.planar() || c.t.size() < fewest_samples) return;
-  const double low = quantile(c.force, 0.01), high = quantile(c.force, 0.99), middle = 0.5 * (low + high);
+  const double low = quantile_of(c.force, 0.01), high = quantile_of(c.force, 0.99),
+               middle = 0.5 * (low + high);
   std::vector<bool> stays;
   std::string named;
   std::size_t wild = 0;
@@ -727,7 +735,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
   data.first_time = c.t.front();
   data.last_time = c.t.back();
 
-  data.sample_time = quantile(differences(c, c.t), 0.5);
+  data.sample_time = quantile_of(differences(c, c.t), 0.5);
   std::vector<std::vector<double>> positions, velocities;
   double square_range = 0.0;
   for (const Axis& axis : axes_of(c)) {
@@ -792,7 +800,7 @@ FitData prepare_fit_data(FitColumns columns, ForceSign sign, std::optional<doubl
     speed.push_back(std::hypot(velocities[0][i], data.axes == 2 ? velocities[1][i] : 0.0));
   }
   describe_motion(data, speed);
-  data.finest_move = moves.empty() ? data.quantum : quantile(moves, 0.1);
+  data.finest_move = moves.empty() ? data.quantum : quantile_of(moves, 0.1);
   settle_sign(data, sign);
   data.force_scale = root_mean_square(data.force);
   if (mass > 0.0) {

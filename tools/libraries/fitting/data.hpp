@@ -109,6 +109,8 @@ void check_fit_columns(const FitColumns& columns);
 std::vector<double> smoothed_positions(const FitColumns& columns, const std::vector<double>& x,
                                        double& quantum);
 
+/// Returns the value below which this share of some values lies; 0 for no values.
+double quantile_of(std::vector<double> values, double share);
 double root_mean_square(const std::vector<double>& values);
 
 /// Estimates the standard deviation of the noise in evenly sampled values, from the median of their fourth

@@ -19,7 +19,6 @@
 #include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 #include "tools/libraries/reports/table.hpp"
 #include "tools/libraries/rivals/lugre.hpp"
 
@@ -110,7 +109,7 @@ double jump_of(const JointLog& log) {
   std::vector<double> change;
   for (std::size_t k = 0; k + 1 < log.t.size(); ++k)
     change.push_back(std::fabs(log.motor[k + 1] - log.motor[k]));
-  return std::max(10.0 * quantile(change, 0.95),
+  return std::max(10.0 * quantile_of(change, 0.95),
                   0.02 * std::hypot(root_mean_square(log.motor), root_mean_square(log.outside)));
 }
 
@@ -318,7 +317,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
   const MatrixXd spread = covariance(j, fitted, correlated);
   const double freedom =
       static_cast<double>(balance.fitted()) / correlated - static_cast<double>(told.size());
-  const double student = student_quantile(freedom);
+  const double quantile = student_quantile(freedom);
   // Adds to each parameter's standard error the effect of a model that is wrong by 0.4 % of the friction. The
   // motion between samples is unknown, so that even without noise friction is known to a few thousandths
   // only.
@@ -336,7 +335,7 @@ JointFit fit_model(const Balance& balance, const Model& model) {
     if (its != told.end()) {
       const auto k = static_cast<Eigen::Index>(its - told.begin());
       const double known = shape / rms(j.col(k));
-      const double half = std::hypot(student * std::sqrt(std::max(spread(k, k), 0.0)), known);
+      const double half = std::hypot(quantile * std::sqrt(std::max(spread(k, k), 0.0)), known);
       e.low = std::max(p[i] - half, 0.0);
       e.high = p[i] + half;
       e.determined = half < p[i];
@@ -873,7 +872,7 @@ double joint_play(const JointLog& log, double inertia) {
   std::vector<double> sizes, paths;
   for (const Step& s : steps) sizes.push_back(std::fabs(s.friction));
   if (sizes.empty()) return 0.0;
-  const double usual = quantile(sizes, 0.5);
+  const double usual = quantile_of(sizes, 0.5);
   for (std::size_t reversal = 1; reversal < steps.size(); ++reversal) {
     if (steps[reversal].speed * steps[reversal - 1].speed >= 0.0) continue;
     const double sign = steps[reversal].speed > 0.0 ? 1.0 : -1.0;
@@ -890,7 +889,7 @@ double joint_play(const JointLog& log, double inertia) {
     }
     paths.push_back(blocks >= fewest_blocks && without > 0.6 * path ? without : 0.0);
   }
-  return paths.size() < fewest_reversals ? 0.0 : quantile(paths, 0.5);
+  return paths.size() < fewest_reversals ? 0.0 : quantile_of(paths, 0.5);
 }
 
 JointLog pieces_of(JointLog log, std::size_t most) {

@@ -1,4 +1,4 @@
-// Computes quantiles of measured values, such as medians over repeats.
+// Computes quantiles of a small set of measured times, such as medians over repeats.
 #pragma once
 
 #include <algorithm>
