@@ -499,16 +499,16 @@ namespace {
 bool as_close(const Judgement& model, const Judgement& closest, double Residuals3::*error,
               BlockSquares Judgement::*squares) {
   if (model.judged.*error < alike * (closest.judged.*error)) return true;
-  const double blocks = static_cast<double>((model.*squares).size());
-  if (blocks < 2.0) return false;
+  const double count = static_cast<double>((model.*squares).size());
+  if (count < 2.0) return false;
   double sum = 0.0, of_squares = 0.0;
   for (const auto& [block, square] : model.*squares) {
     const double more = square - (closest.*squares).at(block);
     sum += more;
     of_squares += more * more;
   }
-  const double scatter = std::sqrt((blocks * of_squares - sum * sum) / (blocks - 1.0));
-  return sum < student_quantile(blocks - 1.0) * scatter;
+  const double scatter = std::sqrt((count * of_squares - sum * sum) / (count - 1.0));
+  return sum < student_quantile(count - 1.0) * scatter;
 }
 
 /// Returns the name of the model with the least error, and the names of those that are as close.
