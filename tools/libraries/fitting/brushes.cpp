@@ -107,13 +107,17 @@ Reach reach_of(const FitData& data, const std::vector<bool>& part, bool which) {
   return {quantile_of(std::move(paths), nearly_all), quantile_of(std::move(speeds), nearly_all)};
 }
 
+unsigned block_of(const FitData& data, std::size_t sample) {
+  const double time = data.columns.t[sample] - data.first_time;
+  const double share = data.length() > 0.0 ? std::min(time / data.length(), 1.0 - 1e-12) : 0.0;
+  return static_cast<unsigned>(blocks * share);
+}
+
 std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until) {
   std::vector<bool> fitted;
-  for (const double t : data.columns.t) {
-    const double time = t - data.first_time;
-    const double share = data.length() > 0.0 ? std::min(time / data.length(), 1.0 - 1e-12) : 0.0;
-    fitted.push_back(until ? time <= *until : std::popcount(static_cast<unsigned>(blocks * share)) % 2 == 0);
-  }
+  for (std::size_t i = 0; i < data.samples(); ++i)
+    fitted.push_back(until ? data.columns.t[i] - data.first_time <= *until
+                           : std::popcount(block_of(data, i)) % 2 == 0);
   return fitted;
 }
 

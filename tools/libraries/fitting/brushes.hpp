@@ -15,6 +15,9 @@ inline constexpr std::size_t fit_samples = 10000;
 /// kinds of brush.
 inline constexpr std::size_t fewest_to_choose = 40;
 
+/// Returns the number, 0 to 31, of the block of time in which a sample lies.
+unsigned block_of(const FitData& data, std::size_t sample);
+
 /// Returns for each sample of a record whether models are fitted to it, or it is held out to judge them.
 /// Fitted are the first `until` seconds or, without that, 16 of 32 blocks of equal time, in the order of Thue
 /// and Morse (0110 1001 ...), so that no period of the motion falls into the fitted blocks alone.

@@ -13,7 +13,6 @@
 #include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
-#include "tools/libraries/reports/quantile.hpp"
 #include "tools/libraries/reports/table.hpp"
 #include "tools/libraries/rivals/rival.hpp"
 
@@ -26,8 +25,6 @@ using Eigen::VectorXd;
 // Number of samples to which records are thinned to fit rivals: more than for brushes, because LuGre's
 // equation needs short steps.
 constexpr std::size_t rival_samples = 20000;
-// Number of blocks of time over which the scatter of errors is taken.
-constexpr double scatter_blocks = 32.0;
 // Least number of samples after reversals of the motion with which the report judges reversals.
 constexpr std::size_t fewest_after_reversals = 10;
 // Ratio of the errors of two models below which they count as equally close.
@@ -342,8 +339,9 @@ class Judge {
     for (std::size_t i = 0; i < paths_.size(); ++i) {
       if (fitted_[i]) continue;
       const double square = std::pow(force[static_cast<Eigen::Index>(i)] - whole_.force[i], 2);
-      j.squares[block_of(i)] += square;
-      if (reverses(i)) j.reversal_squares[block_of(i)] += square;
+      const unsigned block = block_of(whole_, i);
+      j.squares[block] += square;
+      if (reverses(i)) j.reversal_squares[block] += square;
     }
     if (!std::isfinite(j.fitted + j.judged.all)) j.failed = "its force is no number on this record";
     all.models.push_back(j);
@@ -357,10 +355,6 @@ class Judge {
 
  private:
   bool reverses(std::size_t i) const { return paths_[i] <= reversal_path_; }
-  /// Returns the number of the block of time in which a sample lies, from its share of the record's time.
-  int block_of(std::size_t i) const {
-    return static_cast<int>(scatter_blocks * (whole_.columns.t[i] - whole_.first_time) / whole_.length());
-  }
   template <class Counts>
   double rms(const VectorXd& force, const Counts& counts) const {
     double squares = 0.0, n = 0.0;

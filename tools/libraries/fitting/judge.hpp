@@ -20,7 +20,7 @@ struct Residuals3 {
 };
 
 /// Sums of squared errors (N^2) of judged samples, by the number of the block of time.
-using BlockSquares = std::map<int, double>;
+using BlockSquares = std::map<unsigned, double>;
 
 struct Judgement {
   std::string model;

@@ -498,7 +498,7 @@ void fit_command(const FitOptions& options) {
   if (!on_stdout) print_report(table);
   FitOptions whole = options;  // writes no JSON file of the fit: that file holds the judgements
   whole.json.clear();
-  whole.fit_until.reset();
+  whole.fit_until.reset();  // fits the whole record
   if (!whole.csv.empty() || !whole.html.empty() || !whole.write.empty() || !whole.plot.empty())
     fit_record(whole, false, table, judged.rivals);
 }
