@@ -27,8 +27,7 @@ constexpr Bound bounds[] = {
     {"any_speed/redraw/exponential", "instructions: a logarithm per sampled length"},
     {"any_speed/redraw/",
      "loads: sampled lengths follow one another until a jump is exact enough, each a look-up at a random "
-     "index of a "
-     "table, 45 cycles for 16 bristles"},
+     "index of a table, 45 cycles for 16 bristles"},
     {"hand/over_keep",
      "loads: renewals read and write bristles at random indices and look lengths up; keep does neither"},
     {"hand/", "instructions: a bend or a rising load passes over bristles once more"},
