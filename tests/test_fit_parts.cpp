@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "tests/brute_rubbing.hpp"
 #include "tests/fit_helpers.hpp"
 #include "tests/sliding_springs.hpp"
 #include "tools/libraries/fitting/judge.hpp"
@@ -171,6 +172,37 @@ TEST_CASE("Each record begins in the state that its past gives", "[fit]") {
     const std::vector<double> force = force_along(path, {SnapLaw::lognormal, rule, 0.3}, length, past);
     const double expected[] = {0.0, 0.0, 1.0, 1.0, -1.0, -1.0};
     for (std::size_t i = 0; i < 6; ++i) CHECK(force[i] == Approx(expected[i]).margin(0.02));
+  }
+}
+
+TEST_CASE("Strokes that reach steady sliding, and strokes that do not, have the force of single bristles",
+          "[fit]") {
+  const double length = 2e-5;
+  // Turning points in presliding lengths; the last two strokes end before the slide is steady.
+  const std::vector<double> turns{30.0, -5.0, 40.0, 36.0, 75.0, 74.0, 76.0};
+  for (const double spread : {0.1, 0.3, 0.8}) {
+    CAPTURE(spread);
+    RubbedBristles bristles(8000, lognormal_quantile(length, spread), 0.0, 0.0, 7);
+    const double steady = 0.5 * (1.0 + spread * spread) * length;  // mean deflection in steady sliding
+    std::vector<PathPoint> path{{0.0, 1.0, true, 0.0}};
+    std::vector<double> expected{0.0};
+    for (const double turn : turns) {
+      const double from = path.back().x, way = turn * length - from;
+      const int samples = 1 + static_cast<int>(std::fabs(way) / (0.43 * length));
+      for (int i = 1; i <= samples; ++i) {
+        const double x = from + way * i / samples;
+        bristles.step(x - path.back().x, 0.0, length / 30.0);
+        path.push_back({x, 1.0, true, path.back().t + 0.1});
+        expected.push_back(bristles.x() / steady);
+      }
+    }
+    const std::vector<double> force =
+        force_along(path, {SnapLaw::lognormal, SnapRule::redraw, spread}, length);
+    REQUIRE(force.size() == expected.size());
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      CAPTURE(i, path[i].x / length);
+      CHECK(force[i] == Approx(expected[i]).margin(0.05));
+    }
   }
 }
 

@@ -63,9 +63,10 @@ struct BrushShape {
   bristle::Material material(double presliding_length_m) const;
 };
 
-/// Accuracy with which friction along a path is computed: less to search, more for the final fit.
+/// Accuracy with which friction along a path is computed: less to search, more for the final fit. A path of
+/// far steps, which does not show the course of presliding, is computed less accurately.
 enum class Detail : unsigned char {
-  search,  ///< redraw: error 0.8 % rms at most; slide: 32 strata
+  search,  ///< redraw: error 0.4 % rms at most; slide: 32 strata
   refine,  ///< redraw: error 0.2 % rms at most; slide: 64 strata
   finish   ///< redraw: error 0.05 % rms at most; slide: as refine
 };
@@ -97,7 +98,7 @@ class PathForce {
 
  private:
   struct Brush;
-  Brush& brush_of(const BrushShape& shape, Detail detail);
+  Brush& brush_of(const BrushShape& shape, double accuracy);
   std::vector<double> of_ring(double lever, const BrushShape& shape, double presliding_length_m,
                               const Past& past, Detail detail, bool everywhere);
 
