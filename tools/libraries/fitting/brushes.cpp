@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <csignal>
 
 #include <fmt/format.h>
 
 #include "tools/libraries/files/user_error.hpp"
-#include "tools/libraries/platform/platform.hpp"
+#include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 
@@ -39,18 +38,6 @@ constexpr int most_cuts = 2;
 // between them.
 constexpr double reversing = 0.25;
 
-volatile std::sig_atomic_t stopped = 0;
-
-/// Handles Ctrl-C. At the first signal the fit ends with the best brush found so far; the second one ends the
-/// program.
-void stop(int signal) {
-  if (stopped != 0) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
-  }
-  stopped = 1;
-}
-
 /// Returns the options of a fit with this snap rule. Throws UserError if an option that the user gave does
 /// not go with the rule.
 FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule rule) {
@@ -69,9 +56,6 @@ FitOptions with_rule(const FitData& data, const FitOptions& options, SnapRule ru
 }
 
 }  // namespace
-
-void stop_fits_on_signals() { platform::on_stop_signals(&stop); }
-bool fit_stopped() noexcept { return stopped != 0; }
 
 std::vector<double> path_since_reversal(const FitData& data) {
   const double slack = std::max(2.0 * data.quantum, 2e-3 * data.range);

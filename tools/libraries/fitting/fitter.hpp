@@ -168,9 +168,4 @@ class Fitter {
   std::vector<FitPoint> as_good_;  // points that fit as well as the best, with other spreads
 };
 
-/// Installs a handler of Ctrl-C, after which all fits of this process end with the best that they have found.
-void stop_fits_on_signals();
-bool fit_stopped() noexcept;
-inline constexpr const char* stopped_early = "stopped early: the best that was found until then";
-
 }  // namespace cli

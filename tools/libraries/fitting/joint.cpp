@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -15,8 +16,8 @@
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/fitting/fit.hpp"
-#include "tools/libraries/fitting/fitter.hpp"
 #include "tools/libraries/fitting/least_squares.hpp"
+#include "tools/libraries/fitting/solve.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/progress.hpp"
 #include "tools/libraries/reports/table.hpp"
@@ -229,6 +230,8 @@ class Balance {
   double scale_ = 1.0, degrees_ = 0.0, mean_temperature_ = 0.0;
 };
 
+constexpr double no_goal = std::numeric_limits<double>::infinity();
+
 /// Point of a minimisation: the parameters, the errors of the torque in the fitted blocks, and their
 /// derivatives.
 struct Trial {
@@ -237,9 +240,10 @@ struct Trial {
   double squares() const { return left.squaredNorm(); }
 };
 
-/// Fits positive parameters by Levenberg-Marquardt steps. Adds to `runs` how often the model was run along
-/// the log.
-Trial minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, int& runs) {
+/// Fits positive parameters by Levenberg-Marquardt steps. Ends early if steps gain too little to reach the
+/// sum of squares `goal`. Adds to `runs` how often the model was run along the log.
+Trial minimise(const Balance& balance, const Model& model, const VectorXd& from, int steps, double goal,
+               int& runs) {
   const auto at = [&](const VectorXd& p, bool with_slopes) {
     runs += with_slopes ? model.runs_with_slopes : 1;
     Trial trial;
@@ -251,6 +255,8 @@ Trial minimise(const Balance& balance, const Model& model, const VectorXd& from,
   };
   Trial here = at(from, true);
   double damping = 1e-2;
+  constexpr double light = 1e-6;       // damping below which it does not hold a step back
+  constexpr double too_little = 1e-5;  // gain of a step over the sum of squares, below which the fit ends
   for (int step = 0; step < steps && damping < 1e8 && !(fit_stopped() && step > 0); ++step) {
     MatrixXd a = here.by.transpose() * here.by;
     const double floor = 1e-12 * std::max(a.diagonal().maxCoeff(), 1e-300);
@@ -267,7 +273,9 @@ Trial minimise(const Balance& balance, const Model& model, const VectorXd& from,
       damping *= 4.0;
       continue;
     }
-    const bool ends = there.squares() > here.squares() * (1.0 - 1e-7);
+    const double gain = here.squares() - there.squares();
+    const bool creeps = damping < light && gain * (steps - step) < here.squares() - goal;
+    const bool ends = creeps || gain < too_little * here.squares();
     here = at(next, true);
     if (ends) break;
     damping = std::max(0.3 * damping, 1e-9);
@@ -279,7 +287,7 @@ double rms(const VectorXd& x) {
   return x.size() > 0 ? std::sqrt(x.squaredNorm() / static_cast<double>(x.size())) : std::nan("");
 }
 
-JointFit fit_model(const Balance& balance, const Model& model) {
+JointFit fit_model(const Balance& balance, const Model& model, double goal = no_goal) {
   JointFit fit;
   fit.model = model.name;
   Trial best;
@@ -288,10 +296,10 @@ JointFit fit_model(const Balance& balance, const Model& model) {
     if (fit_stopped() && best.numbers.size() > 0) break;
     VectorXd from = VectorXd::Ones(own + (balance.degrees() > 0.0 ? 2 : 0));
     from.head(own) = guess;
-    const Trial trial = minimise(balance, model, from, 12, fit.runs);
+    const Trial trial = minimise(balance, model, from, 12, no_goal, fit.runs);
     if (best.numbers.size() == 0 || trial.squares() < best.squares()) best = trial;
   }
-  best = minimise(balance, model, best.numbers, 100, fit.runs);
+  best = minimise(balance, model, best.numbers, 100, goal, fit.runs);
 
   const VectorXd p = best.numbers;
   MatrixXd by;
@@ -407,7 +415,7 @@ Model brush_model(const JointLog& log, double torque, double speed) {
                  "stribeck speed"};
   model.units = {"kg m^2", "N m/rad", "N m s/rad", "N m", "", "", "", "", "N m", "", "", "", "", "rad/s"};
   for (const double bends : {1e-4, 1e-3, 1e-2})
-    for (const double fall : {0.1, 1.0})
+    for (const double fall : {0.1, 1.0})  // Stribeck speeds
       model.guesses.push_back(
           vector_of({0.01 * torque / speed, 0.2 * torque / bends, 0.02 * torque / speed, 0.1 * torque, 0.05,
                      0.05, 0.05, 0.05, 0.05 * torque, 0.02, 0.02, 0.02, 0.02, fall * speed}));
@@ -612,32 +620,36 @@ JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differen
     if (i >= 8 && i <= 11) return !falls || !shares;
     return (i >= 3 && i <= 6 && !shares) || (i == 7 && !falls);
   };
-  const auto starts = [&, guesses = bent.guesses](bool falls, bool shares, bool is_bent) {
+  // Returns the guesses that differ in what a set of terms has. Tries several stiffnesses unless the fit
+  // `before` of fewer terms has one.
+  const auto starts = [&, guesses = bent.guesses](bool falls, bool shares, bool is_bent,
+                                                  const JointFit& before) {
     std::vector<VectorXd> all;
-    for (const VectorXd& whole : guesses) {
-      VectorXd guess = whole;
+    const std::size_t speeds = 2, used = is_bent && before.numbers.empty() ? guesses.size() : speeds;
+    for (std::size_t k = 0; k < used; k += falls ? 1 : speeds) {
+      VectorXd guess = guesses[k];
       for (Eigen::Index i = 2; i < 12; ++i)
         if (lacks(falls, shares, i)) guess[i + 1] = 0.0;
       if (is_bent) {
+        if (!before.numbers.empty()) guess[1] = before.numbers[1].value;
         all.push_back(guess);
         continue;
       }
       VectorXd stiff(guess.size() - 1);
       stiff << guess.head(1), guess.tail(guess.size() - 2);
       all.push_back(stiff);
-      if (all.size() == 2) break;  // the guesses differ in stiffness beyond these
     }
     return all;
   };
   if (by_differences) use_differences(bent);
-  const auto with_justified_terms = [&](Model& model, bool is_bent) {
+  const auto with_justified_terms = [&](Model& model, bool is_bent, double goal) {
     JointFit best;
     int runs = 0;
     for (const auto& [falls, shares] :
          {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
       if ((shares && !loaded) || (fit_stopped() && !best.numbers.empty())) continue;
-      model.guesses = starts(falls, shares, is_bent);
-      const JointFit tried = fit_model(balance, model);
+      model.guesses = starts(falls, shares, is_bent, best);
+      const JointFit tried = fit_model(balance, model, goal);
       runs += tried.runs;
       if (!best.numbers.empty() && (tried.criterion >= best.criterion - clearly_closer ||
                                     tried.fitted_rms > least_gain * best.fitted_rms))
@@ -647,8 +659,9 @@ JointFit fit_brush(const JointLog& log, const Balance& balance, bool by_differen
     best.runs = runs;
     return best;
   };
-  JointFit stiff = with_justified_terms(rigid.front(), false);
-  JointFit fit = with_justified_terms(bent, true);
+  JointFit stiff = with_justified_terms(rigid.front(), false, no_goal);
+  const double goal = std::pow(stiff.fitted_rms, 2) * static_cast<double>(balance.fitted());
+  JointFit fit = with_justified_terms(bent, true, goal);
   fit.rigid = stiff.fitted_rms < fit.fitted_rms;
   if (fit.rigid) {
     JointEstimate stiffness = fit.numbers[1];

@@ -2,14 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <unsupported/Eigen/NonLinearOptimization>
 
+#include "tools/libraries/platform/platform.hpp"
+
 namespace cli {
 namespace {
+
+volatile std::sig_atomic_t stopped = 0;
+
+/// Handles Ctrl-C. At the first signal the fit ends with the best brush found so far; the second one ends the
+/// program.
+void stop(int signal) {
+  if (stopped != 0) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+  }
+  stopped = 1;
+}
+
+constexpr int ends = -1;  // answer by which a function ends Levenberg-Marquardt
 
 /// Adapts a SumOfSquares to the interface that Eigen's Levenberg-Marquardt expects.
 struct Function {
@@ -20,10 +37,12 @@ struct Function {
   int inputs() const { return static_cast<int>(unknowns); }
   int values() const { return static_cast<int>(sum.residuals); }
   int operator()(const Eigen::VectorXd& u, Eigen::VectorXd& out) const {
+    if (fit_stopped()) return ends;
     sum.fill(u, out);
     return 0;
   }
   int df(const Eigen::VectorXd& u, Eigen::MatrixXd& out) const {
+    if (fit_stopped()) return ends;
     sum.differentiate(u, out);
     return 0;
   }
@@ -90,6 +109,9 @@ EigenBasis eigen_basis(const Eigen::MatrixXd& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric);
   return {solver.eigenvectors(), solver.eigenvalues()};
 }
+
+void stop_fits_on_signals() { platform::on_stop_signals(&stop); }
+bool fit_stopped() noexcept { return stopped != 0; }
 
 void minimise(const SumOfSquares& sum, const LevenbergLimits& limits, Eigen::VectorXd& unknowns) {
   Function function{sum, unknowns.size()};

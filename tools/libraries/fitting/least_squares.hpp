@@ -39,8 +39,13 @@ struct LevenbergLimits {
   double ftol, xtol, factor;
 };
 
+/// Installs a handler of Ctrl-C, after which all fits of this process end with the best that they have found.
+void stop_fits_on_signals();
+bool fit_stopped() noexcept;
+inline constexpr const char* stopped_early = "stopped early: the best that was found until then";
+
 /// Minimises a sum of squares by Levenberg-Marquardt (MINPACK's lmder). `unknowns`: the starting point,
-/// replaced by the solution.
+/// replaced by the solution, or by the best found when fits are stopped.
 void minimise(const SumOfSquares& sum, const LevenbergLimits& limits, Eigen::VectorXd& unknowns);
 
 }  // namespace cli

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/scene/snap_law.hpp"
 
 namespace cli {
@@ -88,19 +89,24 @@ std::vector<double> FitModel::force_on_stage(const FitValues& p) {
 
 void FitModel::settle(const FitValues& p) {
   if (data_.axes == 2 || p == settled_) return;
-  constexpr int most_rounds = 30;
-  // Relaxes an iteration that converges slowly, as it does for stages up to three times as soft as the
-  // bristles.
-  constexpr double relaxed = 0.5, slow = 0.7, small = 1e-3;
-  double change = data_.force_scale, share = 1.0;
-  for (int round = 0; round < most_rounds && change > small * data_.force_scale; ++round) {
+  constexpr int most_rounds = 20;
+  constexpr double small = 1e-3;
+  // Each point takes a share of the difference, less where differences alternate: a stage that is softer than
+  // the bristles would overshoot there.
+  constexpr double least_share = 0.05, less = 0.5, more = 1.2;
+  std::vector<double> share(stage_force_.size(), 1.0), before(stage_force_.size(), 0.0);
+  double change = data_.force_scale;
+  for (int round = 0; round < most_rounds && change > small * data_.force_scale && !fit_stopped(); ++round) {
     const std::vector<double> force = force_on_stage(p);
-    const double before = change;
     change = 0.0;
-    for (std::size_t i = 0; i < force.size(); ++i)
-      change = std::max(change, std::fabs(force[i] - stage_force_[i]));
-    if (round > 0 && change > slow * before) share = relaxed;
-    for (std::size_t i = 0; i < force.size(); ++i) stage_force_[i] += share * (force[i] - stage_force_[i]);
+    for (std::size_t i = 0; i < force.size(); ++i) {
+      const double difference = force[i] - stage_force_[i];
+      change = std::max(change, std::fabs(difference));
+      share[i] = difference * before[i] < 0.0 ? std::max(less * share[i], least_share)
+                                              : std::min(more * share[i], 1.0);
+      before[i] = difference;
+      stage_force_[i] += share[i] * difference;
+    }
   }
   known_values_ = {};
   settled_ = p;

@@ -17,9 +17,9 @@
 #include "tools/libraries/files/user_error.hpp"
 #include "tools/libraries/fitting/fit.hpp"
 #include "tools/libraries/fitting/fit_plot_script.hpp"  // made by CMake from tools/plots/fit.gp
-#include "tools/libraries/fitting/fitter.hpp"
 #include "tools/libraries/fitting/joint.hpp"
 #include "tools/libraries/fitting/judge.hpp"
+#include "tools/libraries/fitting/least_squares.hpp"
 #include "tools/libraries/reports/conditions.hpp"
 #include "tools/libraries/reports/html_page.hpp"
 #include "tools/libraries/reports/numbers.hpp"
