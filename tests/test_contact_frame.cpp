@@ -331,6 +331,20 @@ TEST_CASE("The force on a stuck contact turns by the mean of its bodies' spins",
   }
 }
 
+TEST_CASE("The axes of a contact fixed to a surface turn with that surface alone", "[frame]") {
+  std::mt19937_64 random(9);
+  for (const double angle : {1e-6, 0.1, 1.5, 3.0}) {
+    ContactFrame frame(random_unit(random));
+    const Vector3d axis = random_unit(random);
+    const Eigen::AngleAxisd turn(angle, axis);
+    const Vector3d along = turn * frame.along(), normal = turn * frame.normal();
+    REQUIRE(frame.carry_with_surface(normal, angle * axis));
+    CHECK((frame.along() - along).norm() < 1e-14);
+    CHECK((frame.normal() - normal).norm() < 1e-14);
+    CHECK_FALSE(frame.carry_with_surface(Vector3d::Zero(), angle * axis));
+  }
+}
+
 TEST_CASE("A rigid motion of the whole scene changes no force but its direction", "[frame]") {
   // Lets a body slide and spin over a curved, turning surface; repeats it while everything turns about the
   // origin, by any amount in a step.
