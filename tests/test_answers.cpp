@@ -138,6 +138,10 @@ TEST_CASE("Text is broken at spaces, and nothing of it is lost", "[answers]") {
   CHECK(cli::broken_lines("four five", 9) == std::vector<std::string>{"four five"});
   CHECK(cli::broken_lines("four five", 8) == std::vector<std::string>{"four", "five"});
   CHECK(cli::broken_lines("as long as it gets", 0).size() == 1);
+  // Lines that go on are indented as far as the text begins: after spaces, or a label and a gap.
+  const Columns narrow(20);
+  CHECK(cli::filled("    one two three four") == "    one two three\n    four");
+  CHECK(cli::filled("label  one two three four") == "label  one two three\n       four");
 }
 
 TEST_CASE("A body without damping is said to ring, and the damping that is named brings it to rest",
@@ -189,6 +193,31 @@ TEST_CASE("A peak that is exceeded under a constant load is not laid to the load
   REQUIRE(outcome.code == 0);
   const std::string answer = answer_of(outcome.out);
   CHECK_THAT(answer, Contains("after a reversal it rises higher") && !Contains("its load changes"));
+}
+
+TEST_CASE(
+    "A run says why its first loading missed the peak: short, turned back, in long steps, under a rising "
+    "load",
+    "[answers]") {
+  const Folder folder;
+  const auto answer = [&](const std::string& motion) {
+    const std::string text =
+        "[[material]]\nname = \"m\"\nkinetic = 0.3\npeak = 0.4\npresliding_length = 5e-6\n"
+        "[scene]\nname = \"s\"\ndt = 0.001\nduration = 0.2\n"
+        "[[patch]]\nname = \"body\"\nmaterial = \"m\"\nmax_normal_load = 5.0\naxes = 1\n"
+        "[[motion]]\npatch = \"body\"\n" +
+        motion;
+    const Outcome outcome = run_cli(folder, "run '" + folder.write("s.toml", text) + "'");
+    REQUIRE(outcome.code == 0);
+    return answer_of(outcome.out);
+  };
+  CHECK_THAT(answer("type = \"ramp\"\nvelocity = 1e-5\nload = 5.0\n"), Contains("went no farther than 2 um"));
+  CHECK_THAT(answer("type = \"sine\"\namplitude = 2e-6\nfrequency = 5\nload = 5.0\n"),
+             Contains("turned back after 2 um"));
+  CHECK_THAT(answer("type = \"ramp\"\nvelocity = 0.05\nload = 5.0\n"), Contains("it was passed in steps of"));
+  CHECK_THAT(answer("type = \"ramp\"\nvelocity = 1e-4\nload_steps = [ { t = 0, load = 1.0 }, "
+                    "{ t = 0.02, load = 5.0 } ]\n"),
+             Contains("the load rose from 1 to 5 N"));
 }
 
 TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room are named below",

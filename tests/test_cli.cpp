@@ -162,6 +162,16 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   refused("shape = 'disc'\nhalf = 1e-3\npresliding = 1e-4\nmax_normal_load = 1\npath = [{ t = 0 }]",
           {"load"});
   refused("shape = 'disc'\nmax_normal_load = 1\npath = []", {"path"});
+  // A row at the time of the one above is a jump.
+  const std::string pad = "shape = 'disc'\nhalf = 1e-3\npresliding = 1e-4\nmax_normal_load = 5\n";
+  const std::string jump = "path = [{ t = 0, load = 1 }, { t = 0.55 }, { t = 0.55, load = 3 }, { t = 1 }]\n";
+  run_report(folder, "run '" + folder.write("jump.toml", head + pad + jump) + "' --out '" + csv + "'");
+  const auto jumped = read_csv(csv);
+  REQUIRE(jumped.size() == 11);
+  for (std::size_t i = 1; i < jumped.size(); ++i)
+    CHECK(std::stod(jumped[i][5]) == (std::stod(jumped[i][0]) < 0.55 ? 1.0 : 3.0));
+  refused(pad + "path = [{ t = 1, load = 1 }, { t = 0.5 }]",
+          {"bad.toml:11", "path", "comes before the row above"});
   const std::string of_patches =
       "# not a [[bed]]\n[scene]\nname = 's'\ndt = 1e-3\nduration = 0.01\n[[material]]\nname = 'm'\n"
       "[[patch]]\nname = 'p'\nmaterial = 'm'\nmax_normal_load = 1.0\n"
@@ -904,6 +914,26 @@ TEST_CASE("The paper's loop is compared in steady motion, as the others are", "[
   }
 }
 
+TEST_CASE("Discs are compared in sliding, where their torque stays, and there and back, where all sticks",
+          "[cli]") {
+  for (const auto make : {+[](bool back) { return cli::brush_disc(0.003, back, ""); },
+                          +[](bool back) { return cli::lugre_disc(0.003, back); }}) {
+    cli::Contestant on = make(false), to_and_fro = make(true);
+    const double sliding = on.step();
+    for (int i = 0; i < 4; ++i) CHECK(on.step() == Approx(sliding).epsilon(1e-3));
+    // A step back unloads by 0.003 of a length at the rim; sliding builds up over half a length or a whole
+    // one.
+    double before = to_and_fro.step();
+    for (int i = 0; i < 3; ++i) {
+      const double back = to_and_fro.step();
+      CHECK(back / before < 0.998);
+      CHECK(back / before > 0.98);
+      before = to_and_fro.step();
+      CHECK(before / back >= 1.0);
+    }
+  }
+}
+
 TEST_CASE("An experiment writes its curves, its findings and its picture", "[cli]") {
   const Folder folder;
   // Checks that options take precedence over the file, and the file over the defaults, and that the table of
@@ -1007,9 +1037,14 @@ TEST_CASE("A fit writes a scene that replays its data, a report, the curve and a
   CHECK(replay["traces"][0]["rows"] == 1201);
 }
 
-TEST_CASE("A fit holds residual and renewal where they are given", "[cli][fit]") {
+TEST_CASE("A fit holds residual, renewal and the damper's decay where they are given", "[cli][fit]") {
   const Folder folder;
-  const json report = run_report(folder, "fit '" BRISTLE_SCENES "/sled.csv' --residual 0.2 --renewal 0.5");
+  const std::string toml = folder.at("fitted.toml");
+  const json report = run_report(folder, "fit '" BRISTLE_SCENES
+                                         "/sled.csv' --residual 0.2 --renewal 0.5"
+                                         " --decay gaussian --write '" +
+                                             toml + "'");
+  CHECK_THAT(read_file(toml), Contains("damper_decay = \"gaussian\""));
   const json& residual = report["parameters"]["residual_share"];
   CHECK(residual["value"] == 0.2);
   CHECK(residual["determined"] == false);

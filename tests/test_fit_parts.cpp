@@ -15,6 +15,7 @@
 #include "tests/brute_rubbing.hpp"
 #include "tests/fit_helpers.hpp"
 #include "tests/sliding_springs.hpp"
+#include "tools/libraries/fitting/brushes.hpp"
 #include "tools/libraries/fitting/judge.hpp"
 #include "tools/libraries/fitting/path_force.hpp"
 #include "tools/libraries/fitting/solve.hpp"
@@ -178,7 +179,7 @@ TEST_CASE("Each record begins in the state that its past gives", "[fit]") {
 TEST_CASE("Strokes that reach steady sliding, and strokes that do not, have the force of single bristles",
           "[fit]") {
   const double length = 2e-5;
-  // Turning points in presliding lengths; the last two strokes end before the slide is steady.
+  // Turning points in presliding lengths; some strokes end before the slide is steady.
   const std::vector<double> turns{30.0, -5.0, 40.0, 36.0, 75.0, 74.0, 76.0};
   for (const double spread : {0.1, 0.3, 0.8}) {
     CAPTURE(spread);
@@ -204,6 +205,39 @@ TEST_CASE("Strokes that reach steady sliding, and strokes that do not, have the 
       CHECK(force[i] == Approx(expected[i]).margin(0.05));
     }
   }
+}
+
+TEST_CASE("A record in the plane may begin in sliding, along its first motion or against it", "[fit]") {
+  std::vector<PathPoint> path;
+  for (int i = 0; i < 3; ++i) {
+    path.push_back({3e-9 * i, 2.0, true, 0.1 * i});
+    path.back().y = 4e-9 * i;
+  }
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::slide}) {
+    for (const cli::StartState start : {cli::StartState::forward, cli::StartState::backward}) {
+      CAPTURE(static_cast<int>(rule), static_cast<int>(start));
+      cli::Past past;
+      past.start = start;
+      const std::vector<double> force =
+          cli::PathForce(path, 2).find({SnapLaw::lognormal, rule, 0.3}, 3e-5, past, cli::Detail::finish);
+      const double full = start == cli::StartState::forward ? 2.0 : -2.0;  // N, over kinetic friction
+      REQUIRE(force.size() == 6);
+      for (std::size_t i = 0; i < 3; ++i) {
+        CHECK(force[i] == Approx(0.6 * full).margin(0.002));
+        CHECK(force[3 + i] == Approx(0.8 * full).margin(0.002));
+      }
+    }
+  }
+}
+
+TEST_CASE("The time of a record is cut into 32 equal blocks, the last of which holds its last sample",
+          "[fit]") {
+  cli::FitData data = made_record(1, 321, [](double) { return 1e-3; });
+  for (unsigned k = 0; k < 32; ++k) CHECK(cli::block_of(data, 10 * k + 5) == k);
+  CHECK(cli::block_of(data, 0) == 0);
+  CHECK(cli::block_of(data, 320) == 31);
+  data.last_time = data.first_time;  // a record of one instant
+  CHECK(cli::block_of(data, 0) == 0);
 }
 
 // -------------------------------------------------------------------------------------------------- stage

@@ -22,6 +22,7 @@
 #include "temporary_folder.hpp"
 #include "tools/libraries/files/text_file.hpp"
 #include "tools/libraries/files/user_error.hpp"
+#include "tools/products/virtual_room/collision.hpp"
 #include "tools/products/virtual_room/compared.hpp"
 #include "tools/products/virtual_room/haptic_loop.hpp"
 #include "tools/products/virtual_room/motion_axis.hpp"
@@ -196,6 +197,37 @@ TEST_CASE("A ring keeps the order, and counts what finds no room", "[room][excha
 }
 
 // ----------------------------------------------------------- the block on the floor, pushed by the tool
+
+TEST_CASE("Block and tool touch each surface of the room from within", "[room]") {
+  const RoomMeasures m;
+  const struct {
+    Surface surface;
+    Vector3 inward, place;
+  } sides[] = {{Surface::floor, {0, 0, 1}, {0, 0, 0}},
+               {Surface::end_wall, {-1, 0, 0}, {m.length / 2, 0, 0}},
+               {Surface::left_wall, {0, -1, 0}, {0, m.width / 2, 0}},
+               {Surface::right_wall, {0, 1, 0}, {0, -m.width / 2, 0}},
+               {Surface::roof, {0, 0, -1}, {0, 0, m.height}}};
+  for (const auto& side : sides) {
+    CAPTURE(static_cast<int>(side.surface));
+    const double overlap = 0.5e-3;
+    // Moves a body of this half width from inside the room into the surface.
+    const auto against = [&](const Vector3& from, double half) -> Vector3 {
+      return from + side.inward * ((side.place - from).dot(side.inward) + half - overlap);
+    };
+    const Vector3 half(m.block[0] / 2, m.block[1] / 2, m.block[2] / 2);
+    Pose block;
+    block.position = against({0, 0, m.height / 2}, half.dot(side.inward.cwiseAbs()));
+    Touches touches;
+    find_touches(m, block, against({-0.2, 0.1, 0.2}, m.tool_radius), touches);
+    REQUIRE(touches.count == 5);  // four corners of the block, and the tool
+    for (std::size_t i = 0; i < touches.count; ++i) {
+      CHECK(touches.list[i].surface == side.surface);
+      CHECK(touches.list[i].normal == side.inward);
+      CHECK(touches.list[i].gap == Approx(-overlap));
+    }
+  }
+}
 
 TEST_CASE("A block at rest presses with its weight and does not stir", "[room]") {
   Settings settings = few_bristles();

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tests/made_up_room.hpp"
 #include "tools/libraries/files/user_error.hpp"
@@ -73,6 +74,47 @@ int count(const room::PixelImage& image, Wanted wanted, double* middle_x = nullp
   if (middle_x) *middle_x = sum / std::max(found, 1);
   return found;
 }
+
+/// Draws plots to a list of triangles, without a window.
+class PlotSheet {
+ public:
+  PlotSheet() : fonts_(room::set_style(1.0f)), list_(ImGui::GetDrawListSharedData()) {
+    unsigned char* texture = nullptr;
+    int width = 0, height = 0;
+    ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&texture, &width, &height);  // which builds the fonts
+    ImGui::GetIO().DisplaySize = {300, 200};
+    ImGui::NewFrame();  // which sets how finely circles are drawn
+    list_._ResetForNewFrame();
+    list_.PushClipRectFullScreen();
+    list_.PushTextureID(ImGui::GetIO().Fonts->TexID);
+  }
+  room::Pen pen() { return {list_, fonts_}; }
+  int corners() const { return list_.VtxBuffer.Size; }
+  /// Returns the heights of all corners of this colour below the plot's title, in the order drawn.
+  std::vector<float> heights(ImU32 colour) const {
+    std::vector<float> all;
+    for (const ImDrawVert& corner : list_.VtxBuffer)
+      if (corner.col == colour && corner.pos.y > 1.5f * fonts_.small->FontSize) all.push_back(corner.pos.y);
+    return all;
+  }
+
+ private:
+  struct Context {
+    ImGuiContext* before = ImGui::GetCurrentContext();
+    ImGuiContext* own = ImGui::CreateContext();
+    Context() { ImGui::SetCurrentContext(own); }
+    ~Context() {
+      ImGui::EndFrame();
+      ImGui::DestroyContext(own);
+      ImGui::SetCurrentContext(before);
+    }
+  } context_;
+  room::Fonts fonts_;
+  ImDrawList list_;
+};
+
+constexpr Area plot_area{0, 0, 300, 200};
+const room::ShownBeside one_block{room::compared_scenes[0]};
 
 }  // namespace
 
@@ -370,6 +412,50 @@ TEST_CASE("Quantities are written with the prefix that fits", "[room]") {
   CHECK(room::with_unit(1234.0, "N/m") == "1.23 kN/m");
   CHECK(room::with_unit(0.0, "N") == "0 N");
   CHECK(room::with_unit(std::nan(""), "N") == "– N");
+}
+
+TEST_CASE("A plot over time reaches the highest and the lowest value of each column of pixels", "[room]") {
+  for (const auto value : {&room::PlotPoint::friction, &room::PlotPoint::applied}) {
+    room::History history;
+    for (int i = 0; i < 4000; ++i) {
+      room::PlotPoint point;
+      point.time = 1e-3f * static_cast<float>(i);
+      // Rises and falls by 1 N for a single tick, at places that no column of pixels begins with.
+      point.*value = i == 1003 ? 1.0f : i == 2013 ? -1.0f : 0.0f;
+      history.add(point);
+    }
+    PlotSheet sheet;
+    room::PlotRanges ranges;
+    room::plot_force_over_time(sheet.pen(), plot_area, history, 4.0f, {0.0, 1.0}, one_block, ranges, 0.0f);
+    const std::vector<float> drawn =
+        sheet.heights(value == &room::PlotPoint::friction ? room::colours::friction : room::colours::applied);
+    REQUIRE(drawn.size() > 100);
+    const auto [top, bottom] = std::minmax_element(drawn.begin(), drawn.end());
+    CHECK(drawn.front() - *top > 25.0f);
+    CHECK(*bottom - drawn.front() == Approx(drawn.front() - *top).margin(3.0));
+  }
+}
+
+TEST_CASE("A loop takes as many lines as pixels, however many points it has", "[room]") {
+  int corners[2] = {};
+  for (int k = 0; k < 2; ++k) {
+    const int points = k == 0 ? 6000 : 24000;
+    room::History history;
+    for (int i = 0; i < points; ++i) {
+      const float angle = 6.28f * static_cast<float>(i) / static_cast<float>(points);
+      room::PlotPoint point;
+      point.time = static_cast<float>(i) / static_cast<float>(points);
+      point.displacement = 1e-4f * std::cos(angle);
+      point.friction = std::sin(angle);
+      history.add(point);
+    }
+    PlotSheet sheet;
+    room::PlotRanges ranges;
+    room::plot_hysteresis(sheet.pen(), plot_area, history, {}, 4.0f, 1e-5, {}, one_block, ranges, 0.0f);
+    corners[k] = sheet.corners();
+  }
+  CHECK(corners[0] > 1000);
+  CHECK(corners[1] < 1.1 * corners[0]);
 }
 
 TEST_CASE("A picture shows the block where perspective puts it, and its arrows", "[room]") {

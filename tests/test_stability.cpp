@@ -215,6 +215,34 @@ TEST_CASE("A wheel under a car rolls up a slope and back, however stiff, where a
   }
 }
 
+TEST_CASE("Where simulation and linear theory disagree, the map says why", "[stability]") {
+  using cli::Why;
+  const auto why = [](Scheme scheme, double k, double second, bool stable, Verdict verdict,
+                      Verdict from_sticking) {
+    cli::MapCell cell;
+    cell.k = k;
+    cell.second = second;
+    cell.linear_stable = stable;
+    cell.verdict = verdict;
+    cell.sticking.verdict = from_sticking;
+    return cli::why_of(cell, scheme, 4000.0);
+  };
+  constexpr Verdict settles = Verdict::settles, rings = Verdict::rings;
+  const Scheme scheme = Scheme::semi_implicit;
+  const double limit = highest_stable(scheme, 0.5, 0.0);
+  CHECK(why(scheme, 0.5 * limit, 0.5, true, settles, settles) == Why::agree);
+  CHECK(why(scheme, 2.0 * limit, 0.5, false, rings, rings) == Why::agree);
+  CHECK(why(scheme, limit * (1.0 + 1e-9), 0.5, false, settles, settles) == Why::at_the_limit);
+  CHECK(why(scheme, 2.0 * limit, 0.5, false, settles, settles) == Why::snaps_damp);
+  // A damper alone multiplies the velocity by 1 - c in an explicit step.
+  CHECK(why(scheme, 0.1, 2.5, true, rings, rings) == Why::damper_in_sliding);
+  CHECK(why(Scheme::device, 0.01, 0.5, true, rings, settles) == Why::encoder);
+  for (const Scheme any : {scheme, Scheme::midpoint}) {
+    CHECK(why(any, 0.5 * limit, 0.5, true, rings, settles) == Why::after_sliding);
+    CHECK(why(any, 0.5 * limit, 0.5, true, rings, rings) == Why::other);
+  }
+}
+
 TEST_CASE("The stability report holds every cell, limit and reason", "[stability]") {
   cli::StabilityResult result;
   result.ks = {0.1};

@@ -44,6 +44,8 @@ int severity(const LoopResult& r) {
 double beta_of(Scheme scheme, double second) { return is_device(scheme) ? second : 0.0; }
 double c_of(Scheme scheme, double second) { return is_device(scheme) ? 0.0 : second; }
 
+}  // namespace
+
 Why why_of(const MapCell& cell, Scheme scheme, double steps) {
   if ((cell.verdict == Verdict::settles) == cell.linear_stable) return Why::agree;
   const double c = c_of(scheme, cell.second), beta = beta_of(scheme, cell.second);
@@ -57,6 +59,8 @@ Why why_of(const MapCell& cell, Scheme scheme, double steps) {
   if (cell.sticking.verdict == Verdict::settles) return Why::after_sliding;
   return Why::other;
 }
+
+namespace {
 
 void simulate(MapCell& cell, Scheme scheme, const StabilityOptions& options) {
   cell.linear_stable =

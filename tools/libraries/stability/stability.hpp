@@ -44,6 +44,9 @@ struct MapCell {
   Why why = Why::agree;
 };
 
+/// Returns the reason of a cell whose verdicts and runs, of so many steps, are known.
+Why why_of(const MapCell& cell, Scheme scheme, double steps);
+
 struct SchemeMap {
   Scheme scheme = Scheme::semi_implicit;
   std::vector<MapCell> cells;
