@@ -30,7 +30,7 @@ constexpr double nearly_closest = 1.1;
 constexpr double nearly_all = 0.99;
 // Number of runs of a brush along the thinned record that a fit takes, as counted on measured records; the
 // time to expect follows from it.
-constexpr double usual_runs = 1200.0;
+constexpr double usual_runs = 2500.0;
 // Number of times that a fit is repeated without the samples at reversals of the motion. Each fit shows
 // better which samples to leave out.
 constexpr int most_cuts = 2;
@@ -257,16 +257,22 @@ void choose_by_thin(Choice& choice, const FitOptions& options, const std::functi
   choice.brush = std::move(*best);
 }
 
-/// Measures how long (s) the paper's brush takes to run once along a record.
+/// Measures how long (s) the paper's brush takes to run once along a record, on average over presliding
+/// lengths, by which that time differs much.
 double seconds_of_a_run(const FitData& data) {
+  constexpr int tried = 4;
   const FitOptions plain;
   FitModel model(data, plain, Detail::search);
   FitValues values = fit_defaults;
+  values[fit_spread] = 0.5;
   model.force(values);  // makes the table of the law
-  values[fit_length] *= 1.1;
-  const Stopwatch run;
-  model.force(values);
-  return run.seconds();
+  const double low = model.lowest(fit_length), high = model.highest(fit_length);
+  const Stopwatch runs;
+  for (int i = 0; i < tried; ++i) {
+    values[fit_length] = low * std::pow(high / low, (i + 0.5) / tried);
+    model.force(values);
+  }
+  return runs.seconds() / tried;
 }
 
 }  // namespace

@@ -56,9 +56,9 @@ constexpr std::size_t least_blocks = 30;
 /// Largest number of samples of a log that the command fits as a whole, so that a fit takes a minute at most.
 /// Of a longer log it fits pieces.
 constexpr std::size_t most_samples = 48000;
-/// Number of runs of the brush along a log that a fit takes (some 2000 were counted), and that a fit with
-/// rivals takes; the time to expect follows from it.
-constexpr double usual_runs = 2500.0, runs_with_rivals = 6000.0;
+/// Number of runs of the brush along a log that a fit takes (1,200 to 1,600 were counted), and that a fit
+/// with rivals takes; the time to expect follows from it.
+constexpr double usual_runs = 1500.0, runs_with_rivals = 6000.0;
 /// Least share of a change of the motor's torque that is taken to move the joint, however much of it friction
 /// takes up. Errors are divided by the share, so it must not vanish.
 constexpr double least_by_motor = 0.02;
