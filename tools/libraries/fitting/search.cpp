@@ -110,7 +110,7 @@ FitPoint Fitter::search_grid() {
   if (options_.rule == SnapRule::slide) spreads = {0.15, 0.5, 1.5};
   if (!has_spread(options_.law)) spreads = {1.0};
   std::vector<FitPoint> row;
-  for (int i = 0; i < count && !(fit_stopped() && !row.empty()); ++i) {
+  for (int i = 0; i < count; ++i) {  // also when stopped: a first point has to be found
     FitPoint best;
     best.sum_of_squares = std::numeric_limits<double>::infinity();
     for (const double spread : spreads) {
