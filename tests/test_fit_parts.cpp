@@ -207,6 +207,20 @@ TEST_CASE("Strokes that reach steady sliding, and strokes that do not, have the 
   }
 }
 
+TEST_CASE("A contact that slides to and fro without a load bears friction again after it", "[fit]") {
+  const double length = 2e-5;
+  std::vector<PathPoint> path{{0.0, 0.0, true, 0.0}};
+  std::vector<double> ends;  // friction at the ends of strokes
+  for (const double load : {0.0, 0.0, 2.0, 2.0, 2.0}) {
+    const double way = ends.size() % 2 == 0 ? length : -length;
+    for (int i = 0; i < 40; ++i) path.push_back({path.back().x + way, load, true, path.back().t + 0.1});
+    ends.push_back(std::copysign(load, way));
+  }
+  const std::vector<double> force = force_along(path, {SnapLaw::lognormal, SnapRule::redraw, 0.3}, length);
+  for (std::size_t k = 0; k < ends.size(); ++k) CHECK(force[40 * (k + 1)] == Approx(ends[k]).margin(0.02));
+  for (const double f : force) CHECK(std::isfinite(f));
+}
+
 TEST_CASE("A record in the plane may begin in sliding, along its first motion or against it", "[fit]") {
   std::vector<PathPoint> path;
   for (int i = 0; i < 3; ++i) {

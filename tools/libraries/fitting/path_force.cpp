@@ -163,13 +163,14 @@ bristle::Material BrushShape::material(double length) const {
 /// Brush whose force is computed along a path: a single patch in a batch of its own.
 struct PathForce::Brush {
   BrushShape shape;
-  double accuracy;  // accuracy_of
+  double accuracy;   // accuracy_of
+  double most_load;  // N
   bristle::Material material;
   bristle::PatchBatch batch;
   bristle::PatchId patch;
 
-  Brush(const BrushShape& s, double its_accuracy, unsigned axes, double most_load)
-      : shape(s), accuracy(its_accuracy), material(s.material(unit_length)) {
+  Brush(const BrushShape& s, double its_accuracy, unsigned axes, double load)
+      : shape(s), accuracy(its_accuracy), most_load(load), material(s.material(unit_length)) {
     bristle::PatchOptions options;
     options.with_axes(static_cast<int>(axes)).with_max_normal_load(most_load);
     if (s.rule == SnapRule::slide)
@@ -184,16 +185,16 @@ struct PathForce::Brush {
   }
 
   /// Returns the friction over that in steady sliding, along the motion, after a path (m) since a reversal
-  /// out of steady sliding. The first call computes it up to the next steady slide, by steps under this load
-  /// (N), and leaves the brush in another state.
-  double after_reversal(double path, const SteadyPath& steady, double load) {
+  /// out of steady sliding. The first call computes it up to the next steady slide, by steps, and leaves
+  /// the brush in another state.
+  double after_reversal(double path, const SteadyPath& steady) {
     const double step_length = std::clamp(0.1 * shape.spread, 0.01, 0.05) * unit_length;
     if (reversed_.empty()) {
-      const double sliding = material.kinetic_coefficient() * load;
-      step(-steady.anyway * unit_length, 0.0, load, 0.0);
+      const double sliding = material.kinetic_coefficient() * most_load;
+      step(-steady.anyway * unit_length, 0.0, most_load, 0.0);
       reversed_.push_back(-1.0);
       while (static_cast<double>(reversed_.size() - 1) * step_length <= steady.after_reversal * unit_length)
-        reversed_.push_back(step(step_length, 0.0, load, 0.0).x / sliding);
+        reversed_.push_back(step(step_length, 0.0, most_load, 0.0).x / sliding);
     }
     const double place = path / step_length;
     const std::size_t i = std::min(static_cast<std::size_t>(place), reversed_.size() - 2);
@@ -305,8 +306,7 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
       force = brush.step((point.x - at.x) * scale, (point.y - at.y) * scale, point.load, point.t - at.t);
     else
       force.x = std::copysign(kinetic * point.load, slid);
-    if (planned.way == Way::after_reversal)
-      force.x *= brush.after_reversal(std::fabs(slid), steady, point.load);
+    if (planned.way == Way::after_reversal) force.x *= brush.after_reversal(std::fabs(slid), steady);
     at = point;
     if (!point.wanted && !everywhere) continue;
     forces.push_back(force.x / kinetic);

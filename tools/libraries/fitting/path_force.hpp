@@ -1,6 +1,7 @@
 // Computes the expected friction of a brush along a measured path, free of noise and smooth in the
 // parameters, as a fit needs it. By the snap rule the library's infinite brush (redraw) or strata (slide)
-// step along the path.
+// step along the path. Redraw on one axis is stepped only where its friction is not known from a stroke
+// before.
 #pragma once
 
 #include <list>
