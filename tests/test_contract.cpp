@@ -246,8 +246,8 @@ class Forger {
  public:
   explicit Forger(const std::vector<std::byte>& good) : good_(good), forged_(good) {}
 
-  /// Calls `visit(forged, what)` for states with one number forged by every `every`-th forgery, from another
-  /// one on in each kind and number: the numbers of the first 300 bytes, then as many others as given.
+  /// Calls `visit(forged, what)` for states with one number forged: the numbers of the first 300 bytes, then
+  /// as many others as given. Each takes one forgery of `every`; `kind` and its place choose the first.
   template <class Visit>
   void each_number(std::size_t others, std::size_t kind, std::size_t every, Visit&& visit) {
     const std::size_t stride = 4 * std::max<std::size_t>(1, good_.size() / 4 / others);

@@ -44,7 +44,7 @@ struct MapCell {
   Why why = Why::agree;
 };
 
-/// Returns the reason of a cell whose verdicts and runs, of so many steps, are known.
+/// Returns why the simulated verdicts of a cell differ from linear theory. `steps`: number of steps of a run.
 Why why_of(const MapCell& cell, Scheme scheme, double steps);
 
 struct SchemeMap {
