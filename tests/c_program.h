@@ -4,7 +4,6 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-int c_program_follows_the_virgin_curve(void);
 /* `path`: name of a file that the check may write. */
 int c_program_reads_and_restores(void);
 int c_program_hears_why(void);

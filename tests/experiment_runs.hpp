@@ -43,15 +43,6 @@ inline double finding(const cli::ExperimentResult& result, const std::string& ph
   return 0.0;
 }
 
-inline bool is_shown(const cli::ExperimentResult& result, const std::string& phenomenon,
-                     const std::string& model) {
-  for (const cli::Finding& f : result.findings) {
-    if (f.phenomenon == phenomenon && f.model == model) return f.shown;
-  }
-  FAIL("no finding " << phenomenon << " of " << model);
-  return false;
-}
-
 /// Finds the row of a table that has the value x in a column.
 inline std::optional<cli::SeriesRow> at(const std::vector<cli::SeriesRow>& rows, double x, double within,
                                         std::size_t column = 0) {

@@ -13,9 +13,6 @@ namespace bristle_test::test_c_api {
 
 using namespace bristle;
 
-TEST_CASE("A C program follows the virgin curve", "[c]") {
-  REQUIRE(c_program_follows_the_virgin_curve() == 0);
-}
 TEST_CASE("A C program reads bristles, saves and restores", "[c]") {
   REQUIRE(c_program_reads_and_restores() == 0);
 }

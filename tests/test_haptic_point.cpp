@@ -244,37 +244,6 @@ TEST_CASE("After a restart a point has neither moved nor worked, and its velocit
   CHECK((velocity - Vector3d(1e-5 / tick, 0, 0)).norm() < 1e-9);
 }
 
-TEST_CASE("With a windowed velocity the damper is steadier and still never works on the hand", "[haptic]") {
-  const Material damped = Material::from_coefficients(
-      Coefficients{}.with_presliding_length(1e-3).with_damping_per_newton(5.0).with_stribeck_velocity(1.0));
-  double spread[2];
-  for (bool windowed : {false, true}) {
-    PatchBatch batch;
-    Motion motion;
-    motion.id = batch.add(damped, PatchOptions{}.with_max_normal_load(2.0).with_outputs(Outputs::all));
-    Response response;
-    HapticPoint point(HapticOptions{}.with_resolution(windowed ? 20e-6 : 0.0));
-    std::mt19937_64 random(3);
-    double squares = 0.0, opposed = 0.0;
-    for (int i = 0; i < 4000; ++i) {
-      const double jitter = 8e-6 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.5);
-      const double x = rounded(5e-3 * std::sin(2e-3 * i) + jitter, 20e-6);
-      point.prepare(tick, {x, 0.0, 0.0}, {0, 0, 1}, 1.0, motion);
-      batch.step(tick, {&motion, 1}, {&response, 1});
-      point.finish(response);
-      if (i == 0) continue;
-      opposed = std::min(opposed, response.damper_work);
-      // The true damper force is -5 N s/m times the hand's velocity, a cosine of 10 mm/s; `off` is the error.
-      const double off = (point.frame().force(response.damper))[0] + 5.0 * 0.01 * std::cos(2e-3 * i);
-      squares += off * off;
-    }
-    CHECK(opposed >= 0.0);
-    spread[windowed ? 1 : 0] = std::sqrt(squares / 4000);
-  }
-  INFO(spread[0] << " N with differences, " << spread[1] << " N with the window");
-  CHECK(spread[1] < 0.4 * spread[0]);
-}
-
 TEST_CASE("A windowed velocity that opposes the displacement is taken as none", "[haptic]") {
   HapticPoint point(HapticOptions{}.with_resolution(20e-6));
   Motion motion;

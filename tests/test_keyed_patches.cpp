@@ -323,42 +323,6 @@ TEST_CASE("A pool removes its patches when it ends, and refuses bad options by n
         std::string::npos);
 }
 
-TEST_CASE("Moving contacts keep their keys, in whatever order they are listed", "[keys]") {
-  ContactMatcher matcher(MatcherOptions{}.with_capacity(100).with_reach(0.004));
-  std::vector<ContactPoint> points = grid_points(1, 6, 0.01);
-  // Contacts of another pair of bodies, with points at equal positions, which must not be confused.
-  const std::vector<ContactPoint> second = grid_points(2, 5, 0.01);
-  points.insert(points.end(), second.begin(), second.end());
-  std::vector<std::uint64_t> keys(points.size());
-  CHECK(matcher.match(points, keys) == 0);
-  CHECK(std::set<std::uint64_t>(keys.begin(), keys.end()).size() == points.size());
-  std::mt19937_64 random(9);
-  std::vector<std::size_t> order(points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  for (int k = 0; k < 200; ++k) {
-    for (ContactPoint& p : points)
-      for (double& x : p.point) x += 0.002 * (static_cast<double>(random() >> 11) * 0x1p-53 - 0.25);
-    // Moves points by 0.5 mm a step on average and 2.6 mm at most, less than half their spacing.
-    std::shuffle(order.begin(), order.end(), random);
-    std::vector<ContactPoint> listed;
-    for (const std::size_t i : order) listed.push_back(points[i]);
-    std::vector<std::uint64_t> got(listed.size());
-    const std::size_t matched = matcher.match(listed, got);
-    // Stops the test when two points of a pair of bodies come so near each other in their random walks that
-    // no matcher could tell them apart.
-    double nearest = 1.0;
-    for (std::size_t i = 0; i < points.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        if (points[i].pair == points[j].pair)
-          nearest = std::min(nearest, std::hypot(points[i].point[0] - points[j].point[0],
-                                                 points[i].point[1] - points[j].point[1]));
-    if (nearest < 0.006) break;
-    expect(matched == points.size(), "all found again");
-    for (std::size_t i = 0; i < order.size(); ++i) expect(got[i] == keys[order[i]], "the same key");
-    if (k == 199) SUCCEED();
-  }
-}
-
 TEST_CASE("Matches are made shortest first, as by trying all pairs in order of distance", "[keys]") {
   std::mt19937_64 random(10);
   const auto flat = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
@@ -448,49 +412,6 @@ TEST_CASE("A new contact never gets the key of one that has just gone", "[keys]"
     for (std::uint32_t k = 0; k <= keep; ++k) matcher.match({}, {});
     CHECK(matcher.match({&here, 1}, {&key, 1}) == 0);
   }
-}
-
-TEST_CASE("A matcher and a pool together never hand a new contact an old one's bristles", "[keys]") {
-  // Contacts come, go and jump. Whenever the matcher gives a new key, the patch of that key must have
-  // straight bristles.
-  PatchBatch batch;
-  KeyedPatches patches(batch, surface, plain_options(20),
-                       KeyedOptions{}.with_capacity(64).with_keep_steps(2));
-  ContactMatcher matcher(MatcherOptions{}.with_capacity(32).with_reach(0.01).with_keep_steps(2));
-  std::mt19937_64 random(11);
-  std::map<std::uint64_t, ContactPoint> last_point;
-  int fresh = 0, again = 0;
-  for (int k = 0; k < 3000; ++k) {
-    std::vector<ContactPoint> contacts;
-    for (int i = 0; i < 6; ++i)
-      if (random() % 3)
-        contacts.push_back({random() % 2, {0.1 * static_cast<double>(random() % 8), 0.0, 0.0}});
-    std::sort(contacts.begin(), contacts.end(), [](const ContactPoint& a, const ContactPoint& b) {
-      return std::tie(a.pair, a.point[0]) < std::tie(b.pair, b.point[0]);
-    });
-    contacts.erase(std::unique(contacts.begin(), contacts.end(),
-                               [](const ContactPoint& a, const ContactPoint& b) {
-                                 return a.pair == b.pair && a.point[0] == b.point[0];
-                               }),
-                   contacts.end());
-    std::vector<std::uint64_t> keys(contacts.size());
-    matcher.match(contacts, keys);
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-      const PatchId id = patches.find_or_add(keys[i]);
-      REQUIRE(id);
-      const bool bent = batch.stored_energy(id) > 0.0;
-      if (bent) {
-        const ContactPoint& old = last_point[keys[i]];
-        expect(old.pair == contacts[i].pair && old.point[0] == contacts[i].point[0], "bent where it was");
-      }
-      (bent ? again : fresh)++;
-      last_point[keys[i]] = contacts[i];
-      step_one(batch, Motion{id, {0.2 * dbar, 0.0}, 10.0});
-    }
-    patches.end_step();
-  }
-  CHECK(fresh > 1000);
-  CHECK(again > 1000);
 }
 
 namespace {
@@ -622,62 +543,26 @@ TEST_CASE("Points that are not finite or beyond the capacity get no key", "[keys
   CHECK(matcher.match(points, keys) == 3);
 }
 
-TEST_CASE("A pool's patches are groups, stepped by arrays at their places as by motions", "[keys][group]") {
+TEST_CASE("A pool's patches are groups, in which a contact lies at its index", "[keys][group]") {
   constexpr std::uint32_t first = 5, later = 40;
-  const auto with_keys = KeyedOptions{}.with_capacity(first);
-  for (const Material& material :
-       {surface, plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::slide)}) {
-    PatchBatch by_motion, by_array;
-    KeyedPatches listed(by_motion, material, plain_options(20), with_keys);
-    KeyedPatches arrayed(by_array, material, plain_options(20), with_keys);
-    std::vector<double> dx(later), dy(later), load(later), fx(later), fy(later);
+  for (const SnapRule rule : {SnapRule::redraw, SnapRule::slide}) {
+    PatchBatch batch;
+    KeyedPatches patches(batch, plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), rule),
+                         plain_options(20), KeyedOptions{}.with_capacity(first));
     for (int k = 0; k < 60; ++k) {
-      if (k == 30) {
-        listed.reserve(later);
-        arrayed.reserve(later);
-      }
-      std::vector<Motion> motions;
-      std::vector<std::uint32_t> indices;
+      if (k == 30) patches.reserve(later);
+      std::vector<PatchId> at(later);
+      for (const bristle::PatchGroup& group : patches.groups())
+        for (std::uint32_t i = 0; i < group.size(); ++i)
+          at[i + (&group == &patches.groups()[0] ? 0 : first)] = group[i];
+      REQUIRE(patches.groups().size() == (k < 30 ? 1 : 2));
       for (std::uint64_t key = 0; key < (k < 30 ? 5u : 30u); ++key) {
         if ((key + static_cast<std::uint64_t>(k) / 7) % 4 == 0) continue;  // contacts begin and end
-        const bristle::KeyedContact contact = arrayed.find_or_add_contact(key);
-        Motion motion = scripted_motion(key, k, 2);
-        motion.has_velocity = false;
-        motion.id = listed.find_or_add(key);
-        motions.push_back(motion);
-        indices.push_back(contact.index);
-        dx[contact.index] = motion.displacement[0];
-        dy[contact.index] = motion.displacement[1];
-        load[contact.index] = motion.normal_load;
+        const bristle::KeyedContact contact = patches.find_or_add_contact(key);
+        expect(contact.id == at[contact.index], "the patch at the contact's index");
+        expect(contact.id == patches.find(key), "the patch of its key");
       }
-      std::vector<Response> responses(motions.size());
-      by_motion.step(tick, motions, responses);
-      std::size_t begin = 0;
-      REQUIRE(arrayed.groups().size() == (k < 30 ? 1 : 2));
-      for (const bristle::PatchGroup& group : arrayed.groups()) {
-        std::vector<std::uint32_t> which;
-        for (const std::uint32_t own_index : indices)
-          if (own_index >= begin && own_index < begin + group.size())
-            which.push_back(own_index - static_cast<std::uint32_t>(begin));
-        const auto part = [&](std::vector<double>& all) {
-          return bristle::Span<double>(all.data() + begin, group.size());
-        };
-        bristle::GroupStep step;
-        step.group = group;
-        step.which = which;
-        step.displacement[0] = part(dx);
-        step.displacement[1] = part(dy);
-        step.normal_load = part(load);
-        step.end[0] = part(fx);
-        step.end[1] = part(fy);
-        by_array.step(tick, step);
-        begin += group.size();
-      }
-      for (std::size_t i = 0; i < motions.size(); ++i) {
-        expect(fx[indices[i]] == responses[i].end[0], "force along x");
-        expect(fy[indices[i]] == responses[i].end[1], "force along y");
-      }
-      expect(listed.end_step() == arrayed.end_step(), "contacts that ended");
+      patches.end_step();
     }
   }
 }
@@ -791,6 +676,42 @@ TEST_CASE("Contacts listed again at their places keep keys, count as seen, and l
   match({at(0.0)}), match({at(5e-8)}), match({at(1.0)});
   REQUIRE(matcher.held().size() == 1);
   CHECK(matcher.held()[0].contact.point[0] == 5e-8);
+}
+
+TEST_CASE("Neighbouring keys of pools with neighbouring seeds have bristles of their own", "[keys]") {
+  PatchBatch batch;
+  const auto pool = [&](std::uint32_t seed) {
+    return KeyedPatches(batch, surface, plain_options(1).with_seed(seed), KeyedOptions{}.with_capacity(1));
+  };
+  const KeyedPatches five = pool(5), six = pool(6);
+  for (const std::uint64_t key : {1u, 10u, 1000u}) CHECK(five.seed_of(key + 1) != six.seed_of(key));
+}
+
+TEST_CASE("Contacts are matched by their distance in space, up to the reach itself", "[keys]") {
+  constexpr double reach = 0.5;
+  ContactMatcher matcher(MatcherOptions{}.with_capacity(4).with_reach(reach));
+  using Points = std::vector<ContactPoint>;
+  const auto keys_of = [&](const Points& points) {
+    std::vector<std::uint64_t> keys(points.size());
+    matcher.match(points, keys);
+    return keys;
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    INFO("axis " << axis);
+    matcher.clear();
+    const auto at = [axis](double x) {
+      ContactPoint point{7, {0.0, 0.0, 0.0}};
+      point.point[axis] = x;
+      return point;
+    };
+    const std::vector<std::uint64_t> first = keys_of({at(0.0), at(1.0)});
+    // Lists the contact points in the other order, moved by the matcher's reach at most: keys stay.
+    const std::vector<std::uint64_t> then = keys_of({at(1.0 + reach), at(0.125)});
+    CHECK(then[0] == first[1]);
+    CHECK(then[1] == first[0]);
+    // Checks that a point that moved farther than the matcher's reach gets a new key.
+    CHECK(keys_of({at(0.125 + 1.01 * reach)})[0] != first[0]);
+  }
 }
 
 }  // namespace bristle_test::test_keyed_patches

@@ -148,26 +148,6 @@ TEST_CASE("In MuJoCo friction is that of Coulomb at any speed, of a plate, a thr
   }
 }
 
-TEST_CASE("In MuJoCo a driven wheel reaches 13.8 m/s in 4 s, at any reach", "[mujoco]") {
-  for (const double reach : {0.01, 1e-5}) {
-    INFO(reach << " m");
-    World world(R"(<mujoco><option timestep="0.002"/>
-<default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
-<worldbody><geom type="plane" size="50 50 1"/><body name="body" pos="0 0 0.1">
-  <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
-  <geom type="sphere" size="0.01" mass="1" contype="0" conaffinity="0"/>
-  <body><joint name="hub" type="hinge" axis="0 1 0"/>
-    <geom type="cylinder" size="0.1 0.02" mass="0.3" zaxis="0 1 0"/></body></body></worldbody>
-<actuator><motor joint="hub"/></actuator></mujoco>)",
-                World::law(), 16, reach);
-    world.drive = [](const mjModel&, mjData& data) { data.ctrl[0] = 0.5; };
-    world.run(4.0);
-    // Expects that the wheel's torque over its radius accelerates its mass plus its moment of inertia over
-    // the squared radius.
-    CHECK(world.data->qvel[0] == Approx(4.0 * (0.5 / 0.1) / (1.3 + 0.5 * 0.3)).epsilon(0.002));
-  }
-}
-
 TEST_CASE("In MuJoCo a wheel on a bed creeps by force over slip stiffness, and stands with its brake on",
           "[mujoco][beds]") {
   constexpr double slip_stiffness = 40.0, mass = 1.3, radius = 0.1;  // N per unit slip, kg, m
@@ -282,29 +262,6 @@ TEST_CASE("In MuJoCo a ball on a bed rolls down a slope with 5/7 of g sin a", "[
   CHECK((world.friction->contacts().at(0).frame.along() - along).norm() < 1e-6);
 }
 
-TEST_CASE("In MuJoCo a locked wheel on a stiff bed slides v^2 / (2 mu g) and rests", "[mujoco][beds]") {
-  for (const double speed : {1.0, 0.1, 0.02}) {
-    INFO(speed << " m/s");
-    constexpr double step = 0.004;
-    bristle_example::RollingBed bed;
-    bed.material = bristle::BedMaterial(0.5).with_presliding(5e-6);
-    bed.shape = bristle::BedShape::disc(0.002, bristle::BedPressure::hertz).rolling(16, 8);
-    bed.options.max_normal_load = 5.0;
-    World world(
-        R"(<mujoco><option timestep="0.004"/><default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
-<worldbody><geom type="plane" size="50 50 1"/><body name="body" pos="0 0 0.1"><joint type="slide" axis="1 0 0"/>
-<joint type="slide" axis="0 0 1"/><geom type="sphere" size="0.1" mass="0.5"/></body></worldbody></mujoco>)",
-        World::law(), 16, 0.01, bed);
-    world.run(0.2);
-    const double start = world.data->qpos[0];
-    world.data->qvel[0] = speed;
-    world.run(0.6);
-    const double path = std::max(speed * speed / (2.0 * 0.5 * gravity) - 0.5 * step * speed, 0.0);
-    CHECK(world.data->qpos[0] - start == Approx(path).epsilon(0.02).margin(10e-6));
-    CHECK(std::fabs(world.data->qvel[0]) < 1e-8);
-  }
-}
-
 TEST_CASE("In MuJoCo stiff bristles come to rest at steps of 4 ms", "[mujoco]") {
   for (const double speed : {1.0, 0.1, 0.02}) {
     INFO(speed << " m/s");
@@ -375,21 +332,6 @@ TEST_CASE(
   scene.seconds = 0.5;
   scene.xml.replace(scene.xml.find("condim=\"4\""), 10, "condim=\"3\"");
   CHECK(std::fabs(turn(run(scene, {Friction::bristle})[0])) > 45.0);
-}
-
-TEST_CASE(
-    "In MuJoCo a book pushed stop and go creeps with stock friction in the stops, and rests with bristles",
-    "[mujoco]") {
-  const std::vector<Run> runs = run(pushed_book(), {Friction::stock, Friction::bristle});
-  CHECK(runs[0].creep > 10e-6);
-  CHECK(std::fabs(runs[1].creep) < 1e-12);
-  // Expected travel: in each push the book accelerates by (go - 1) mu g for a given time, then slows by (1 -
-  // stop) mu g until it rests.
-  const double ahead = (book_go - 1.0) * book_coefficient * gravity,
-               back = (1.0 - book_stop) * book_coefficient * gravity;
-  const double path = 0.5 * ahead * book_go_s * book_go_s * (1.0 + ahead / back);
-  CHECK(runs[1].samples.back().travel == Approx(3.0 * path).epsilon(0.02));
-  CHECK(std::fabs(runs[1].samples.back().turn) < 1e-3);
 }
 
 TEST_CASE("In MuJoCo a box held by three fingertips stays in a hand that rests and in one that shakes",
@@ -572,34 +514,6 @@ TEST_CASE("In MuJoCo a box rests on a table that turns and on one that swings", 
     CHECK((position() - begin).norm() < (swings ? 1e-7 : 1e-8));
     CHECK(begin.norm() == Approx(1.0).epsilon(1e-3));
   }
-}
-
-TEST_CASE("In MuJoCo a round bar rests between two round fingers of a hand that turns", "[mujoco]") {
-  World world(R"(<mujoco><option timestep="0.002" gravity="0 0 0"/>
-<default><geom solref="0.005 1" condim="4" friction="0.7 0.005 0.0001"/></default>
-<worldbody><body><joint type="hinge" axis="0.6 0 0.8"/>
-  <geom type="box" size="0.1 0.1 0.1" mass="100" contype="0" conaffinity="0"/>
-  <body pos="0.4 0.0 -0.0181">
-    <geom type="sphere" size="0.008" mass="0.1"/></body>
-  <body pos="0.4 0.0 0.0181"><joint name="right" type="slide" axis="0 0 -1" damping="20"/>
-    <geom type="sphere" size="0.008" mass="0.1"/></body></body>
-  <body name="body" pos="0.4 0.0 0"><freejoint/><geom type="capsule" size="0.01 0.1" zaxis="0 1 0" mass="0.1"/></body>
-</worldbody><actuator><motor joint="right"/></actuator></mujoco>)",
-              World::law().with_damping_per_newton(0.5));
-  double speed = 0.0;
-  world.drive = [&](const mjModel&, mjData& data) {
-    data.ctrl[0] = 10.0;
-    if (data.time > 0.5) data.qvel[0] = speed = std::min(speed + 1e-3, 1.5);
-  };
-  const auto position = [&] {  // in the hand's frame, m
-    const Eigen::Vector3d at(world.data->qpos[2], world.data->qpos[3], world.data->qpos[4]);
-    return Eigen::Vector3d(Eigen::AngleAxisd(-world.data->qpos[0], Eigen::Vector3d(0.6, 0.0, 0.8)) * at);
-  };
-  world.run(6.0);
-  const Eigen::Vector3d begin = position();
-  world.run(20.0);
-  CHECK((begin - Eigen::Vector3d(0.4, 0.0, 0.0)).norm() < 1e-3);
-  CHECK((position() - begin).norm() < 1e-6);
 }
 
 TEST_CASE("In MuJoCo bodies whose contacts hop from corner to corner rest with bristles", "[mujoco]") {

@@ -116,6 +116,16 @@ TEST_CASE("A saved state of another kind, or with bytes behind it, is refused as
   CHECK(names(message_of([&] { batch.restore_state(longer); }), {"1 bytes behind it"}));
 }
 
+TEST_CASE("A saved state that states its bytes behind its patches is refused", "[state]") {
+  PatchBatch batch = small_batch();
+  std::vector<std::byte> state = saved_state(batch);
+  state.resize(state.size() + 8);
+  const std::uint64_t size = state.size();
+  put(state, 16, &size, sizeof size);
+  reseal(state);
+  CHECK_THROWS_WITH(batch.restore_state(state), Catch::Contains("more than its patches"));
+}
+
 TEST_CASE("A state with a true checksum and values that no patch can have is refused by the value",
           "[state]") {
   const PatchBatch saved = small_batch();
@@ -237,6 +247,34 @@ TEST_CASE("A contact without load that a saved state gives bristles is refused",
   put(forged, 40 + 36 + 64 + 16 + 24, &stiff, 8);
   reseal(forged);
   CHECK(names(message_of([&] { patch.batch.restore_state(forged); }), {"zeta"}));
+}
+
+TEST_CASE("A saved state is refused where any parameter of the material is another", "[state]") {
+  const auto make = [](double residual, double renewal, const bristle::Ageing& ageing, double strengthening,
+                       double speed) {
+    return plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw)
+        .with_residual_length(residual)
+        .with_shared_renewal(renewal)
+        .with_ageing(ageing)
+        .with_speed_strengthening(strengthening, speed);
+  };
+  const auto ages = bristle::Ageing::logarithmic(0.05, 1e-3);
+  const PatchOptions options = plain_options(20);
+  OnePatch patch(make(0.1 * dbar, 1.0, ages, 0.01, 1e-6), options);
+  patch.step(0.3 * dbar, 0.0, 20.0);
+  const std::vector<std::byte> state = saved_state(patch.batch);
+  OnePatch same(make(0.1 * dbar, 1.0, ages, 0.01, 1e-6), options);
+  same.batch.restore_state(state);
+  CHECK(same.batch.state_hash() == patch.batch.state_hash());
+  for (const Material& other :
+       {make(0.2 * dbar, 1.0, ages, 0.01, 1e-6), make(0.1 * dbar, 2.0, ages, 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, bristle::Ageing::logarithmic(0.06, 1e-3), 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, bristle::Ageing::logarithmic(0.05, 2e-3), 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, bristle::Ageing::saturating(0.05, 1e-3), 0.01, 1e-6),
+        make(0.1 * dbar, 1.0, ages, 0.02, 1e-6), make(0.1 * dbar, 1.0, ages, 0.01, 1e-7)}) {
+    OnePatch refuses(other, options);
+    CHECK_THROWS_AS(refuses.batch.restore_state(state), bristle::Error);
+  }
 }
 
 }  // namespace bristle_test::test_saved_state

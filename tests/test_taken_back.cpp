@@ -233,33 +233,6 @@ TEST_CASE("Few rubbed bristles are taken back however far they slid, bent no far
   }
 }
 
-TEST_CASE("Where the clock of a batch stands, ageing patches have the same bits lazy, eager and scalar",
-          "[determinism][ageing]") {
-  const Material material =
-      redrawn(uniform).with_ageing(Ageing::saturating(0.5, 1.0)).with_shared_renewal(0.3);
-  std::vector<OnePatch> patches;
-  for (const bristle::IsaInfo& isa : bristle::instruction_sets())
-    if (isa.usable) patches.emplace_back(material, plain_options(300), BatchOptions{}.with_isa(isa.name));
-  patches.emplace_back(material, plain_options(300), stepped_eagerly());
-  for (OnePatch& patch : patches) {
-    patch.step(0.0, 0.0, 1.0, 1e300);  // after 1e300 s the clock no longer advances
-    patch.batch.remove(patch.id);
-    patch.id = patch.batch.add(material, plain_options(300));
-  }
-  std::mt19937_64 random(5);
-  for (int k = 0; k < 300; ++k) {
-    const double share = static_cast<double>(random() >> 11) * 0x1p-53;
-    const double dt = k % 3 == 0 ? 1000.0 : k % 3 == 1 ? 1e-3 : 1e-12;
-    const double path = (k % 2 == 0 ? 0.7 : -0.1) * share * dbar;
-    std::vector<std::uint64_t> hashes;
-    for (OnePatch& patch : patches) {
-      patch.step(path, 0.2 * path, k % 5 == 4 ? 200.0 : 300.0, dt);
-      hashes.push_back(patch.hash());
-    }
-    REQUIRE(hashes == std::vector<std::uint64_t>(hashes.size(), hashes[0]));
-  }
-}
-
 TEST_CASE(
     "Where the clock of a batch is coarser than bristles age, patches have the same bits lazy and eager",
     "[determinism][ageing]") {
