@@ -3,8 +3,8 @@
 //
 // A bristle snaps at |z| = residual + delta g(age) to z = residual e, e the direction of motion. A snap draws
 // `renewal` bristles on average, from all; if a drawn one is bent along the motion by more than the residual,
-// it slips to the residual and samples a fresh length. Lengths and times may be in any unit; results are
-// means over the bristles.
+// it slips to the residual and samples a fresh length, unless it keeps its own. Lengths and times may be in
+// any unit; results are means over the bristles.
 #pragma once
 
 #include <cmath>
@@ -46,6 +46,7 @@ class RubbedBristles {
 
   double x() const { return mean(&Bristle::x); }
   double y() const { return mean(&Bristle::y); }
+  bool keep = false;     ///< whether a bristle has its own length for ever
   double snaps = 0.0;    ///< number of snaps of all bristles so far
   double renewed = 0.0;  ///< number of renewals of all bristles so far
 
@@ -63,7 +64,8 @@ class RubbedBristles {
 
   /// Restarts a bristle at the residual deflection with a fresh length, and moves it on by the path `left`.
   void renew(Bristle& b, double ex, double ey, double left, double per_length) {
-    b = {(residual_ + left) * ex, (residual_ + left) * ey, quantile_(flat()), now_ - left * per_length};
+    const double delta = keep ? b.delta : quantile_(flat());
+    b = {(residual_ + left) * ex, (residual_ + left) * ey, delta, now_ - left * per_length};
   }
   void small_step(double ex, double ey, double h, double per_length) {
     double snapped = 0.0;

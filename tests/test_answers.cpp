@@ -52,18 +52,6 @@ std::vector<std::string> words_of(const std::string& text) {
   return words;
 }
 
-/// Returns the first line that exceeds 80 columns or contains a byte that controls a terminal; empty if none
-/// does.
-std::string fault_of_text(const std::string& text) {
-  std::string worst;
-  for (const std::string& line : lines_of(text)) {
-    for (const char c : line)
-      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return "control byte in: " + line;
-    if (cli::width_of(line) > 80 && line.size() > worst.size()) worst = line;
-  }
-  return worst;
-}
-
 /// Returns the output of `bristle PATH --help`, cached.
 const Outcome& help_of(const Folder& folder, const std::string& path) {
   static std::map<std::string, Outcome> all;
@@ -116,8 +104,6 @@ struct Columns {
   explicit Columns(std::size_t columns) { cli::text_layout().columns = columns; }
   ~Columns() { cli::text_layout() = cli::TextLayout(); }
 };
-
-std::string scene(const char* name) { return std::string("'" BRISTLE_SCENES "/") + name + ".toml'"; }
 
 }  // namespace
 
@@ -181,45 +167,6 @@ TEST_CASE("A body without damping is said to ring, and the damping that is named
   CHECK(run(bare, answer) < 1e-6);
 }
 
-TEST_CASE("A peak that is exceeded under a constant load is not laid to the load", "[answers]") {
-  const Folder folder;
-  const std::string scene =
-      "[[material]]\nname = \"m\"\nkinetic = 0.28\nspread = 0.5\npresliding_length = 5e-6\n"
-      "residual_share = 0\nshared_renewal = 0\n"
-      "[scene]\nname = \"s\"\ndt = 0.001\nduration = 5.0\n"
-      "[[patch]]\nname = \"body\"\nmaterial = \"m\"\nmax_normal_load = 5.0\naxes = 1\n"
-      "[[motion]]\npatch = \"body\"\ntype = \"sine\"\namplitude = 0.02\nfrequency = 0.9\nload = 5.0\n";
-  const Outcome outcome = run_cli(folder, "run '" + folder.write("s.toml", scene) + "'");
-  REQUIRE(outcome.code == 0);
-  const std::string answer = answer_of(outcome.out);
-  CHECK_THAT(answer, Contains("after a reversal it rises higher") && !Contains("its load changes"));
-}
-
-TEST_CASE(
-    "A run says why its first loading missed the peak: short, turned back, in long steps, under a rising "
-    "load",
-    "[answers]") {
-  const Folder folder;
-  const auto answer = [&](const std::string& motion) {
-    const std::string text =
-        "[[material]]\nname = \"m\"\nkinetic = 0.3\npeak = 0.4\npresliding_length = 5e-6\n"
-        "[scene]\nname = \"s\"\ndt = 0.001\nduration = 0.2\n"
-        "[[patch]]\nname = \"body\"\nmaterial = \"m\"\nmax_normal_load = 5.0\naxes = 1\n"
-        "[[motion]]\npatch = \"body\"\n" +
-        motion;
-    const Outcome outcome = run_cli(folder, "run '" + folder.write("s.toml", text) + "'");
-    REQUIRE(outcome.code == 0);
-    return answer_of(outcome.out);
-  };
-  CHECK_THAT(answer("type = \"ramp\"\nvelocity = 1e-5\nload = 5.0\n"), Contains("went no farther than 2 um"));
-  CHECK_THAT(answer("type = \"sine\"\namplitude = 2e-6\nfrequency = 5\nload = 5.0\n"),
-             Contains("turned back after 2 um"));
-  CHECK_THAT(answer("type = \"ramp\"\nvelocity = 0.05\nload = 5.0\n"), Contains("it was passed in steps of"));
-  CHECK_THAT(answer("type = \"ramp\"\nvelocity = 1e-4\nload_steps = [ { t = 0, load = 1.0 }, "
-                    "{ t = 0.02, load = 5.0 } ]\n"),
-             Contains("the load rose from 1 to 5 N"));
-}
-
 TEST_CASE("A table fits 80 columns: headers and texts are broken, columns without room are named below",
           "[answers]") {
   cli::Table table({"<name", "a header of many words", "<why", "one", "two", "three", "four", "five", "six"});
@@ -227,7 +174,7 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   table.add({"first", "12.5", why, "1000000", "2000000", "3000000", "4000000", "5000000", "6000000"});
   table.add_note("a note");
   const std::string text = table.text();
-  CHECK(fault_of_text(text) == "");
+  check_width("table", text);
   for (const std::string& word : words_of(why + " 1000000 5000000 a header of many words"))
     CHECK_THAT(text, Contains(word));
   // Checks that the row's name and note appear once, and that no figure of a column without room does.
@@ -297,81 +244,6 @@ TEST_CASE("CSV of a report's rows finds values by pointer, scales numbers, and l
   CHECK(cli::csv_text(rows, columns) == "b_us,yes,n,none,i,s\n2,1,,,7,\"x, y\"\n,0,,,,\n");
 }
 
-TEST_CASE("A run's first lines say how long a step takes, what was late, and how it slides", "[answers]") {
-  const Folder folder;
-  const Outcome outcome =
-      run_cli(folder, "run " + scene("fingertip") + " --steps 3000 --json '" + folder.at("r.json") + "'");
-  REQUIRE(outcome.code == 0);
-  CHECK(fault_of_text(outcome.out) == "");
-  const json report = json::parse(read_file(folder.at("r.json")));
-  const std::vector<std::string> lines = lines_of(outcome.out);
-  CHECK_THAT(lines[0],
-             StartsWith("A step of fingertip takes ") && Contains("% of its 1.00 ms on one thread"));
-  const std::string answer = answer_of(outcome.out);
-  const json& patch = report["patches"][0];
-  char slides[64];
-  std::snprintf(slides, sizeof slides, "tip slides at %.3f of its load (theory %.3f)",
-                patch["coefficient"]["sliding"].get<double>(),
-                patch["coefficient"]["kinetic_theory"].get<double>());
-  CHECK_THAT(answer, Contains(slides));
-  const std::uint64_t late = report["deadline"]["misses"];
-  CHECK_THAT(answer, Contains(late == 0 ? "no step was late" : std::to_string(late) + " of 3,000 were late"));
-}
-
-TEST_CASE("An experiment's first lines say how much each model shows", "[answers]") {
-  const Folder folder;
-  const Outcome outcome = run_cli(
-      folder, "experiment coulomb --models coulomb,lugre,brush_redraw --json '" + folder.at("e.json") + "'");
-  REQUIRE(outcome.code == 0);
-  CHECK(fault_of_text(outcome.out) == "");
-  std::size_t shown = 0, phenomena = 0;
-  const json report = json::parse(read_file(folder.at("e.json")));
-  for (const json& finding : report["experiments"][0]["findings"]) {
-    if (finding["model"] != "brush_redraw") continue;
-    ++phenomena;
-    shown += finding["shown"].get<bool>() ? 1 : 0;
-  }
-  const std::string answer = answer_of(outcome.out);
-  CHECK_THAT(answer, StartsWith("coulomb, what is shown of "));
-  const std::string count = shown == phenomena && shown > 1 ? "all" : std::to_string(shown);
-  CHECK_THAT(answer, Contains(count + " by ") && Contains("brush, redraw"));
-}
-
-TEST_CASE("A fit's first lines say how much of the force the brush explains, and the friction",
-          "[answers][fit]") {
-  const Folder folder;
-  const Outcome outcome =
-      run_cli(folder, "fit '" BRISTLE_SCENES "/sled.csv' --json '" + folder.at("f.json") + "'");
-  CAPTURE(outcome.err);
-  REQUIRE(outcome.code == 0);
-  CHECK(fault_of_text(outcome.out) == "");
-  const json report = json::parse(read_file(folder.at("f.json")));
-  std::ostringstream share;
-  share << std::fixed << std::setprecision(2) << 100.0 * report["residuals"]["explained"].get<double>();
-  CHECK_THAT(answer_of(outcome.out),
-             StartsWith("The brush explains " + share.str() + " % of the force") && Contains(": kinetic 0."));
-}
-
-TEST_CASE("A sweep's first lines say what goes from where to where", "[answers]") {
-  const Folder folder;
-  const Outcome outcome = run_cli(folder, "sweep " + scene("stroke") +
-                                              " --vary material.skin.kinetic=0.3,0.4 --steps 30 --set "
-                                              "patch.fingertip.bristles=100 --json '" +
-                                              folder.at("s.json") + "'");
-  CAPTURE(outcome.err);
-  REQUIRE(outcome.code == 0);
-  CHECK(fault_of_text(outcome.out) == "");
-  CHECK_THAT(outcome.out, StartsWith("2 rows of scene stroke"));
-  bool said = false;
-  const json report = json::parse(read_file(folder.at("s.json")));
-  for (const json& column : report["columns"]) {
-    if (!column.contains("least") || column["least"] == column["greatest"]) continue;
-    said = said || answer_of(outcome.out).find(column["name"].get<std::string>() + " goes from ") !=
-                       std::string::npos;
-  }
-  CHECK(said);
-}
-
 TEST_CASE("Answers of an accuracy report name the choice and the fast setting", "[answers]") {
   const json setting = {{"as_scene", false},    {"bristles", 300},       {"dt_s", 1e-3},
                         {"step_rule", "exact"}, {"precision", "single"}, {"force", "end"},
@@ -395,19 +267,6 @@ TEST_CASE("Answers of an accuracy report name the choice and the fast setting", 
                                               Contains("0.25 % of the deadline"));
   report["recommendation"] = {{"wanted_error", 0.001}, {"found", false}, {"least_error", 0.0029}};
   CHECK_THAT(cli::what_to_choose(report), Contains("No setting tried meets 0.1 %") && Contains("0.29 %"));
-}
-
-TEST_CASE("Every --help fits 80 columns and has no control byte", "[answers]") {
-  const Folder folder;
-  for (const std::string& path : command_paths(folder)) {
-    CAPTURE(path);
-    const Outcome& help = help_of(folder, path);
-    CHECK(help.code == 0);
-    CHECK(help.err.empty());
-    CHECK(fault_of_text(help.out) == "");
-  }
-  CHECK(fault_of_text(run_cli(folder, "experiment list").out) == "");
-  CHECK(fault_of_text(run_cli(folder, "--version").out) == "");
 }
 
 TEST_CASE("bash completes every command and option that --help lists", "[answers]") {
@@ -455,46 +314,6 @@ TEST_CASE("bash completes every command and option that --help lists", "[answers
     CHECK(replies[2 * paths.size() + i] == cases[i].second);
   }
   CHECK_FALSE(std::filesystem::exists(folder.at("executed")));
-}
-
-TEST_CASE("Tables of every command and experiment fit 80 columns", "[answers]") {
-  const Folder folder;
-  std::map<std::string, std::string> arguments = {
-      {"run", scene("stroke") + " --steps 300"},
-      {"fit", "'" BRISTLE_SCENES "/sled.csv'"},
-      {"sweep", scene("three_populations") + " --steps 300 --vary material.skin.peak=0.45:0.6:2"}};
-  // The studies take 10 to 60 seconds each; their tables are made by the same class cli::Table.
-  const std::set<std::string> left_out = {"accuracy", "capacity", "stability", "completion", "experiment"};
-  for (const std::string& command : helped_words(folder, "")) {
-    if (command[0] == '-' || left_out.count(command)) continue;
-    CAPTURE(command);
-    REQUIRE(arguments.count(command) == 1);
-    CHECK(run_cli(folder, command + ' ' + arguments[command]).code == 0);  // checks the width
-  }
-  const std::set<std::string> slow = {"break-away", "stick-slip", "rubbing", "limit-surface"};
-  int experiments = 0;
-  for (const std::string& name : helped_words(folder, "experiment")) {
-    if (name[0] == '-' || name == "all" || name == "list") continue;
-    CAPTURE(name);
-    CHECK(run_cli(folder, "experiment " + name + (slow.count(name) ? " --models coulomb,lugre" : "")).code ==
-          0);
-    ++experiments;
-  }
-  CHECK(experiments == 16);
-}
-
-TEST_CASE("Colour is for terminals, and NO_COLOR takes it away", "[answers]") {
-  if (std::system("command -v script > /dev/null") != 0) return;
-  const Folder folder;
-  const auto on_terminal = [&](const std::string& environment) {
-    return output_of(environment + " script -qec \"'" BRISTLE_CLI "' run " + scene("stroke") +
-                     " --steps 3 --bristles 10\" /dev/null </dev/null 2>&1");
-  };
-  const std::string bold = "\x1B[1m";
-  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR="), Contains(bold));
-  CHECK_THAT(on_terminal("TERM=xterm NO_COLOR=1"), !Contains("\x1B["));
-  CHECK_THAT(on_terminal("TERM=dumb NO_COLOR="), !Contains("\x1B["));
-  CHECK_THAT(run_cli(folder, "run " + scene("stroke") + " --steps 3 --bristles 10").out, !Contains("\x1B["));
 }
 
 }  // namespace bristle_test::test_answers

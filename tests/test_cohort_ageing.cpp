@@ -85,7 +85,7 @@ Errors steady_errors(double resolution) {
 }
 
 /// Returns the relative errors of the peak force after a hold, by law. `brief`: only rows with a hold of tau,
-/// which the table has to 1.4e-3 only (see the test against quadrature).
+/// which the table has to 1.4e-3 only.
 Errors hold_errors(double resolution, bool brief) {
   Errors errors;
   for (const Row& row : read_table("ageing_hold.csv")) {
@@ -173,38 +173,6 @@ double steady_force(const SnapLength& law, const Ageing& ageing, double speed) {
   return moment / mass;
 }
 
-/// Returns the ratio of peak to kinetic force after a hold, within the displacement `farthest`, before
-/// newborn bristles snap (the shortest length). A bristle bent by r has not snapped if its length exceeds
-/// every r' / g so far.
-double peak_after_hold(const SnapLength& law, const Ageing& ageing, double speed, double hold,
-                       double farthest) {
-  constexpr std::size_t n = 4000;
-  const double dr = 4.0 / n, dx = farthest / 200;
-  std::vector<double> r(n), reach(n);
-  double all = 0.0, kinetic = 0.0;
-  const auto left = [&](std::size_t i) { return law.survival(reach[i] * dbar); };
-  for (std::size_t i = 0; i < n; ++i) {
-    r[i] = (static_cast<double>(i) + 0.5) * dr;
-    reach[i] = r[i] / growth(ageing, r[i] / speed);
-    all += left(i);
-    kinetic += left(i) * r[i];
-  }
-  double lost = 0.0, newborn = 0.0, peak = kinetic;
-  for (double x = dx; x < farthest; x += dx) {
-    double mass = 0.0, force = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      reach[i] = std::max(reach[i], (r[i] + x) / growth(ageing, r[i] / speed + hold + x / speed));
-      mass += left(i);
-      force += left(i) * (r[i] + x);
-    }
-    // Adds the deflections of newborn bristles: the integral over x of the share `lost` by snaps.
-    newborn += 0.5 * dx * (lost + all - mass);
-    lost = all - mass;
-    peak = std::max(peak, force + newborn);
-  }
-  return peak / kinetic;
-}
-
 /// A piece of motion (slide, turn, hold or creep): displacement in mean snap lengths, duration in s.
 struct Leg {
   double dx, dy, seconds;
@@ -235,46 +203,6 @@ TEST_CASE("An infinite brush that ages has the peaks of the table after a hold",
   require_below(hold_errors(16.0, false), 4e-4, 9e-4, "16 pieces");
   require_below(hold_errors(32.0, false), 2e-4, 4e-4, "32 pieces");
   require_below(hold_errors(16.0, true), 1.5e-3, 1.5e-3, "16 pieces, a hold of tau");
-}
-
-TEST_CASE("The peak after a hold is that of quadrature, in both forms of ageing",
-          "[cohorts][ageing][physics]") {
-  for (const Ageing& ageing : {Ageing::logarithmic(0.1, tau), Ageing::saturating(0.3, tau)}) {
-    for (double hold : {0.3, 1.0, 10.0}) {
-      for (double speed : {0.1, 1.0}) {
-        AgedBrush brush(aged(uniform, ageing), infinite_options(32.0));
-        const double kinetic = brush.step(1000.0, 1000.0 / speed);
-        brush.hold(hold);
-        double peak = 0.0;
-        for (int i = 0; i < 200; ++i) peak = std::max(peak, brush.step(0.002, 0.002 / speed));
-        INFO("form " << static_cast<int>(ageing.form) << ", hold " << hold << ", speed " << speed);
-        CHECK(kinetic == Approx(steady_force(uniform, ageing, speed)).epsilon(3e-4));
-        CHECK(peak / kinetic == Approx(peak_after_hold(uniform, ageing, speed, hold, 0.4)).margin(4e-4));
-      }
-    }
-  }
-}
-
-TEST_CASE("Friction falls by beta per e-fold of speed and its peak grows by 2 beta per e-fold of hold",
-          "[cohorts][ageing][physics]") {
-  constexpr double beta = 0.005;
-  for (const SnapLength& law : {lognormal, uniform}) {
-    // Expected changes are to first order in beta times a logarithm, over the kinetic force without ageing.
-    const auto slide = [&](double speed) {
-      AgedBrush brush(aged(law, beta), infinite_options(32.0));
-      return brush.step(3000.0, 3000.0 / speed);
-    };
-    const auto peak = [&](double hold) {
-      AgedBrush brush(aged(law, beta), infinite_options(32.0));
-      brush.step(3000.0, 300.0);
-      brush.hold(hold);
-      double largest = 0.0;
-      for (int i = 0; i < 400; ++i) largest = std::max(largest, brush.step(2.5e-4, 2.5e-5));
-      return largest;
-    };
-    CHECK((slide(1e-3 * M_E) - slide(1e-3)) / kinetic(law) == Approx(-beta).epsilon(0.05));
-    CHECK((peak(200.0 * M_E) - peak(200.0)) / kinetic(law) == Approx(2.0 * beta).epsilon(0.05));
-  }
 }
 
 TEST_CASE("The error of an infinite brush that ages falls with the square of its resolution",
@@ -361,38 +289,6 @@ TEST_CASE("A brush that ages at once is one of longer snap lengths", "[cohorts][
       }
     }
   }
-}
-
-TEST_CASE("The same motion in steps of any length ages alike", "[cohorts][ageing][physics]") {
-  // Moves in steps of 0.1 s, of 1 ms and, partly, of 1 us, and compares. Bristles that restart and snap again
-  // inside a step age too, which the exponential law tests.
-  const Leg motion[] = {{3.0, 0.0, 0.1},  {0.0, 0.0, 0.1}, {0.4, 0.3, 0.1},
-                        {-1.0, 0.2, 0.1}, {0.0, 0.0, 0.1}, {2.0, -2.0, 0.1}};
-  for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
-    for (const Ageing& ageing : {Ageing::logarithmic(0.1, 1e-4), Ageing::saturating(0.4, 0.03)}) {
-      std::vector<std::array<double, 2>> forces[2];
-      for (int fine = 0; fine < 2; ++fine) {
-        AgedBrush brush(aged(law, ageing));
-        for (const Leg& leg : motion) {
-          const int n = fine ? 100 : 1;
-          for (int i = 0; i < n; ++i) brush.step(leg.dx / n, leg.dy / n, leg.seconds / n);
-          forces[fine].push_back({brush.x(), brush.y()});
-        }
-      }
-      const double limit = law.law() == bristle::SnapLaw::lognormal ? 4e-4 : 4e-3;
-      for (std::size_t i = 0; i < forces[0].size(); ++i)
-        for (std::size_t axis : {0u, 1u})
-          expect_near(forces[0][i][axis], forces[1][i][axis], limit, to_string(law.law()));
-    }
-  }
-  // Compares a path of 0.5 mean lengths in 0.1 s in one step with the same path in 100,000 steps of 1 us.
-  AgedBrush coarse(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
-  AgedBrush fine(aged(lognormal, Ageing::logarithmic(0.1, 1e-4)));
-  for (AgedBrush* brush : {&coarse, &fine}) brush->step(3.0, 0.0, 0.1);
-  coarse.step(0.5, 0.0, 0.1);
-  for (int i = 0; i < 100000; ++i) fine.patch.step(0.5e-5 * dbar, 0.0, load_n, 1e-6);
-  fine.hold(1e-6);
-  CHECK(fine.x() == Approx(coarse.x()).margin(4e-4));
 }
 
 TEST_CASE("A step of 1e3 to 1e5 lengths leaves the friction of its own speed", "[cohorts][ageing][physics]") {
@@ -645,34 +541,6 @@ TEST_CASE("A live change of the time of ageing alone lets slip what that time no
   CHECK(brush.response.dissipated + brush.patch.energy() == Approx(stored).epsilon(1e-9));
 }
 
-TEST_CASE("The force at which a contact breaks away falls with the rate of the force",
-          "[cohorts][ageing][physics]") {
-  constexpr double beta = 0.02;
-  const auto breakaway = [&](double rate) {
-    AgedBrush brush(aged(lognormal, beta));
-    brush.hold(1e-6);
-    double peak = 0.0, last = 0.0, rise = 0.01;
-    for (int i = 0; i < 150; ++i) {  // step times make the force grow at `rate` per second
-      const double f = brush.step(0.01, 0.0, std::max(rise, 1e-4) / rate);
-      rise = f / 0.6 - last;
-      last = f / 0.6;
-      peak = std::max(peak, last);
-    }
-    return peak;
-  };
-  double last = breakaway(1e-6);
-  for (double rate = 1e-5; rate < 2.0; rate *= 10.0) {
-    const double peak = breakaway(rate);
-    INFO("rate " << rate << ": " << last - peak);
-    if (rate < 0.02) {
-      // When force grows much more slowly than tau, a tenth of the rate raises the peak by about beta ln 10.
-      CHECK((last - peak) / peak > 0.7 * beta * std::log(10.0));
-      CHECK((last - peak) / peak < 1.1 * beta * std::log(10.0));
-    }
-    CHECK(peak < last);
-    last = peak;
-  }
-}
 TEST_CASE("Lengths that are shown have grown with age", "[cohorts][ageing]") {
   AgedBrush brush(aged(lognormal, 0.1));
   brush.step(0.4, 0.0, 0.4);

@@ -398,26 +398,6 @@ TEST_CASE("Where nothing snaps nothing is renewed, and no force drifts", "[cohor
   CHECK(brush.response.elastic[0] == Approx(force).epsilon(1e-12));
 }
 
-TEST_CASE("A motion in short and in long steps ends with one force, rubbed or not",
-          "[cohorts][rubbing][step]") {
-  for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
-    for (const Rubbing& r : settings) {
-      std::vector<double> forces;
-      for (int steps : {1, 10, 100, 1000}) {
-        Brush brush(with_rubbing(law, r), infinite_options(16.0));
-        for (int i = 0; i < steps; ++i) brush.step(3.1 / steps);
-        for (int i = 0; i < steps; ++i) brush.step(0.0, 2.3 / steps);
-        for (int i = 0; i < steps; ++i) brush.step(-0.6 / steps, -0.4 / steps);
-        forces.push_back(brush.x());
-        forces.push_back(brush.y());
-        CHECK(brush.imbalance < 1e-11);
-      }
-      INFO(to_string(law.law()) << ", residual " << r.residual << ", renewal " << r.renewal);
-      for (std::size_t i = 2; i < forces.size(); ++i) CHECK(std::abs(forces[i] - forces[i % 2]) < 4e-3);
-    }
-  }
-}
-
 TEST_CASE("A rubbed infinite brush ends a long step in steady sliding, whatever results are asked for",
           "[cohorts][rubbing][step]") {
   for (const SnapLength& law : {lognormal, uniform, SnapLength::exponential(dbar)}) {
@@ -495,26 +475,6 @@ TEST_CASE(
       }
     }
   }
-}
-
-TEST_CASE("Energy of a rubbed infinite brush balances at the lowest resolutions",
-          "[cohorts][rubbing][energy]") {
-  for (double resolution : {1.0, 1.5, 2.0, 3.0})
-    for (const Rubbing& r : {settings[0], settings[2], settings[3]})
-      for (double beta : {0.0, 0.1}) {
-        INFO("resolution " << resolution << ", residual " << r.residual << ", renewal " << r.renewal
-                           << ", beta " << beta);
-        Brush brush(with_rubbing(lognormal, r).with_ageing(bristle::Ageing::logarithmic(beta, 1e-3)),
-                    infinite_options(resolution));
-        std::mt19937 generator(4);
-        std::uniform_real_distribution<double> flat(-1.0, 1.0);
-        for (int i = 0; i < 1500; ++i) {
-          const double s = i % 700 < 350 ? 0.1 : i % 3 == 0 ? 13.0 : 0.9;
-          brush.step(s * flat(generator), s * flat(generator));
-        }
-        CHECK(brush.imbalance < 1e-11);
-        CHECK(brush.most_negative >= 0.0);
-      }
 }
 
 TEST_CASE("Residual and renewal of a sliding infinite brush change live", "[cohorts][rubbing][material]") {

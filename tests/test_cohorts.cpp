@@ -227,51 +227,6 @@ TEST_CASE("A step that forgets how it began ends, works and loses as many small 
       }
 }
 
-TEST_CASE("A walk of long and short steps ends each step as small steps and fine pieces do",
-          "[cohorts][physics]") {
-  struct Walk {
-    SnapLength law;
-    double renewal, residual, turn;  ///< turn: largest of a step, rad
-  };
-  const SnapLength& wide = bristle_test::uniform;
-  for (const Walk& w : {Walk{lognormal, 2.0, 0.4, 0.3},
-                        {lognormal, 2.0, 1.5, 1.0},
-                        {wide, 0.0, 0.0, 3.1},
-                        {wide, 0.0, 0.4, 3.1},
-                        {SnapLength::exponential(dbar), 2.0, 1.5, 0.3}}) {
-    const Material material = with_rubbing(w.law, {w.residual, w.renewal});
-    Brush walks(material), near(material, infinite_options(32.0));
-    Brush coarse(material, infinite_options(4.0));
-    const double kinetic = steady_deflection(w.law, w.renewal);
-    double direction = 0.0, worst = 0.0, worst_mean = 0.0, worst_coarse = 0.0;
-    for (int i = 0; i < 60; ++i) {
-      const double u = 0.7549 * i - std::floor(0.7549 * i), v = 0.5698 * i - std::floor(0.5698 * i);
-      direction += w.turn * (2.0 * u - 1.0);
-      const double length = i % 7 == 6 ? 0.3 : 2.0 + 7.0 * v;
-      const double ex = std::cos(direction), ey = std::sin(direction);
-      walks.step(length * ex, length * ey);
-      coarse.step(length * ex, length * ey);
-      const int steps = static_cast<int>(length / 0.02) + 1;
-      double mean[2] = {0.0, 0.0};
-      for (int k = 0; k < steps; ++k) {
-        near.step(length / steps * ex, length / steps * ey);
-        for (int axis = 0; axis < 2; ++axis) mean[axis] += near.response.mean[axis] / steps;
-      }
-      worst = std::max(worst, std::hypot(walks.x() - near.x(), walks.y() - near.y()) / kinetic);
-      worst_coarse =
-          std::max(worst_coarse, std::hypot(coarse.x() - near.x(), coarse.y() - near.y()) / kinetic);
-      const double(&a)[2] = walks.response.mean;
-      worst_mean =
-          std::max(worst_mean, std::hypot(a[0] - mean[0], a[1] - mean[1]) / (kinetic * load_n * dbar));
-    }
-    INFO(to_string(w.law.law()) << ", renewal " << w.renewal << ", residual " << w.residual);
-    expect_near(worst, 0.0, 8e-3, "end");
-    expect_near(worst_mean, 0.0, 0.012, "mean");
-    expect_near(worst_coarse, 0.0, 0.04, "end at resolution 4");
-    expect_near(walks.imbalance, 0.0, 1e-12, "energy");
-  }
-}
-
 TEST_CASE("A load jump under the infinite brush follows the tables", "[cohorts][physics][load]") {
   const std::vector<Row> summary = read_table("summary.csv");
   int points = 0;
@@ -317,6 +272,7 @@ TEST_CASE("Energy of the infinite brush balances at every step, and no step gain
     materials.push_back(redraw(SnapLength::lognormal(dbar, 0.3))
                             .with_residual_length(residual * dbar)
                             .with_shared_renewal(renewal));
+  materials.push_back(Material(materials.back()).with_ageing(bristle::Ageing::logarithmic(0.1, 1e-3)));
   for (const Material& material : materials) {
     for (double resolution : {1.0, 3.0, 0.0}) {
       INFO(to_string(material.snap_length.law())
@@ -334,28 +290,6 @@ TEST_CASE("Energy of the infinite brush balances at every step, and no step gain
       CHECK(brush.most_negative >= 0.0);
     }
   }
-}
-
-TEST_CASE("A load that rises at rest changes no force, and what came goes first", "[cohorts][load]") {
-  Brush brush(SnapLength::lognormal(dbar, 0.3));
-  brush.load = 0.5 * load_n;
-  for (int i = 0; i < 40; ++i) brush.step(0.21, 0.05);
-  const double force = brush.response.elastic[0];
-  for (int i = 0; i < 100; ++i) {
-    brush.load += 4.0;
-    brush.step(0.0);
-    expect_near(brush.response.elastic[0], force, 1e-12 * std::abs(force), "force under a rising load");
-  }
-  // Raises the load beyond max_normal_load too.
-  for (int i = 0; i < 50; ++i) {
-    brush.load += 40.0;
-    brush.step(0.0);
-    expect_near(brush.response.elastic[0], force, 1e-11 * std::abs(force), "force under a rising overload");
-  }
-  // As the load falls, the straight bristles that entered last leave.
-  brush.load = 0.5 * load_n;
-  brush.step(0.0);
-  expect_near(brush.response.elastic[0], force, 1e-9 * std::abs(force), "force when the load is back");
 }
 
 TEST_CASE("Merging keeps the error of walks that never leave a small region bounded", "[cohorts]") {
@@ -400,16 +334,6 @@ TEST_CASE("A motion and back within a step is missed, which costs what the law's
   }
 }
 
-TEST_CASE("Creep of 1e-12 m a step neither stalls nor drifts", "[cohorts][creep]") {
-  // Checks that a million steps of 1e-7 mean lengths give the force of the same path in ten steps.
-  Brush slow(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 1));
-  Brush fast(SnapLength::lognormal(dbar, 0.3), infinite_options(16.0, 1));
-  for (Brush* b : {&slow, &fast})
-    for (int i = 0; i < 45; ++i) b->step(0.02);
-  for (int i = 0; i < 1000000; ++i) slow.response = slow.patch.step(1e-12, 0.0, load_n);
-  for (int i = 0; i < 10; ++i) fast.step(0.01);
-  expect_near(slow.x(), fast.x(), 2e-5, "force after 0.1 mean lengths of creep");
-}
 TEST_CASE("What an infinite brush cannot be is refused with a way out", "[cohorts][bad_input]") {
   PatchBatch batch;
   const Material redraw = plain_material(SnapLength::lognormal(dbar, 0.3), SnapRule::redraw);
@@ -446,46 +370,6 @@ TEST_CASE("Short bristles among long ones are followed in pieces of their own le
     CAPTURE(renewal, right, usual, fine);
     CHECK(std::abs(usual) < 0.01);
     CHECK(std::abs(fine) < 0.01);
-  }
-}
-
-TEST_CASE("Under wavering loads the infinite brush goes the way of very many bristles", "[cohorts][load]") {
-  const std::uint32_t n = test_size(100000);
-  const SnapLength law = SnapLength::lognormal(dbar, 0.3);
-  const double kinetic = law.moment(2) / (2.0 * law.mean());
-  struct Wavering {
-    const char* name;
-    double lowest, highest;  // range of the load, over max_normal_load
-    // Path per step, mean snap lengths; 0: the patch rests after its first steps.
-    double stroke;
-  };
-  for (const Wavering& w :
-       {Wavering{"1 % at rest", 0.495, 0.505, 0.0}, Wavering{"1 % sliding", 0.495, 0.505, 0.1},
-        Wavering{"10 % sliding", 0.45, 0.55, 0.1}, Wavering{"any load", 0.1, 1.0, 0.1},
-        Wavering{"any load, long steps", 0.1, 1.0, 0.7}}) {
-    std::mt19937 generator(17);
-    std::uniform_real_distribution<double> flat(0.0, 1.0);
-    const double most = n;
-    OnePatch many(plain_material(law, SnapRule::redraw), plain_options(n, 2));
-    OnePatch infinite(plain_material(law, SnapRule::redraw), infinite_options().with_max_normal_load(most));
-    double squares = 0.0, forces = 0.0, angle = 0.0;
-    constexpr int steps = 400;
-    for (int i = 0; i < steps; ++i) {
-      const double load = most * (w.lowest + (w.highest - w.lowest) * flat(generator));
-      angle += 0.3 * (flat(generator) - 0.5);
-      const double d = (w.stroke > 0.0 ? w.stroke : i < 40 ? 0.1 : 0.0) * (i % 60 < 45 ? 1.0 : -1.0) * dbar;
-      const Response a = many.step(d * std::cos(angle), d * std::sin(angle), load);
-      const Response b = infinite.step(d * std::cos(angle), d * std::sin(angle), load);
-      const double unit = load * kinetic;
-      squares += std::pow((a.elastic[0] - b.elastic[0]) / unit, 2) +
-                 std::pow((a.elastic[1] - b.elastic[1]) / unit, 2);
-      forces += std::abs(b.elastic[0]) / unit;
-    }
-    const double percent = 100.0 * std::sqrt(squares / steps);
-    INFO(w.name << ": rms " << percent << " % of kinetic friction");
-    CHECK(forces > 1.0);
-    // Representatives, with which the force is compared, fluctuate by 0.2 to 0.4 % themselves at n = 1e5.
-    CHECK(percent < 0.3 + 120.0 / std::sqrt(static_cast<double>(n)));
   }
 }
 

@@ -135,8 +135,9 @@ void limit_surface(double v, double spin_r, double& force, double& torque) {
 
 }  // namespace
 
-TEST_CASE("A disc under a force and a torque that swing below the limit does not creep or turn in twenty minutes",
-          "[extended][coupling][creep]") {
+TEST_CASE(
+    "A disc under a force and a torque that swing below the limit does not creep or turn in twenty minutes",
+    "[extended][coupling][creep]") {
   const Population population = GENERATE(Population::infinite, Population::representatives);
   const Solver solver = GENERATE(Solver::predictor, Solver::midpoint);
   CAPTURE(name_of(population), name_of(solver));
@@ -327,44 +328,6 @@ TEST_CASE("Stiff steps: the midpoint solve adds no energy, and the predictor com
   CHECK(predicted.kinetic_energy() < (k > 1e5 ? 1.0 : 0.003) * start);
   CHECK(std::abs(predicted.pose[2]) * Disc::radius < 60.0 * length);
   CHECK(predicted.pose.head<2>().norm() < 60.0 * length);
-}
-
-TEST_CASE("A body on an extended patch that is a point moves as on a point, to the bit",
-          "[extended][coupling]") {
-  const Solver solver = GENERATE(Solver::predictor, Solver::midpoint);
-  const Material material = rubber(0.4, 20e-6, 0.5);
-  const PatchOptions options = options_of(Population::infinite, 1.0);
-  Body<3> body;
-  body.body.mass.diagonal() << 0.1, 0.1, 1e-5;
-  ExtendedContact<3> off_centre;
-  off_centre.jacobian << 1.0, 0.0, -0.02, 0.0, 1.0, 0.01, 0.0, 0.0, 1.0;
-  body.add(material, options, Outline{}, 1.0, off_centre);
-  PatchBatch batch;
-  Motion motion{batch.add(material, options), {0.0, 0.0}, 1.0};
-  Response response;
-  body.batch.warm_up();
-  batch.warm_up();
-  bristle::MovingBody<3> same = body.body;
-  bristle::BodyContact<3> point;
-  point.jacobian = off_centre.jacobian.topRows<2>();
-  for (int i = 0; i < 300; ++i) {
-    const BodyVector<3> force = Vector3d(0.3 + 0.01 * i, 0.2, 0.002 * std::sin(0.1 * i));
-    body.step(solver, force);
-    if (solver == Solver::predictor) {
-      bristle::predict_displacements(batch, tick, same, force, {&point, 1}, {&motion, 1});
-    } else {
-      bristle::solve_displacements(batch, tick, same, force, {&point, 1}, {&motion, 1});
-    }
-    batch.step(tick, {&motion, 1}, {&response, 1});
-    if (solver == Solver::predictor) {
-      bristle::apply_end_forces(tick, same, force, {&point, 1}, {&response, 1});
-    } else {
-      bristle::apply_mean_forces(tick, same, force, {&point, 1}, {&response, 1});
-    }
-    for (int a = 0; a < 2; ++a)
-      expect(body.motions[0].displacement[a] == motion.displacement[a], "same displacement");
-    expect(body.body.velocity == same.velocity, "same velocity");
-  }
 }
 
 TEST_CASE("A disc on a turntable is carried round", "[extended][coupling]") {

@@ -10,10 +10,6 @@
 #include <string>
 #include <vector>
 
-#if __has_include(<malloc.h>)
-#include <malloc.h>
-#endif
-
 #include "expect.hpp"
 #include "infinite_brush.hpp"
 #include "reference_table.hpp"
@@ -303,20 +299,6 @@ TEST_CASE("A disc that slides and spins has the force and torque of the limit su
   }
 }
 
-TEST_CASE("Representatives under a disc give the limit surface within their noise", "[extended][physics]") {
-  const std::vector<Row> rows = read_table("spin_limit.csv");
-  for (const char* ratio : {"0", "0.25", "1.0", "2"}) {
-    for (const char* pressure : {"uniform", "hertz"}) {
-      INFO(pressure << ", v / (omega R) = " << ratio);
-      const Row& row = find_row(rows, {{"pressure", pressure}, {"v_over_omegaR", ratio}});
-      // Tolerance: with 20,000 bristles one standard deviation of the force is 0.3 % of it.
-      const LimitError error = limit_error(row, 8, 0.01, contact_of(Population::representatives, 20000));
-      expect_near(error.force, 0.0, 0.016, "error of the force");
-      expect_near(error.torque, 0.0, 0.016, "error of the torque");
-    }
-  }
-}
-
 TEST_CASE("The error on the limit surface falls with the area of a cell", "[extended][physics]") {
   const std::vector<Row> rows = read_table("spin_limit.csv");
   const auto worst = [&](int rings) {
@@ -371,26 +353,6 @@ TEST_CASE("A disc turned from rest has the torque of the virgin curve", "[extend
   }
 }
 
-TEST_CASE("The static peak of the force goes where the patch spins", "[extended][physics]") {
-  // A spin that is slow beside the slide already spreads the snaps over the disc, so that cells break away
-  // one after the other and the peak is lower.
-  const auto peak = [](double rim_share) {
-    const double radius = 100.0 * dbar;
-    Pad pad(plain_material(uniform, SnapRule::redraw), infinite_options(16.0),
-            Outline::disc(radius, Pressure::uniform, 6), load_n);
-    double highest = 0.0;
-    for (int i = 0; i < 60; ++i) {
-      pad.step(0.05 * dbar, 0.0, rim_share * 0.05 * dbar / radius);
-      highest = std::max(highest, -pad.response.elastic[0]);
-    }
-    return highest / (load_n * kinetic(uniform) * dbar);
-  };
-  const double still = peak(0.0), slow = peak(0.3), fast = peak(2.0);
-  CHECK(still > 1.15);  // without spin the peak is that of the virgin curve, 1.154
-  CHECK(slow < still);
-  CHECK(fast < 0.9);  // a fast spin lowers the force below a pure slide's
-}
-
 TEST_CASE("Energy of an extended patch balances at every step of a random walk", "[extended]") {
   for (Population population : {Population::infinite, Population::representatives}) {
     std::mt19937_64 random(5);
@@ -411,27 +373,6 @@ TEST_CASE("Energy of an extended patch balances at every step of a random walk",
     expect_near(pad.imbalance, 0.0,
                 population == Population::infinite ? 1e-11 : (BRISTLE_WITH_DOUBLE ? 1e-11 : 1e-5), "energy");
   }
-}
-
-TEST_CASE(
-    "Deflections depend on the pose alone while bristles stick: nothing drifts over a million turns to and "
-    "fro",
-    "[extended]") {
-  const double radius = 1e-3;
-  Pad pad(plain_material(smooth, SnapRule::redraw), infinite_options(8.0),
-          Outline::ellipse(radius, 0.3 * radius, Pressure::uniform, 2), load_n);
-  // Moves one step forth by 0.2 of a snap length at the rim, with the centre moving too, then back in three
-  // steps. A rule that took the chord for the arc, or the old position for the one half-way, would drift.
-  const double spin = 0.2 * dbar / radius, path = 0.1 * dbar;
-  for (int i = 0; i < 20000; ++i) {
-    pad.step(path, 0.0, spin);
-    for (int k = 0; k < 3; ++k) pad.step(-path / 3, 0.0, -spin / 3);
-  }
-  const double stiffness = load_n;
-  for (int a = 0; a < 2; ++a)
-    expect_near(pad.response.elastic[a], 0.0, 1e-8 * stiffness * path, "force at the pose of the start");
-  expect_near(pad.response.elastic[2], 0.0, 1e-8 * stiffness * path * radius,
-              "torque at the pose of the start");
 }
 
 TEST_CASE("A pose reached in one turn or in many gives the same forces", "[extended]") {
@@ -709,17 +650,6 @@ ExtendedResponse stick(ExtendedPatches& pads, PatchId id, double load) {
   return step_one(pads, motion_of(id, 0.01 * dbar, 0.0, load));
 }
 
-/// Returns bytes allocated and not freed, or 0 if the C library does not tell.
-double bytes_in_use() {
-#if defined(__GLIBC__)
-#if __GLIBC_PREREQ(2, 33)
-  const auto info = mallinfo2();
-  return static_cast<double>(info.uordblks) + static_cast<double>(info.hblkhd);
-#endif
-#endif
-  return 0.0;
-}
-
 }  // namespace
 
 TEST_CASE("An outline has the stiffness of its material, load and contact from the first step that has them",
@@ -771,19 +701,6 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   CHECK(lifted.stiffness[0][0] == 0.0);
   CHECK(lifted.force_limit == 0.0);
   CHECK(lifted.torque_limit == 0.0);
-}
-
-TEST_CASE("An outline that grows with its load has no size after a reset", "[extended]") {
-  Outline outline = Outline::disc(1e-3, Pressure::hertz, 2);
-  outline.full_size_load = load_n;
-  PatchBatch batch;
-  ExtendedPatches pads(batch);
-  const PatchId pad = pads.add(plain_material(smooth, SnapRule::redraw), end_options(), outline);
-  stick(pads, pad, 8.0 * load_n);
-  CHECK(pads.info(pad).scale == Approx(2.0));  // an outline's scale grows with the cube root of its load
-  REQUIRE(pads.reset(pad));
-  CHECK(pads.info(pad).scale == 0.0);
-  CHECK(pads.info(pad).along[0] == 1.0);
 }
 
 TEST_CASE("What is refused of one outline says nothing of those beside it in a step", "[extended]") {
@@ -842,24 +759,6 @@ TEST_CASE("A state of other outlines is refused by that name, and changes nothin
   const std::uint64_t before = second.state_hash();
   CHECK(names(message_of([&] { second.restore_state(state); }), {"ExtendedPatches", "other outlines"}));
   CHECK(second.state_hash() == before);
-}
-
-TEST_CASE("Outlines added and removed again and again need no more room", "[extended]") {
-  PatchBatch batch;
-  ExtendedPatches pads(batch);
-  const Outline disc = Outline::disc(1e-3, Pressure::uniform, 6);
-  const Material material = plain_material(smooth, SnapRule::redraw);
-  const auto again = [&](int times) {
-    for (int i = 0; i < times; ++i) {
-      const PatchId pad = pads.add(material, end_options(), disc);
-      stick(pads, pad, load_n);
-      pads.remove(pad);
-      pads.step(tick, {}, {});
-    }
-    return bytes_in_use();
-  };
-  const double bytes = again(20);
-  CHECK(again(200) < bytes + 1e6);  // kept cells of 200 discs would take 6 MB
 }
 
 TEST_CASE("Motions of cells that a shorter list leaves over name no patch", "[extended]") {

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <complex>
 #include <ctime>
-#include <random>
-#include <string>
 #include <vector>
 
 #include "core/materials/slow_wave.hpp"
@@ -66,32 +64,6 @@ TEST_CASE("A slide of an infinite brush ends at its kinetic force, whatever grou
   for (const auto& [name, law] : laws) {
     INFO(name);
     for (const double kappa : {0.0, 1.0}) check_kinetic(law, kappa, 600.0, 2e-3);
-  }
-}
-
-TEST_CASE("Infinite brushes of laws at random end a slide at their kinetic force", "[cohorts]") {
-  std::mt19937 random(7);
-  const auto between = [&](double low, double high) {
-    return low + (high - low) * std::uniform_real_distribution<double>()(random);
-  };
-  for (int k = 0; k < static_cast<int>(test_size(24)); ++k) {
-    std::vector<Group> groups(1 + random() % 3);
-    double shares = 0.0, low = between(0.1, 0.6);
-    std::string name;
-    for (Group& g : groups) {
-      g = {between(0.15, 1.0), low, low + between(0.03, 0.6)};
-      low = g.high + between(0.05, 1.5);
-      shares += g.share;
-    }
-    for (Group& g : groups) {
-      g.share /= shares;
-      name +=
-          std::to_string(g.share) + " of " + std::to_string(g.low) + " to " + std::to_string(g.high) + "; ";
-    }
-    INFO(name);
-    const SnapLength law = law_of(groups);
-    if (law.cv() < 0.05) continue;
-    check_kinetic(law, k % 2, 600.0, 4e-3);
   }
 }
 

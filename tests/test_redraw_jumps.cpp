@@ -319,31 +319,6 @@ TEST_CASE("Dissipation per distance of redraw has the mean and the variance of a
   }
 }
 
-TEST_CASE("The end force fluctuates after jumps as it does in steady sliding", "[physics][jumps]") {
-  constexpr int bristles = 300;
-  const int steps = static_cast<int>(test_size(4000));
-  for (const JumpLaw& law : jump_laws()) {
-    const double c = 0.5 * law.moment[2];
-    const double variance = law.moment[3] / 3.0 - c * c;
-    // At cv 0.05 successive steps of 37.3 mean lengths are correlated, which the samples must not be.
-    INFO(law.name);
-    OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(bristles, 2));
-    patch.step(0.0, 0.0, bristles);
-    patch.step(2000.0 * dbar, 0.0, bristles);
-    std::vector<double> force;
-    for (int k = 0; k < steps; ++k)
-      force.push_back(-patch.step(377.3 * dbar, 0.0, bristles).elastic[0] / (bristles * dbar));
-    const Sample s = describe(force);
-    expect_near(s.mean, c,
-                sigmas * std::sqrt(variance / (bristles * static_cast<double>(steps))) + allowed_bias,
-                "mean");
-    // Tolerance: excess kurtosis of a deflection, over 300 bristles, is below 0.5 even for the heavy law.
-    expect_near(s.variance * bristles, variance,
-                (sigmas * error_of_variance(steps, law.heavy ? 0.5 : 0.05) + 4.0 * allowed_bias) * variance,
-                "variance per bristle");
-  }
-}
-
 TEST_CASE("With a single snap length redraw is keep, and stays in phase over any distance",
           "[physics][jumps]") {
   for (Precision precision : precisions()) {
@@ -404,28 +379,6 @@ TEST_CASE("A jump of a single or a fractional bristle dissipates what the law sa
           if (!law.heavy)
             expect_near(s.variance, variance_of_one, 0.25 * variance_of_one, "variance of the dissipation");
         }
-      }
-    }
-  }
-}
-
-TEST_CASE("A jump leaves no bristle beyond its snap length and draws within the law's range", "[jumps]") {
-  for (const JumpLaw& law : jump_laws()) {
-    for (Precision precision : precisions()) {
-      INFO(law.name << ", " << name_of(precision));
-      const std::uint32_t n = test_size(20000);
-      OnePatch patch(plain_material(law.law, SnapRule::redraw), plain_options(n, 2, precision));
-      patch.step(0.0, 0.0, n);
-      for (double length : {2.0, 5.0, 17.0, 100.0, 4e3, 1e7, 0.3}) {
-        const Response r = patch.step(-0.8 * length * dbar, 0.6 * length * dbar, n);
-        const Bristles b = read(patch, n);
-        for (std::size_t i = 0; i < n; ++i) {
-          expect(std::hypot(b.zx[i], b.zy[i]) <= b.delta[i] * (1.0 + 1e-6), "|z| is within delta");
-          expect(b.delta[i] > 0.0 && b.delta[i] <= law.law.longest() * (1.0 + 1e-6),
-                 "delta is within the law's range");
-        }
-        expect(std::isfinite(r.dissipated) && r.dissipated >= 0.0,
-               "the dissipation is finite and not negative");
       }
     }
   }

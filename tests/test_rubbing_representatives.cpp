@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "brute_force.hpp"
 #include "brute_pieces.hpp"
+#include "brute_rubbing.hpp"
 #include "expect.hpp"
 #include "reference_table.hpp"
 #include "scenes.hpp"
@@ -241,27 +241,6 @@ TEST_CASE("A load that rises brings bristles that are not steady: they are follo
   expect_near(4.0 * rub.bend(lower), 0.457730, 0.004 + 8.0 * sampling_error(n), "after it fell to a quarter");
 }
 
-TEST_CASE("A load that rises in every step of a slide has the friction of a steady one", "[rubbing][load]") {
-  TableCase c;
-  c.law = SnapLength::lognormal(dbar, 0.3);
-  c.renewal = 1.0;
-  const std::uint32_t n = test_size(100000);
-  for (const double rise : {1.1, 1.01}) {
-    INFO("load rises " << rise << " times in a step");
-    Rub rub(c, n, 1);
-    double load = 0.2 * n;
-    for (int k = 0; k < 40; ++k) rub.patch.step(dbar, 0.0, load);
-    double bend = 0.0;
-    int steps = 0;
-    for (; load * rise < n; ++steps) {
-      load *= rise;
-      bend += -rub.patch.step(10.0 * dbar, 0.0, load).end[0] / load / dbar;
-    }
-    const double error = 4.0 * std::sqrt(variance / (0.2 * n) * 3.0 / steps);
-    expect_near(bend / steps, 0.457730, 0.001 + error, "mean deflection");
-  }
-}
-
 TEST_CASE("Few bristles keep their friction in steps of any length", "[rubbing]") {
   TableCase c;
   c.law = SnapLength::lognormal(dbar, 0.3);
@@ -416,63 +395,11 @@ TEST_CASE("Strokes of rubbed bristles neither harden nor lose their work against
   }
 }
 
-namespace {
-
-/// Brute force in short pieces of path. In each, bristles snap one by one, then each bristle is renewed with
-/// the probability that these snaps give.
-class BruteRub {
- public:
-  BruteRub(std::size_t n, Quantile quantile, bool redraw, double residual, double renewal, std::uint64_t seed)
-      : quantile_(std::move(quantile)),
-        redraw_(redraw),
-        residual_(residual),
-        renewal_(renewal),
-        random_(seed),
-        z_(n, 0.0),
-        delta_(n) {
-    for (double& d : delta_) d = draw();
-  }
-  /// Moves the body by d along the axis. Returns the mean deflection.
-  double move(double d) {
-    const double e = d < 0.0 ? -1.0 : 1.0;
-    std::size_t snaps = 0;
-    for (std::size_t i = 0; i < z_.size(); ++i) {
-      z_[i] += d;
-      if (z_[i] * e > residual_ + delta_[i]) {
-        z_[i] -= e * delta_[i];  // bends the bristle on by the rest of the piece
-        if (redraw_) delta_[i] = draw();
-        ++snaps;
-      }
-    }
-    const double chance = renewal_ * static_cast<double>(snaps) / static_cast<double>(z_.size());
-    double sum = 0.0;
-    for (std::size_t i = 0; i < z_.size(); ++i) {
-      if (flat() < chance && z_[i] * e > residual_) {
-        z_[i] = e * residual_;
-        if (redraw_) delta_[i] = draw();
-      }
-      sum += z_[i];
-    }
-    return sum / static_cast<double>(z_.size());
-  }
-
- private:
-  Quantile quantile_;
-  bool redraw_;
-  double residual_, renewal_;
-  std::mt19937_64 random_;
-  std::vector<double> z_, delta_;
-
-  double flat() { return (static_cast<double>(random_() >> 11) + 0.5) * 0x1p-53; }
-  double draw() { return quantile_(flat()); }
-};
-
-}  // namespace
-
 TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in pieces of 1/500 length",
           "[rubbing]") {
   const std::uint32_t n = test_size(20000);
-  BruteRub brute(n, lognormal_quantile(1.0, 0.3), false, 0.25, 1.0, 3);
+  RubbedBristles brute(n, lognormal_quantile(1.0, 0.3), 0.25, 1.0, 3);
+  brute.keep = true;
   TableCase c;
   c.law = SnapLength::lognormal(dbar, 0.3);
   c.rule = SnapRule::keep;
@@ -483,11 +410,10 @@ TEST_CASE("Bristles that keep their lengths are rubbed as a brute force in piece
   for (const double distance : {2.0, -0.5, 2.0, -1.0, -3.0}) {
     for (int k = 0; k < 10; ++k) {
       const double d = distance / 10.0;
-      double expected = 0.0;
-      const int parts = static_cast<int>(std::ceil(std::abs(d) * 500.0));
-      for (int i = 0; i < parts; ++i) expected = brute.move(d / parts);
+      brute.step(d, 0.0, 1.0 / 500.0);
       const Response r = rub.move(d);
-      expect_near(rub.bend(r), expected, 4.0 * sampling_error(n) * std::sqrt(2.0) + 0.002, "mean deflection");
+      expect_near(rub.bend(r), brute.x(), 4.0 * sampling_error(n) * std::sqrt(2.0) + 0.002,
+                  "mean deflection");
     }
   }
 }
@@ -728,27 +654,6 @@ TEST_CASE("A slide that bends keeps its energy", "[rubbing][bends][energy]") {
       }
       CHECK(off == 0);
     }
-  }
-}
-
-TEST_CASE("A bristle that counts in part is renewed alike on one thread and on several", "[rubbing]") {
-  // 300,000 bristles are shared between threads. The last two, of which one counts by a fraction, form a
-  // block of their own, in which renewals happen without snaps.
-  const std::uint32_t n = 300000;
-  for (const SnapRule rule : {SnapRule::keep, SnapRule::redraw}) {
-    const Material material = rubbed(SnapLength::lognormal(dbar, 0.3), rule, 0.3, 1.0);
-    OnePatch one(material, plain_options(n), BatchOptions{}.with_threads(1));
-    OnePatch two(material, plain_options(n), BatchOptions{}.with_threads(2));
-    int wrong = 0, shared = 0;
-    for (int k = 0; k < 120; ++k) {
-      const double load = 256.0 * 1171.0 + 1.37 + 0.2 * (k / 40);
-      const Response a = one.step(0.2 * dbar, 0.05 * dbar, load), b = two.step(0.2 * dbar, 0.05 * dbar, load);
-      wrong += !first_difference(a, b).empty();
-      shared += two.report.tasks > 1;
-    }
-    CHECK(wrong == 0);
-    CHECK((shared > 0) == (BRISTLE_WITH_TBB != 0));
-    CHECK(one.hash() == two.hash());
   }
 }
 

@@ -722,39 +722,4 @@ TEST_CASE("bristles that slide do not fluctuate, however many they are", "[slide
   }
 }
 
-TEST_CASE("a disc of bristles that slide meets the limit surface, and balances its energy", "[slide]") {
-  // Compares discs of 192 cells with 32 bristles each. The mean limit is 1/100 of the radius.
-  for (const Row& row : read_table("spin_limit.csv")) {
-    const auto pressure =
-        row.at("pressure") == "hertz" ? bristle::Pressure::hertz : bristle::Pressure::uniform;
-    const double radius = 100.0 * dbar, ratio = number(row, "v_over_omegaR");
-    PatchBatch batch;
-    bristle::ExtendedPatches pads(batch);
-    const PatchId id = pads.add(sliding(SnapLength::lognormal(dbar, 0.3)), plain_options(32),
-                                bristle::Outline::disc(radius, pressure, 8));
-    bristle::ExtendedMotion motion;
-    motion.id = id;
-    motion.normal_load = load;
-    const double spin = 0.01 / (1.0 + ratio);
-    motion.displacement[0] = 0.6 * ratio * radius * spin;
-    motion.displacement[1] = 0.8 * ratio * radius * spin;
-    motion.displacement[2] = spin;
-    bristle::ExtendedResponse out;
-    double stored = 0.0;
-    CAPTURE(row.at("pressure"), ratio);
-    for (int k = 0; k < (ratio > 1.0 ? 40 : static_cast<int>(100.0 + 100.0 * ratio)); ++k) {
-      pads.step(tick, {&motion, 1}, {&out, 1});
-      double work = 0.0;
-      for (int i = 0; i < 3; ++i) work -= out.mean[i] * motion.displacement[i];
-      const double now = pads.stored_energy(id);
-      expect_near(work, now - stored + out.dissipated, 1e-5 * work, "work");
-      stored = now;
-    }
-    const double full = pressure == bristle::Pressure::uniform ? 2.0 / 3.0 : 3.0 * M_PI / 16.0;
-    const double along = -(0.6 * out.mean[0] + 0.8 * out.mean[1]) / (load * dbar);
-    CHECK(along == Approx(number(row, "F_over_muN")).margin(0.01));
-    CHECK(-out.mean[2] / (load * dbar * radius) == Approx(number(row, "T_over_muNR")).margin(0.01 * full));
-  }
-}
-
 }  // namespace bristle_test::test_slide

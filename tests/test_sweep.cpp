@@ -564,6 +564,7 @@ TEST_CASE("A sweep that is killed in the middle goes on where it was, to the sam
       run_cli(folder, "sweep '" + scene + "'" + vary + " --out '" + folder.at("killed.csv") + "'");
   REQUIRE(resumed.code == 0);
   CHECK_THAT(resumed.err, Contains("of 40 rows are in"));
+  CHECK_THAT(resumed.out, Contains("40 rows of scene slide") && Contains(" goes from "));
   CHECK(read_file(folder.at("killed.csv")) == table);
   CHECK_FALSE(std::filesystem::exists(rows));
 }
