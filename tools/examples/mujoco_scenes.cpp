@@ -15,13 +15,49 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-/// The options with which MuJoCo's own friction holds best: elliptic cones, and friction ten times as stiff
-/// as the normal force.
-constexpr const char* option = R"(<option timestep="0.002" cone="elliptic" impratio="10" {}/>)";
-
 std::string gravity_on_slope(double degrees) {
   const double angle = degrees * pi / 180.0;
   return fmt::format(R"(gravity="{:.17g} 0 {:.17g}")", 9.81 * std::sin(angle), -9.81 * std::cos(angle));
+}
+
+/// Returns the text of a model with the options with which MuJoCo's own friction holds best: elliptic cones,
+/// and friction ten times as stiff as the normal force. `gravity`: attribute, or empty for MuJoCo's own;
+/// `contacts`: attributes of all geoms, besides the friction coefficient; `more`: further sections.
+std::string model(const std::string& gravity, double coefficient, const std::string& contacts,
+                  const std::string& bodies, const std::string& more = "") {
+  return fmt::format(R"(<mujoco><option timestep="0.002" cone="elliptic" impratio="10" {}/>
+<default><geom {} friction="{} 0.005 0.0001"/></default>
+<worldbody>{}
+</worldbody>{}</mujoco>)",
+                     gravity, contacts, coefficient, bodies, more);
+}
+constexpr const char* solref_10ms = R"(solref="0.01 1")";
+
+/// Returns the text of a finger, a geom on a slide along an axis.
+std::string finger(const char* name, const char* position, const char* axis, const char* geom) {
+  return fmt::format(R"(
+  <body pos="{}"><joint name="{}" type="slide" axis="{}" damping="20"/><geom {}/></body>)",
+                     position, name, axis, geom);
+}
+
+/// Actuators of two fingers.
+constexpr const char* two_motors = R"(
+<actuator><motor joint="left"/><motor joint="right"/></actuator>)";
+
+constexpr const char* ground = R"(<geom type="plane" size="5 5 1"/>)";
+
+/// Returns the text of a free box at a position, with half edges (m) and mass (kg).
+std::string box(const std::string& name, const std::string& position, const std::string& half, double mass) {
+  return fmt::format(R"(
+  <body name="{}" pos="{}"><freejoint/><geom type="box" size="{}" mass="{}"/></body>)",
+                     name, position, half, mass);
+}
+
+constexpr std::array<double, 3> along_x = {1.0, 0.0, 0.0};
+
+/// Returns the force and torque that act on the observed body from outside.
+double* force_on_body(const mjModel& model, mjData& data) {
+  return data.xfrc_applied + 6 * mj_name2id(&model, mjOBJ_BODY, "body");
 }
 
 bristle::Coefficients law() {
@@ -133,47 +169,32 @@ Model load(const std::string& xml) {
 Data make_data(const mjModel& model) { return {mj_makeData(&model), mj_deleteData}; }
 
 Scene pinch(double grip_n, double swing_n, const char* solref) {
-  Scene scene;
   const bool swings = swing_n != 0.0;
-  scene.name = swings ? "pinch_swing" : fmt::format("pinch_{:g}N", grip_n);
-  scene.title = swings ? fmt::format("pinch of {:g} to {:g} N", grip_n - swing_n, grip_n + swing_n)
-                       : fmt::format("pinch of {:g} N, solref {}", grip_n, solref);
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom solref="{}" friction="0.7 0.005 0.0001"/></default>
-<worldbody>
-  <body pos="0 -0.0301 0"><joint name="left" type="slide" axis="0 1 0" damping="20"/>
-    <geom type="box" size="0.02 0.02 0.02" mass="0.1"/></body>
-  <body pos="0 0.0301 0"><joint name="right" type="slide" axis="0 -1 0" damping="20"/>
-    <geom type="box" size="0.02 0.02 0.02" mass="0.1"/></body>
-  <body name="body"><freejoint/><geom type="capsule" size="0.01 0.012" mass="0.045"/></body>
-</worldbody>
-<actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)",
-                          fmt::format(option, ""), solref);
-  scene.drive = [=](const mjModel&, mjData& data) {
-    data.ctrl[0] = data.ctrl[1] = grip_n + swing_n * std::sin(2.0 * pi * data.time);
-  };
-  return scene;
+  constexpr const char* pad = R"(type="box" size="0.02 0.02 0.02" mass="0.1")";
+  return {.name = swings ? "pinch_swing" : fmt::format("pinch_{:g}N", grip_n),
+          .title = swings ? fmt::format("pinch of {:g} to {:g} N", grip_n - swing_n, grip_n + swing_n)
+                          : fmt::format("pinch of {:g} N, solref {}", grip_n, solref),
+          .xml = model(
+              "", 0.7, fmt::format("solref=\"{}\"", solref),
+              finger("left", "0 -0.0301 0", "0 1 0", pad) + finger("right", "0 0.0301 0", "0 -1 0", pad) + R"(
+  <body name="body"><freejoint/><geom type="capsule" size="0.01 0.012" mass="0.045"/></body>)",
+              two_motors),
+          .drive = [=](const mjModel&, mjData& data) {
+            data.ctrl[0] = data.ctrl[1] = grip_n + swing_n * std::sin(2.0 * pi * data.time);
+          }};
 }
 
 Scene tapped_block() {
-  Scene scene;
-  scene.name = "tapped_block";
-  scene.title = "block on a slope, tapped";
-  scene.direction = {1.0, 0.0, 0.0};
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom friction="0.5 0.005 0.0001"/></default>
-<worldbody>
-  <geom type="plane" size="5 5 1"/>
-  <body name="body" pos="0 0 0.02"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.2"/></body>
-</worldbody></mujoco>)",
-                          fmt::format(option, gravity_on_slope(15.0)));
-  scene.drive = [](const mjModel& model, mjData& data) {
-    const int body = mj_name2id(&model, mjOBJ_BODY, "body");
-    const bool tap = data.time < 2.0 && std::fmod(data.time, 0.2) < 0.01;
-    data.xfrc_applied[6 * body + 1] = tap ? 0.3 : 0.0;   // N, aside
-    data.xfrc_applied[6 * body + 2] = tap ? -1.0 : 0.0;  // force into the slope, N
-  };
-  return scene;
+  return {
+      .name = "tapped_block",
+      .title = "block on a slope, tapped",
+      .xml = model(gravity_on_slope(15.0), 0.5, "", ground + box("body", "0 0 0.02", "0.05 0.05 0.02", 0.2)),
+      .direction = along_x,
+      .drive = [](const mjModel& model, mjData& data) {
+        const bool tap = data.time < 2.0 && std::fmod(data.time, 0.2) < 0.01;
+        force_on_body(model, data)[1] = tap ? 0.3 : 0.0;   // N, aside
+        force_on_body(model, data)[2] = tap ? -1.0 : 0.0;  // force into the slope, N
+      }};
 }
 
 Scene spun_box(double speed) {
@@ -187,92 +208,66 @@ Scene spun_box(double speed) {
 }
 
 Scene pushed_box() {
-  Scene scene;
-  scene.name = "pushed_box";
-  scene.title = "box pushed off centre";
-  scene.seconds = 2.0;
-  scene.direction = {1.0, 0.0, 0.0};
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom solref="0.01 1" friction="0.4 0.005 0.0001"/></default>
-<worldbody>
-  <geom type="plane" size="5 5 1"/>
-  <body name="body" pos="0 0 0.01"><freejoint/><geom type="box" size="0.1 0.1 0.01" mass="0.5"/></body>
-</worldbody></mujoco>)",
-                          fmt::format(option, ""));
-  scene.drive = [](const mjModel& model, mjData& data) {
-    const int body = mj_name2id(&model, mjOBJ_BODY, "body");
-    const bool push = data.time >= 0.1 && data.time < 0.3;
-    const double force = push ? 4.0 : 0.0;
-    data.xfrc_applied[6 * body] = force;
-    data.xfrc_applied[6 * body + 5] = -0.1 * force;  // torque of a force along x that acts at y = 0.1 m, N m
-  };
-  return scene;
+  return {.name = "pushed_box",
+          .title = "box pushed off centre",
+          .xml = model("", 0.4, solref_10ms, ground + box("body", "0 0 0.01", "0.1 0.1 0.01", 0.5)),
+          .seconds = 2.0,
+          .direction = along_x,
+          .drive = [](const mjModel& model, mjData& data) {
+            const double push = data.time >= 0.1 && data.time < 0.3 ? 4.0 : 0.0;
+            force_on_body(model, data)[0] = push;
+            // Adds the torque of the push, which acts at y = 0.1 m, N m.
+            force_on_body(model, data)[5] = -0.1 * push;
+          }};
 }
 
 Scene ten_blocks() {
-  Scene scene;
-  scene.name = "ten_blocks";
-  scene.title = "ten blocks on a slope";
-  scene.seconds = 2.0;
-  scene.direction = {1.0, 0.0, 0.0};
   std::string blocks;
-  for (int i = 0; i < 10; ++i) {
-    blocks += fmt::format(
-        R"(<body name="{}" pos="0 {} 0.02"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.2"/></body>)",
-        i == 0 ? "body" : fmt::format("body{}", i), 0.15 * i);
-  }
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom friction="0.5 0.005 0.0001"/></default>
-<worldbody><geom type="plane" size="5 5 1"/>{}</worldbody></mujoco>)",
-                          fmt::format(option, gravity_on_slope(15.0)), blocks);
-  return scene;
+  for (int i = 0; i < 10; ++i)
+    blocks += box(i == 0 ? "body" : fmt::format("body{}", i), fmt::format("0 {} 0.02", 0.15 * i),
+                  "0.05 0.05 0.02", 0.2);
+  return {.name = "ten_blocks",
+          .title = "ten blocks on a slope",
+          .xml = model(gravity_on_slope(15.0), 0.5, "", ground + blocks),
+          .seconds = 2.0,
+          .direction = along_x};
 }
 
 Scene tower(double push_n, double ramp_s) {
-  Scene scene;
-  scene.name = push_n == 0.0 ? "tower" : ramp_s == 0.0 ? "pushed_tower" : "pressed_tower";
-  scene.title = fmt::format("tower of ten plates, the fifth pushed with {:g} N", push_n);
-  scene.direction = {1.0, 0.0, 0.0};
-  std::string blocks;
+  std::string plates;
   for (int i = 0; i < 10; ++i)
-    blocks += fmt::format(
-        R"(<body name="{0}" pos="0 0 {2}"><freejoint/><geom type="box" size="{1} {1} 0.01" mass="0.2"/></body>)",
-        i == 4 ? "body" : fmt::format("body{}", i), 0.1 - 0.003 * i, 0.01 + 0.02 * i);
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
-<worldbody><geom type="plane" size="5 5 1"/>{}</worldbody></mujoco>)",
-                          fmt::format(option, ""), blocks);
-  scene.drive = [=](const mjModel& model, mjData& data) {
-    const double since = data.time - tower_push_begin_s;
-    const double rise = ramp_s > 0.0 ? std::min(since / ramp_s, 1.0) : 1.0;
-    const bool pushed = since >= 0.0 && since < ramp_s + tower_push_s;
-    data.xfrc_applied[6 * mj_name2id(&model, mjOBJ_BODY, "body")] = pushed ? rise * push_n : 0.0;
-  };
-  return scene;
+    plates += box(i == 4 ? "body" : fmt::format("body{}", i), fmt::format("0 0 {}", 0.01 + 0.02 * i),
+                  fmt::format("{0} {0} 0.01", 0.1 - 0.003 * i), 0.2);
+  return {.name = push_n == 0.0   ? "tower"
+                  : ramp_s == 0.0 ? "pushed_tower"
+                                  : "pressed_tower",
+          .title = fmt::format("tower of ten plates, the fifth pushed with {:g} N", push_n),
+          .xml = model("", 0.5, solref_10ms, ground + plates),
+          .direction = along_x,
+          .drive = [=](const mjModel& model, mjData& data) {
+            const double since = data.time - tower_push_begin_s;
+            const double rise = ramp_s > 0.0 ? std::min(since / ramp_s, 1.0) : 1.0;
+            const bool pushed = since >= 0.0 && since < ramp_s + tower_push_s;
+            force_on_body(model, data)[0] = pushed ? rise * push_n : 0.0;
+          }};
 }
 
 Scene mesh_on_slope(bool on_mesh) {
-  Scene scene;
-  scene.name = on_mesh ? "mesh_on_mesh" : "mesh_on_plane";
-  scene.title = fmt::format("box of a mesh on a slope of 10 degrees, a {}", on_mesh ? "mesh" : "plane");
-  scene.direction = {1.0, 0.0, 0.0};
-  const auto vertices = [](double x, double y, double z) {
+  const auto mesh = [](const char* name, double x, double y, double z) {
     std::string all;
     for (int i = 0; i < 8; ++i)
       all += fmt::format("{} {} {} ", i & 1 ? x : -x, i & 2 ? y : -y, i & 4 ? z : -z);
-    return all;
+    return fmt::format(R"(<mesh name="{}" vertex="{}"/>)", name, all);
   };
-  scene.xml = fmt::format(
-      R"(<mujoco>{}<option><flag multiccd="enable"/></option>
-<asset><mesh name="box" vertex="{}"/><mesh name="slab" vertex="{}"/></asset>
-<default><geom solref="0.01 1" friction="0.5 0.005 0.0001"/></default>
-<worldbody>
-  {}
-  <body name="body" pos="0 0 0.02"><freejoint/><geom type="mesh" mesh="box" mass="0.2"/></body>
-</worldbody></mujoco>)",
-      fmt::format(option, gravity_on_slope(10.0)), vertices(0.05, 0.05, 0.02), vertices(1.0, 1.0, 0.1),
-      on_mesh ? R"(<geom type="mesh" mesh="slab" pos="0 0 -0.1"/>)" : R"(<geom type="plane" size="5 5 1"/>)");
-  return scene;
+  return {.name = on_mesh ? "mesh_on_mesh" : "mesh_on_plane",
+          .title = fmt::format("box of a mesh on a slope of 10 degrees, a {}", on_mesh ? "mesh" : "plane"),
+          .xml = model(gravity_on_slope(10.0), 0.5, solref_10ms,
+                       std::string(on_mesh ? R"(<geom type="mesh" mesh="slab" pos="0 0 -0.1"/>)" : ground) +
+                           R"(<body name="body" pos="0 0 0.02"><freejoint/>
+    <geom type="mesh" mesh="box" mass="0.2"/></body>)",
+                       R"(<option><flag multiccd="enable"/></option><asset>)" +
+                           mesh("box", 0.05, 0.05, 0.02) + mesh("slab", 1.0, 1.0, 0.1) + "</asset>"),
+          .direction = along_x};
 }
 
 Scene equal_tower() {
@@ -287,109 +282,82 @@ Scene equal_tower() {
 }
 
 Scene turntable(double seconds) {
-  Scene scene;
-  scene.name = "turntable";
-  scene.title = "box on a turntable of 1.5 rad/s, 1 m off its axis";
-  scene.seconds = seconds;
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom solref="0.01 1" friction="0.6 0.005 0.0001"/></default>
-<worldbody>
-  <body><joint type="hinge" axis="0 0 1"/><geom type="box" size="1.5 1.5 0.05" mass="1e4"/></body>
-  <body name="body" pos="1 0 0.07"><freejoint/><geom type="box" size="0.05 0.05 0.02" mass="0.5"/></body>
-</worldbody></mujoco>)",
-                          fmt::format(option, ""));
-  scene.drive = [](const mjModel&, mjData& data) { data.qvel[0] = std::min(data.qvel[0] + 1e-3, 1.5); };
-  scene.radial = true;
-  return scene;
+  return {.name = "turntable",
+          .title = "box on a turntable of 1.5 rad/s, 1 m off its axis",
+          .xml = model("", 0.6, solref_10ms,
+                       R"(
+  <body><joint type="hinge" axis="0 0 1"/><geom type="box" size="1.5 1.5 0.05" mass="1e4"/></body>)" +
+                           box("body", "1 0 0.07", "0.05 0.05 0.02", 0.5)),
+          .seconds = seconds,
+          .radial = true,
+          .drive = [](const mjModel&, mjData& data) { data.qvel[0] = std::min(data.qvel[0] + 1e-3, 1.5); }};
 }
 
 Scene held_off_centre(double grip_n) {
-  Scene scene;
-  scene.name = "held_off_centre";
-  scene.title = fmt::format("box held 20 mm off its centre with {:g} N, shaken", grip_n);
-  scene.seconds = 60.0;
-  scene.direction = {-1.0, 0.0, 0.0};
-  scene.point[1] = -0.02;
   constexpr double mass = 0.2;
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom solref="0.005 1" condim="4" friction="0.7 0.005 0.0001"/></default>
-<worldbody>
-  <body pos="0 -0.02 -0.0181"><joint name="left" type="slide" axis="0 0 1" damping="20"/>
-    <geom type="sphere" size="0.008" mass="0.1"/></body>
-  <body pos="0 -0.02 0.0181"><joint name="right" type="slide" axis="0 0 -1" damping="20"/>
-    <geom type="sphere" size="0.008" mass="0.1"/></body>
-  <body name="body"><freejoint/><geom type="box" size="0.03 0.04 0.01" mass="{}"/></body>
-</worldbody>
-<actuator><motor joint="left"/><motor joint="right"/></actuator></mujoco>)",
-                          fmt::format(option, R"(gravity="-9.81 0 0")"), mass);
-  // Simulates in the frame of the shaken hand. There the shaking is an inertial force, which is added to the
-  // weight.
-  scene.drive = [=](const mjModel& model, mjData& data) {
-    data.ctrl[0] = data.ctrl[1] = grip_n;
-    double* force = data.xfrc_applied + 6 * mj_name2id(&model, mjOBJ_BODY, "body");
-    force[0] = -mass * 10.0 * std::sin(2.0 * pi * 3.0 * data.time);
-    force[1] = -mass * 5.0 * std::sin(2.0 * pi * 2.0 * data.time);
-  };
-  return scene;
+  constexpr const char* tip = R"(type="sphere" size="0.008" mass="0.1")";
+  return {.name = "held_off_centre",
+          .title = fmt::format("box held 20 mm off its centre with {:g} N, shaken", grip_n),
+          .xml = model(R"(gravity="-9.81 0 0")", 0.7, R"(solref="0.005 1" condim="4")",
+                       finger("left", "0 -0.02 -0.0181", "0 0 1", tip) +
+                           finger("right", "0 -0.02 0.0181", "0 0 -1", tip) +
+                           box("body", "0 0 0", "0.03 0.04 0.01", mass),
+                       two_motors),
+          .seconds = 60.0,
+          .direction = {-1.0, 0.0, 0.0},
+          .point = {0.0, -0.02, 0.0},
+          // Simulates in the frame of the shaken hand. There the shaking is an inertial force, which is added
+          // to the weight.
+          .drive = [=](const mjModel& model, mjData& data) {
+            data.ctrl[0] = data.ctrl[1] = grip_n;
+            double* force = force_on_body(model, data);
+            force[0] = -mass * 10.0 * std::sin(2.0 * pi * 3.0 * data.time);
+            force[1] = -mass * 5.0 * std::sin(2.0 * pi * 2.0 * data.time);
+          }};
 }
 
 Scene fingertips(bool shaken) {
-  Scene scene;
-  scene.name = shaken ? "shaken_hand" : "fingertips";
-  scene.title = shaken ? "box held by three fingertips, the hand is shaken" : "box held by three fingertips";
-  scene.direction = {-1.0, 0.0, 0.0};
-  const auto finger = [](const char* name, double y, double z) {
-    return fmt::format(R"(
-    <body pos="0 {} {}"><joint name="{}" type="slide" axis="0 0 {}" damping="20"/>
-      <geom type="sphere" size="0.008" mass="0.05"/></body>)",
-                       y, z, name, z < 0.0 ? 1 : -1);
-  };
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom solref="0.005 1" friction="0.7 0.005 0.0001"/></default>
-<worldbody>
+  constexpr const char* tip = R"(type="sphere" size="0.008" mass="0.05")";
+  constexpr double rate = 2.0 * pi * 3.0;
+  const double reach = shaken ? 10.0 / (rate * rate) : 0.0;
+  return {
+      .name = shaken ? "shaken_hand" : "fingertips",
+      .title = shaken ? "box held by three fingertips, the hand is shaken" : "box held by three fingertips",
+      .xml = model(R"(gravity="-9.81 0 0")", 0.7, R"(solref="0.005 1")",
+                   R"(
   <body><joint name="hand" type="slide" axis="1 0 0"/>
-    <geom type="box" size="0.02 0.02 0.02" pos="0.15 0 0" mass="1" contype="0" conaffinity="0"/>{}{}{}
-  </body>
-  <body name="body"><freejoint/><geom type="box" size="0.03 0.04 0.02" mass="0.2"/></body>
-</worldbody>
+    <geom type="box" size="0.02 0.02 0.02" pos="0.15 0 0" mass="1" contype="0" conaffinity="0"/>)" +
+                       finger("thumb", "0 0 -0.0281", "0 0 1", tip) +
+                       finger("left", "0 0.02 0.0281", "0 0 -1", tip) +
+                       finger("right", "0 -0.02 0.0281", "0 0 -1", tip) + "</body>" +
+                       box("body", "0 0 0", "0.03 0.04 0.02", 0.2),
+                   R"(
 <actuator>
   <motor joint="thumb"/><motor joint="left"/><motor joint="right"/>
   <position joint="hand" kp="20000"/><velocity joint="hand" kv="400"/>
-</actuator></mujoco>)",
-                          fmt::format(option, R"(gravity="-9.81 0 0")"), finger("thumb", 0.0, -0.0281),
-                          finger("left", 0.02, 0.0281), finger("right", -0.02, 0.0281));
-  constexpr double rate = 2.0 * pi * 3.0;
-  const double reach = shaken ? 10.0 / (rate * rate) : 0.0;
-  scene.drive = [reach](const mjModel&, mjData& data) {
-    const double since = std::max(data.time - 0.25, 0.0);  // time since the fingers closed on the box, s
-    data.ctrl[0] = 12.0;
-    data.ctrl[1] = data.ctrl[2] = 6.0;
-    data.ctrl[3] = reach * std::sin(rate * since);
-    data.ctrl[4] = reach * rate * (since > 0.0 ? std::cos(rate * since) : 0.0);
-  };
-  return scene;
+</actuator>)"),
+      .direction = {-1.0, 0.0, 0.0},
+      .drive = [reach](const mjModel&, mjData& data) {
+        const double since = std::max(data.time - 0.25, 0.0);  // time since the fingers closed, s
+        data.ctrl[0] = 12.0;
+        data.ctrl[1] = data.ctrl[2] = 6.0;
+        data.ctrl[3] = reach * std::sin(rate * since);
+        data.ctrl[4] = reach * rate * (since > 0.0 ? std::cos(rate * since) : 0.0);
+      }};
 }
 
 Scene pushed_book() {
-  Scene scene;
-  scene.name = "pushed_book";
-  scene.title = "book on a table, pushed stop and go";
-  scene.direction = {1.0, 0.0, 0.0};
   constexpr double mass = 0.8;
-  scene.xml = fmt::format(R"(<mujoco>{}
-<default><geom solref="0.01 1" friction="{} 0.005 0.0001"/></default>
-<worldbody>
-  <geom type="plane" size="5 5 1"/>
-  <body name="body" pos="0 0 0.01"><freejoint/><geom type="box" size="0.1 0.13 0.01" mass="{}"/></body>
-</worldbody></mujoco>)",
-                          fmt::format(option, ""), book_coefficient, mass);
-  scene.drive = [](const mjModel& model, mjData& data) {
-    const double in_second = data.time - std::floor(data.time) - 0.2;
-    const bool go = data.time < 3.0 && in_second >= -1e-9 && in_second < book_go_s - 1e-9;
-    data.xfrc_applied[6 * mj_name2id(&model, mjOBJ_BODY, "body")] =
-        (go ? book_go : book_stop) * book_coefficient * mass * 9.81;
-  };
-  return scene;
+  return {.name = "pushed_book",
+          .title = "book on a table, pushed stop and go",
+          .xml = model("", book_coefficient, solref_10ms,
+                       ground + box("body", "0 0 0.01", "0.1 0.13 0.01", mass)),
+          .direction = along_x,
+          .drive = [](const mjModel& model, mjData& data) {
+            const double in_second = data.time - std::floor(data.time) - 0.2;
+            const bool go = data.time < 3.0 && in_second >= -1e-9 && in_second < book_go_s - 1e-9;
+            force_on_body(model, data)[0] = (go ? book_go : book_stop) * book_coefficient * mass * 9.81;
+          }};
 }
 
 std::vector<Scene> all_scenes() {
