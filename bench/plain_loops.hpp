@@ -1,5 +1,5 @@
-// Loops that bristle is compared with: the paper's own loop, a plain structure-of-arrays loop left to the
-// compiler, and the time it takes to stream the same bytes.
+// Loops that bristle is compared with: a plain structure-of-arrays loop left to the compiler, and the time
+// it takes to stream the same bytes.
 //
 // Compiled with every flag that helps a plain loop (-O3 -march=native -ffast-math), for the machine it is
 // built on: call plain_loops_run_here() before anything else in a program that may be copied elsewhere. One
@@ -25,39 +25,6 @@ struct Force {
 /// State of one bristle, which tests read with `get` and write with `set`; lengths in m.
 struct Bristle {
   double zx = 0.0, zy = 0.0, delta = 0.0;
-};
-
-/// The paper's loop (section 4.1) as its authors would have written it: an array of structs, moved one
-/// bristle at a time by a vector class with operators. The rule is literal, `z += x; if |z| > delta then z =
-/// 0`, and the damper is inside the sum. Snap lengths are uniform on 0.5 to 1.5 of the mean and never change.
-///
-/// Real is float or double. Dimensions is 3 (the vectors of the haptic tool kits of the time, with a third
-/// component of 0) or 2. Compiled are <double, 3> and <float, 2>, the most and the least work.
-template <class Real, int Dimensions>
-class PaperLoop {
- public:
-  /// Makes n bristles at rest with this mean snap length (m), and the stiffness (N/m) and damper (N s/m) of
-  /// one bristle.
-  explicit PaperLoop(std::size_t n, double mean_snap_length_m, double bristle_stiffness = 1.0,
-                     double bristle_damping = 0.0);
-  ~PaperLoop();
-  PaperLoop(const PaperLoop&) = delete;
-  PaperLoop& operator=(const PaperLoop&) = delete;
-
-  /// Moves the body by (dx, dy) in dt_s. `mean` stays 0: the paper's rule gives the force only at the end of
-  /// the step.
-  Force step(double dx_m, double dy_m, double dt_s = 1e-3) noexcept;
-
-  std::size_t size() const noexcept { return n_; }
-  void set(std::size_t i, const Bristle& bristle) noexcept;
-  Bristle get(std::size_t i) const noexcept;
-
-  struct Element;  ///< bristle in the loop's own layout, a struct
-
- private:
-  Element* bristles_;
-  std::size_t n_;
-  double stiffness_, damping_;
 };
 
 enum class Rule : unsigned char { keep, redraw };

@@ -827,17 +827,6 @@ TEST_CASE("stability works with as many threads as the system gives", "[cli]") {
 #endif
 }
 
-TEST_CASE("The paper's loop is compared in steady motion, as the others are", "[cli]") {
-  // Deflections are uniform between 0 and the snap length: their mean is half the mean length, 0.8 of it
-  // along x. The paper's literal rule loses half a step of it.
-  const std::uint64_t n = 14'400;
-  const double expected = -0.8 * (0.5 - 0.5 * 0.003) * 10e-6 * static_cast<double>(n);
-  for (cli::Contestant loop : {cli::paper_loop<double, 3>("", cli::Regime::presliding, n),
-                               cli::paper_loop<float, 2>("", cli::Regime::presliding, n)}) {
-    for (int i = 0; i < 400; ++i) REQUIRE(loop.step() == Approx(expected).epsilon(0.02));
-  }
-}
-
 TEST_CASE("Discs are compared in sliding, where their torque stays, and there and back, where all sticks",
           "[cli]") {
   for (const auto make : {+[](bool back) { return cli::brush_disc(0.003, back, ""); },

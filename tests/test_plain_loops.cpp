@@ -11,7 +11,6 @@
 namespace bristle_test::test_plain_loops {
 
 using bristle::plain::Force;
-using bristle::plain::PaperLoop;
 using bristle::plain::PlainLoop;
 using bristle::plain::PlainOptions;
 using bristle::plain::Rule;
@@ -38,8 +37,7 @@ double drawn_length(std::mt19937& generator) {
 
 /// Returns the deflection over dbar, averaged over steps of `step` dbar after 40 dbar of sliding along (0.8,
 /// 0.6).
-template <class Loop>
-double steady_force(Loop& loop, double step, bool mean) {
+double steady_force(PlainLoop& loop, double step, bool mean) {
   const double dx = 0.8 * step * dbar;
   const double dy = 0.6 * step * dbar;
   for (double path = 0.0; path < 40.0; path += step) loop.step(dx, dy);
@@ -133,26 +131,6 @@ TEST_CASE("The plain loops slide at the kinetic force of the model", "[bench]") 
       CHECK(steady_force(redraw, step, false) == Approx(13.0 / 24.0).margin(1e-2));
     }
   }
-}
-
-TEST_CASE("The paper's loop loses the overshoot as the table of the literal rule says", "[bench]") {
-  PaperLoop<double, 3> wide(20000, dbar);
-  PaperLoop<float, 2> narrow(20000, dbar);
-  const std::vector<Row> rows = read_table("naive_discretisation.csv");
-  for (const char* h : {"0.05", "0.3", "0.7", "1.2"}) {
-    const Row& row = find_row(rows, {{"dist", "uniform_0.5_1.5"}, {"variant", "fixed"}, {"h_over_dbar", h}});
-    const double step = number(row, "h_over_dbar");
-    const double expected = number(row, "f_naive_closed");
-    CHECK(steady_force(wide, step, false) == Approx(expected).margin(5e-3));
-    CHECK(steady_force(narrow, step, false) == Approx(expected).margin(5e-3));
-  }
-}
-
-TEST_CASE("The paper's loop adds the damper of every bristle", "[bench]") {
-  PaperLoop<double, 3> loop(900, dbar, 80.0, 0.1);
-  const Force force = loop.step(1e-6, 0.0, 1e-3);
-  CHECK(force.end[0] == Approx(-900.0 * (80.0 * 1e-6 + 0.1 * 1e-3)));
-  CHECK(force.end[1] == 0.0);
 }
 
 TEST_CASE("The streaming loop counts the bytes it reads and writes", "[bench]") {

@@ -173,10 +173,6 @@ std::vector<ComparisonRow> compare(std::vector<Contestant> contestants, const st
 /// Makes a contestant that steps the library's own patches; if they are infinite, `bristles` counts patches.
 Contestant bristle_kernel(const CapacityCase& what, std::uint64_t bristles, const std::string& isa);
 Contestant stream_loop(const CapacityCase& what, std::uint64_t bristles);
-/// Makes a contestant that steps the paper's plain loop in steady motion. Compiled for <double, 3>, <float,
-/// 2>.
-template <class Real, int Dimensions>
-Contestant paper_loop(const char* name, Regime regime, std::uint64_t bristles);
 
 /// Makes a disc of infinite brushes in 6 rings; its force and torque are within 1 % of a continuous disc's.
 /// In a step its rim moves `path` mean snap lengths and its centre half as far; with `there_and_back` the

@@ -60,30 +60,6 @@ Contestant bristle_kernel(const CapacityCase& what, std::uint64_t n, const std::
           {}};
 }
 
-template <class Real, int Dimensions>
-Contestant paper_loop(const char* name, Regime regime, std::uint64_t n) {
-  auto loop = std::make_shared<bristle::plain::PaperLoop<Real, Dimensions>>(n, mean_snap_length_m);
-  // Spreads the bristles' deflections evenly between straight and about to snap, as they are after long
-  // sliding in short steps. Settling by steps of 1.6 mean snap lengths, which suits the other loops, would
-  // leave all bristles of this one straight, because in the paper's rule a snap loses the path left in the
-  // step.
-  for (std::uint64_t i = 0; i < n; ++i) {
-    bristle::plain::Bristle b = loop->get(i);
-    // Multiplies a bristle's number by an irrational factor, so that its deflection does not depend on its
-    // snap length.
-    const double position = static_cast<double>(i) * 1.4142135623730951;
-    const double bend = b.delta * (position - std::floor(position));
-    b.zx = 0.8 * bend;
-    b.zy = 0.6 * bend;
-    loop->set(i, b);
-  }
-  const double d = step_length(regime) * mean_snap_length_m;
-  return {name, [loop, d] { return loop->step(0.8 * d, 0.6 * d, capacity_dt_s).end[0]; }, {}};
-}
-
-template Contestant paper_loop<double, 3>(const char*, Regime, std::uint64_t);
-template Contestant paper_loop<float, 2>(const char*, Regime, std::uint64_t);
-
 namespace {
 
 Contestant plain_loop(const char* name, const CapacityCase& what, std::uint64_t n,
@@ -129,10 +105,6 @@ std::vector<ComparisonRow> compare_loops(const CapacityOptions& options) {
     for (const CapacityCase& what : {presliding, sliding, redraw}) {
       std::vector<Contestant> contestants;
       contestants.push_back(bristle_kernel(what, n, options.isa));
-      if (what.rule == SnapRule::keep) {
-        contestants.push_back(paper_loop<double, 3>("the paper's loop, 3-D double", what.regime, n));
-        contestants.push_back(paper_loop<float, 2>("the paper's loop, 2-D float", what.regime, n));
-      }
       contestants.push_back(plain_loop("plain arrays, one loop", what, n, Style::one_loop));
       contestants.push_back(plain_loop("plain arrays, in chunks", what, n, Style::chunked));
       contestants.push_back(stream_loop(what, n));

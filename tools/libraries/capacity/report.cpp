@@ -175,8 +175,7 @@ std::string capacity_table(const CapacityOptions& options, const CapacityResult&
   if (result.rows.empty()) return text;
   if (!result.comparisons.empty()) {
     text +=
-        "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on; the "
-        "paper's loop steps by its literal rule, which loses the overshoot, and knows no mean force.\n\n";
+        "One thread beside plain loops, interleaved. The plain loops have every compiler flag turned on.\n\n";
     text += comparisons_table(report).text() + '\n';
   } else {
     text += "plain loops left out: built for another machine or without them\n\n";
