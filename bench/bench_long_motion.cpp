@@ -1,40 +1,10 @@
-// Measures cost against the length of the step. It must stay bounded however many snaps a step holds, and
-// however the path bends.
+// Measures cost against the length of the step. It must stay bounded however many snaps a step holds.
 #include <cstdio>
 
-#include "hand_scene.hpp"
 #include "measured_scene.hpp"
 #include "suites.hpp"
 
 namespace bristle_bench {
-
-namespace {
-
-/// Registers the default material on every path of a hand (hand_scene.hpp). On the path that turns, registers
-/// the paper's material as well, with either snap rule.
-void register_hand_paths() {
-  const auto add = [](const std::string& subject, const Material& material, const HandPath& path) {
-    for (const double mm_per_s : {0.1, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0}) {
-      char text[32];
-      std::snprintf(text, sizeof text, "/%gmm_per_s", mm_per_s);
-      const std::string name = "hand_path/" + subject + path.name + text;
-      add_benchmark(name, [=](benchmark::State& state) {
-        auto& scene = keep_while_named<HandScene>(
-            name, [&] { return std::make_shared<HandScene>(material, path, mm_per_s); });
-        measure(state, HandScene::bristles, 0.0, [&] { return scene.step(); });
-        state.SetLabel("rad a step, strokes of 50 steps, load +-10 %");
-      });
-    }
-  };
-  for (const HandPath& path : hand_paths) add("", Material::from_coefficients({}), path);
-  for (const SnapRule rule : rules()) {
-    Material material = Material::from_coefficients(bristle::Coefficients::paper());
-    material.snap_rule = rule;
-    add(std::string("paper_") + name_of(rule) + '/', material, hand_paths[2]);
-  }
-}
-
-}  // namespace
 
 void register_long_motion() {
   struct Case {
@@ -62,7 +32,6 @@ void register_long_motion() {
       add_one_patch_benchmark(std::string("long_motion/") + each.name + '/' + text, what);
     }
   }
-  register_hand_paths();
 }
 
 }  // namespace bristle_bench

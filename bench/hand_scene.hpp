@@ -1,5 +1,4 @@
-// Scene of a patch that moves as a hand does (turns, strokes, a rippling load), for the benchmarks and
-// `bristle capacity`.
+// Scene of a patch that moves as a hand does (turns, strokes, a rippling load), for `bristle capacity`.
 #pragma once
 
 #include <cmath>

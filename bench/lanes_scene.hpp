@@ -1,6 +1,6 @@
 // Ten thousand contacts of springs that slide at their limit, on paths as hands, engines and discrete
 // elements make them. They are stepped as a group of a batch, as patches, and by a plain loop over the same
-// springs. For the benchmarks and `bristle capacity`.
+// springs. For `bristle capacity`.
 #pragma once
 
 #include <cmath>

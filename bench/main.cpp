@@ -2,12 +2,9 @@
 // instruction set, and the state hash of a fixed scene. A speed-up that changes the answer changes the hash.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 #include <fstream>
-#include <map>
-#include <memory>
 #include <string>
 
 #include "measured_scene.hpp"
@@ -74,58 +71,6 @@ std::string scene_hash() {
   return text;
 }
 
-/// Reporter that passes everything on to another reporter, and at the end prints how much faster shared steps
-/// were.
-class WithShares : public benchmark::BenchmarkReporter {
- public:
-  explicit WithShares(std::unique_ptr<BenchmarkReporter> inner) : inner_(std::move(inner)) {}
-
-  bool ReportContext(const Context& context) override { return inner_->ReportContext(context); }
-  void ReportRuns(const std::vector<Run>& runs) override {
-    inner_->ReportRuns(runs);
-    for (const Run& run : runs) {
-      const std::string& name = run.run_name.function_name;
-      const auto slash = name.rfind('/');
-      if (run.run_type != Run::RT_Iteration || run.error_occurred) continue;
-      if (name.rfind("threads/share/", 0) != 0) continue;
-      auto& shared = shares_[name.substr(14, slash - 14)];
-      for (const char* key : {"p50_us", "p99_us"}) {
-        const double time = run.counters.at(key);
-        const auto [entry, fresh] = shared.try_emplace(name.substr(slash + 1) + key, time);
-        // Keeps the shortest time among the repetitions of a benchmark, which the machine disturbed least.
-        if (!fresh) entry->second = std::min(entry->second, time);
-      }
-    }
-  }
-  void Finalize() override {
-    inner_->Finalize();
-    print_shares();
-  }
-
- private:
-  void print_shares() const {
-    if (shares_.empty()) return;
-    std::fprintf(stderr, "\nTime of the step alone over that of the shared one (above 1: sharing pays)\n");
-    std::fprintf(stderr, "%-28s %12s %12s\n", "pacing/bristles", "p50", "p99");
-    for (const auto& [name, times] : shares_) {
-      std::fprintf(stderr, "%-28s", name.c_str());
-      for (const char* key : {"p50_us", "p99_us"}) {
-        const auto alone = times.find(std::string("alone") + key);
-        const auto shared = times.find(std::string("shared") + key);
-        if (alone == times.end() || shared == times.end()) {
-          std::fprintf(stderr, " %12s", "-");
-        } else {
-          std::fprintf(stderr, " %12.2f", alone->second / shared->second);
-        }
-      }
-      std::fprintf(stderr, "\n");
-    }
-  }
-
-  std::unique_ptr<BenchmarkReporter> inner_;
-  std::map<std::string, std::map<std::string, double>> shares_;
-};
-
 void add_context() {
   benchmark::AddCustomContext("bristle_version", bristle::library_version());
   benchmark::AddCustomContext("bristle_commit", BRISTLE_GIT_COMMIT);
@@ -152,13 +97,10 @@ int main(int argc, char** argv) {
     register_cohorts();
     register_joints();
     register_keys();
-    register_lanes();
     register_long_motion();
     register_presliding();
     register_threads();
-    WithShares reporter{
-        std::unique_ptr<benchmark::BenchmarkReporter>(benchmark::CreateDefaultDisplayReporter())};
-    benchmark::RunSpecifiedBenchmarks(&reporter);
+    benchmark::RunSpecifiedBenchmarks();
   } catch (const bristle::Error& error) {
     std::fprintf(stderr, "bristle_bench: %s\n", error.what());
     return 2;

@@ -9,7 +9,6 @@ void register_beds();
 void register_cohorts();
 void register_joints();
 void register_keys();
-void register_lanes();
 void register_long_motion();
 void register_presliding();
 void register_threads();
