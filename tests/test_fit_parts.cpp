@@ -179,8 +179,9 @@ TEST_CASE("Each record begins in the state that its past gives", "[fit]") {
 TEST_CASE("Strokes that reach steady sliding, and strokes that do not, have the force of single bristles",
           "[fit]") {
   const double length = 2e-5;
-  // Turning points in presliding lengths; some strokes end before the slide is steady.
-  const std::vector<double> turns{30.0, -5.0, 40.0, 36.0, 75.0, 74.0, 76.0};
+  // Turning points in presliding lengths; some strokes end before the slide is steady. Short strokes follow
+  // steady slides that way and the other.
+  const std::vector<double> turns{30.0, -5.0, 40.0, 36.0, 75.0, 74.0, 76.0, 0.0, 40.0, 39.0, 41.0};
   for (const double spread : {0.1, 0.3, 0.8}) {
     CAPTURE(spread);
     RubbedBristles bristles(8000, lognormal_quantile(length, spread), 0.0, 0.0, 7);
@@ -221,24 +222,28 @@ TEST_CASE("A contact that slides to and fro without a load bears friction again 
   for (const double f : force) CHECK(std::isfinite(f));
 }
 
-TEST_CASE("A record in the plane may begin in sliding, along its first motion or against it", "[fit]") {
+TEST_CASE("Each record in the plane may begin in sliding, along its first motion or against it", "[fit]") {
   std::vector<PathPoint> path;
-  for (int i = 0; i < 3; ++i) {
-    path.push_back({3e-9 * i, 2.0, true, 0.1 * i});
-    path.back().y = 4e-9 * i;
+  for (const double along_y : {4e-9, -4e-9}) {
+    for (int i = 0; i < 3; ++i) {
+      path.push_back({3e-9 * i, 2.0, true, 0.1 * static_cast<double>(path.size())});
+      path.back().y = along_y * i;
+      path.back().begins = i == 0 && path.size() > 1;
+    }
   }
   for (const SnapRule rule : {SnapRule::redraw, SnapRule::slide}) {
     for (const cli::StartState start : {cli::StartState::forward, cli::StartState::backward}) {
       CAPTURE(static_cast<int>(rule), static_cast<int>(start));
       cli::Past past;
       past.start = start;
+      past.later = {start};
       const std::vector<double> force =
           cli::PathForce(path, 2).find({SnapLaw::lognormal, rule, 0.3}, 3e-5, past, cli::Detail::finish);
       const double full = start == cli::StartState::forward ? 2.0 : -2.0;  // N, over kinetic friction
-      REQUIRE(force.size() == 6);
-      for (std::size_t i = 0; i < 3; ++i) {
+      REQUIRE(force.size() == 12);
+      for (std::size_t i = 0; i < 6; ++i) {
         CHECK(force[i] == Approx(0.6 * full).margin(0.002));
-        CHECK(force[3 + i] == Approx(0.8 * full).margin(0.002));
+        CHECK(force[6 + i] == Approx((i < 3 ? 0.8 : -0.8) * full).margin(0.002));
       }
     }
   }
@@ -288,6 +293,35 @@ TEST_CASE("Each axis has its own offset and drift", "[fit]") {
     const double t = 0.01 * static_cast<double>(i) - 0.195;
     CHECK(force[i] == Approx(0.3 + 0.1 * t).margin(1e-9));
     CHECK(force[i + 40] == Approx(-0.2 - 0.4 * t).margin(1e-9));
+  }
+}
+
+TEST_CASE("A contact on a stage moves by what the stage leaves, also on one nearly as soft as the bristles",
+          "[fit]") {
+  constexpr double length = 2e-5, kinetic = 0.5;
+  const cli::FitData data = made_record(1, 300, [](double t) { return 5e-4 * std::cos(6.0 * t); });
+  const cli::FitOptions options;
+  // Softening in m/N^2; bristles bend by 1e-5 m/N, so that a stage twice as soft as the last one would snap
+  // through.
+  for (const double softening : {1e-6, 4.5e-6}) {
+    CAPTURE(softening);
+    cli::FitModel model(data, options, cli::Detail::finish);
+    cli::FitValues p = cli::fit_defaults;
+    p[cli::fit_kinetic] = kinetic;
+    p[cli::fit_length] = length;
+    p[cli::fit_spread] = 0.3;
+    p[cli::fit_softening] = softening;
+    model.settle(p);
+    const Eigen::VectorXd force = model.force(p);
+    std::vector<PathPoint> path = data.path;
+    for (std::size_t i = 0; i < path.size(); ++i)
+      path[i].x -= softening * std::pow(force[static_cast<Eigen::Index>(i)], 2);
+    const std::vector<double> expected =
+        force_along(path, {SnapLaw::lognormal, SnapRule::redraw, 0.3}, length);
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      CAPTURE(i);
+      CHECK(force[static_cast<Eigen::Index>(i)] == Approx(kinetic * expected[i]).margin(0.01));
+    }
   }
 }
 

@@ -244,6 +244,9 @@ TEST_CASE("Parts of a record keep its time, and each file begins with a reversal
   for (const auto& [block, is] :
        {std::pair(0, true), {1, false}, {2, false}, {3, true}, {4, false}, {7, false}})
     CHECK(fitted[static_cast<std::size_t>((block + 0.5) / 32.0 * 1000.0)] == is);
+  const std::vector<bool> other = cli::fitted_blocks(data, {}, true);
+  for (std::size_t i = 0; i < data.samples(); ++i)
+    CHECK(other[i] == (!fitted[i] || cli::block_of(data, i) == 0));  // the start is fitted by both halves
 
   cli::FitValues values = cli::fit_defaults;
   values[cli::fit_kinetic] = 0.3;

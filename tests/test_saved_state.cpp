@@ -14,6 +14,8 @@
 
 namespace bristle_test::test_saved_state {
 
+using bristle::Population;
+
 namespace {
 
 /// Adds two small patches with bent bristles to a batch.
@@ -275,6 +277,92 @@ TEST_CASE("A saved state is refused where any parameter of the material is anoth
     OnePatch refuses(other, options);
     CHECK_THROWS_AS(refuses.batch.restore_state(state), bristle::Error);
   }
+}
+
+TEST_CASE("Every number that restoring checks is refused by its name, in every kind of patch",
+          "[state][hostile]") {
+  const std::vector<std::string> of_all{"normal_load", "zeta", "overload", "remainder"},
+      of_lanes{"the force", "rest", "stiffness", "phase"},
+      of_infinite{"the position",
+                  "an open cohort",
+                  "owed",
+                  "owed_path",
+                  "slack",
+                  "spread",
+                  "pair",
+                  "ranked",
+                  "a cohort's share",
+                  "a cohort's ranks",
+                  "the shares",
+                  "a cohort's reach",
+                  "an empty cohort",
+                  "the moment",
+                  "a cohort's survival",
+                  "a cohort's position"},
+      of_slide{"the sum", "a deflection"};
+  const auto check = [&](SnapRule rule, Population population, Precision precision, bool ages) {
+    CAPTURE(static_cast<int>(rule), static_cast<int>(population), static_cast<int>(precision), ages);
+    Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), rule);
+    if (ages) material.with_ageing({bristle::AgeingForm::logarithmic, 0.1, 1.0});
+    OnePatch patch(material, plain_options(8).with_population(population).with_precision(precision));
+    for (const double dx : {0.7, 1.4, -0.3}) patch.step(dx * dbar, 0.1 * dbar, 1000.0);
+    const std::vector<std::byte> good = saved_state(patch.batch);
+    std::string refusals;
+    const auto forge = [&](std::size_t at, auto number) {
+      if (at + sizeof number > good.size()) return;
+      std::vector<std::byte> forged = good;
+      put(forged, at, &number, sizeof number);
+      reseal(forged);
+      refusals += message_of([&] { patch.batch.restore_state(forged); });
+    };
+    for (std::size_t at = 40 + 36; at < good.size(); at += 4) {
+      for (const double number : {std::nan(""), -2.0, 0.5, 1.5, 1e40}) {
+        forge(at, number);
+        forge(at, static_cast<float>(number));
+      }
+    }
+    std::vector<std::string> expected = of_all;
+    const auto expect_too = [&](const std::vector<std::string>& more) {
+      expected.insert(expected.end(), more.begin(), more.end());
+    };
+    if (population == Population::infinite || rule == SnapRule::slide) expect_too(of_lanes);
+    expect_too(population == Population::infinite ? of_infinite
+               : rule == SnapRule::slide          ? of_slide
+                                                  : std::vector<std::string>{"active", "fraction", "whole"});
+    if (ages) expect_too({"time"});
+    if (ages && rule == SnapRule::slide) expect_too({"a time"});
+    if (ages && population == Population::infinite) expect_too({"a time", "a cohort's birth"});
+    for (const std::string& name : expected) {
+      CAPTURE(name);
+      CHECK(refusals.find("(" + name + ")") != std::string::npos);
+    }
+  };
+  for (const bool ages : {false, true}) {
+    check(SnapRule::redraw, Population::representatives, Precision::single, ages);
+    for (const Precision precision : precisions()) {
+      check(SnapRule::slide, Population::representatives, precision, ages);
+      check(SnapRule::redraw, Population::infinite, precision, ages);
+    }
+  }
+}
+
+TEST_CASE("A patch that has stuck since before its oldest bristles, or since a later time, is refused",
+          "[state][hostile]") {
+  const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw)
+                                .with_ageing({bristle::AgeingForm::logarithmic, 0.1, 1.0});
+  OnePatch patch(material, plain_options(8));
+  for (int k = 0; k < 10; ++k) patch.step(0.0, 0.0, 1000.0);
+  const std::vector<std::byte> good = saved_state(patch.batch);
+  constexpr std::size_t oldest = 40 + 36 + 64 + 16 + 16, since = oldest + 8;  // core/patches/SAVED_STATE.md
+  const auto restored = [&](std::size_t at, double time) {
+    std::vector<std::byte> forged = good;
+    put(forged, at, &time, 8);
+    reseal(forged);
+    return message_of([&] { patch.batch.restore_state(forged); });
+  };
+  CHECK(restored(since, 5.0 * tick) == "(no error)");
+  CHECK(names(restored(since, 12.0 * tick), {"(time)"}));
+  CHECK(names(restored(oldest, 11.0 * tick), {"(time)"}));
 }
 
 }  // namespace bristle_test::test_saved_state

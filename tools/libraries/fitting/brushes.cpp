@@ -97,11 +97,13 @@ unsigned block_of(const FitData& data, std::size_t sample) {
   return static_cast<unsigned>(blocks * share);
 }
 
-std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until) {
+std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until, bool other_half) {
   std::vector<bool> fitted;
-  for (std::size_t i = 0; i < data.samples(); ++i)
+  for (std::size_t i = 0; i < data.samples(); ++i) {
+    const unsigned block = block_of(data, i);
     fitted.push_back(until ? data.columns.t[i] - data.first_time <= *until
-                           : std::popcount(block_of(data, i)) % 2 == 0);
+                           : block == 0 || (std::popcount(block) % 2 == 0) != other_half);
+  }
   return fitted;
 }
 
@@ -219,7 +221,7 @@ void choose_by_thin(Choice& choice, const FitOptions& options, const std::functi
   std::vector<bool> fitted = fitted_blocks(thin, options.fit_until);
   choice.other_half =
       !options.fit_until && !reach_of(thin, fitted, true).covers(reach_of(thin, fitted, false));
-  if (choice.other_half) fitted.flip();
+  if (choice.other_half) fitted = fitted_blocks(thin, options.fit_until, true);
   const FitData train = part_of(thin, fitted), remaining = part_of(thin, fitted, false);
   const bool chooses = std::min(train.samples(), remaining.samples()) >= fewest_to_choose;
   choice.failed.clear();

@@ -20,8 +20,10 @@ unsigned block_of(const FitData& data, std::size_t sample);
 
 /// Returns for each sample of a record whether models are fitted to it, or it is held out to judge them.
 /// Fitted are the first `until` seconds or, without that, 16 of 32 blocks of equal time, in the order of Thue
-/// and Morse (0110 1001 ...), so that no period of the motion falls into the fitted blocks alone.
-std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until);
+/// and Morse (0110 1001 ...), so that no period of the motion falls into the fitted blocks alone. With
+/// `other_half` they are the other 16 and the first block, because the state of the contact at the start
+/// shows there alone.
+std::vector<bool> fitted_blocks(const FitData& data, std::optional<double> until, bool other_half = false);
 
 /// Returns for each sample the path, m, since the last reversal of the motion (or since the first sample).
 std::vector<double> path_since_reversal(const FitData& data);

@@ -38,7 +38,6 @@ class RandomBristles {
       all_[i].lever = rings[ring].lever;
     }
     std::shuffle(all_.begin(), all_.end(), random_);
-    straighten();
   }
 
   /// Straightens all bristles, which then have random snap lengths.
@@ -124,27 +123,20 @@ Eigen::MatrixXd covariance_of_one_bristle(const FitModel& model, const FitPoint&
   const bristle::Material material = model.unit_material(point.values);
   const double force = point.values[fit_kinetic] * most_load / material.kinetic_coefficient();
   RandomBristles bristles(material, rings_of(data.columns.disc, Detail::search));
-  const Direction first = first_direction(data.path, data.axes);
-  const auto slide_before = [&](StartState start) {
-    if (start == StartState::straight) return;
-    const double distance =
-        (start == StartState::forward ? longest_move : -longest_move) * material.snap_length.mean();
-    bristles.move(distance * first.x, distance * first.y);
-  };
-  slide_before(point.past.start);
   Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(jacobian.cols(), simulated);
   const Eigen::Index every = 1 + samples / summed_samples;
   Eigen::Index sample = 0;
   std::size_t part = 0;
-  const PathPoint* before = &data.path.front();
-  for (const PathPoint& here : data.path) {
-    if (here.begins) {
+  for (std::size_t i = 0; i < data.path.size(); ++i) {
+    const PathPoint& here = data.path[i];
+    if (i == 0 || here.begins) {
       bristles.straighten();
-      slide_before(point.past.of_part(++part));
+      const Move slide = slide_before(data.path, i, data.axes, point.past.of_part(i == 0 ? 0 : ++part),
+                                      longest_move * material.snap_length.mean());
+      bristles.move(slide.x, slide.y);
     } else {
-      bristles.move(here.x - before->x, here.y - before->y);
+      bristles.move(here.x - data.path[i - 1].x, here.y - data.path[i - 1].y);
     }
-    before = &here;
     bristles.lift_beyond(here.load / most_load);
     if (!here.wanted) continue;
     if (sample % every == 0)

@@ -399,9 +399,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
   const std::optional<FitValues>& cut_by = choice.cut_by;
   const FitData moving = without_rests(whole), seen = samples_that_count(moving, moving.samples(), cut_by);
   const auto fitted_in = [&](const FitData& data) {
-    std::vector<bool> fitted = fitted_blocks(data, options.fit_until);
-    if (choice.other_half) fitted.flip();
-    return fitted;
+    return fitted_blocks(data, options.fit_until, choice.other_half);
   };
   const std::vector<bool> fitted = fitted_in(seen);
   const FitData dense = samples_that_count(moving, rival_samples, cut_by),
@@ -414,6 +412,7 @@ Judgements judge_rivals(const FitColumns& columns, const FitOptions& options) {
 
   Judgements all;
   all.until = options.fit_until;
+  if (choice.other_half) all.held_out_blocks = 15;
   all.presliding_length = brushes.front().found.point.values[fit_length];
   if (cut_by) {
     const std::vector<bool> left_out = around_reversals(whole, *cut_by);
@@ -547,7 +546,7 @@ std::string judgement_table(const Judgements& all) {
       "twice the presliding length), {} beyond (sliding). Paths of up to {:.3g} mm from a reversal, {:.3g} "
       "mm/s. "
       "Residuals in N, rms.{}\n\n",
-      all.until ? fmt::format("the first {:g} s", *all.until) : std::string("16 of 32 blocks of time"),
+      all.until ? fmt::format("the first {:g} s", *all.until) : std::string("half of 32 blocks of time"),
       all.fitted_samples, all.reversal_samples, 2e6 * all.presliding_length, all.sliding_samples,
       1e3 * all.fitted.stroke, 1e3 * all.fitted.speed,
       all.left_out > 0 ? fmt::format(" {} samples around reversals count nowhere, as friction there may be "
@@ -576,7 +575,7 @@ std::string judgement_json(const FitColumns& columns, const Judgements& all) {
   if (all.until)
     report["fit_until_s"] = *all.until;
   else
-    report["held_out_blocks"] = 16;
+    report["held_out_blocks"] = all.held_out_blocks;
   report["within_range"] = all.within_range();
   report["presliding_length_m"] = all.presliding_length;
   report["samples"] = {{"fitted", all.fitted_samples},

@@ -40,7 +40,8 @@ struct Judgements {
   /// Number of samples around reversals that are neither fitted nor judged, as a plain fit leaves them out
   /// too.
   std::size_t left_out = 0;
-  Reach fitted, judged;  ///< of the fitted and of the judged part
+  int held_out_blocks = 16;  ///< of 32, unless `until` is given
+  Reach fitted, judged;      ///< of the fitted and of the judged part
   std::vector<Judgement> models;
   std::vector<ModelForce> rivals;  ///< forces of the models other than brushes, on the whole record
 

@@ -127,16 +127,20 @@ double mean_step(const std::vector<PathPoint>& path, const std::vector<PlannedPo
 
 }  // namespace
 
-Direction first_direction(const std::vector<PathPoint>& path, unsigned axes) {
-  if (axes == 1) return {1.0, 0.0};
+Move slide_before(const std::vector<PathPoint>& path, std::size_t first, unsigned axes, StartState start,
+                  double distance) {
+  if (start == StartState::straight) return {0.0, 0.0};
+  if (start == StartState::backward) distance = -distance;
+  if (axes == 1) return {distance, 0.0};
+  std::size_t end = first + 1;
+  while (end < path.size() && !path[end].begins) ++end;
+  const auto way = [&](std::size_t i) { return Move{path[i].x - path[first].x, path[i].y - path[first].y}; };
+  const auto far = [&](std::size_t i) { return std::hypot(way(i).x, way(i).y); };
   double range = 0.0;
-  for (const PathPoint& p : path)
-    range = std::max(range, std::hypot(p.x - path.front().x, p.y - path.front().y));
-  for (const PathPoint& p : path) {
-    const double x = p.x - path.front().x, y = p.y - path.front().y, distance = std::hypot(x, y);
-    if (distance > 0.01 * range) return {x / distance, y / distance};
-  }
-  return {1.0, 0.0};
+  for (std::size_t i = first; i < end; ++i) range = std::max(range, far(i));
+  for (std::size_t i = first; i < end; ++i)
+    if (far(i) > 0.01 * range) return {distance * way(i).x / far(i), distance * way(i).y / far(i)};
+  return {distance, 0.0};
 }
 
 bristle::Material BrushShape::material(double length) const {
@@ -281,22 +285,19 @@ std::vector<double> PathForce::of_ring(double lever, const BrushShape& shape, do
   const double kinetic = brush.material.kinetic_coefficient();
   std::vector<double> forces, across;
   forces.reserve(axes_ * path_.size());
-  const auto begin = [&](StartState start, const PathPoint& at) {
-    if (start == StartState::straight || planned_ahead) return;
-    const Direction e = first_direction(path_, axes_);
-    const double slide = (shape.rule == SnapRule::redraw ? steady.anyway : far_slide) * unit_length;
-    const double distance = start == StartState::forward ? slide : -slide;
-    brush.step(distance * e.x, distance * e.y, at.load, 0.0);
-  };
-  begin(past.start, path_.front());
-  PathPoint at = path_.front();
+  const double far_before = (shape.rule == SnapRule::redraw ? steady.anyway : far_slide) * unit_length;
   std::size_t part = 0;
+  PathPoint at = path_.front();
   for (std::size_t i = 0; i < path_.size(); ++i) {
     const PathPoint& point = path_[i];
     const PlannedPoint& planned = points[i];
-    if (point.begins) {
+    if (i == 0 || point.begins) {
+      const StartState start = past.of_part(i == 0 ? 0 : ++part);
       brush.batch.reset(brush.patch);
-      begin(past.of_part(++part), point);
+      if (start != StartState::straight && !planned_ahead) {
+        const Move slide = slide_before(path_, i, axes_, start, far_before);
+        brush.step(slide.x, slide.y, point.load, 0.0);
+      }
       at = point;
     }
     if (planned.slide_first != 0.0) brush.step(planned.slide_first * scale, 0.0, planned.slide_load, 0.0);

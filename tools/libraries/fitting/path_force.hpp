@@ -30,12 +30,14 @@ enum class StartState : unsigned char {
   backward   ///< state after a long slide towards -x (in the plane, against the first motion)
 };
 
-struct Direction {
-  double x, y;
+struct Move {
+  double x, y;  // m
 };
-/// Returns the direction of an assumed slide before the record: +x on one axis, that of the first motion in
-/// the plane.
-Direction first_direction(const std::vector<PathPoint>& path, unsigned axes);
+/// Returns the slide over `distance` (m) to the state at the start of the record that begins at the point
+/// `first` of a path; none for straight bristles. On one axis it is along x, in the plane along the
+/// record's first motion.
+Move slide_before(const std::vector<PathPoint>& path, std::size_t first, unsigned axes, StartState start,
+                  double distance);
 
 /// State of the bristles before the first sample of each record.
 struct Past {

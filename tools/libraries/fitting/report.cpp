@@ -59,10 +59,11 @@ constexpr Row rows[fit_report_rows] = {{"kinetic", "", 1.0, "kinetic"},
 /// Longest plausible presliding length, m.
 constexpr double longest_presliding = 5e-3;
 
-const char* start_text(StartState start) {
-  return start == StartState::straight  ? "straight"
-         : start == StartState::forward ? "sliding towards +x"
-                                        : "sliding towards -x";
+const char* start_text(StartState start, unsigned axes) {
+  if (start == StartState::straight) return "straight";
+  const bool forward = start == StartState::forward;
+  if (axes == 2) return forward ? "sliding along the first motion" : "sliding against the first motion";
+  return forward ? "sliding towards +x" : "sliding towards -x";
 }
 
 const char* sign_text(ForceSign sign) { return sign == ForceSign::on_body ? "on" : "by"; }
@@ -176,7 +177,7 @@ std::string fit_table(const FitData& data, const FitResult& r) {
     text += fmt::format("{:<12}{}\n", i == 0 ? "read" : "", data.columns.understood[i]);
   text +=
       fmt::format("force       {} the body ({}); bristles at the first sample: {}\n", sign_text(data.sign),
-                  data.sign_found ? "found from the data" : "as given", start_text(r.past.start));
+                  data.sign_found ? "found from the data" : "as given", start_text(r.past.start, data.axes));
   text += fmt::format("law         {}, rule {}\n\n", bristle::to_string(r.law), to_string(r.rule));
   Table table({"<parameter", "value", "95 % from", "to", "<unit"});
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
@@ -274,7 +275,7 @@ std::string fit_json(const FitData& data, const FitResult& r) {
     report["lengths_m"] = std::vector<double>(quantiles.begin(), quantiles.end());
   }
   report["rule"] = to_string(r.rule);
-  report["start"] = start_text(r.past.start);
+  report["start"] = start_text(r.past.start, data.axes);
   for (std::size_t i = 0; i < fit_report_rows; ++i) {
     if (!concerns(data, r, i)) continue;
     const FitEstimate& e = report_estimate(r, i);
