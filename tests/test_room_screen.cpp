@@ -46,35 +46,6 @@ std::unique_ptr<room::OffscreenRoom> try_offscreen(int width, int height) {
   }
 }
 
-struct Pixel {
-  int r, g, b;
-};
-
-Pixel pixel(const room::PixelImage& image, int x, int y) {
-  const std::size_t at =
-      3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
-  return {image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]};
-}
-
-bool is_wood(Pixel p) {
-  return p.r > 70 && 1.18 * p.g < p.r && p.r < 1.75 * p.g && 1.2 * p.b < p.g && p.g < 2.6 * p.b;
-}
-
-template <class Wanted>
-int count(const room::PixelImage& image, Wanted wanted, double* middle_x = nullptr) {
-  int found = 0;
-  double sum = 0;
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      if (!wanted(pixel(image, x, y))) continue;
-      ++found;
-      sum += x;
-    }
-  }
-  if (middle_x) *middle_x = sum / std::max(found, 1);
-  return found;
-}
-
 /// Draws plots to a list of triangles, without a window.
 class PlotSheet {
  public:
@@ -89,7 +60,6 @@ class PlotSheet {
     list_.PushTextureID(ImGui::GetIO().Fonts->TexID);
   }
   room::Pen pen() { return {list_, fonts_}; }
-  int corners() const { return list_.VtxBuffer.Size; }
   /// Returns the heights of all corners of this colour below the plot's title, in the order drawn.
   std::vector<float> heights(ImU32 colour) const {
     std::vector<float> all;
@@ -434,53 +404,6 @@ TEST_CASE("A plot over time reaches the highest and the lowest value of each col
     CHECK(drawn.front() - *top > 25.0f);
     CHECK(*bottom - drawn.front() == Approx(drawn.front() - *top).margin(3.0));
   }
-}
-
-TEST_CASE("A loop takes as many lines as pixels, however many points it has", "[room]") {
-  int corners[2] = {};
-  for (int k = 0; k < 2; ++k) {
-    const int points = k == 0 ? 6000 : 24000;
-    room::History history;
-    for (int i = 0; i < points; ++i) {
-      const float angle = 6.28f * static_cast<float>(i) / static_cast<float>(points);
-      room::PlotPoint point;
-      point.time = static_cast<float>(i) / static_cast<float>(points);
-      point.displacement = 1e-4f * std::cos(angle);
-      point.friction = std::sin(angle);
-      history.add(point);
-    }
-    PlotSheet sheet;
-    room::PlotRanges ranges;
-    room::plot_hysteresis(sheet.pen(), plot_area, history, {}, 4.0f, 1e-5, {}, one_block, ranges, 0.0f);
-    corners[k] = sheet.corners();
-  }
-  CHECK(corners[0] > 1000);
-  CHECK(corners[1] < 1.1 * corners[0]);
-}
-
-TEST_CASE("A picture shows the block where perspective puts it, and its arrows", "[room]") {
-  const auto offscreen = try_offscreen(700, 520);
-  if (!offscreen) return;
-  room::RoomView& view = offscreen->view();
-  view.panels = view.glass_shown = false;
-  const auto is_friction = [](Pixel p) { return p.r > 205 && p.g < 140 && p.b < 75; };
-
-  double seen[2], expected[2];
-  int arrow[2];
-  for (int i = 0; i < 2; ++i) {
-    const double x = i == 0 ? -0.1 : 0.1;
-    const room::PixelImage image =
-        offscreen->draw(made_up::room_with_block_at(x, i == 0 ? 0.0 : 1.5, 0), 0.02f);
-    REQUIRE(count(image, is_wood, &seen[i]) > 1000);
-    float px = 0, py = 0;
-    view.camera.find_pixel(view.layout().picture.scene, Vector3f(static_cast<float>(x), 0, 0.03f), px, py);
-    expected[i] = static_cast<double>(px);
-    arrow[i] = count(image, is_friction);
-  }
-  CHECK(seen[0] == Approx(expected[0]).margin(8));
-  CHECK(seen[1] == Approx(expected[1]).margin(8));
-  CHECK(arrow[0] == 0);
-  CHECK(arrow[1] > 300);
 }
 
 TEST_CASE("Absurd states of the room are drawn without harm", "[room]") {
