@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Dense>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <bristle/coupling.hpp>
 #include <bristle/extended_coupling.hpp>
@@ -145,10 +145,9 @@ TEST_CASE("Equations of bodies that touch have the solution of the full matrix",
               levers.row(i) * gain * levers.row(k).transpose();
     }
   }
-  const Eigen::VectorXd wanted = full.ldlt().solve(right);
   system.factor();
   system.substitute();
-  CHECK((system.right - wanted).norm() < 1e-13);
+  CHECK((full * system.right - right).norm() < 1e-13);
 }
 
 TEST_CASE("Contacts of free bodies enter the equations summed as they do one by one", "[coupling]") {

@@ -27,7 +27,6 @@
 
 #include <cstddef>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 

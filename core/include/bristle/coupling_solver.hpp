@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "bristle/linear_friction.hpp"
@@ -69,6 +69,57 @@ struct SolveReport {
 
 namespace detail {
 
+/// Cholesky factor of a small positive definite matrix. Eigen's own takes seconds to compile for each size.
+template <int Size>
+class Cholesky {
+ public:
+  explicit Cholesky(const Eigen::Matrix<double, Size, Size>& matrix) noexcept : l_(matrix) {
+    for (int k = 0; k < Size; ++k) {
+      for (int j = 0; j < k; ++j)
+        for (int i = k; i < Size; ++i) l_(i, k) -= l_(i, j) * l_(k, j);
+      l_(k, k) = std::sqrt(l_(k, k));
+      for (int i = k + 1; i < Size; ++i) l_(i, k) /= l_(k, k);
+    }
+  }
+  Eigen::Matrix<double, Size, 1> solve(Eigen::Matrix<double, Size, 1> right) const noexcept {
+    for (int i = 0; i < Size; ++i) {
+      for (int k = 0; k < i; ++k) right[i] -= l_(i, k) * right[k];
+      right[i] /= l_(i, i);
+    }
+    for (int i = Size - 1; i >= 0; --i) {
+      for (int k = i + 1; k < Size; ++k) right[i] -= l_(k, i) * right[k];
+      right[i] /= l_(i, i);
+    }
+    return right;
+  }
+
+ private:
+  Eigen::Matrix<double, Size, Size> l_;  // the factor, below and on the diagonal
+};
+
+/// Solves small linear equations by elimination with partial pivoting.
+template <int Size>
+Eigen::Matrix<double, Size, 1> eliminate(Eigen::Matrix<double, Size, Size> a,
+                                         Eigen::Matrix<double, Size, 1> right) noexcept {
+  for (int k = 0; k < Size; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < Size; ++i)
+      if (std::fabs(a(i, k)) > std::fabs(a(pivot, k))) pivot = i;
+    for (int j = k; j < Size; ++j) std::swap(a(k, j), a(pivot, j));
+    std::swap(right[k], right[pivot]);
+    for (int i = k + 1; i < Size; ++i) {
+      const double factor = a(i, k) / a(k, k);
+      for (int j = k + 1; j < Size; ++j) a(i, j) -= factor * a(k, j);
+      right[i] -= factor * right[k];
+    }
+  }
+  for (int i = Size - 1; i >= 0; --i) {
+    for (int j = i + 1; j < Size; ++j) right[i] -= a(i, j) * right[j];
+    right[i] /= a(i, i);
+  }
+  return right;
+}
+
 template <int Dof>
 Eigen::Vector2d slip_of(const BodyContact<Dof>& c, const Eigen::Matrix<double, Dof, 1>& u) noexcept {
   Eigen::Vector2d slip = c.jacobian * u - c.ground_velocity;
@@ -98,8 +149,7 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
       if (c.axes == 1) f[1] = 0.0;
     impulse.noalias() += dt_s * c.jacobian.transpose() * f;
   }
-  const Eigen::Matrix<double, Dof, Dof> mass = body.mass;
-  body.velocity += mass.llt().solve(impulse);
+  body.velocity += Cholesky<Dof>(body.mass).solve(impulse);
 }
 
 // Returns theta, the share of the new velocity in the displacement of a step, T ((1 - theta) u0 + theta u1).
@@ -110,8 +160,7 @@ void apply_forces(double dt_s, MovingBody<Dof>& body, const BodyVector<Dof>& ext
 template <int Dof>
 double implicit_share(double dt_s, const MovingBody<Dof>& body,
                       Span<const BodyContact<Dof>> contacts) noexcept {
-  const Eigen::Matrix<double, Dof, Dof> m = body.mass;
-  const Eigen::LLT<Eigen::Matrix<double, Dof, Dof>> mass(m);
+  const Cholesky<Dof> mass(body.mass);
   double c = 0.0;  // bound on the fastest decay of the velocity by damping
   for (const BodyContact<Dof>& contact : contacts) {
     double mobility = 0.0;
@@ -146,7 +195,7 @@ Eigen::Matrix<double, Dof, 1> predict_velocity(double dt_s, const MovingBody<Dof
       a.noalias() += gain * jacobian.transpose() * jacobian;
       b.noalias() += jacobian.transpose() * (theta * dt_s * c.linear.steady + gain * c.ground_velocity);
     }
-    mean = a.llt().solve(b);
+    mean = Cholesky<Dof>(a).solve(b);
     bool released = false;
     for (BodyContact<Dof>& c : contacts) released = c.linear.release(slip_of<Dof>(c, mean)) || released;
     if (!released) break;
@@ -348,7 +397,7 @@ class MidpointSolver {
         external_(external),
         start_(body.velocity),
         inertia_((2.0 / dt_s) * body.mass),
-        mass_(Matrix(body.mass)),
+        mass_(body.mass),
         contacts_(contacts),
         motions_(motions),
         follow_(follow),
@@ -503,7 +552,7 @@ class MidpointSolver {
     Vector pull = Vector::Zero();
     for (const BodyContact<Dof>& c : contacts_)
       pull.noalias() -= c.jacobian.transpose() * (c.slope * slip_of<Dof>(c, start_));
-    return start_ + slope_of_residual().partialPivLu().solve(pull);
+    return start_ + eliminate<Dof>(slope_of_residual(), pull);
   }
 
   // Searches by Broyden's method with a slope for each contact. The slopes start at their bounds. The search
@@ -518,14 +567,14 @@ class MidpointSolver {
     set_steepest(factor);
     bool fresh = true;
     while (effort_.unsolved(norm)) {
-      Vector step = slope_of_residual().partialPivLu().solve(r);
+      Vector step = eliminate<Dof>(slope_of_residual(), r);
       // Resets the slopes to their bounds if a step is far too long. Slopes learnt across a jump of the
       // friction may be far too small.
       const double length = std::sqrt(0.5 * dt_s_ * step.dot(inertia_ * step));
       if (!fresh && !(length <= 1e2 * 0.5 * dt_s_ * norm)) {
         set_steepest(factor);
         fresh = true;
-        step = slope_of_residual().partialPivLu().solve(r);
+        step = eliminate<Dof>(slope_of_residual(), r);
       }
       const Vector trial = u + step;
       if (trial == u) break;
@@ -554,7 +603,7 @@ class MidpointSolver {
   double dt_s_;
   Vector external_, start_;
   Matrix inertia_;  // inertia matrix of the midpoint equation, 2 M / T
-  Eigen::LLT<Matrix> mass_;
+  Cholesky<Dof> mass_;
   Span<BodyContact<Dof>> contacts_;
   Span<Motion> motions_;
   Follow follow_;

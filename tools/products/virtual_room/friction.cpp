@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "tools/libraries/files/force_file.hpp"
