@@ -274,8 +274,6 @@ std::string fitted_line(const Cell& cell, int repeat) {
       const cli::FitEstimate& e = cli::report_estimate(result, i);
       if (e.fitted)
         line += fmt::format("{}|{:.9g} {:.9g} {:.9g} {:.9g}|", name, e.value, e.low, e.high, truth);
-      else if (truth == 0.0)  // the report says that there is none
-        line += fmt::format("{}|0 0 0 0|", name);
     }
   }
   return line + ".\n";
