@@ -224,6 +224,22 @@ TEST_CASE("A smooth motion reverses between its samples, and its curvature is no
   CHECK(reversals >= 18);  // of 20
 }
 
+TEST_CASE("The progress of a fit never falls, also where it is repeated without samples at reversals",
+          "[fit]") {
+  const auto position = [](double t) { return 5e-3 * std::sin(2.0 * M_PI * 0.5 * t); };
+  const cli::FitData data = cli::prepare_fit_data(
+      cli::parse_fit_columns(coulomb(300, 0.02, 2.5, 0.25, 8.0, 1e-6, 0.01, position), "data.csv"),
+      cli::ForceSign::automatic, {});
+  double last = 0.0;
+  const cli::Choice choice = cli::choose_brush(data, any_brush(), [&](double share) {
+    CHECK(share >= last);
+    last = share;
+  });
+  CHECK(choice.cut_by.has_value());
+  CHECK(last > 0.5);
+  CHECK(last <= 1.0);
+}
+
 TEST_CASE("Parts of a record keep its time, and each file begins with a reversal", "[fit]") {
   const auto position = [](double t) { return 1e-3 * std::sin(2.0 * M_PI * 0.3 * t); };
   const auto columns = [&](const char* name) {

@@ -317,10 +317,13 @@ Choice choose_brush(const FitData& data, const FitOptions& options,
                     const std::function<void(double)>& progress) {
   Choice choice;
   const FitData moving = without_rests(data);
+  double done = 0.0;  // share of the work that is done; each choice takes half of what is left
   const auto choose = [&] {
     choice.thin = samples_that_count(moving, search_samples, choice.cut_by);
     choice.moving = samples_that_count(moving, fit_samples, choice.cut_by);
-    choose_by_thin(choice, options, progress);
+    const double end = 0.5 * (1.0 + done);
+    choose_by_thin(choice, options, [&](double share) { progress(std::lerp(done, end, share)); });
+    done = end;
   };
   announce("fit", options.quiet,
            [&] { return usual_runs * seconds_of_a_run(thinned(moving, search_samples)); });

@@ -72,7 +72,7 @@ struct Choice {
 /// Fits the kinds of brush to half of the blocks of a record (or to its first `fit_until` seconds), then
 /// those whose error on the other half is nearly the least to all of it. Chooses the simplest of them, unless
 /// the error of another one on held-out fifths is clearly less. If the samples do not resolve presliding,
-/// fits again without those around reversals.
+/// fits again without those around reversals. Calls `progress` with the share of the work that is done.
 Choice choose_brush(const FitData& data, const FitOptions& options,
                     const std::function<void(double)>& progress);
 
