@@ -180,7 +180,7 @@ TEST_CASE("Strokes that reach steady sliding, and strokes that do not, have the 
           "[fit]") {
   const double length = 2e-5;
   // Turning points in presliding lengths; some strokes end before the slide is steady. Short strokes follow
-  // steady slides that way and the other.
+  // steady slides forward and backward.
   const std::vector<double> turns{30.0, -5.0, 40.0, 36.0, 75.0, 74.0, 76.0,
                                   0.0,  40.0, 39.0, 41.0, 0.0,  1.0,  -1.0};
   for (const double spread : {0.1, 0.3, 0.8}) {

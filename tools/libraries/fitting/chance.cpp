@@ -23,7 +23,7 @@ constexpr Eigen::Index summed_samples = 4000;
 constexpr double shared_step = 0.2;
 
 /// Bristles that bend and snap independently of each other, except for shared renewal. A snap leaves the
-/// residual deflection.
+/// residual deflection. They have no lengths before the first straighten().
 class RandomBristles {
  public:
   RandomBristles(const bristle::Material& material, const std::vector<Ring>& rings)
