@@ -305,4 +305,11 @@ TEST_CASE("The plate of the example holds below the limit, and accelerates beyon
   CHECK(pushed_plate(1.3) == Approx(0.5 * (1.3 - 0.981) / 0.25).epsilon(0.02));
 }
 
+TEST_CASE("Small equations whose first line lacks the first unknown are solved", "[coupling]") {
+  Eigen::Matrix3d a;
+  a << 0.0, 2.0, 1.0, 4.0, 0.0, 0.0, 1.0, 0.0, 5.0;
+  const Eigen::Vector3d x(3.0, -2.0, 7.0);
+  CHECK((bristle::detail::eliminate<3>(a, a * x) - x).norm() < 1e-14);
+}
+
 }  // namespace bristle_test::test_coupling
