@@ -85,7 +85,7 @@ void select_and_renew(Patch& p, const PatchStep& step, double selections) noexce
   const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
   const PatchView<T> view = r.view();
   RenewalTotals totals{};
-  kernel(view, renewal, 0, r.active_blocks(), totals);
+  kernel(view, renewal, totals);
   PieceSums& walked = r.shared->walked;
   r.shared->selections += renewal.selections;
   r.shared->due += p.material().material.shared_renewal * static_cast<double>(totals.snaps) - selections;
