@@ -145,29 +145,11 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
   std::uint32_t match_pair(const Pair& pair) noexcept {
     std::uint32_t matched = 0;
     if (pair.first[0] == none || pair.first[1] == none) return 0;
-    for (std::uint32_t i = pair.first[0]; i != none; i = points[0][i].after) {
-      points[0][i].nearest = none;
-      points[0][i].distance = reach_squared;
-    }
-    // Finds the nearest contacts of both steps in one pass, as find_nearest() does for one contact.
-    for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
-      Point& now = points[1][i];
-      now.nearest = none;
-      now.distance = reach_squared;
-      for (std::uint32_t j = pair.first[0]; j != none; j = points[0][j].after) {
-        Point& before = points[0][j];
-        const double distance = now.squared_distance(before);
-        const auto nearer = [&](const Point& p) {
-          return distance < p.distance || (distance == p.distance && p.nearest == none);
-        };
-        const bool of_now = nearer(now), of_before = nearer(before);
-        if ((!of_now && !of_before) || !now.agrees(before)) continue;
-        if (of_now) now.nearest = j, now.distance = distance;
-        if (of_before) before.nearest = i, before.distance = distance;
-      }
-    }
-    for (bool more = true; more;) {
-      more = false;
+    for (int side = 0; side < 2; ++side)
+      for (std::uint32_t i = pair.first[side]; i != none; i = points[side][i].after)
+        find_nearest(pair, side, points[side][i]);
+    for (;;) {
+      const std::uint32_t before_round = matched;
       for (std::uint32_t i = pair.first[1]; i != none; i = points[1][i].after) {
         Point& now = points[1][i];
         if (now.partner != none || now.nearest == none) continue;
@@ -178,9 +160,8 @@ struct BRISTLE_PRIVATE ContactMatcher::Impl {
         before.partner = i;
         now.ordinal = before.ordinal;
         ++matched;
-        more = true;
       }
-      if (!more) break;
+      if (matched == before_round) break;
       look_again(pair, 0);
       look_again(pair, 1);
     }
@@ -311,10 +292,8 @@ std::size_t ContactMatcher::match(Span<const ContactPoint> contacts, Span<std::u
     Impl::Point& p = now[count];
     p = Impl::Point{};
     p.pair = c.pair;
-    for (std::size_t a = 0; a < 3; ++a) {
-      p.at[a] = c.point[a];
-      if (3 * i + 3 <= normals.size()) p.normal[a] = normals[3 * i + a];
-    }
+    std::copy_n(c.point, 3, p.at);
+    if (3 * i + 3 <= normals.size()) std::copy_n(&normals[3 * i], 3, p.normal);
     p.index = static_cast<std::uint32_t>(i);
     impl.append(1, count++);
   }
