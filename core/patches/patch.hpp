@@ -159,6 +159,18 @@ inline bool leaves_at_rest(const Motion& motion, double load) noexcept {
          !motion.has_velocity;
 }
 
+/// Writes the forces of a contact that does not move: its elastic force, none of dampers, no energies.
+inline void write_still(Outputs computed, const double (&elastic)[2], Response& out) noexcept {
+  for (int axis = 0; axis < 2; ++axis) {
+    out.damper[axis] = 0.0;
+    out.elastic[axis] = out.end[axis] = elastic[axis];
+    if (has(computed, Outputs::mean)) out.mean[axis] = elastic[axis];
+  }
+  if (!has(computed, Outputs::energy)) return;
+  out.dissipated = out.contact_loss = out.damper_work = 0.0;
+  out.snaps = 0;
+}
+
 /// Notes that no bristle snaps while the patch stays in the ball `bound`. A ball of negative reach is none.
 inline void note_bound(Patch& p, const Reach& bound) noexcept {
   p.bound = bound;

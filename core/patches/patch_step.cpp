@@ -421,15 +421,8 @@ void copy_stuck_time(Patch& to, const Patch& from) noexcept {
 
 void write_refusal(Outputs computed, Status status, Response& out) noexcept {
   out.status = status;
-  for (int axis = 0; axis < 2; ++axis) {
-    out.end[axis] = out.elastic[axis] = out.damper[axis] = 0.0;
-    if (has(computed, Outputs::mean)) out.mean[axis] = 0.0;
-  }
+  write_still(computed, {0.0, 0.0}, out);
   out.stiffness = out.damping = out.force_limit = 0.0;
-  if (has(computed, Outputs::energy)) {
-    out.dissipated = out.contact_loss = out.damper_work = 0.0;
-    out.snaps = 0;
-  }
 }
 
 }  // namespace bristle::detail

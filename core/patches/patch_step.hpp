@@ -29,18 +29,10 @@ inline Bound find_bound(const Patch& p, const PatchStep& step) noexcept {
 /// Writes the response of a patch at rest: its last elastic force, and no force of dampers.
 inline void answer_at_rest(const Patch& p, Response& out) noexcept {
   out.status = p.overloaded ? Status::overload : Status::ok;
-  for (int axis = 0; axis < 2; ++axis) {
-    out.damper[axis] = 0.0;
-    out.elastic[axis] = out.end[axis] = p.elastic[axis];
-    if (has(p.outputs, Outputs::mean)) out.mean[axis] = p.elastic[axis];
-  }
+  write_still(p.outputs, p.elastic, out);
   out.stiffness = p.stiffness;
   out.damping = p.rest_damping;
   out.force_limit = p.force_limit;
-  if (has(p.outputs, Outputs::energy)) {
-    out.dissipated = out.contact_loss = out.damper_work = 0.0;
-    out.snaps = 0;
-  }
 }
 
 /// Steps a patch on one thread, from motion to response. Returns the number of bristles visited.

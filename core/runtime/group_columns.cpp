@@ -20,14 +20,13 @@ std::uint32_t count_of(std::uint32_t lanes) noexcept {
 /// where the arrays end within the block.
 class BlockInput {
  public:
-  BlockInput(const GroupStep& step, std::size_t first, int axes)
+  BlockInput(const GroupStep& step, std::size_t first)
       : first_(first),
         count_(std::min<std::size_t>(step.group.count - first, lane_count)),
         x(column(step.displacement[0], copies_[0])),
         y(column(step.displacement[1], copies_[1])),
         load(column(step.normal_load, copies_[2])),
-        velocity{column(step.velocity[0], copies_[3]), column(step.velocity[1], copies_[4])},
-        axes_(axes) {}
+        velocity{column(step.velocity[0], copies_[3]), column(step.velocity[1], copies_[4])} {}
 
  private:
   const std::size_t first_, count_;
@@ -41,32 +40,16 @@ class BlockInput {
     const LaneInput in{{x, y}, load, nullptr, 0.0, 0, false};
     return b.kernels->check(in, velocity, b.load, b.lightest, highest_load);
   }
-  /// Returns the lanes, as bits, whose motions are refused as bad input (see is_good_motion()).
-  std::uint32_t bad() const noexcept {
-    // Computes a number for each lane that is 0 for a good motion. A number minus itself is NaN if it is not
-    // finite.
-    double odd[lane_count];
-    for (std::uint32_t i = 0; i < lane_count; ++i) {
-      const double within = std::min(std::max(load[i], 0.0), highest_load);
-      odd[i] = (x[i] - x[i]) + (y[i] - y[i]) + (velocity[0][i] - velocity[0][i]) +
-               (velocity[1][i] - velocity[1][i]) + std::fabs(load[i] - within);
-    }
-    for (std::uint32_t i = 0; axes_ == 1 && i < lane_count; ++i)
-      odd[i] += std::fabs(y[i]) + std::fabs(velocity[1][i]);
-    return bits_of([&](std::uint32_t i) { return odd[i] == 0.0 ? 0.0 : 1.0; });
-  }
   /// Returns the lanes, as bits, whose motions change nothing: no displacement, and the load that the lane
   /// already has (`loads`).
   std::uint32_t still(const LaneColumn<double>& loads) const noexcept {
-    return bits_of([&](std::uint32_t i) {
-      const double differs = std::fabs(x[i]) + std::fabs(y[i]) + std::fabs(load[i] - loads.lane[i]);
-      return differs == 0.0 ? 1.0 : 0.0;
-    });
+    std::uint32_t bits = 0;
+    for (std::uint32_t i = 0; i < lane_count; ++i)
+      bits |= (x[i] == 0.0 && y[i] == 0.0 && load[i] == loads.lane[i] ? 1u : 0u) << i;
+    return bits;
   }
 
  private:
-  const int axes_;
-
   const double* column(Span<const double> from, LaneColumn<double>& copy) const noexcept {
     static constexpr LaneColumn<double> zeros{};
     if (from.empty()) return zeros.lane;
@@ -75,25 +58,17 @@ class BlockInput {
     std::copy_n(from.data() + first_, count_, copy.lane);
     return copy.lane;
   }
-  /// Returns the lanes, as bits, for which is(lane) is 1, not 0. Mostly no lane or every lane is one, and
-  /// neither of these two cases branches per lane.
-  template <class Is>
-  static std::uint32_t bits_of(const Is& is) noexcept {
-    double ones[lane_count];
-    for (std::uint32_t i = 0; i < lane_count; ++i) ones[i] = is(i);
-    std::uint64_t any = 0, all = ~std::uint64_t{0};
-    for (const double one : ones) {
-      any |= std::bit_cast<std::uint64_t>(one);
-      all &= std::bit_cast<std::uint64_t>(one);
-    }
-    if (any == 0) return 0;
-    if (all != 0) return all_lanes;
-    std::uint32_t bits = 0;
-    for (std::uint32_t i = 0; i < lane_count; ++i)
-      if (ones[i] != 0.0) bits |= 1u << i;
-    return bits;
-  }
 };
+
+/// Returns the lanes among `lanes`, as bits, whose motions are refused as bad input.
+std::uint32_t find_bad(const GroupStep& step, std::size_t first, int axes, std::uint32_t lanes) noexcept {
+  std::uint32_t bad = 0;
+  for (; lanes != 0; lanes &= lanes - 1) {
+    const int lane = std::countr_zero(lanes);
+    if (!is_good_motion(axes, motion_of(step, first + static_cast<std::size_t>(lane)))) bad |= 1u << lane;
+  }
+  return bad;
+}
 
 /// Writes the last force again as the answer of lanes whose contacts stay at rest.
 void answer_at_rest(const LaneBlock& b, std::uint32_t lanes, LaneAnswers& answers) noexcept {
@@ -186,11 +161,11 @@ void write_response(const GroupStep& to, std::size_t i, Outputs computed, const 
 void GroupColumns::step_block(LaneBlock& b, StepOutcome& outcome) const noexcept {
   const std::size_t first = b.first;
   const std::uint32_t asked = std::exchange(b.asked, 0);
-  const BlockInput in(step, first, b.axes);
+  const BlockInput in(step, first);
   const LaneChecks checks = in.check(b);
   // With one axis, a motion along the second axis is bad input as well.
   const bool other_axis = b.axes == 1 && !(step.displacement[1].empty() && step.velocity[1].empty());
-  const std::uint32_t bad = checks.any_bad || other_axis ? in.bad() & asked : 0;
+  const std::uint32_t bad = checks.any_bad || other_axis ? find_bad(step, first, b.axes, asked) : 0;
   std::uint32_t resting = 0;
   if (checks.any_still && step.velocity[0].empty())
     resting = (checks.all_still ? all_lanes : in.still(b.load)) & b.rests & asked & ~bad;

@@ -176,16 +176,8 @@ double damping_of_lane(const LaneBlock& b, double load, const double (&velocity)
 void answer_resting_lane(const LaneBlock& b, std::uint32_t lane, Response& out) noexcept {
   const double load = b.load.lane[lane];
   answer_load(b, lane, load, b.damps_at_all() ? damping_of_lane(b, load, {0.0, 0.0}) : 0.0, out);
-  for (int axis = 0; axis < 2; ++axis) {
-    out.damper[axis] = 0.0;
-    out.elastic[axis] = out.end[axis] = b.force[axis].lane[lane];
-    if (has(b.outputs, Outputs::mean)) out.mean[axis] = b.force[axis].lane[lane];
-  }
+  write_still(b.outputs, {b.force[0].lane[lane], b.force[1].lane[lane]}, out);
   out.stiffness = b.stiffness(lane);
-  if (has(b.outputs, Outputs::energy)) {
-    out.dissipated = out.contact_loss = out.damper_work = 0.0;
-    out.snaps = 0;
-  }
 }
 
 void answer_lane(const LaneBlock& b, std::uint32_t lane, const Motion& motion, double dt_s,
