@@ -17,6 +17,16 @@ inline std::uint32_t mix(std::uint32_t x) {
   return x;
 }
 
+/// Mixes 64 bits by SplitMix64's finaliser, a bijection, to make random numbers from keys.
+inline std::uint64_t mix64(std::uint64_t x) {
+  x ^= x >> 30;
+  x *= 0xBF58476D1CE4E5B9u;
+  x ^= x >> 27;
+  x *= 0x94D049BB133111EBu;
+  x ^= x >> 31;
+  return x;
+}
+
 /// Returns a number strictly between 0 and 1 from 23 random bits. It is exact in float, as is one minus the
 /// number.
 template <class T>

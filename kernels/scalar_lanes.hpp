@@ -72,16 +72,6 @@ inline T look_up(const double* table, std::int32_t last, T share) {
   return low + (high - low) * (x - k);
 }
 
-/// Mixes 64 bits by SplitMix64's finaliser, a bijection, to make random numbers from keys.
-inline std::uint64_t mix64(std::uint64_t x) {
-  x ^= x >> 30;
-  x *= 0xBF58476D1CE4E5B9u;
-  x ^= x >> 27;
-  x *= 0x94D049BB133111EBu;
-  x ^= x >> 31;
-  return x;
-}
-
 /// Returns the difference of two fixed-point positions. Positions wrap, so it is exact while below 2^63
 /// units.
 inline std::int64_t difference(std::int64_t to, std::int64_t from) {

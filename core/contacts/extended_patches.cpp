@@ -17,6 +17,7 @@
 #include "core/materials/turn.hpp"
 #include "core/patches/fields.hpp"
 #include "core/runtime/batch_access.hpp"
+#include "core/runtime/batch_impl.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/patch_pool.hpp"
 
@@ -395,11 +396,11 @@ struct BRISTLE_PRIVATE ExtendedPatches::Impl {
     return records[slot];
   }
 
-  /// Permission to step (BatchAccess::Call), with access to the outlines' data, for the length of a call of
-  /// the stepping thread.
+  /// Call of the stepping thread over the batch, with access to the outlines' data.
   struct Call {
-    explicit Call(const Impl& impl) noexcept : turn(*impl.batch), patches(*impl.stepped) {}
-    const BatchAccess::Call turn;
+    explicit Call(const Impl& impl) noexcept
+        : turn(BatchAccess::inside(*impl.batch)), patches(*impl.stepped) {}
+    const BatchAccess::Impl::Call turn;
     Stepped& patches;
   };
 

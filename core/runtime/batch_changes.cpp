@@ -8,6 +8,7 @@
 #include "core/runtime/batch_access.hpp"
 #include "core/runtime/batch_impl.hpp"
 #include "core/runtime/float_mode.hpp"
+#include "core/runtime/patch_outputs.hpp"
 
 namespace bristle {
 
@@ -312,9 +313,6 @@ void PatchBatch::set_material(const PatchGroup& group, const Material& material)
   }
 }
 
-BatchAccess::Call::Call(PatchBatch& batch) noexcept : impl_(*batch.impl_), is_outermost_(impl_.enter()) {}
-BatchAccess::Call::~Call() { impl_.leave(is_outermost_); }
-
 BatchAccess::Changes::Changes(PatchBatch& batch) noexcept : impl_(*batch.impl_) {
   impl_.adding_side.enter();
   impl_.publishes_later = true;
@@ -331,12 +329,10 @@ void BatchAccess::Changes::send(std::unique_ptr<Change>&& change) {
   impl_.send(std::move(command));
 }
 
-Outputs BatchAccess::outputs(const PatchBatch& batch, PatchId id) noexcept {
-  const PatchBatch::Impl::Call impl(*batch.impl_);
+Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept {
+  const BatchAccess::Impl::Call impl(BatchAccess::inside(batch));
   const Patch* p = impl->pool.find(id);
   return p != nullptr ? p->outputs : Outputs::end;
 }
-
-Outputs find_outputs(const PatchBatch& batch, PatchId id) noexcept { return BatchAccess::outputs(batch, id); }
 
 }  // namespace bristle

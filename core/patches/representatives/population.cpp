@@ -2,17 +2,10 @@
 
 #include <algorithm>
 
+#include "core/random_states.hpp"
+
 namespace bristle::detail {
 namespace {
-
-std::uint64_t mix64(std::uint64_t x) noexcept {
-  x ^= x >> 30;
-  x *= 0xBF58476D1CE4E5B9u;
-  x ^= x >> 27;
-  x *= 0x94D049BB133111EBu;
-  x ^= x >> 31;
-  return x;
-}
 
 constexpr std::uint64_t reversed_nibble[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
 
