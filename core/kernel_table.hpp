@@ -243,15 +243,15 @@ struct KernelSet {
   Step step[variant_count];  ///< step kernels; null for a variant that this build lacks
 
   /// Counts the bristles of the blocks [first, last) whose deflection would exceed their snap length at the
-  /// end of the step. Renewals follow from the count. Index: axes - 1, then redraw.
+  /// end of the step. Renewals follow from the count. Index: whether bristles age, axes - 1, redraw.
   using Foresee = std::uint64_t (*)(const PatchView<T>&, const KernelStep&, std::uint32_t first,
                                     std::uint32_t last);
-  Foresee foresee[2][2];
+  Foresee foresee[2][2][2];
 
   /// Makes the renewals of a piece: selects bristles at random, and lets those slip that are bent along the
-  /// motion by more than the residual. Index: axes - 1, then redraw; null if this build has none.
+  /// motion by more than the residual. Index: as of `foresee`; null if this build has none.
   using Renew = void (*)(const PatchView<T>&, const Renewal&, RenewalTotals&);
-  Renew renew[2][2];
+  Renew renew[2][2][2];
 
   /// Drags the blocks [first, last) of a patch along the path behind a corner without stepping them, and
   /// rewrites them at the patch's position. For patches with two axes and blocks none of which is marked as
@@ -260,9 +260,6 @@ struct KernelSet {
   using Drag = void (*)(const PatchView<T>&, const Corner&, std::uint32_t first, std::uint32_t last,
                         RenewalTotals&);
   Drag drag[2];
-
-  Foresee foresee_aged[2][2];  ///< variant of `foresee` for bristles that age
-  Renew renew_aged[2][2];
 
   /// Rewrites block b for the position `at` of the patch: adds the displacement since the last rewrite to the
   /// deflections of bristles in contact, sets the others to 0, and recomputes the block's sums.

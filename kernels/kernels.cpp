@@ -27,10 +27,10 @@ constexpr void fill_steps(KernelSet<T>& set) {
   at(false, false, true) = at(false, true, true) = &step_blocks<T, axes, redraw, false, true, true, false>;
   at(true, false, true) = at(true, true, true) = &step_blocks<T, axes, redraw, true, true, true, false>;
   set.step[aged_variant_index(axes, redraw)] = &step_blocks<T, axes, redraw, true, true, true, true>;
-  set.foresee[axes - 1][redraw] = &foresee_blocks<T, axes, redraw, false>;
-  set.foresee_aged[axes - 1][redraw] = &foresee_blocks<T, axes, redraw, true>;
-  set.renew[axes - 1][redraw] = &renew_bristles<T, axes, redraw, false>;
-  set.renew_aged[axes - 1][redraw] = &renew_bristles<T, axes, redraw, true>;
+  set.foresee[0][axes - 1][redraw] = &foresee_blocks<T, axes, redraw, false>;
+  set.foresee[1][axes - 1][redraw] = &foresee_blocks<T, axes, redraw, true>;
+  set.renew[0][axes - 1][redraw] = &renew_bristles<T, axes, redraw, false>;
+  set.renew[1][axes - 1][redraw] = &renew_bristles<T, axes, redraw, true>;
 }
 
 template <class T>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 
 #include "bristle/deadline_monitor.hpp"
@@ -33,18 +34,11 @@ struct Sharing {
 /// ("parallel_from,smallest_piece,patch_overhead"), with which they are measured. Ignores a variable in
 /// another form. The constants change times, never results.
 inline Sharing chosen_sharing() noexcept {
-  Sharing sharing;
-  const char* text = std::getenv("BRISTLE_SHARING");
-  if (text == nullptr) return sharing;
-  char* end = nullptr;
-  const std::uint64_t from = std::strtoull(text, &end, 10);
-  if (end == text || *end != ',') return sharing;
-  text = end + 1;
-  const std::uint64_t piece = std::strtoull(text, &end, 10);
-  if (end == text || *end != ',' || piece == 0) return sharing;
-  text = end + 1;
-  const std::uint64_t patch = std::strtoull(text, &end, 10);
-  if (end == text || *end != 0 || patch == 0) return sharing;
+  const char* const text = std::getenv("BRISTLE_SHARING");
+  unsigned long long from = 0, piece = 0, patch = 0;
+  char more = 0;
+  if (text == nullptr || std::sscanf(text, "%llu,%llu,%llu%c", &from, &piece, &patch, &more) != 3) return {};
+  if (piece == 0 || patch == 0) return {};
   return {from, from, 0.0, piece, patch};
 }
 

@@ -62,10 +62,7 @@ std::uint64_t renewal_key(const Representatives<T>& r) noexcept {
 template <class T>
 std::uint64_t foresee(const Patch& p, const PatchStep& step) noexcept {
   const Representatives<T>& r = representatives<T>(p);
-  const int redraw = r.redraws() ? 1 : 0;
-  const auto kernel = (r.ages() ? r.kernels->foresee_aged : r.kernels->foresee)[p.axes - 1][redraw];
-  const PatchView<T> view = r.view();
-  return kernel(view, step.kernel, 0, r.active_blocks());
+  return r.kernels->foresee[r.ages()][p.axes - 1][r.redraws()](r.view(), step.kernel, 0, r.active_blocks());
 }
 
 /// Returns the fixed-point unit of sums over renewals. `energy_unit` keeps path x longest length below 2^51;
@@ -81,11 +78,8 @@ void select_and_renew(Patch& p, const PatchStep& step, double selections) noexce
   const KernelStep& a = step.kernel;
   const Renewal renewal{a, renewal_key(r), r.shared->selections, static_cast<std::uint64_t>(selections),
                         selection_unit(a)};
-  const int redraw = r.redraws() ? 1 : 0;
-  const auto kernel = (r.ages() ? r.kernels->renew_aged : r.kernels->renew)[p.axes - 1][redraw];
-  const PatchView<T> view = r.view();
   RenewalTotals totals{};
-  kernel(view, renewal, totals);
+  r.kernels->renew[r.ages()][p.axes - 1][r.redraws()](r.view(), renewal, totals);
   PieceSums& walked = r.shared->walked;
   r.shared->selections += renewal.selections;
   r.shared->due += p.material().material.shared_renewal * static_cast<double>(totals.snaps) - selections;
@@ -207,10 +201,8 @@ void drag_round(Patch& p, const PatchStep& step, const double (&before)[2], doub
                       a.residual,
                       a.energy_unit};
   const bool sums_lag = has(p.outputs, Outputs::mean) || has(p.outputs, Outputs::energy);
-  const auto kernel = r.kernels->drag[sums_lag ? 1 : 0];
-  const PatchView<T> view = r.view();
   RenewalTotals totals{};
-  kernel(view, corner, begin, end, totals);
+  r.kernels->drag[sums_lag](r.view(), corner, begin, end, totals);
   PieceSums& walked = r.shared->walked;
   for (int axis = 0; axis < 2; ++axis) {
     const double twice_integral = to_double(totals.twice_integral[axis]) / corner.unit;
