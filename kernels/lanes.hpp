@@ -183,35 +183,6 @@ inline Lanes<To> same_bits(Lanes<From> x) {
     return xsimd::bitwise_cast<To>(x);
 }
 
-/// Returns v with the upper half of its first `count` lanes copied to the lower half, a step in adding up all
-/// lanes.
-template <std::uint32_t count, class T>
-inline Lanes<T> upper_half(Lanes<T> v) {
-  const auto x = v.data;
-  if constexpr (count == 16)
-    return Lanes<T>(
-        __builtin_shufflevector(x, x, 8, 9, 10, 11, 12, 13, 14, 15, 8, 9, 10, 11, 12, 13, 14, 15));
-  else if constexpr (Lanes<T>::size == 16)
-    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4,
-                                            5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
-  else if constexpr (Lanes<T>::size == 8)
-    return Lanes<T>(
-        __builtin_shufflevector(x, x, count / 2, count / 2 + 1, count / 2 + 2, count / 2 + 3, 4, 5, 6, 7));
-  else if constexpr (Lanes<T>::size == 4)
-    return Lanes<T>(__builtin_shufflevector(x, x, count / 2, count / 2 + 1, 2, 3));
-  else
-    return Lanes<T>(__builtin_shufflevector(x, x, 1, 1));
-}
-
-template <std::uint32_t count, class T>
-inline T fold_lanes(Lanes<T> v) {
-  if constexpr (count == 1) {
-    return v.data[0];
-  } else {
-    return fold_lanes<count / 2, T>(v + upper_half<count, T>(v));
-  }
-}
-
 template <class T>
 using Bits = Lanes<typename BitsOf<T>::Type>;
 
@@ -282,13 +253,21 @@ struct Row {
   }
 };
 
-/// Returns the sum of the 16 logical lanes, added in the same order on every instruction set, without going
-/// through memory.
+/// Returns the sum of all lanes of v, of which those at equal distance are added first.
+template <class T>
+inline double fold_lanes(Lanes<T> v) {
+  alignas(64) T lane[width_of<T>];
+  put_lanes<T>(lane, v);
+  for (std::uint32_t half = width_of<T> / 2; half > 0; half /= 2)
+    for (std::uint32_t i = 0; i < half; ++i) lane[i] += lane[i + half];
+  return static_cast<double>(lane[0]);
+}
+/// Returns the sum of the 16 logical lanes, added in the same order on every instruction set.
 template <class T>
 inline double tree_sum(Row<T> row) {
   for (std::uint32_t half = Row<T>::parts / 2; half > 0; half /= 2)
     for (std::uint32_t i = 0; i < half; ++i) row.part[i] = row.part[i] + row.part[i + half];
-  return static_cast<double>(fold_lanes<width_of<T>, T>(row.part[0]));
+  return fold_lanes<T>(row.part[0]);
 }
 
 /// Number type of a loop over many equal items: Lanes<T> is a vector of the instruction set or, in "scalar",

@@ -43,13 +43,6 @@ inline std::uint32_t bits_of_mask(bool which) {
   return which ? 1u : 0u;
 }
 
-/// Returns the sum of all lanes of v, of which there is one.
-template <std::uint32_t count, class T>
-inline T fold_lanes(T v) {
-  static_assert(count == 1);
-  return v;
-}
-
 /// Random state of one bristle. `next` advances it if the mask is set, and gives a number strictly between 0
 /// and 1 (see share_of).
 template <class T>

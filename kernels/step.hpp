@@ -221,7 +221,7 @@ class Stepper {
     if (extent.partial)
       for (std::uint32_t k = 0; k < lane_count; k += width)
         sum = sum + select_lanes(motion.beyond_at(end + k) & (load(extent.weights + k) > none), one, none);
-    return to_count(static_cast<double>(fold_lanes<width, T>(sum)));
+    return to_count(fold_lanes<T>(sum));
   }
 
   Extent find_extent(std::uint32_t b) const {
