@@ -142,6 +142,26 @@ struct BrushColumns {
   /// and `low` and `high` are not used.
   LaneColumn<T>* ranked;
   std::uint32_t* used;  ///< one number: cohorts from there on are empty in all lanes
+
+  /// Calls visit(column, entries) for each column of a block with this number of cohorts. Always inlined,
+  /// because objects of different instruction sets must not share a function.
+  template <class Visit>
+  [[gnu::always_inline]] void list(std::uint32_t cohorts, bool has_y, bool has_births, Visit&& visit) {
+    LaneColumn<T>** const of_cohorts[] = {&reach, &fresh, &left, &low, &high};
+    LaneColumn<T>** const of_contact[] = {&owed, &owed_path, &slack, &spread, &pair, &ranked};
+    visit(x, cohorts);
+    if (has_y) visit(y, cohorts);
+    for (LaneColumn<T>** const column : of_cohorts) visit(*column, cohorts);
+    if (has_births) visit(birth, cohorts);
+    for (int axis = 0; axis < 2; ++axis) {
+      for (int open = 0; open < 2; ++open) {
+        visit(begin[open][axis], 1u);
+        visit(residue[open][axis], 1u);
+      }
+      visit(moment[axis], 1u);
+    }
+    for (LaneColumn<T>** const column : of_contact) visit(*column, 1u);
+  }
 };
 
 /// Input of a step of a block: columns of sixteen numbers, which may lie in a caller's own arrays.

@@ -47,34 +47,18 @@ class BrushTrial {
   }
   BrushTrial(const BrushLaw<T>& law, const BrushColumns<T>& from, std::byte* memory)
       : columns(from), at_(memory) {
-    const std::uint32_t n = law.cohorts;
     columns.used = &used_;
     used_ = *from.used;
-    LaneColumn<T>** const of_cohorts[] = {&columns.x,    &columns.y,   &columns.reach, &columns.fresh,
-                                          &columns.left, &columns.low, &columns.high};
-    for (LaneColumn<T>** const c : of_cohorts) copy(*c, n);
-    copy(columns.birth, n);
-    for (int k = 0; k < 2; ++k) {
-      for (int axis = 0; axis < 2; ++axis) {
-        copy(columns.begin[k][axis], 1);
-        copy(columns.residue[k][axis], 1);
-      }
-      copy(columns.moment[k], 1);
-    }
-    LaneColumn<T>** const of_contact[] = {&columns.owed,   &columns.owed_path, &columns.slack,
-                                          &columns.spread, &columns.pair,      &columns.ranked};
-    for (LaneColumn<T>** const c : of_contact) copy(*c, 1);
+    const auto copy = [this]<class C>(C*& column, std::uint32_t count) {
+      std::memcpy(at_, static_cast<const void*>(column), count * sizeof(C));
+      column = reinterpret_cast<C*>(at_);
+      at_ += count * sizeof(C);
+    };
+    columns.list(law.cohorts, from.y != nullptr, from.birth != nullptr, copy);
   }
   BrushColumns<T> columns;
 
  private:
-  template <class C>
-  void copy(C*& c, std::uint32_t count) {
-    if (c == nullptr) return;
-    std::memcpy(at_, static_cast<const void*>(c), count * sizeof(C));
-    c = reinterpret_cast<C*>(at_);
-    at_ += count * sizeof(C);
-  }
   std::byte* at_;
   std::uint32_t used_;
 };

@@ -216,17 +216,23 @@ double find_spread(const Family& family, const Coefficients& c) {
   return solve_spread(family, widest, wanted);
 }
 
-/// Checks the caller's spread and returns it. Throws if it is too wide, or if a peak is given too and differs
-/// from the peak of this spread.
-double check_spread(const Family& family, const Coefficients& c) {
+/// Returns the caller's spread. Throws if the family does not allow it.
+double allowed_spread(const Family& family, const Coefficients& c) {
   constexpr double rounding = 1.0 + 1e-12;
   const double widest = family.widest_allowed();
-  if (widest == 0.0)
-    detail::refuse("Coefficients", "spread", c.spread,
-                   "0 (" + describe(family, c.residual_share) + ", which has no spread to choose)");
   const double spread = c.spread <= widest * rounding ? std::min(c.spread, widest) : c.spread;
   detail::require_within("Coefficients", "spread", spread, 0.0, widest,
                          "(" + describe(family, c.residual_share) + ")");
+  return spread;
+}
+
+/// Checks the caller's spread and returns it. Throws if it is too wide, or if a peak is given too and differs
+/// from the peak of this spread.
+double check_spread(const Family& family, const Coefficients& c) {
+  if (family.widest_allowed() == 0.0)
+    detail::refuse("Coefficients", "spread", c.spread,
+                   "0 (" + describe(family, c.residual_share) + ", which has no spread to choose)");
+  const double spread = allowed_spread(family, c);
   if (c.peak == 0.0) return spread;
   const double peak = c.kinetic * family.ratio(spread);
   if (detail::magnitude(c.peak - peak) > 1e-5 * peak)
@@ -270,12 +276,7 @@ AgeingWish find_wish(const Coefficients& c) {
 /// free.
 double find_slide_spread(const Family& family, const Coefficients& c) {
   constexpr double usual_spread = 0.3;
-  const double widest = family.widest_allowed();
-  if (c.spread == 0.0) return std::min(usual_spread, widest);
-  constexpr double rounding = 1.0 + 1e-12;
-  const double spread = c.spread <= widest * rounding ? std::min(c.spread, widest) : c.spread;
-  detail::require_within("Coefficients", "spread", spread, 0.0, widest, "(" + describe(family, 0.0) + ")");
-  return spread;
+  return c.spread == 0.0 ? std::min(usual_spread, family.widest_allowed()) : allowed_spread(family, c);
 }
 
 /// Returns the drop for SnapRule::slide: c.drop if it is set or no peak is given, otherwise the drop that

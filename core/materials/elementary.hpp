@@ -149,6 +149,10 @@ inline double normal_upper_tail(double z) noexcept {
   return exp_half_square(z) * mills / (4.0 + z);
 }
 
+/// Maps t in [0, 1] to a share of a law. Equal steps of t give shares that lie close together at both ends of
+/// the law.
+inline double crowded_share(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
+
 /// Returns the distribution function of the standard normal law; small relative error in the lower tail.
 inline double normal_cdf(double z) noexcept {
   if (z != z) return z;

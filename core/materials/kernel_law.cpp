@@ -264,10 +264,7 @@ std::uint64_t hash_material(const Material& m) {
 
 }  // namespace
 
-double spread_share(int k) noexcept {
-  const double t = (k + 0.5) / spread_size;
-  return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-}
+double spread_share(int k) noexcept { return crowded_share((k + 0.5) / spread_size); }
 
 double spread_weight(int k) noexcept {
   const double t = (k + 0.5) / spread_size;

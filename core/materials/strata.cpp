@@ -8,10 +8,6 @@
 namespace bristle::detail {
 namespace {
 
-/// Maps t in [0, 1] to a share of the bristles. Equal steps of t give shares that lie close together at both
-/// ends of the law.
-double share_at(double t) noexcept { return t * t * t * (10.0 - 15.0 * t + 6.0 * t * t); }
-
 /// Law to be divided into strata, as cells between quantiles, with the integral of p^(1/2) up to each
 /// quantile, where p is the density. Strata of equal integrals give the least error.
 class Cells {
@@ -19,7 +15,7 @@ class Cells {
   Cells(const SnapLength& law, std::uint32_t count) : law_(law), length_(count + 1), integral_(count + 1) {
     double before = 0.0;
     for (std::uint32_t k = 0; k <= count; ++k) {
-      const double u = share_at(static_cast<double>(k) / count);
+      const double u = crowded_share(static_cast<double>(k) / count);
       length_[k] = k == count ? law.longest() : law.quantile(std::clamp(u, 0x1p-52, 1.0 - 0x1p-52));
       if (k > 0) {
         length_[k] = std::min(std::max(length_[k], length_[k - 1]), law.longest());

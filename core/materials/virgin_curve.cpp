@@ -888,8 +888,7 @@ SlidePeak slide_peak(const SnapLength& law, double drop, double growth) {
   constexpr int points = 256;
   const auto length_at = [&law](int k) {
     if (k >= points) return law.longest();
-    const double t = (k + 0.5) / points;
-    return law.quantile(t * t * t * (10.0 - 15.0 * t + 6.0 * t * t));
+    return law.quantile(crowded_share((k + 0.5) / points));
   };
   int highest = 0;
   double most = 0.0;

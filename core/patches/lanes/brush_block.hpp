@@ -28,19 +28,8 @@ struct BrushBlock : LaneBlock {
   /// Lists the columns of a block for contacts like `like` (allocate_block()).
   template <class Visit>
   static void list(BrushBlock& b, const LaneRecord& like, Visit&& visit) {
-    BrushColumns<T>& c = b.columns;
-    const std::size_t n = like.springs();
-    visit(c.x, n);
-    if (like.options.axes == 2) visit(c.y, n);
-    for (LaneColumn<T>** column : {&c.reach, &c.fresh, &c.left, &c.low, &c.high}) visit(*column, n);
-    if (like.material->material.ageing_strength != 0.0) visit(c.birth, n);
-    for (int axis = 0; axis < 2; ++axis) {
-      for (int open = 0; open < 2; ++open)
-        for (LaneColumn<T>** column : {&c.begin[open][axis], &c.residue[open][axis]}) visit(*column, 1u);
-      visit(c.moment[axis], 1u);
-    }
-    for (LaneColumn<T>** column : {&c.owed, &c.owed_path, &c.slack, &c.spread, &c.pair, &c.ranked})
-      visit(*column, 1u);
+    b.columns.list(like.springs(), like.options.axes == 2, like.material->material.ageing_strength != 0.0,
+                   visit);
   }
 };
 
