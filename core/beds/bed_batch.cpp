@@ -7,7 +7,6 @@
 #include "core/common/hashing.hpp"
 #include "core/common/little_endian.hpp"
 #include "core/common/saved_head.hpp"
-#include "core/common/why_missing.hpp"
 #include "core/runtime/chosen_kernels.hpp"
 #include "core/runtime/float_mode.hpp"
 #include "core/runtime/sharing.hpp"

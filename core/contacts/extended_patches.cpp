@@ -12,7 +12,6 @@
 #include "core/common/little_endian.hpp"
 #include "core/common/range_check.hpp"
 #include "core/common/saved_head.hpp"
-#include "core/common/why_missing.hpp"
 #include "core/contacts/key_table.hpp"
 #include "core/materials/turn.hpp"
 #include "core/patches/fields.hpp"

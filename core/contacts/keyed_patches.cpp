@@ -212,15 +212,120 @@ struct BRISTLE_PRIVATE KeyedPool::Impl {
 
   /// Finds the contact of a key, or gives it a free entry. `tells`: whether the caller reads
   /// KeyedContact::is_new.
-  KeyedContact find_or_add(std::uint64_t key, bool tells = false) noexcept;
-  std::uint64_t find(std::uint64_t key) const noexcept;
-  bool erase(std::uint64_t key) noexcept;
-  void clear() noexcept;
-  std::uint32_t end_step() noexcept;
-  std::uint32_t size() const noexcept;
+  KeyedContact find_or_add(std::uint64_t key, bool tells = false) noexcept {
+    const SteppingCall call(stepping_side);
+    std::uint32_t i = key == no_contact_key ? none : table.find(key);
+    if (i != none) {
+      unlink(i);
+    } else {
+      if (free.empty() || key == no_contact_key) {
+        ++refused;
+        return {PatchId::no_capacity(), options.capacity, true};
+      }
+      i = free.back();
+      free.pop_back();
+      pool[i].key = key;
+      pool[i].told = false;
+      table.insert(key, i);
+      owner.reset(owner.it, pool[i].id, seed_of(key), key);
+    }
+    append(i);
+    pool[i].seen = step;
+    const bool is_new = !pool[i].told;
+    pool[i].told |= tells;
+    return {{pool[i].id}, i, is_new};
+  }
+
+  std::uint64_t find(std::uint64_t key) const noexcept {
+    const SteppingCall call(stepping_side);
+    const std::uint32_t i = key == no_contact_key ? none : table.find(key);
+    return i == none ? 0 : pool[i].id;
+  }
+
+  bool erase(std::uint64_t key) noexcept {
+    const SteppingCall call(stepping_side);
+    const std::uint32_t i = key == no_contact_key ? none : table.find(key);
+    if (i == none) return false;
+    give_back(i);
+    return true;
+  }
+
+  void clear() noexcept {
+    const SteppingCall call(stepping_side);
+    while (last != none) give_back(last);
+    refused = 0;
+  }
+
+  std::uint32_t end_step() noexcept {
+    const SteppingCall call(stepping_side);
+    std::uint32_t count = 0;
+    for (; first != none && step - pool[first].seen > options.keep_steps; ++count) give_back(first);
+    ++step;
+    return count;
+  }
+
+  std::uint32_t size() const noexcept {
+    const SteppingCall call(stepping_side);
+    return options.capacity - static_cast<std::uint32_t>(free.size());
+  }
+
   std::size_t state_size() const noexcept { return saved_head + options.capacity * saved_entry; }
-  std::size_t save_state(Span<std::byte> to) const noexcept;
-  void restore_state(Span<const std::byte> from);
+  std::size_t save_state(Span<std::byte> to) const noexcept {
+    const SteppingCall call(stepping_side);
+    if (to.size() < state_size()) return 0;
+    detail::ByteWriter write(to.data() + detail::saved_head_size);
+    const SavedPool saved{pool[0].id, step, refused, options.capacity};
+    pool_fields(saved, write);
+    for_each_entry([&](std::uint32_t index, std::uint64_t key, std::uint64_t seen) {
+      const SavedEntry its{index, key, seen};
+      entry_fields(its, write);
+    });
+    detail::seal(detail::SavedKind::keys, size(), {to.data(), state_size()});
+    return state_size();
+  }
+
+  void restore_state(Span<const std::byte> from) {
+    const SteppingCall call(stepping_side);
+    const auto fail = [this](const char* why) { detail::refuse_saved(name, why); };
+    const std::uint64_t keyed = detail::open_sealed(name, detail::SavedKind::keys, from);
+    if (from.size() != state_size()) fail("is of a pool with another capacity");
+    detail::ByteReader read(from.data() + detail::saved_head_size);
+    SavedPool saved;
+    pool_fields(saved, read);
+    const std::uint32_t capacity = saved.capacity;
+    if (saved.first_id != pool[0].id || capacity != options.capacity) fail("is of another pool");
+    if (keyed > capacity) fail("has more keys than patches");
+    std::vector<PoolEntry> its_pool = pool;
+    std::vector<std::uint32_t> order;
+    std::vector<char> named(capacity, 0);
+    KeyTable its_table(capacity);
+    std::uint64_t last_seen = 0;
+    for (std::uint32_t k = 0; k < capacity; ++k) {
+      SavedEntry its;
+      entry_fields(its, read);
+      const std::uint32_t i = its.index;
+      const std::uint64_t key = its.key, seen = its.seen & ~saved_untold;
+      if (i >= capacity || named[i]) fail("names a patch that is not there, or twice");
+      named[i] = 1;
+      order.push_back(i);
+      if (k >= keyed) continue;
+      if (key == no_contact_key || its_table.find(key) != none || seen < last_seen || seen > saved.step)
+        fail("has a key or a time that no contact can have");
+      if (owner.key_of(owner.it, pool[i].id).value_or(key) != key)
+        fail("does not belong to the present state of the patches: restore theirs first");
+      its_table.insert(key, i);
+      its_pool[i].key = key;
+      its_pool[i].seen = last_seen = seen;
+      its_pool[i].told = (its.seen & saved_untold) == 0;
+    }
+    pool.swap(its_pool);
+    table = std::move(its_table);
+    first = last = none;
+    for (std::uint32_t k = 0; k < keyed; ++k) append(order[k]);
+    free.assign(order.begin() + keyed, order.end());
+    step = saved.step;
+    refused = saved.refused;
+  }
 
   const char* const name;
   mutable detail::SteppingSide stepping_side;
@@ -238,120 +343,6 @@ struct BRISTLE_PRIVATE KeyedPool::Impl {
   std::uint64_t step = 0;
   std::uint64_t refused = 0;
 };
-
-KeyedContact KeyedPool::Impl::find_or_add(std::uint64_t key, bool tells) noexcept {
-  const SteppingCall call(stepping_side);
-  std::uint32_t i = key == no_contact_key ? none : table.find(key);
-  if (i != none) {
-    unlink(i);
-  } else {
-    if (free.empty() || key == no_contact_key) {
-      ++refused;
-      return {PatchId::no_capacity(), options.capacity, true};
-    }
-    i = free.back();
-    free.pop_back();
-    pool[i].key = key;
-    pool[i].told = false;
-    table.insert(key, i);
-    owner.reset(owner.it, pool[i].id, seed_of(key), key);
-  }
-  append(i);
-  pool[i].seen = step;
-  const bool is_new = !pool[i].told;
-  pool[i].told |= tells;
-  return {{pool[i].id}, i, is_new};
-}
-
-std::uint64_t KeyedPool::Impl::find(std::uint64_t key) const noexcept {
-  const SteppingCall call(stepping_side);
-  const std::uint32_t i = key == no_contact_key ? none : table.find(key);
-  return i == none ? 0 : pool[i].id;
-}
-
-bool KeyedPool::Impl::erase(std::uint64_t key) noexcept {
-  const SteppingCall call(stepping_side);
-  const std::uint32_t i = key == no_contact_key ? none : table.find(key);
-  if (i == none) return false;
-  give_back(i);
-  return true;
-}
-
-void KeyedPool::Impl::clear() noexcept {
-  const SteppingCall call(stepping_side);
-  while (last != none) give_back(last);
-  refused = 0;
-}
-
-std::uint32_t KeyedPool::Impl::end_step() noexcept {
-  const SteppingCall call(stepping_side);
-  std::uint32_t count = 0;
-  for (; first != none && step - pool[first].seen > options.keep_steps; ++count) give_back(first);
-  ++step;
-  return count;
-}
-
-std::uint32_t KeyedPool::Impl::size() const noexcept {
-  const SteppingCall call(stepping_side);
-  return options.capacity - static_cast<std::uint32_t>(free.size());
-}
-
-std::size_t KeyedPool::Impl::save_state(Span<std::byte> to) const noexcept {
-  const SteppingCall call(stepping_side);
-  if (to.size() < state_size()) return 0;
-  detail::ByteWriter write(to.data() + detail::saved_head_size);
-  const SavedPool saved{pool[0].id, step, refused, options.capacity};
-  pool_fields(saved, write);
-  for_each_entry([&](std::uint32_t index, std::uint64_t key, std::uint64_t seen) {
-    const SavedEntry its{index, key, seen};
-    entry_fields(its, write);
-  });
-  detail::seal(detail::SavedKind::keys, size(), {to.data(), state_size()});
-  return state_size();
-}
-
-void KeyedPool::Impl::restore_state(Span<const std::byte> from) {
-  const SteppingCall call(stepping_side);
-  const auto fail = [this](const char* why) { detail::refuse_saved(name, why); };
-  const std::uint64_t keyed = detail::open_sealed(name, detail::SavedKind::keys, from);
-  if (from.size() != state_size()) fail("is of a pool with another capacity");
-  detail::ByteReader read(from.data() + detail::saved_head_size);
-  SavedPool saved;
-  pool_fields(saved, read);
-  const std::uint32_t capacity = saved.capacity;
-  if (saved.first_id != pool[0].id || capacity != options.capacity) fail("is of another pool");
-  if (keyed > capacity) fail("has more keys than patches");
-  std::vector<PoolEntry> its_pool = pool;
-  std::vector<std::uint32_t> order;
-  std::vector<char> named(capacity, 0);
-  KeyTable its_table(capacity);
-  std::uint64_t last_seen = 0;
-  for (std::uint32_t k = 0; k < capacity; ++k) {
-    SavedEntry its;
-    entry_fields(its, read);
-    const std::uint32_t i = its.index;
-    const std::uint64_t key = its.key, seen = its.seen & ~saved_untold;
-    if (i >= capacity || named[i]) fail("names a patch that is not there, or twice");
-    named[i] = 1;
-    order.push_back(i);
-    if (k >= keyed) continue;
-    if (key == no_contact_key || its_table.find(key) != none || seen < last_seen || seen > saved.step)
-      fail("has a key or a time that no contact can have");
-    if (owner.key_of(owner.it, pool[i].id).value_or(key) != key)
-      fail("does not belong to the present state of the patches: restore theirs first");
-    its_table.insert(key, i);
-    its_pool[i].key = key;
-    its_pool[i].seen = last_seen = seen;
-    its_pool[i].told = (its.seen & saved_untold) == 0;
-  }
-  pool.swap(its_pool);
-  table = std::move(its_table);
-  first = last = none;
-  for (std::uint32_t k = 0; k < keyed; ++k) append(order[k]);
-  free.assign(order.begin() + keyed, order.end());
-  step = saved.step;
-  refused = saved.refused;
-}
 
 namespace {
 

@@ -8,7 +8,6 @@
 #include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 #include "core/common/saved_head.hpp"
-#include "core/common/why_missing.hpp"
 #include "core/patches/representatives/representatives.hpp"
 #include "core/patches/saved_state.hpp"
 #include "core/runtime/batch_impl.hpp"

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "bristle/deadline_monitor.hpp"
-#include "core/common/why_missing.hpp"
 #include "core/runtime/float_mode.hpp"
 
 namespace bristle::detail {

@@ -27,6 +27,12 @@ constexpr Id make_id(std::uint32_t slot, std::uint32_t generation) noexcept {
   return {std::uint64_t{generation} << 32 | (std::uint64_t{slot} + 1)};
 }
 
+/// Returns why no object has this id: no_capacity for the id that a full pool returns (KeyedPatches),
+/// unknown_id for an id that was never added or is removed.
+constexpr Status why_missing(std::uint64_t id) noexcept {
+  return id == PatchId::no_capacity().value ? Status::no_capacity : Status::unknown_id;
+}
+
 /// Objects by their slots, for the thread that steps them. A slot whose object has generation 0 is free.
 template <class T>
 struct SlotTable {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include <Eigen/Core>
@@ -16,17 +17,10 @@
 
 namespace bristle {
 
-namespace detail {
-template <class T>
-struct Identity {
-  using type = T;
-};
-}  // namespace detail
-
 /// Keeps an argument of type T out of the deduction of Dof, so that arrays and Eigen expressions may be
 /// passed for it.
 template <class T>
-using Given = typename detail::Identity<T>::type;
+using Given = std::enable_if_t<true, T>;
 
 template <int Dof>
 using BodyVector = Eigen::Matrix<double, Dof, 1, Eigen::DontAlign>;
