@@ -68,6 +68,7 @@ class Subject {
   /// Writes the checksums of a saved state whose other bytes were changed.
   virtual void seal(std::vector<std::byte>& state) const = 0;
   virtual void reset() = 0;
+  virtual bool can_reset() const { return true; }
   virtual int numbers() const = 0;  ///< number of input numbers of a member, of which the first is the load
   /// Returns values that an input number cannot have.
   virtual std::vector<double> bad_values(int number) const {
@@ -286,12 +287,21 @@ inline std::vector<PatchCase> few_of(const Material& material, const PatchOption
   return cases;
 }
 
-/// Patches of a PatchBatch, or of a CBatch, which is never eager.
+/// Makes a PatchBatch, or a CBatch, which is never eager.
+template <class Batch>
+Batch make_batch(const How& how) {
+  if constexpr (std::is_same_v<Batch, PatchBatch>)
+    return stepped_eagerly(how.options, how.eager);
+  else
+    return Batch(how.options);
+}
+
+/// Patches of a PatchBatch or of a CBatch.
 template <class Batch>
 class PatchesOf : public Listed<Batch, PatchId, Motion, Response> {
  public:
   PatchesOf(const How& how, const std::vector<PatchCase>& cases)
-      : Listed<Batch, PatchId, Motion, Response>(how.company), batch_(make(how)) {
+      : Listed<Batch, PatchId, Motion, Response>(how.company), batch_(make_batch<Batch>(how)) {
     for (std::size_t i = 0; i < how.company; ++i) {
       PatchCase c = cases[i % cases.size()];
       if (i % 2 == 0) c.material.with_viscous_friction(0.2);
@@ -314,28 +324,23 @@ class PatchesOf : public Listed<Batch, PatchId, Motion, Response> {
     this->append(batch_.add(c.material, c.options), c.options.axes);
     later_.push_back(c.later);
   }
-  static Batch make(const How& how) {
-    if constexpr (std::is_same_v<Batch, PatchBatch>)
-      return stepped_eagerly(how.options, how.eager);
-    else
-      return Batch(how.options);
-  }
   mutable Batch batch_;
   std::vector<Material> later_;
 };
 using Patches = PatchesOf<PatchBatch>;
 
-class Outlines
-    : public Listed<bristle::ExtendedPatches, PatchId, bristle::ExtendedMotion, bristle::ExtendedResponse> {
+/// Outlines over a PatchBatch or a CBatch.
+template <class Cells, class Batch>
+class OutlinesOf : public Listed<Batch, PatchId, bristle::ExtendedMotion, bristle::ExtendedResponse> {
  public:
-  Outlines(const How& how, const Material& material, const PatchOptions& options,
-           const bristle::Outline& outline)
-      : Listed(how.company),
+  OutlinesOf(const How& how, const Material& material, const PatchOptions& options,
+             const bristle::Outline& outline)
+      : Listed<Batch, PatchId, bristle::ExtendedMotion, bristle::ExtendedResponse>(how.company),
         later_(changed(material)),
-        patches_(stepped_eagerly(how.options, how.eager)),
+        patches_(make_batch<Cells>(how)),
         batch_(patches_) {
     for (std::size_t i = 0; i < how.company + few; ++i)
-      append(
+      this->append(
           batch_.add(material,
                      PatchOptions(options).with_seed(7 + static_cast<std::uint32_t>((i - how.company) % 64)),
                      outline),
@@ -344,52 +349,59 @@ class Outlines
   }
 
   void change() override {
-    for (const PatchId id : ids()) batch_.set_material(id, later_);
+    for (const PatchId id : this->ids()) batch_.set_material(id, later_);
   }
   void seal(std::vector<std::byte>& state) const override {
     const std::size_t own = state.size() - patches_.state_size();
     reseal({state.data(), own});
     reseal({state.data() + own, state.size() - own});
   }
+  bool can_reset() const override { return std::is_same_v<Batch, bristle::ExtendedPatches>; }
 
  protected:
-  bristle::ExtendedPatches& batch() const override { return batch_; }
+  Batch& batch() const override { return batch_; }
 
  private:
   Material later_;
-  PatchBatch patches_;
-  mutable bristle::ExtendedPatches batch_;
+  Cells patches_;
+  mutable Batch batch_;
 };
 
-class Beds : public Listed<bristle::BedBatch, bristle::BedId, bristle::BedMotion, bristle::BedResponse> {
+/// Beds of a BedBatch or of CBeds.
+template <class Batch>
+class BedsOf : public Listed<Batch, bristle::BedId, bristle::BedMotion, bristle::BedResponse> {
  public:
-  Beds(const How& how, const bristle::BedMaterial& material, const bristle::BedShape& shape, bool all_outputs)
-      : Listed(how.company), batch_(how.options) {
+  BedsOf(const How& how, const bristle::BedMaterial& material, const bristle::BedShape& shape,
+         bool all_outputs)
+      : Listed<Batch, bristle::BedId, bristle::BedMotion, bristle::BedResponse>(how.company),
+        batch_(how.options) {
     bristle::BedOptions options;
     options.max_normal_load = 2.0;
     options.all_outputs = all_outputs;
+    options.longest_piece = 0.05;
     for (std::size_t i = 0; i < how.company + few; ++i)
-      append(batch_.add(material, shape, options), shape.rolls ? 1 : 0);
+      this->append(batch_.add(material, shape, options), shape.rolls ? 1 : 0);
   }
 
   void seal(std::vector<std::byte>& state) const override { reseal(state); }
 
  protected:
-  bristle::BedBatch& batch() const override { return batch_; }
+  Batch& batch() const override { return batch_; }
 
  private:
-  mutable bristle::BedBatch batch_;
+  mutable Batch batch_;
 };
 
 /// A group with every output; the members are its last three contacts. Their seeds and keys are those of
 /// few_of().
-class Group : public Subject {
+template <class Batch>
+class GroupOf : public Subject {
  public:
-  Group(const How& how, const Material& material, const PatchOptions& options)
+  GroupOf(const How& how, const Material& material, const PatchOptions& options)
       : count_(how.company + few),
         axes_(options.axes),
         later_(changed(material)),
-        batch_(stepped_eagerly(how.options, how.eager)) {
+        batch_(make_batch<Batch>(how)) {
     const auto before = static_cast<std::uint32_t>(how.company);
     group_ = batch_.add_group(
         material, PatchOptions(options).with_seed(7u - before).with_key(0 - std::uint64_t{how.company}),
@@ -467,14 +479,15 @@ class Group : public Subject {
   std::size_t count_;
   int axes_;
   Material later_;
-  mutable PatchBatch batch_;
+  mutable Batch batch_;
   bristle::PatchGroup group_;
 };
 
 /// Joints with every output; the members are the last three.
-class Joints : public Subject {
+template <class Batch>
+class JointsOf : public Subject {
  public:
-  Joints(const How& how, const bristle::JointMaterial& material, bool gradients)
+  JointsOf(const How& how, const bristle::JointMaterial& material, bool gradients)
       : count_(how.company + few),
         gradients_(gradients),
         batch_(count_, {&material, 1}, options(gradients), how.options) {}
@@ -532,7 +545,7 @@ class Joints : public Subject {
   }
   std::size_t count_;
   bool gradients_;
-  bristle::JointFriction batch_;
+  Batch batch_;
 };
 
 /// Returns one kind for each form of object that the library keeps apart.
@@ -590,7 +603,8 @@ inline std::vector<Kind> all_kinds() {
           PatchOptions(thirty_two).with_lay(Lay(lay).with_to_over_fro(2.0)));
 
   const auto groups = [&](const char* name, const Material& m, const PatchOptions& options) {
-    add(name, [=](const How& how) { return std::make_unique<Group>(how, m, options); });
+    add(name, [=](const How& how) { return std::make_unique<GroupOf<PatchBatch>>(how, m, options); });
+    kinds.back().in_c = [=](const How& how) { return std::make_unique<GroupOf<CBatch>>(how, m, options); };
     kinds.back().one_by_one = [=](const How& how) {
       return std::make_unique<Patches>(how, few_of(m, options));
     };
@@ -609,7 +623,12 @@ inline std::vector<Kind> all_kinds() {
 
   const auto outlines = [&](const char* name, const Material& m, const PatchOptions& options,
                             const Outline& outline) {
-    add(name, [=](const How& how) { return std::make_unique<Outlines>(how, m, options, outline); });
+    add(name, [=](const How& how) {
+      return std::make_unique<OutlinesOf<PatchBatch, bristle::ExtendedPatches>>(how, m, options, outline);
+    });
+    kinds.back().in_c = [=](const How& how) {
+      return std::make_unique<OutlinesOf<CBatch, COutlines>>(how, m, options, outline);
+    };
   };
   const Outline disc = Outline::disc(2e-4, Pressure::hertz, 2);
   outlines("outline of representatives", material(SnapRule::redraw), some, disc);
@@ -622,12 +641,17 @@ inline std::vector<Kind> all_kinds() {
            Outline::disc(0.0, Pressure::uniform, 1));
 
   const auto beds = [&](const char* name, const BedMaterial& m, const BedShape& shape, bool all = true) {
-    add(name, [=](const How& how) { return std::make_unique<Beds>(how, m, shape, all); });
+    add(name,
+        [=](const How& how) { return std::make_unique<BedsOf<bristle::BedBatch>>(how, m, shape, all); });
+    kinds.back().in_c = [=](const How& how) { return std::make_unique<BedsOf<CBeds>>(how, m, shape, all); };
   };
   const BedMaterial plain = BedMaterial(0.6).with_presliding(1e-4);
   beds("bed, sphere", plain, BedShape::sphere_row(20, 1e-3));
   beds("bed, growing ellipse", plain,
        BedShape::ellipse(2e-3, 1e-3, BedPressure::hertz).grown(BedGrowth::cube_root));
+  beds("bed of moduli and a radius", BedMaterial(0.5).with_elastic(1e6, 0.3, 5e-3), BedShape::sphere_row(8));
+  beds("bed of three flexibilities", BedMaterial(0.9).with_flexibility(2e-9, 3e-9, 1e-9),
+       BedShape::rectangle(2e-3, 1e-3, BedPressure::hertz, 6, 3).rolling(6, 3));
   beds("bed, list", plain, BedShape::from_list({{{0, 0}, 1, 1}, {{1e-3, 0}, 2, 1}, {{0, -1e-3}, 1, 3}}));
   beds("bed, wheel with drop", BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::wheel_row(1e-3));
   beds("bed, wheel, end force only", plain, BedShape::wheel_row(1e-3), false);
@@ -643,9 +667,14 @@ inline std::vector<Kind> all_kinds() {
   gear.kinetic = {0.4, {0.12, 0.3}, {0.05, 0.08}};
   gear.static_part = {0.15, {0.04, 0.07}, {0.02, 0.03}};
   gear.stribeck_speed = 0.5;
-  for (const bool gradients : {false, true})
-    add(gradients ? "joints with gradients" : "joints",
-        [=](const How& how) { return std::make_unique<Joints>(how, gear, gradients); });
+  for (const bool gradients : {false, true}) {
+    add(gradients ? "joints with gradients" : "joints", [=](const How& how) {
+      return std::make_unique<JointsOf<bristle::JointFriction>>(how, gear, gradients);
+    });
+    kinds.back().in_c = [=](const How& how) {
+      return std::make_unique<JointsOf<CJoints>>(how, gear, gradients);
+    };
+  }
   return kinds;
 }
 

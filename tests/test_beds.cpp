@@ -187,13 +187,18 @@ TEST_CASE("The contact radius of a sphere follows from its moduli and its radius
   CHECK(bed.batch.info(bed.motion.id).half[0] == Approx(a / 2.0).epsilon(1e-12));
 }
 
-TEST_CASE("The size of a sphere's contact grows with the cube root of its load") {
-  OneBed bed(BedMaterial(0.5).with_presliding(1e-3), BedShape::sphere_row(16, 2e-3), with_load(3.0));
-  for (double share = 1e-12; share < 1.5; share *= 1.37) {
-    bed.motion.normal_load = 3.0 * share;
-    bed.step(0.0);
-    CHECK(bed.batch.info(bed.motion.id).half[0] ==
-          Approx(2e-3 * std::cbrt(std::min(share, 1.0))).epsilon(1e-13));
+TEST_CASE(
+    "The size of a sphere's contact grows with the cube root of its load, a cylinder's with the square "
+    "root, up to the full load") {
+  for (const auto& [shape, power] : {std::pair{BedShape::sphere_row(16, 2e-3), 1.0 / 3.0},
+                                     std::pair{BedShape::cylinder_row(2e-3, 64), 0.5}}) {
+    OneBed bed(BedMaterial(0.5).with_presliding(1e-3), shape, with_load(3.0));
+    for (double share = 1e-12; share < 1.5; share *= 1.37) {
+      bed.motion.normal_load = 3.0 * share;
+      bed.step(0.0);
+      CHECK(bed.batch.info(bed.motion.id).half[0] ==
+            Approx(2e-3 * std::pow(std::min(share, 1.0), power)).epsilon(1e-13));
+    }
   }
 }
 
@@ -332,15 +337,6 @@ TEST_CASE(
       CHECK(bed.out.torque == Approx(parabolic ? -37.98 : -45.30).epsilon(0.02));
     }
   }
-}
-
-TEST_CASE("The size of a cylinder's contact grows with the square root of its load") {
-  OneBed bed(BedMaterial(0.3).with_presliding(1e-5), BedShape::cylinder_row(1e-3, 64), with_load(100.0));
-  bed.step(0.0, 1e-9, 0.0, 1e-4);
-  CHECK(bed.batch.info(bed.motion.id).half[0] == Approx(1e-3));
-  bed.motion.normal_load = 25.0;
-  bed.step(0.0);
-  CHECK(bed.batch.info(bed.motion.id).half[0] == Approx(0.5e-3));
 }
 
 TEST_CASE("A bed without rolling steps as its bristles do one by one") {
@@ -845,7 +841,7 @@ TEST_CASE("A step that rolls reports the mean of the forces on its distance, and
   CHECK(std::abs(wheel.out.mean[1]) <= 0.9 * 1.001);
 }
 
-TEST_CASE("The presliding displacement is that at which all of it slides, and a size ends at full load") {
+TEST_CASE("The presliding displacement is that at which all of it slides") {
   OneBed bed(BedMaterial(0.9, 0.6).with_presliding(1e-4), BedShape::disc(1e-3, BedPressure::uniform),
              with_load(10.0));
   bed.step(0.98e-4);
@@ -853,9 +849,6 @@ TEST_CASE("The presliding displacement is that at which all of it slides, and a 
   CHECK(-bed.out.force[0] == Approx(0.98 * 9.0).epsilon(1e-4));
   bed.step(0.04e-4);
   CHECK(bed.out.slipping_share == Approx(1.0));
-  OneBed sphere(BedMaterial(0.5).with_presliding(1e-4), BedShape::sphere_row(16, 1e-3), with_load(1.0), 8.0);
-  sphere.step(1e-6);
-  CHECK(sphere.batch.info(sphere.motion.id).half[0] == Approx(1e-3));
 }
 
 TEST_CASE("A ball rolls alike in every direction") {
@@ -1187,20 +1180,14 @@ TEST_CASE("Beds by key: a contact keeps its bed while it is seen, and a new one 
   CHECK(batch.bed_count() == 0);
 }
 
-TEST_CASE("The C interface saves, resets and finds beds, and refuses in words", "[c]") {
+TEST_CASE("The C interface finds beds by key, and refuses in words", "[c]") {
   bristle_bed bed;
   REQUIRE(bristle_init_bed(&bed, sizeof bed) == BRISTLE_OK);
-  bed.static_friction = 0.9;
-  bed.kinetic_friction = 0.8;
-  bed.slip_stiffness[0] = 9e4;
-  bed.slip_stiffness[1] = 5e4;
+  bed.static_friction = bed.kinetic_friction = 0.9;
+  bed.slip_stiffness[0] = bed.slip_stiffness[1] = 9e4;
   bed.kind = BRISTLE_BED_RECTANGLE;
-  bed.pressure = BRISTLE_BED_PARABOLIC;
-  bed.growth = BRISTLE_BED_SQUARE_ROOT;
-  bed.half[0] = 0.1;
-  bed.half[1] = 0.08;
-  bed.cells[0] = 12;
-  bed.cells[1] = 3;
+  bed.half[0] = bed.half[1] = 0.1;
+  bed.cells[0] = bed.cells[1] = 3;
   bed.max_normal_load = 4000.0;
   bristle_beds* beds = nullptr;
   REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
@@ -1210,29 +1197,8 @@ TEST_CASE("The C interface saves, resets and finds beds, and refuses in words", 
   CHECK(std::string(bristle_last_error()).find("roll") != std::string::npos);
   bed.rolls = 1;
   REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);
-  std::vector<unsigned char> state(bristle_beds_state_size(beds));
-  REQUIRE(bristle_beds_save_state(beds, state.data(), state.size()) == state.size());
-  const std::uint64_t saved = bristle_beds_state_hash(beds, 0);
-  const bristle_bed_motion slip = {id, {1e-3, 0.0}, 0.0, {0.01, 0.0}, 4000.0};
-  bristle_bed_response bent;
-  bristle_step_report report{};
-  report.struct_size = sizeof report;
-  REQUIRE(bristle_beds_find_force(beds, &slip, &bent, 1) == BRISTLE_OK);
-  CHECK(bristle_beds_state_hash(beds, 0) == saved);
-  REQUIRE(bristle_beds_step(beds, &slip, &bent, 1, &report) == BRISTLE_OK);
-  CHECK(report.patches_stepped == 1);
-  CHECK(bent.force[0] < 0.0);
-  CHECK(bristle_beds_state_hash(beds, 0) != saved);
-  REQUIRE(bristle_beds_restore_state(beds, state.data(), state.size()) == BRISTLE_OK);
-  CHECK(bristle_beds_state_hash(beds, 0) == saved);
-  CHECK(bristle_beds_restore_state(beds, state.data(), 3) == BRISTLE_REFUSED);
-  REQUIRE(bristle_beds_step(beds, &slip, &bent, 1, nullptr) == BRISTLE_OK);
-  CHECK(bristle_beds_reset(beds, id) == 1);
+  CHECK(bristle_beds_restore_state(beds, &bed, 3) == BRISTLE_REFUSED);
   CHECK(bristle_beds_reset(beds, 5) == 0);
-  const bristle_bed_motion down = {id, {0.0, 0.0}, 0.0, {0.0, 0.0}, 4000.0};
-  bristle_bed_response unbent;
-  REQUIRE(bristle_beds_step(beds, &down, &unbent, 1, nullptr) == BRISTLE_OK);
-  CHECK(unbent.force[0] == 0.0);
   bristle_keyed* keyed = nullptr;
   const std::uint64_t keys[2] = {3, 4};
   bristle_id ids[2] = {}, again[2] = {};

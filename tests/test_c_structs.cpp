@@ -3,20 +3,16 @@
 #include <catch2/catch.hpp>
 
 #include <bristle/bristle.h>
-#include <bristle/bed.hpp>
 #include <bristle/deadline_monitor.hpp>
 #include <bristle/fields.hpp>
 
-#include <algorithm>
 #include <cctype>
 #include <cstddef>
-#include <cstring>
 #include <fstream>
 #include <functional>
 #include <iterator>
 #include <string>
 #include <type_traits>
-#include <vector>
 
 #include "core/c_interface/field_count.hpp"
 #include "scenes.hpp"
@@ -211,26 +207,6 @@ TEST_CASE("The greatest value of a choice in C is taken, and the next one refuse
   CHECK(std::string(bristle_last_error()).find("damper_decay") != std::string::npos);
 }
 
-TEST_CASE("An outline in C grows with the cube root of the load to its full size", "[c][extended]") {
-  CPatch patch(100);
-  bristle_extended* pads = nullptr;
-  REQUIRE(bristle_extended_create(patch.batch, &pads) == BRISTLE_OK);
-  bristle_patch_options options;
-  bristle_init_patch_options(&options, sizeof options);
-  const bristle_cell cells[2] = {{{-1e-3, 0.0}, 0.5}, {{1e-3, 0.0}, 0.5}};
-  for (int grows = 0; grows < 2; ++grows) {
-    bristle_extended_motion motion{};
-    motion.normal_load = 0.125;
-    REQUIRE(bristle_extended_add(pads, &patch.material, &options, cells, 2, grows, &motion.id) == BRISTLE_OK);
-    bristle_extended_response out;
-    REQUIRE(bristle_extended_step(pads, 1e-3, &motion, &out, 1, nullptr) == BRISTLE_OK);
-    CHECK(out.torque_limit ==
-          Approx(grows ? 0.5e-3 * out.force_limit : 1e-3 * out.force_limit).epsilon(1e-12));
-    CHECK(out.torque_limit > 0.0);
-  }
-  bristle_extended_destroy(pads);
-}
-
 TEST_CASE("Any has_velocity but 0 says that the velocity is given", "[c]") {
   for (const unsigned value : {1u, 2u, 64u, 128u, 254u, 255u}) {
     CPatch one(200, 1e-2), other(200, 1e-2);
@@ -341,82 +317,6 @@ TEST_CASE("Percentiles of a monitor in C are those of C++", "[c]") {
   CHECK(report.p999 == expected.p999());
   CHECK(report.mean == expected.mean());
   bristle_monitor_destroy(monitor);
-}
-
-TEST_CASE("Each field of a bed in C is that of C++", "[c]") {
-  // Makes beds, each with a feature that no other has. All are pressed, rolled if they can roll, and pulled
-  // along both axes.
-  const std::vector<BedCell> cells = {
-      {{1e-3, 0.0}, 1.0, 2.0}, {{0.0, 2e-3}, 3.0, 1.0}, {{-1e-3, 1e-3}, 2.0, 1.0}};
-  struct Case {
-    const char* name;
-    BedMaterial material;
-    BedShape shape;
-    BedOptions options;
-  };
-  BedOptions coarse{10.0};
-  coarse.longest_piece = 0.02;
-  BedMaterial sphere(0.5);
-  sphere.normal_modulus = 2e6;
-  sphere.shear_modulus = 1e6;
-  sphere.radius = 5e-3;
-  const std::vector<Case> cases = {
-      {"list", BedMaterial(0.6).with_presliding(1e-4), BedShape::from_list(cells), {10.0}},
-      {"moduli and radius", sphere, BedShape::sphere_row(8), {10.0}},
-      {"flexible",
-       BedMaterial(0.9).with_flexibility(2e-9, 3e-9, 1e-9),
-       BedShape::rectangle(2e-3, 1e-3, BedPressure::hertz, 6, 3).rolling(6, 3),
-       {10.0}},
-      {"fine pieces", BedMaterial(0.9, 0.7).with_slip_stiffness(300.0, 200.0),
-       BedShape::rectangle(2e-3, 1e-3, BedPressure::parabolic, 8, 2).rolling(8, 2), coarse}};
-  for (const Case& c : cases) {
-    INFO(c.name);
-    bristle_bed bed;
-    REQUIRE(bristle_init_bed(&bed, sizeof bed) == BRISTLE_OK);
-    bed.static_friction = c.material.static_friction;
-    bed.kinetic_friction = c.material.kinetic_friction;
-    bed.normal_modulus = c.material.normal_modulus;
-    bed.shear_modulus = c.material.shear_modulus;
-    bed.radius = c.material.radius;
-    std::copy_n(c.material.flexibility, 3, bed.flexibility);
-    std::copy_n(c.material.slip_stiffness, 2, bed.slip_stiffness);
-    bed.presliding = c.material.presliding;
-    bed.kind = static_cast<std::uint32_t>(c.shape.kind);
-    bed.pressure = static_cast<std::uint32_t>(c.shape.pressure);
-    bed.growth = static_cast<std::uint32_t>(c.shape.growth);
-    bed.rolls = c.shape.rolls;
-    std::copy_n(c.shape.half, 2, bed.half);
-    std::copy_n(c.shape.cells, 2, bed.cells);
-    bed.list = reinterpret_cast<const bristle_bed_cell*>(c.shape.list.data());
-    bed.list_count = c.shape.list.size();
-    bed.max_normal_load = c.options.max_normal_load;
-    bed.longest_piece = c.options.longest_piece;
-    BedBatch batch;
-    BedMotion motion;
-    motion.id = batch.add(c.material, c.shape, c.options);
-    bristle_beds* beds = nullptr;
-    REQUIRE(bristle_beds_create(nullptr, &beds) == BRISTLE_OK);
-    bristle_id id = 0;
-    REQUIRE(bristle_beds_add(beds, &bed, &id) == BRISTLE_OK);
-    for (int k = 0; k < 12; ++k) {
-      motion.normal_load = k < 6 ? 8.0 : 3.0;
-      motion.displacement[0] = 3e-5;
-      motion.displacement[1] = 2e-5;
-      motion.rolled[0] = c.shape.rolls ? 1e-3 : 0.0;
-      BedResponse expected;
-      batch.step({&motion, 1}, {&expected, 1});
-      bristle_bed_motion its;
-      static_assert(sizeof its == sizeof motion);
-      std::memcpy(&its, &motion, sizeof its);
-      its.id = id;
-      bristle_bed_response out;
-      REQUIRE(bristle_beds_step(beds, &its, &out, 1, nullptr) == BRISTLE_OK);
-      CHECK(expected.force[0] != 0.0);
-      for (int axis = 0; axis < 2; ++axis) CHECK(out.force[axis] == expected.force[axis]);
-    }
-    CHECK(bristle_beds_state_hash(beds, id) == batch.state_hash(motion.id));
-    bristle_beds_destroy(beds);
-  }
 }
 
 namespace {

@@ -138,7 +138,7 @@ TEST_CASE("A group answers as patches of its seeds and keys that were added one 
   }
 }
 
-TEST_CASE("Patches of every kind have the same bits in C", "[contract][c]") {
+TEST_CASE("Objects of every kind have the same bits in C", "[contract][c]") {
   for (const Kind& kind : all_kinds_and_variants()) {
     if (!kind.in_c) continue;
     const auto expected = kind.make({{}, 5}), got = kind.in_c({{}, 5});
@@ -153,6 +153,7 @@ TEST_CASE("Patches of every kind have the same bits in C", "[contract][c]") {
       expect(got->report.patches_stepped == expected->report.patches_stepped, "patches of the step");
     }
     expect(got->hash() == expected->hash(), kind.name.c_str());
+    if (!got->can_reset()) continue;
     for (Subject* subject : {expected.get(), got.get()}) subject->reset();
     expect(got->hash() == expected->hash(), (kind.name + ", reset").c_str());
   }
