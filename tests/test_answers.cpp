@@ -107,29 +107,6 @@ struct Columns {
 
 }  // namespace
 
-TEST_CASE("Text is broken at spaces, and nothing of it is lost", "[answers]") {
-  const std::string text = "the brush holds \xC2\xB5m and mm, but averyveryverylongword has to be cut in two";
-  for (const std::size_t columns : {8u, 13u, 20u, 41u}) {
-    std::string joined;
-    for (const std::string& line : cli::broken_lines(text, columns)) {
-      CHECK(cli::width_of(line) <= columns);
-      CHECK(line.front() != ' ');
-      CHECK(line.back() != ' ');
-      joined += line;
-    }
-    std::string packed = text;
-    for (std::string* t : {&joined, &packed}) t->erase(std::remove(t->begin(), t->end(), ' '), t->end());
-    CHECK(joined == packed);
-  }
-  CHECK(cli::broken_lines("four five", 9) == std::vector<std::string>{"four five"});
-  CHECK(cli::broken_lines("four five", 8) == std::vector<std::string>{"four", "five"});
-  CHECK(cli::broken_lines("as long as it gets", 0).size() == 1);
-  // Lines that go on are indented as far as the text begins: after spaces, or a label and a gap.
-  const Columns narrow(20);
-  CHECK(cli::filled("    one two three four") == "    one two three\n    four");
-  CHECK(cli::filled("label  one two three four") == "label  one two three\n       four");
-}
-
 TEST_CASE("A body without damping is said to ring, and the damping that is named brings it to rest",
           "[answers]") {
   const Folder folder;
@@ -198,16 +175,6 @@ TEST_CASE("A table fits 80 columns: headers and texts are broken, columns withou
   CHECK(small.markdown() == "|a|b|\n|---|---|\n|x|1|\n");
 }
 
-TEST_CASE("Columns for --wide are left out of 80 columns", "[answers]") {
-  const std::vector<cli::Column<int>> columns = {
-      {"n", [](const int& n) { return cli::Cell(std::to_string(n)); }},
-      {"more", [](const int&) { return cli::Cell("x"); }, cli::Column<int>::wide_only}};
-  const std::vector<int> rows = {7};
-  CHECK(cli::tabulate(rows, columns).columns() == 1);
-  const Columns wide(0);
-  CHECK(cli::tabulate(rows, columns).columns() == 2);
-}
-
 TEST_CASE("Numbers keep three digits and no needless powers of ten", "[answers]") {
   const std::pair<double, const char*> table[] = {
       {0.0, "0"},     {0.4321, "0.432"},       {9.999, "10"},        {1234567.0, "1234567"},
@@ -242,31 +209,6 @@ TEST_CASE("CSV of a report's rows finds values by pointer, scales numbers, and l
   const cli::CsvColumn columns[] = {{"b_us", "/a/b", 1e6}, {"yes", "/yes"}, {"n", "/n"},
                                     {"none", "/a/c"},      {"i", "/i"},     {"s", "/s"}};
   CHECK(cli::csv_text(rows, columns) == "b_us,yes,n,none,i,s\n2,1,,,7,\"x, y\"\n,0,,,,\n");
-}
-
-TEST_CASE("Answers of an accuracy report name the choice and the fast setting", "[answers]") {
-  const json setting = {{"as_scene", false},    {"bristles", 300},       {"dt_s", 1e-3},
-                        {"step_rule", "exact"}, {"precision", "single"}, {"force", "end"},
-                        {"pareto", true},       {"scene_step_s", 2e-6},  {"error", {{"rms", 0.07}}}};
-  json own = setting;
-  own["as_scene"] = true;
-  own["scene_step_s"] = 9e-6;
-  own["error"]["rms"] = 0.011;
-  cli::Json report = cli::Json::object();
-  report["settings"] = {setting, own};
-  report["recommendation"] = {{"wanted_error", 0.05},
-                              {"found", true},
-                              {"setting", setting},
-                              {"confirmed", {{"error", {{"rms", 0.0712}}}, {"scene_step_s", 2.5e-6}}},
-                              {"share_of_deadline", 0.0025}};
-  CHECK_THAT(cli::how_wrong_is_fast(report),
-             StartsWith("The fastest tried is 7 % wrong at 2.00 us a step: 300 bristles a patch") &&
-                 Contains("The scene as it is: 1.1 % wrong at 9.00 us."));
-  CHECK_THAT(cli::what_to_choose(report), StartsWith("For at most 5 % take 300 bristles") &&
-                                              Contains("7.12 % wrong when run again") &&
-                                              Contains("0.25 % of the deadline"));
-  report["recommendation"] = {{"wanted_error", 0.001}, {"found", false}, {"least_error", 0.0029}};
-  CHECK_THAT(cli::what_to_choose(report), Contains("No setting tried meets 0.1 %") && Contains("0.29 %"));
 }
 
 TEST_CASE("bash completes every command and option that --help lists", "[answers]") {

