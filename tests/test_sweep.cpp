@@ -77,19 +77,6 @@ std::string table_of(const Folder& folder, const std::string& arguments,
   return read_file(folder.at("table.csv"));
 }
 
-std::vector<std::vector<std::string>> csv_rows(const std::string& text) {
-  std::vector<std::vector<std::string>> rows;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);) {
-    rows.emplace_back();
-    std::size_t begin = 0;
-    for (std::size_t comma; (comma = line.find(',', begin)) != std::string::npos; begin = comma + 1)
-      rows.back().push_back(line.substr(begin, comma - begin));
-    rows.back().push_back(line.substr(begin));
-  }
-  return rows;
-}
-
 std::string cell(const std::vector<std::vector<std::string>>& table, std::size_t row,
                  const std::string& head) {
   const auto found = std::find(table[0].begin(), table[0].end(), head);
