@@ -13,8 +13,7 @@ double steady_friction(const std::string& model, const Settings& s, double load,
   Subject::Options options;
   options.highest_load_over_load = highest_load / s.number("load");
   Subject subject(model, s, options);
-  // Length of a step, m; the odd factor keeps Length of a step, m. The odd factor keeps the snaps of the
-  // bristles from coinciding with the steps.
+  // Length of a step, m. The odd factor keeps the snaps of the bristles from coinciding with the steps.
   const double step = 0.37 * s.number("presliding");
   const double dt = step / s.number("velocity");
   const auto settle = std::lround(s.number("settling") / 0.37),
