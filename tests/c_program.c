@@ -253,6 +253,7 @@ int c_program_names_contacts(void) {
   bristle_keyed* keyed = NULL;
   bristle_matcher* matcher = NULL;
   bristle_keyed_options options;
+  bristle_matcher_options matched;
   bristle_material material = plain_material(10e-6);
   bristle_patch_options patch = plain_options(10);
   bristle_contact_point points[2] = {{7, {0, 0, 0}}, {7, {1e-2, 0, 0}}};
@@ -264,7 +265,8 @@ int c_program_names_contacts(void) {
   EXPECT(bristle_init_keyed_options(&options, sizeof options) == BRISTLE_OK);
   options.capacity = 2;
   EXPECT(bristle_keyed_create(batch, &material, &patch, &options, &keyed) == BRISTLE_OK);
-  EXPECT(bristle_matcher_create(NULL, &matcher) == BRISTLE_OK);
+  EXPECT(bristle_init_matcher_options(&matched, sizeof matched) == BRISTLE_OK);
+  EXPECT(bristle_matcher_create(&matched, &matcher) == BRISTLE_OK);
   EXPECT(bristle_warm_up(batch) == BRISTLE_OK);
   EXPECT(bristle_patch_count(batch) == 2);
   EXPECT(bristle_matcher_match(matcher, points, keys, 2, &found) == BRISTLE_OK);
@@ -319,6 +321,13 @@ int c_program_names_contacts(void) {
     EXPECT(bristle_matcher_match(matcher, points, next, 2, &found) == BRISTLE_OK);
     EXPECT(found == 2 && next[0] == keys[0] && next[1] == keys[1]);
   }
+  bristle_matcher_clear(matcher);
+  EXPECT(bristle_matcher_match(matcher, points, next, 2, &found) == BRISTLE_OK && found == 0);
+  EXPECT(bristle_keyed_find_or_add(keyed, next, ids, 2) == BRISTLE_OK && bristle_keyed_size(keyed) == 2);
+  bristle_keyed_clear(keyed);
+  EXPECT(bristle_keyed_size(keyed) == 0);
+  bristle_keyed_clear(NULL);
+  bristle_matcher_clear(NULL);
   bristle_matcher_destroy(matcher);
   bristle_keyed_destroy(keyed);
   EXPECT(bristle_patch_count(batch) == 0);
@@ -403,6 +412,10 @@ int c_program_twists_a_pad(void) {
   EXPECT(bristle_extended_create(batch, &pads) == BRISTLE_OK);
   EXPECT(bristle_ellipse_cells(radius, radius, BRISTLE_PRESSURE_HERTZ, 3, 0, NULL, 0, &count) == BRISTLE_OK);
   EXPECT(count == 27);
+  EXPECT(bristle_rectangle_cells(radius, radius, BRISTLE_PRESSURE_UNIFORM, 2, 2, cells, most, &count) ==
+         BRISTLE_OK);
+  EXPECT(count == 4 && fabs(fabs(cells[0].position[0]) - radius / sqrt(3.0)) < 1e-15);
+  EXPECT(fabs(cells[0].weight - 0.25) < 1e-15);
   EXPECT(bristle_ellipse_cells(radius, radius, 2, 3, 0, cells, most, &count) == BRISTLE_REFUSED);
   EXPECT(bristle_ellipse_cells(radius, radius, BRISTLE_PRESSURE_HERTZ, 3, 0, cells, most, &count) ==
          BRISTLE_OK);
@@ -431,6 +444,31 @@ int c_program_twists_a_pad(void) {
   EXPECT(bristle_extended_remove(pads, id) == BRISTLE_REFUSED);
   bristle_extended_destroy(pads);
   bristle_destroy(batch);
+  return 0;
+}
+
+int c_program_asks_what_it_runs_on(void) {
+  bristle_batch* batch = NULL;
+  bristle_batch_options options;
+  bristle_material material = plain_material(10e-6);
+  const double speeds[2] = {0.0, 1e-3};
+  double dampings[2];
+  uint32_t usable = 9;
+  const size_t sets = bristle_instruction_set_count();
+  const char* last = bristle_instruction_set(sets - 1, &usable);
+  EXPECT(last != NULL && strcmp(last, "scalar") == 0 && usable == 1);
+  EXPECT(bristle_instruction_set(sets, &usable) == NULL);
+  EXPECT(bristle_init_batch_options(&options, sizeof options) == BRISTLE_OK);
+  options.threads = 2;
+  options.isa = last;
+  EXPECT(bristle_create(&options, &batch) == BRISTLE_OK);
+  EXPECT(strcmp(bristle_isa(batch), "scalar") == 0 && bristle_isa(NULL) == NULL);
+  EXPECT((bristle_threads(batch) == 1 || bristle_threads(batch) == 2) && bristle_threads(NULL) == 0);
+  bristle_destroy(batch);
+  material.bristle_damping = 3.0;
+  material.stribeck_velocity = 1e-3;
+  EXPECT(bristle_material_damping(&material, speeds, dampings, 2) == BRISTLE_OK);
+  EXPECT(dampings[0] == 3.0 && fabs(dampings[1] - 3.0 * exp(-1.0)) < 1e-12);
   return 0;
 }
 

@@ -12,6 +12,7 @@ int c_program_goes_to_coefficients_and_back(void);
 int c_program_names_contacts(void);
 int c_program_moves_a_group(void);
 int c_program_twists_a_pad(void);
+int c_program_asks_what_it_runs_on(void);
 int c_program_watches_a_deadline(void);
 #ifdef __cplusplus
 }

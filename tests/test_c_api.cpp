@@ -30,6 +30,7 @@ TEST_CASE("A C program moves a group by its arrays", "[c][group]") {
   REQUIRE(c_program_moves_a_group() == 0);
 }
 TEST_CASE("A C program twists a pad", "[c][extended]") { REQUIRE(c_program_twists_a_pad() == 0); }
+TEST_CASE("A C program asks what it runs on", "[c]") { REQUIRE(c_program_asks_what_it_runs_on() == 0); }
 TEST_CASE("A C program watches its deadline", "[c]") { REQUIRE(c_program_watches_a_deadline() == 0); }
 
 TEST_CASE("Another thread's failure leaves the last error of this one", "[c]") {

@@ -148,10 +148,17 @@ TEST_CASE("Typical materials are the rows of the guide and the surfaces of the r
     CHECK(typical.about[0] != '\0');
     Material::from_coefficients(typical.coefficients).validate();
   }
-  for (const char* name : {"room wood", "room rubber", "room ice", "room paper"})
+  using Peak = std::pair<const char*, double>;
+  for (const auto& [name, peak_over_kinetic] :
+       {Peak{"room wood", 1.15}, Peak{"room rubber", 1.3}, Peak{"room ice", 1.4}, Peak{"room paper", 1.5}}) {
     CHECK(names.count(name) == 1);
+    const bristle::Coefficients its = bristle::typical_coefficients(name);
+    CHECK(its.peak == Approx(peak_over_kinetic * its.kinetic).epsilon(1e-12));
+  }
   CHECK(bristle::typical_coefficients("room rubber").damping_per_newton == 1.5);
-  CHECK(bristle::typical_coefficients("room paper").rule == SnapRule::keep);
+  const bristle::Coefficients paper = bristle::typical_coefficients("room paper");
+  CHECK(paper.rule == SnapRule::keep);
+  CHECK((paper.residual_share == 0.0 && paper.shared_renewal == 0.0));  // as Coefficients::paper()
   CHECK_THROWS_WITH(bristle::typical_coefficients("oak"),
                     Catch::Contains("\"oak\"") && Catch::Contains("\"wood on wood\""));
   CHECK_THROWS_AS(bristle::typical_coefficients(nullptr), bristle::Error);

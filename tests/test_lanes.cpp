@@ -162,6 +162,7 @@ TEST_CASE("groups are refused as a whole, and one contact of a group cannot be r
       bristle::Error);
   batch.remove(group);
   CHECK_THROWS_AS(batch.remove(group), bristle::Error);
+  CHECK_THROWS_AS(batch.set_material(group, material), bristle::Error);
   CHECK(batch.patch_count() == 1);
   CHECK(batch.step(tick, good).status == Status::unknown_id);
 }

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/common/assert.hpp"
 #include "core/common/hashing.hpp"
 
 namespace bristle::detail {
@@ -113,7 +114,7 @@ void set_load(Patch& p, double normal_load_n) noexcept {
 }
 
 void clear_lane(LaneBlock& b, std::uint32_t lane) noexcept {
-  b.motions.named &= ~(1u << lane);
+  BRISTLE_ASSERT(b.motions.named == 0);  // a step has answered all that it named
   for (LaneColumn<double>& base : b.state.base) base.lane[lane] = 0.0;
   b.state.stiffness.lane[lane] = b.state.phase.lane[lane] = 0.0;
   b.clear(b, lane);
