@@ -278,18 +278,6 @@ TEST_CASE("Set-up errors name the parameter, its value and the allowed range", "
   }
 }
 
-TEST_CASE("A patch that was refused leaves the batch as it was", "[bad-input]") {
-  Trio bad;
-  Trio twin;
-  CHECK_THROWS_AS(bad.batch.add(Material{}, PatchOptions{}.with_axes(7)), bristle::Error);
-  CHECK_THROWS_AS(bad.batch.set_material(bad.ids[0], Material{}.with_normal_stiffness(-1.0)), bristle::Error);
-  const std::vector<Response> a = bad.step(tick, bad.good());
-  const std::vector<Response> b = twin.step(tick, twin.good());
-  for (std::size_t i = 0; i < 3; ++i) CHECK(first_difference(a[i], b[i]) == "");
-  CHECK(bad.batch.state_hash() == twin.batch.state_hash());
-  CHECK(bad.batch.patch_count() == 3);
-}
-
 TEST_CASE("Redraw with a law too wide to jump is refused by name, keep takes it", "[bad-input]") {
   PatchBatch batch;
   const Material wide = Material{}.with_snap_length(SnapLength::lognormal(1e-5, 1.3));

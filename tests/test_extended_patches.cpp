@@ -703,45 +703,6 @@ TEST_CASE("An outline has the stiffness of its material, load and contact from t
   CHECK(lifted.torque_limit == 0.0);
 }
 
-TEST_CASE("What is refused of one outline says nothing of those beside it in a step", "[extended]") {
-  for (const bool first_is_bad : {false, true})
-    for (const std::size_t cells : {std::size_t{1}, std::size_t{3}}) {
-      PatchBatch batch;
-      ExtendedPatches pads(batch);
-      std::array<PatchId, 3> ids{};
-      Outline row;  // cells to one side of the centre of rotation
-      row.cells.clear();
-      for (std::size_t k = 0; k < cells; ++k) {
-        PatchCell cell;
-        cell.position[0] = 1e-4 * static_cast<double>(k + 1);
-        cell.weight = 1.0 / static_cast<double>(cells);
-        row.cells.push_back(cell);
-      }
-      for (PatchId& id : ids) id = pads.add(plain_material(smooth, SnapRule::redraw), end_options(), row);
-      // From the second step on the outline reuses stiffness and limits. In the third step one outline gets
-      // an invalid motion.
-      const std::size_t bad = first_is_bad ? 0 : 1;
-      std::array<ExtendedResponse, 3> out;
-      for (int k = 0; k < 3; ++k) {
-        std::array<ExtendedMotion, 3> in;
-        for (std::size_t i = 0; i < 3; ++i)
-          in[i] = motion_of(ids[i], k == 2 && i == bad ? INFINITY : 0.01 * dbar, 1e-3, load_n);
-        const auto report = pads.step(tick, in, out);
-        CHECK(report.patches_stepped == (k == 2 ? 2u : 3u));
-      }
-      for (std::size_t i = 0; i < 3; ++i) {
-        INFO("outline " << i << " of " << cells << " cells, bad is " << bad);
-        CHECK(out[i].status == (i == bad ? Status::bad_input : Status::ok));
-        // A sticking outline has the force load x displacement: of two steps if it refused the third, else of
-        // three; its turn likewise.
-        const double steps = i == bad ? 2.0 : 3.0;
-        CHECK(out[i].end[0] == Approx(i == bad ? 0.0 : -load_n * steps * 0.01 * dbar).epsilon(0.05));
-        CHECK(out[i].stiffness[0][0] == Approx(i == bad ? 0.0 : load_n));
-        CHECK(pads.info(ids[i]).along[1] == Approx(std::sin(1e-3 * steps)).epsilon(1e-12));
-      }
-    }
-}
-
 TEST_CASE("A state of other outlines is refused by that name, and changes nothing", "[extended][state]") {
   // Batches with equal outlines that were added in different orders.
   PatchBatch first_batch, second_batch;

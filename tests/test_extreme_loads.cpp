@@ -144,47 +144,6 @@ TEST_CASE("Under a load that jumps in every step those who stay feel nothing and
   }
 }
 
-TEST_CASE("A load that jumps in every step at rest sheds force once and then never again", "[extremes]") {
-  for (const Kind& kind : kinds()) {
-    INFO(kind.name());
-    OnePatch patch(plain_material(uniform, kind.rule), plain_options(600, kind.axes, kind.precision));
-    for (int k = 0; k < 20; ++k) step_along(patch, kind, 0.41 * dbar, 600.0);
-    const double before = friction_along(patch.step(0.0, 0.0, 600.0), kind);
-    const double after = friction_along(patch.step(0.0, 0.0, 200.0), kind);
-    expect(after > 0.0 && after < before, "some force is shed");
-    for (int k = 0; k < 2000; ++k) {
-      const Response r = patch.step(0.0, 0.0, k % 2 == 0 ? 600.0 : 200.0);
-      expect(friction_along(r, kind) == after, "and no more");
-      expect(r.contact_loss == 0.0, "no energy leaves");
-    }
-  }
-}
-
-TEST_CASE("Contact lost forgets everything and returns its energy, a thousand times", "[extremes]") {
-  constexpr std::uint32_t n = 300;
-  for (const Kind& kind : kinds()) {
-    INFO(kind.name());
-    OnePatch patch(plain_material(uniform, kind.rule), plain_options(n, kind.axes, kind.precision));
-    double first = 0.0;
-    for (int k = 0; k < 1000; ++k) {
-      // From straight, no bristle snaps twice within 0.95 mean lengths, so all snap at their first lengths,
-      // whatever was drawn before.
-      expect_near(friction_along(step_along(patch, kind, 0.45 * dbar, n), kind), n * 0.45 * dbar,
-                  1e-6 * n * dbar, "stick from straight");
-      const Response r = step_along(patch, kind, 0.5 * dbar, n);
-      if (k == 0) first = friction_along(r, kind);
-      expect_near(friction_along(r, kind), first, 1e-6 * n * dbar, "the first curve again");
-      if (k % 10 == 0)
-        for (int slide = 0; slide < 5; ++slide) step_along(patch, kind, 1.7 * dbar, n);
-      const double stored = patch.energy();
-      const Response lost = step_along(patch, kind, 0.3 * dbar, 0.0);
-      expect(lost.end[0] == 0.0 && lost.end[1] == 0.0, "no contact, no force");
-      expect_near(lost.contact_loss, stored, 1e-6 * stored, "the stored energy leaves");
-      expect(patch.energy() == 0.0, "nothing is left");
-    }
-  }
-}
-
 TEST_CASE("Overload to 1e15 N and back, again and again, keeps force and energy in bounds", "[extremes]") {
   constexpr std::uint32_t n = 300;
   for (const Kind& kind : kinds()) {

@@ -201,27 +201,6 @@ TEST_CASE("Half a bristle pulls half, and one and a half bristles share what hal
   }
 }
 
-TEST_CASE("A representative of weight w counts as w bristles", "[load]") {
-  for (double weight : {0.25, 1.0, 7.3}) {
-    constexpr std::uint32_t n = 400;
-    const double max_load = n * weight;
-    OnePatch patch(plain_material(uniform, SnapRule::keep),
-                   PatchOptions{}.with_max_normal_load(max_load).with_bristles(n).with_outputs(Outputs::all));
-    patch.step(0.0, 0.0, max_load);
-    // Path of 0.4 mean lengths, less than the shortest snap length.
-    const Response r = patch.step(0.4 * dbar, 0.0, max_load);
-    INFO("weight " << weight);
-    CHECK(-r.elastic[0] == Approx(max_load * 0.4 * dbar).epsilon(1e-6));
-    CHECK(r.stiffness == Approx(max_load).epsilon(1e-9));
-    CHECK(patch.energy() == Approx(max_load * 0.5 * 0.16 * dbar * dbar).epsilon(1e-6));
-    CHECK(patch.batch.info(patch.id).weight == Approx(weight).epsilon(1e-12));
-    CHECK(patch.batch.info(patch.id).active == Approx(n).epsilon(1e-9));
-    // Slides 100 mean lengths, in which every bristle snaps, so that the loss is kinetic force times path.
-    const Response far = patch.step(100.0 * dbar, 0.0, max_load);
-    CHECK(far.dissipated == Approx(max_load * 100.0 * dbar * 0.5 * dbar).epsilon(0.02));
-  }
-}
-
 TEST_CASE("The force is that of the bristles in contact where the load ends with a block or beside one",
           "[load]") {
   constexpr std::uint32_t n = 768;  // 768 bristles: three blocks of 256

@@ -346,23 +346,4 @@ TEST_CASE("Every number that restoring checks is refused by its name, in every k
   }
 }
 
-TEST_CASE("A patch that has stuck since before its oldest bristles, or since a later time, is refused",
-          "[state][hostile]") {
-  const Material material = plain_material(SnapLength::uniform(0.5 * dbar, 1.5 * dbar), SnapRule::redraw)
-                                .with_ageing({bristle::AgeingForm::logarithmic, 0.1, 1.0});
-  OnePatch patch(material, plain_options(8));
-  for (int k = 0; k < 10; ++k) patch.step(0.0, 0.0, 1000.0);
-  const std::vector<std::byte> good = saved_state(patch.batch);
-  constexpr std::size_t oldest = 40 + 36 + 64 + 16 + 16, since = oldest + 8;  // core/patches/SAVED_STATE.md
-  const auto restored = [&](std::size_t at, double time) {
-    std::vector<std::byte> forged = good;
-    put(forged, at, &time, 8);
-    reseal(forged);
-    return message_of([&] { patch.batch.restore_state(forged); });
-  };
-  CHECK(restored(since, 5.0 * tick) == "(no error)");
-  CHECK(names(restored(since, 12.0 * tick), {"(time)"}));
-  CHECK(names(restored(oldest, 11.0 * tick), {"(time)"}));
-}
-
 }  // namespace bristle_test::test_saved_state
